@@ -1,0 +1,93 @@
+"""Reading input files: TOML validated against a pydantic model, with one clear line when it does not fit."""
+
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import pydantic
+
+from bayesub.coefficients import nearest
+from bayesub.errors import InputError
+
+DATA = resources.files("bayesub") / "data"
+
+
+class Section(pydantic.BaseModel):
+    """A table of an input file: unknown keys are errors, and so are numbers that are not finite."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+Positive = Annotated[float, pydantic.Field(gt=0)]
+Model = TypeVar("Model", bound=Section)
+
+
+def built_in(kind: str) -> dict[str, Path]:
+    """Name -> file of the built-in ``vehicles`` or ``manoeuvres``."""
+    return {Path(f.name).stem: Path(str(f)) for f in sorted((DATA / kind).iterdir(), key=lambda f: f.name)}
+
+
+def find(name: str, kind: str) -> Path:
+    """The file of a built-in name or of a path; InputError if there is neither."""
+    files = built_in(kind)
+    if name in files:
+        return files[name]
+    path = Path(name)
+    if path.suffix == "":
+        raise InputError(
+            f"no {kind.removesuffix('s')} '{name}'{nearest(name, files)}; built in are {', '.join(files)}; "
+            "anything else must be the path of a file"
+        )
+    return path
+
+
+def read_text(path: Path) -> str:
+    """The text of a file, or an InputError that says why not."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not UTF-8 text") from None
+
+
+def read_toml(path: Path, model: type[Model]) -> Model:
+    """Read `path` into `model`; the InputError names file, key, what was found and what was expected."""
+    try:
+        content = tomllib.loads(read_text(path))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid TOML: {error}") from None
+    return validate(content, model, str(path))
+
+
+def validate(content: dict, model: type[Model], source: str) -> Model:
+    """Build `model` from `content`; `source` names the origin in the error."""
+    try:
+        return model.model_validate(content)
+    except pydantic.ValidationError as error:
+        raise InputError(f"{source}: {_sentence(error, model)}") from None
+
+
+def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
+    first, *others = error.errors(include_url=False)
+    location = [str(part) for part in first["loc"]]
+    key = ".".join(location)
+    more = f" (and {len(others)} more)" if others else ""
+    if first["type"] == "missing":
+        return f"key '{key}' is missing{more}"
+    if first["type"] == "extra_forbidden":
+        return f"unknown key '{key}'{nearest(location[-1], _known_keys(model, location[:-1]))}{more}"
+    message = first["msg"].removeprefix("Value error, ")
+    found = repr(first["input"])
+    shown = f", found {found}" if len(found) < 80 and found not in message else ""
+    return f"key '{key}': {message[0].lower()}{message[1:]}{shown}{more}"
+
+
+def _known_keys(model: type[Section], path: list[str]) -> list[str]:
+    for part in path:
+        field = model.model_fields.get(part)
+        if field is None or not isinstance(field.annotation, type) or not issubclass(field.annotation, Section):
+            return []
+        model = field.annotation
+    return [field.alias or name for name, field in model.model_fields.items()]

@@ -1,0 +1,37 @@
+"""Control-plane dynamics: a rate-limited first-order lag (model section 7, thesis section 8.2)."""
+
+import numpy as np
+
+
+def step_response(elapsed, start, demand, rate, time_constant):
+    """Plane angle after a step of the demand.
+
+    ``delta' = clip((demand - delta) / time_constant, -rate, rate)`` has a closed form: a slew at `rate` until
+    ``rate * time_constant`` from the demand, then an exponential approach.
+
+    Parameters
+    ----------
+    elapsed : (n,) array of times since the step, s
+    start, demand : angles at and after the step, rad
+    rate : slew limit, rad/s
+    time_constant : s
+    """
+    error = abs(demand - start)
+    direction = np.sign(demand - start)
+    slew_time = max(0.0, error / rate - time_constant)
+    slewing = np.minimum(elapsed, slew_time) * rate
+    settling = np.maximum(elapsed - slew_time, 0.0) / time_constant
+    return start + direction * (slewing - (error - slew_time * rate) * np.expm1(-settling))
+
+
+def response(times, demand_times, demands, rate, time_constant, limit):
+    """Plane angle at `times` (n,) under a staircase of `demands` (m,) that begin at `demand_times` (m,); starts at zero."""
+    angles = np.zeros(len(times))
+    angle = 0.0
+    for j, (begin, demand) in enumerate(zip(demand_times, np.clip(demands, -limit, limit), strict=True)):
+        end = demand_times[j + 1] if j + 1 < len(demand_times) else np.inf
+        inside = (times >= begin) & (times < end)
+        angles[inside] = step_response(times[inside] - begin, angle, demand, rate, time_constant)
+        if np.isfinite(end):
+            angle = step_response(np.array([end - begin]), angle, demand, rate, time_constant)[0]
+    return angles

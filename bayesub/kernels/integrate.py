@@ -1,0 +1,223 @@
+"""Classical fourth-order Runge-Kutta over a control history, blocks of lanes, with output at any times."""
+
+import math
+
+import numpy as np
+from numba import prange
+
+from bayesub.kernels.dynamics import state_derivative
+from bayesub.kernels.layout import (
+    BODY_ROWS,
+    COEFFICIENTS,
+    INVERSE_MASS,
+    LANES,
+    N_BODY,
+    N_COEFFICIENTS,
+    N_ROWS,
+    N_STATES,
+    PREVIOUS,
+    PREVIOUS_SLOPE,
+    SLOPE,
+    STAGE,
+    STATE,
+    SUM,
+    inline,
+    jit,
+)
+from bayesub.kernels.mass import inverse, mass_matrix
+
+OK, DIVERGED, LEFT_ENVELOPE = 0, 1, 2
+MAX_PITCH = math.radians(85.0)
+
+
+@jit
+def load_block(work, first, coefficients, body, initial):
+    """Fill the workspace with the members from `first` on, the last one repeated in lanes that have no member."""
+    for i in range(LANES):
+        member = min(first + i, coefficients.shape[0] - 1)
+        for k in range(N_COEFFICIENTS):
+            work[(COEFFICIENTS + k) * LANES + i] = coefficients[member, k]
+        for k in range(N_BODY):
+            work[(BODY_ROWS + k) * LANES + i] = body[member, k]
+        for k in range(N_STATES):
+            work[(STATE + k) * LANES + i] = initial[member, k]
+        inverted = inverse(mass_matrix(coefficients[member], body[member]))
+        for k in range(36):
+            work[(INVERSE_MASS + k) * LANES + i] = inverted[k // 6, k % 6]
+
+
+@inline
+def _copy(work, source, target):
+    for j in range(N_STATES * LANES):
+        work[target * LANES + j] = work[source * LANES + j]
+
+
+@inline
+def _advance(work, i, k, rate, weight, ahead):
+    work[(SUM + k) * LANES + i] += weight * rate
+    work[(STAGE + k) * LANES + i] = work[(STATE + k) * LANES + i] + ahead * rate
+
+
+@jit
+def _stage(work, control, weight, ahead):
+    """Add `weight` times the derivative at STAGE to SUM, then put STATE + `ahead` times it into STAGE."""
+    dr, db, ds, ordered = control[0], control[1], control[2], control[3]
+    for i in range(LANES):
+        # Twelve scalars and twelve calls: a loop over a tuple of rates would keep this loop from being vectorised.
+        x, y, z, phi, theta, psi, u, v, w, p, q, r = state_derivative(work, i, STAGE, dr, db, ds, ordered)
+        _advance(work, i, 0, x, weight, ahead)
+        _advance(work, i, 1, y, weight, ahead)
+        _advance(work, i, 2, z, weight, ahead)
+        _advance(work, i, 3, phi, weight, ahead)
+        _advance(work, i, 4, theta, weight, ahead)
+        _advance(work, i, 5, psi, weight, ahead)
+        _advance(work, i, 6, u, weight, ahead)
+        _advance(work, i, 7, v, weight, ahead)
+        _advance(work, i, 8, w, weight, ahead)
+        _advance(work, i, 9, p, weight, ahead)
+        _advance(work, i, 10, q, weight, ahead)
+        _advance(work, i, 11, r, weight, ahead)
+
+
+@inline
+def _emit(work, states, first, members, output, fraction, step):
+    """Cubic Hermite interpolation at `fraction` of the last step into ``states[first:, output]``."""
+    f = fraction
+    h00 = (1.0 + 2.0 * f) * (1.0 - f) * (1.0 - f)
+    h10 = f * (1.0 - f) * (1.0 - f) * step
+    h01 = f * f * (3.0 - 2.0 * f)
+    h11 = f * f * (f - 1.0) * step
+    for i in range(members):
+        for k in range(N_STATES):
+            states[first + i, output, k] = (
+                h00 * work[(PREVIOUS + k) * LANES + i]
+                + h10 * work[(PREVIOUS_SLOPE + k) * LANES + i]
+                + h01 * work[(STATE + k) * LANES + i]
+                + h11 * work[(SLOPE + k) * LANES + i]
+            )
+
+
+@jit
+def _integrate_block(block, coefficients, body, initial, stages, step, times, max_speed, states, status):
+    """Integrate one block of members and write their `states` at `times`; see :func:`integrate`."""
+    first = block * LANES
+    members = min(LANES, coefficients.shape[0] - first)
+    work = np.zeros(N_ROWS * LANES)
+    load_block(work, first, coefficients, body, initial)
+    n_steps = stages.shape[0] - 1
+    n_times = times.shape[0]
+    output = 0
+    alive = members
+    max_speed2 = max_speed * max_speed
+    for step_index in range(n_steps + 1):
+        work[SUM * LANES : (SUM + N_STATES) * LANES] = 0.0
+        _copy(work, STATE, STAGE)
+        _stage(work, stages[step_index, 0], 1.0, 0.5 * step)
+        _copy(work, SUM, SLOPE)
+
+        # The envelope, and a derivative that is not finite, end a member; its readings from here on are not a number.
+        for i in range(members):
+            if status[first + i] == OK:
+                u, v, w = work[(STATE + 6) * LANES + i], work[(STATE + 7) * LANES + i], work[(STATE + 8) * LANES + i]
+                if not u * u + v * v + w * w < max_speed2:
+                    status[first + i] = DIVERGED
+                elif not abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH:
+                    status[first + i] = LEFT_ENVELOPE
+                else:
+                    continue
+                alive -= 1
+                states[first + i, output:, :] = np.nan
+        if alive == 0:
+            return
+
+        now = step_index * step
+        while output < n_times and (times[output] <= now or step_index == n_steps):
+            if step_index == 0:
+                fraction = 1.0
+            else:
+                fraction = 1.0 + (times[output] - now) / step
+            _emit(work, states, first, members, output, fraction, step)
+            for i in range(members):
+                if status[first + i] != OK:
+                    states[first + i, output, :] = np.nan
+            output += 1
+        if output == n_times:
+            return
+
+        _copy(work, STATE, PREVIOUS)
+        _copy(work, SLOPE, PREVIOUS_SLOPE)
+        _stage(work, stages[step_index, 1], 2.0, 0.5 * step)
+        _stage(work, stages[step_index, 1], 2.0, step)
+        _stage(work, stages[step_index, 2], 1.0, 0.0)
+        for j in range(N_STATES * LANES):
+            work[STATE * LANES + j] += step / 6.0 * work[SUM * LANES + j]
+
+
+@jit
+def integrate(coefficients, body, initial, stages, step, times, max_speed):
+    """Simulate a batch.
+
+    Parameters
+    ----------
+    coefficients : (n_batch, 101) array, dimensional (N, m, kg, s)
+    body : (n_batch, N_BODY) array
+    initial : (n_batch, 12) array of initial states
+    stages : (n_steps + 1, 3, 4) array of controls at the start, middle and end of each step
+    step : step length, s
+    times : (n_times,) ascending output times from 0 to n_steps * step, s
+    max_speed : a member that reaches this speed (m/s) has diverged
+
+    Returns
+    -------
+    states (n_batch, n_times, 12), not a number from the failure of a member on, and status (n_batch,).
+    """
+    n_batch = coefficients.shape[0]
+    states = np.empty((n_batch, times.shape[0], N_STATES))
+    status = np.zeros(n_batch, dtype=np.int8)
+    for block in range((n_batch + LANES - 1) // LANES):
+        _integrate_block(block, coefficients, body, initial, stages, step, times, max_speed, states, status)
+    return states, status
+
+
+@jit(parallel=True)
+def integrate_parallel(coefficients, body, initial, stages, step, times, max_speed):
+    """:func:`integrate` with the blocks shared among threads; bitwise the same."""
+    n_batch = coefficients.shape[0]
+    states = np.empty((n_batch, times.shape[0], N_STATES))
+    status = np.zeros(n_batch, dtype=np.int8)
+    for block in prange((n_batch + LANES - 1) // LANES):
+        _integrate_block(block, coefficients, body, initial, stages, step, times, max_speed, states, status)
+    return states, status
+
+
+@jit
+def body_accelerations(coefficients, body, states, controls):
+    """Accelerations of a batch along given states.
+
+    Parameters
+    ----------
+    coefficients, body : as in :func:`integrate`
+    states : (n_batch, n_times, 12) array
+    controls : (n_times, 4) array
+
+    Returns
+    -------
+    (n_batch, n_times, 6) array, m/s^2 and rad/s^2.
+    """
+    n_batch, n_times = states.shape[0], states.shape[1]
+    result = np.empty((n_batch, n_times, 6))
+    work = np.zeros(N_ROWS * LANES)
+    for first in range(0, n_batch, LANES):
+        members = min(LANES, n_batch - first)
+        load_block(work, first, coefficients, body, states[:, 0])
+        for n in range(n_times):
+            for i in range(members):
+                for k in range(N_STATES):
+                    work[(STAGE + k) * LANES + i] = states[first + i, n, k]
+            work[SUM * LANES : (SUM + N_STATES) * LANES] = 0.0
+            _stage(work, controls[n], 1.0, 0.0)
+            for i in range(members):
+                for k in range(6):
+                    result[first + i, n, k] = work[(SUM + 6 + k) * LANES + i]
+    return result
+

@@ -1,0 +1,39 @@
+"""Rows of the lane workspace and of the body vector, and the compiler settings that all kernels share."""
+
+import functools
+
+import numba
+
+jit = functools.partial(numba.njit, cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+inline = functools.partial(numba.njit, inline="always", error_model="numpy", fastmath={"contract"})
+
+LANES = 8
+
+N_STATES = 12
+N_CONTROLS = 4  # rudder, bow plane, stern plane (rad) and n/k0 (m/s)
+N_COEFFICIENTS = 101
+
+# The body vector: everything of a vehicle that is not a hydrodynamic coefficient. SI units.
+BODY = (
+    "mass", "Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Izx",
+    "xG", "yG", "zG", "weight", "buoyancy", "xB", "yB", "zB",
+    "b1", "b2", "b3", "b4", "b5", "b6", "b7", "b8", "b9",  # thrust polynomial times (rho/2) l^2
+    "zP", "Kn1", "Kn2",  # thrust line, and propeller torque per (n/k0)^2 and (n/k0) u
+)  # fmt: skip
+N_BODY = len(BODY)
+(
+    MASS, IXX, IYY, IZZ, IXY, IYZ, IZX, XG, YG, ZG, WEIGHT, BUOYANCY, XB, YB, ZB,
+    B1, B2, B3, B4, B5, B6, B7, B8, B9, ZP, KN1, KN2,
+) = range(N_BODY)  # fmt: skip
+
+# First row of each group in the workspace.
+STATE = 0  # state at the start of the step
+STAGE = STATE + N_STATES  # state at which the next stage is evaluated
+SUM = STAGE + N_STATES  # weighted sum of the stage derivatives
+SLOPE = SUM + N_STATES  # derivative at the start of the step
+PREVIOUS = SLOPE + N_STATES  # state and derivative one step back, for the dense output
+PREVIOUS_SLOPE = PREVIOUS + N_STATES
+COEFFICIENTS = PREVIOUS_SLOPE + N_STATES  # dimensional
+BODY_ROWS = COEFFICIENTS + N_COEFFICIENTS
+INVERSE_MASS = BODY_ROWS + N_BODY  # 6 x 6, row by row
+N_ROWS = INVERSE_MASS + 36

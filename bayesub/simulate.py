@@ -1,0 +1,213 @@
+"""Simulate trials: a vehicle, a manoeuvre and a batch of coefficient sets give a batch of trajectories."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from bayesub import coefficients, logs
+from bayesub.errors import InputError
+from bayesub.kernels import integrate as kernel
+from bayesub.manoeuvres import Manoeuvre
+from bayesub.vehicles import Vehicle
+
+STATUS = ("ok", "diverged", "left_envelope")
+MAX_SPEED_RATIO = 10.0  # a member faster than this many times the trial speed has diverged
+STEP_TOLERANCE_M = 0.05  # position change on halving the step that an automatic step must keep
+_UNSET = "of the manoeuvre"
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Simulated motion of a batch.
+
+    Attributes
+    ----------
+    times : (n_times,) s
+    states : (n_batch, n_times, 12) m, rad, m/s, rad/s; not a number from the failure of a member on
+    controls : (n_times, 3) rad, and rpm : (n_times,), both at `times`
+    status : (n_batch,) of the words "ok", "diverged", "left_envelope"
+    step : integration step, s
+    """
+
+    times: np.ndarray
+    states: np.ndarray
+    controls: np.ndarray
+    rpm: np.ndarray
+    status: np.ndarray
+    step: float
+    _derivation: tuple
+
+    @cached_property
+    def accelerations(self) -> np.ndarray:
+        """(n_batch, n_times, 6) udot vdot wdot (m/s^2) and pdot qdot rdot (rad/s^2), from the equations of motion."""
+        dimensional, body, ordered = self._derivation
+        return kernel.body_accelerations(dimensional, body, self.states, ordered)
+
+    def save(self, path: str | Path, member: int = 0) -> None:
+        """Write one member with its controls and accelerations as a track CSV."""
+        log = {"time": self.times, "rpm": self.rpm}
+        log |= dict(zip(logs.CONTROLS, self.controls.T, strict=True))
+        log |= dict(zip(logs.STATES, self.states[member].T, strict=True))
+        log |= dict(zip(coefficients.ACCELERATIONS, self.accelerations[member].T, strict=True))
+        logs.write_log(Path(path), log)
+
+
+class Simulator:
+    """A vehicle on a manoeuvre, prepared once for many batches of coefficient sets.
+
+    Parameters
+    ----------
+    vehicle, manoeuvre
+    times : (n_times,) output times within the manoeuvre, s
+    dt : integration step, s; None chooses one (:func:`choose_step`)
+    controls : "linear" interpolates the control history at the Runge-Kutta stages, "hold" keeps the value at the
+        start of each step (the thesis's convention, first order)
+    subproblem : "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own
+    """
+
+    def __init__(self, vehicle, manoeuvre, times, *, dt=None, controls="linear", subproblem=_UNSET):
+        if subproblem == _UNSET:
+            subproblem = manoeuvre.subproblem
+        if subproblem is not None and subproblem not in coefficients.SUBPROBLEMS:
+            raise InputError(f"unknown sub-problem '{subproblem}': expected horizontal or vertical")
+        if controls not in ("linear", "hold"):
+            raise InputError(f"unknown control convention '{controls}': expected linear or hold")
+        if dt is not None and not (np.isfinite(dt) and dt > 0):
+            raise InputError(f"the time step must be a positive number of seconds, found {dt}")
+        self.times = np.array(times, dtype=float)
+        if self.times.size == 0 or self.times[0] < 0 or self.times[-1] > manoeuvre.duration * (1 + 1e-12):
+            raise InputError(f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s")
+        self.vehicle = vehicle.restricted(subproblem)
+        self.manoeuvre = manoeuvre
+        self.subproblem = subproblem
+        self.step = choose_step(vehicle, manoeuvre, subproblem) if dt is None else float(dt)
+        n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
+        starts = np.arange(n_steps + 1) * self.step
+        middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
+        self._stages = np.stack([self._controls_at(starts + f * self.step) for f in (0.0, middle, end)], axis=1)
+        self._factors = vehicle.dimensional_factors
+
+    def _controls_at(self, times):
+        """(n, 4): the three planes and n/k0, linearly interpolated."""
+        history = self.manoeuvre
+        columns = [*history.controls.T, history.rpm / self.vehicle.rpm_per_mps]
+        return np.stack([np.interp(times, history.times, column) for column in columns], axis=-1)
+
+    def dimensional(self, xi) -> np.ndarray:
+        """(n_batch, 101) dimensional coefficients, those that the sub-problem does not use set to zero."""
+        dimensional = np.atleast_2d(np.asarray(xi, dtype=float)) * self._factors
+        if self.subproblem is not None:
+            unused = np.ones(len(coefficients.NAMES), dtype=bool)
+            unused[coefficients.columns(coefficients.SUBPROBLEMS[self.subproblem])] = False
+            dimensional[:, unused] = 0.0
+        return dimensional
+
+    def run(self, xi, *, parallel: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """States (n_batch, n_times, 12) and status codes (n_batch,) of coefficient sets `xi` (n_batch, 101)."""
+        dimensional = self.dimensional(xi)
+        n_batch = len(dimensional)
+        integrate = kernel.integrate_parallel if parallel and n_batch > kernel.LANES else kernel.integrate
+        return integrate(
+            dimensional,
+            self._repeated(self.vehicle.body, n_batch),
+            self._repeated(self.manoeuvre.initial_state, n_batch),
+            self._stages,
+            self.step,
+            self.times,
+            MAX_SPEED_RATIO * self.vehicle.speed_mps,
+        )
+
+    def trajectory(self, xi) -> Trajectory:
+        """Simulate coefficient sets `xi` (n_batch, 101) and keep everything."""
+        states, status = self.run(xi)
+        ordered = self._controls_at(self.times)
+        dimensional = self.dimensional(xi)
+        return Trajectory(
+            times=self.times,
+            states=states,
+            controls=ordered[:, :3],
+            rpm=ordered[:, 3] * self.vehicle.rpm_per_mps,
+            status=np.array(STATUS)[status],
+            step=self.step,
+            _derivation=(dimensional, self._repeated(self.vehicle.body, len(dimensional)), ordered),
+        )
+
+    @staticmethod
+    def _repeated(row, n_batch):
+        return np.repeat(row[None], n_batch, axis=0)
+
+
+def simulate(
+    vehicle: Vehicle,
+    manoeuvre: Manoeuvre,
+    *,
+    xi=None,
+    dt: float | None = None,
+    sample: float | None = None,
+    controls: str = "linear",
+    subproblem: str | None = _UNSET,
+) -> Trajectory:
+    """Simulate a manoeuvre.
+
+    Parameters
+    ----------
+    xi : (101,) or (n_batch, 101) non-dimensional coefficients; by default the vehicle's own
+    dt : integration step, s; by default the largest that keeps the position error below 5 cm
+    sample : output interval, s; by default the spacing of the control history
+    controls, subproblem : see :class:`Simulator`
+
+    A member that fails keeps its states up to the failure and says so in its status.
+    """
+    xi = vehicle.xi if xi is None else np.asarray(xi, dtype=float)
+    if xi.shape[-1:] != (len(coefficients.NAMES),) or xi.ndim > 2 or not np.isfinite(xi).all():
+        raise InputError(f"xi must be finite with shape (101,) or (n_batch, 101), found shape {xi.shape}")
+    if sample is None:
+        times = manoeuvre.times
+    elif np.isfinite(sample) and 0 < sample <= manoeuvre.duration:
+        times = np.arange(int(manoeuvre.duration / sample * (1 + 1e-12)) + 1) * sample
+    else:
+        raise InputError(f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}")
+    times = np.minimum(times, manoeuvre.duration)
+    return Simulator(vehicle, manoeuvre, times, dt=dt, controls=controls, subproblem=subproblem).trajectory(xi)
+
+
+def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None) -> float:
+    """The largest step of 1, 0.5, 0.2, 0.1, .. s that keeps the position within 5 cm of the one at half the step.
+
+    The search starts at a tenth of a ship length travelled.
+    """
+    times = np.linspace(0.0, manoeuvre.duration, 201)
+    ladder = [m * 10.0**e for e in range(1, -5, -1) for m in (5, 2, 1)]
+    for step in (s for s in ladder if s <= 0.1 * vehicle.length_m / vehicle.speed_mps):
+        coarse, fine = (
+            Simulator(vehicle, manoeuvre, times, dt=dt, subproblem=subproblem).run(vehicle.xi)[0][0, :, :3]
+            for dt in (step, step / 2)
+        )
+        # A vehicle that fails is compared up to its failure.
+        both = np.isfinite(coarse[:, 0]) & np.isfinite(fine[:, 0])
+        if both.any() and np.linalg.norm(coarse[both] - fine[both], axis=1).max() < STEP_TOLERANCE_M:
+            return step
+    return ladder[-1]
+
+
+def accelerations(vehicle: Vehicle, states, controls, rpm) -> np.ndarray:
+    """Body accelerations at given states, from all six equations of motion (model section 6).
+
+    Parameters
+    ----------
+    states : (n, 12) m, rad, m/s, rad/s
+    controls : (n, 3) rad
+    rpm : (n,) or number
+
+    Returns
+    -------
+    (n, 6) udot vdot wdot (m/s^2), pdot qdot rdot (rad/s^2).
+    """
+    states = np.ascontiguousarray(states, dtype=float)
+    ordered = np.empty((len(states), 4))
+    ordered[:, :3] = controls
+    ordered[:, 3] = np.asarray(rpm, dtype=float) / vehicle.rpm_per_mps
+    dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
+    return kernel.body_accelerations(dimensional, vehicle.body[None].copy(), states[None], ordered)[0]

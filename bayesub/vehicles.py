@@ -1,0 +1,173 @@
+"""Vehicles: the non-dimensional coefficients, the rigid body, the propulsion and the actuators, from a TOML file."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import pydantic
+
+from bayesub import coefficients, inputs
+from bayesub.inputs import Positive, Section
+from bayesub.kernels import layout
+
+GRAVITY_MPS2 = 9.81
+
+Vector3 = Annotated[tuple[float, float, float], pydantic.Field(description="three numbers")]
+Vector9 = Annotated[tuple[float, ...], pydantic.Field(min_length=9, max_length=9)]
+
+
+class TrialSection(Section):
+    speed_mps: Positive
+    depth_m: float = 0.0
+
+
+class InertiaSection(Section):
+    Ixx: Positive
+    Iyy: Positive
+    Izz: Positive
+    Ixy: float = 0.0
+    Iyz: float = 0.0
+    Izx: float = 0.0
+
+
+class BodySection(Section):
+    length_m: Positive
+    water_density_kgm3: Positive
+    mass_kg: Positive
+    neutrally_buoyant: bool = True
+    buoyancy_n: Positive | None = None
+    inertia_kgm2: InertiaSection
+    centre_of_gravity_m: Vector3
+    centre_of_buoyancy_m: Vector3
+
+    @pydantic.model_validator(mode="after")
+    def _one_buoyancy(self):
+        if self.neutrally_buoyant == (self.buoyancy_n is not None):
+            raise ValueError("give either neutrally_buoyant = true or neutrally_buoyant = false with buoyancy_n")
+        return self
+
+
+class PropulsionSection(Section):
+    b: Vector9
+    rpm_per_mps: Positive
+    thrust_line_z_m: float = 0.0
+    torque: tuple[float, float] = (0.0, 0.0)  # K_n1 in N m per rpm^2, K_n2 in N m s per (rpm m)
+
+
+class ActuatorsSection(Section):
+    rate_deg_s: Positive
+    time_constant_s: Positive
+    rudder_limit_deg: Positive
+    plane_limit_deg: Positive
+
+
+class VehicleFile(Section):
+    """The content of a vehicle file; every key carries its unit."""
+
+    name: str
+    description: str = ""
+    reference: str = ""
+    trial: TrialSection
+    body: BodySection
+    propulsion: PropulsionSection
+    actuators: ActuatorsSection
+    coefficients: dict[str, float]
+
+    @pydantic.field_validator("coefficients")
+    @classmethod
+    def _all_named(cls, given: dict[str, float]) -> dict[str, float]:
+        for name in given:
+            if name not in coefficients.INDEX:
+                raise ValueError(f"unknown coefficient '{name}'{coefficients.nearest(name, coefficients.NAMES)}")
+        missing = [name for name in coefficients.NAMES if name not in given]
+        if missing:
+            listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
+            raise ValueError(f"{len(missing)} of the 101 coefficients missing ({listed}); write 0 where there is none")
+        return given
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A vehicle in SI units and radians.
+
+    `xi` (101,) holds the non-dimensional coefficients in the order of :data:`bayesub.coefficients.NAMES`; `body`
+    holds everything else that moves the boat, in the order of :data:`bayesub.kernels.layout.BODY`.
+    """
+
+    name: str
+    description: str
+    reference: str
+    length_m: float
+    water_density_kgm3: float
+    speed_mps: float
+    depth_m: float
+    rpm_per_mps: float
+    plane_rate_radps: float
+    plane_time_constant_s: float
+    plane_limits_rad: np.ndarray  # rudder, bow plane, stern plane
+    body: np.ndarray
+    xi: np.ndarray
+
+    def __post_init__(self):
+        for array in (self.plane_limits_rad, self.body, self.xi):
+            array.setflags(write=False)
+
+    @property
+    def dimensional_factors(self) -> np.ndarray:
+        """(rho/2) l^power of the 101 terms."""
+        return coefficients.dimensional_factors(self.length_m, self.water_density_kgm3)
+
+    def restricted(self, subproblem: str | None) -> "Vehicle":
+        """The vehicle confined to a plane: unused coefficients and mechanical couplings set to zero (model section 4).
+
+        The horizontal sub-problem drops products of inertia, all offsets of CG, CB and thrust line, and balances
+        weight; the vertical one keeps the offsets in its own plane. None returns the vehicle itself.
+        """
+        if subproblem is None:
+            return self
+        xi = np.zeros_like(self.xi)
+        used = coefficients.columns(coefficients.SUBPROBLEMS[subproblem])
+        xi[used] = self.xi[used]
+        body = dict(zip(layout.BODY, self.body, strict=True))
+        body |= dict.fromkeys(("Ixy", "Iyz", "Izx", "yG", "yB", "Kn1", "Kn2"), 0.0)
+        if subproblem == "horizontal":
+            body |= dict.fromkeys(("xG", "zG", "xB", "zB", "zP"), 0.0) | {"buoyancy": body["weight"]}
+        return replace(self, xi=xi, body=np.array(list(body.values())))
+
+
+def load_vehicle(name: str | Path) -> Vehicle:
+    """Load a built-in vehicle by name or a vehicle file by path; InputError names file, key and remedy."""
+    file = inputs.read_toml(inputs.find(str(name), "vehicles"), VehicleFile)
+    body, trial, propulsion, actuators = file.body, file.trial, file.propulsion, file.actuators
+    weight = body.mass_kg * GRAVITY_MPS2
+    thrust_factor = 0.5 * body.water_density_kgm3 * body.length_m**2
+    kn1, kn2 = propulsion.torque
+    row = {
+        "mass": body.mass_kg,
+        **body.inertia_kgm2.model_dump(),
+        **dict(zip(("xG", "yG", "zG"), body.centre_of_gravity_m, strict=True)),
+        "weight": weight,
+        "buoyancy": weight if body.buoyancy_n is None else body.buoyancy_n,
+        **dict(zip(("xB", "yB", "zB"), body.centre_of_buoyancy_m, strict=True)),
+        **{f"b{j}": b * thrust_factor for j, b in enumerate(propulsion.b, start=1)},
+        "zP": propulsion.thrust_line_z_m,
+        "Kn1": kn1 * propulsion.rpm_per_mps**2,
+        "Kn2": kn2 * propulsion.rpm_per_mps,
+    }
+    limits = (actuators.rudder_limit_deg, actuators.plane_limit_deg, actuators.plane_limit_deg)
+    return Vehicle(
+        name=file.name,
+        description=file.description,
+        reference=file.reference,
+        length_m=body.length_m,
+        water_density_kgm3=body.water_density_kgm3,
+        speed_mps=trial.speed_mps,
+        depth_m=trial.depth_m,
+        rpm_per_mps=propulsion.rpm_per_mps,
+        plane_rate_radps=np.radians(actuators.rate_deg_s).item(),
+        plane_time_constant_s=actuators.time_constant_s,
+        plane_limits_rad=np.radians(limits),
+        body=np.array([row[key] for key in layout.BODY]),
+        xi=np.array([file.coefficients[key] for key in coefficients.NAMES]),
+    )
