@@ -28,7 +28,7 @@ class Trajectory:
     states : (n_batch, n_times, 12) m, rad, m/s, rad/s; not a number from the failure of a member on
     controls : (n_times, 3) rad, and rpm : (n_times,), both at `times`
     status : (n_batch,) of the words "ok", "diverged", "left_envelope"
-    step : integration step, s
+    simulator, xi : what was run, so that it can be sampled at other times
     """
 
     times: np.ndarray
@@ -36,14 +36,17 @@ class Trajectory:
     controls: np.ndarray
     rpm: np.ndarray
     status: np.ndarray
-    step: float
-    _derivation: tuple
+    simulator: "Simulator"
+    xi: np.ndarray
 
     @cached_property
     def accelerations(self) -> np.ndarray:
         """(n_batch, n_times, 6) udot vdot wdot (m/s^2) and pdot qdot rdot (rad/s^2), from the equations of motion."""
-        dimensional, body, ordered = self._derivation
-        return kernel.body_accelerations(dimensional, body, self.states, ordered)
+        return self.simulator.accelerations(self.xi, self.states)
+
+    def resampled(self, times) -> "Trajectory":
+        """The same motion at other output times (s)."""
+        return self.simulator.at(times).trajectory(self.xi)
 
     def save(self, path: str | Path, member: int = 0) -> None:
         """Write one member with its controls and accelerations as a track CSV."""
@@ -76,18 +79,29 @@ class Simulator:
             raise InputError(f"unknown control convention '{controls}': expected linear or hold")
         if dt is not None and not (np.isfinite(dt) and dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {dt}")
-        self.times = np.array(times, dtype=float)
-        if self.times.size == 0 or self.times[0] < 0 or self.times[-1] > manoeuvre.duration * (1 + 1e-12):
-            raise InputError(f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s")
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
         self.subproblem = subproblem
         self.step = choose_step(vehicle, manoeuvre, subproblem) if dt is None else float(dt)
+        self.convention = controls
+        self.times = np.array(times, dtype=float)
+        if self.times.size == 0 or self.times[0] < 0 or self.times[-1] > manoeuvre.duration * (1 + 1e-12):
+            raise InputError(f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s")
         n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
         starts = np.arange(n_steps + 1) * self.step
         middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
         self._stages = np.stack([self._controls_at(starts + f * self.step) for f in (0.0, middle, end)], axis=1)
-        self._factors = vehicle.dimensional_factors
+
+    def at(self, times) -> "Simulator":
+        """The same simulator with other output times."""
+        return Simulator(
+            self.vehicle,
+            self.manoeuvre,
+            times,
+            dt=self.step,
+            controls=self.convention,
+            subproblem=self.subproblem,
+        )
 
     def _controls_at(self, times):
         """(n, 4): the three planes and n/k0, linearly interpolated."""
@@ -97,7 +111,7 @@ class Simulator:
 
     def dimensional(self, xi) -> np.ndarray:
         """(n_batch, 101) dimensional coefficients, those that the sub-problem does not use set to zero."""
-        dimensional = np.atleast_2d(np.asarray(xi, dtype=float)) * self._factors
+        dimensional = np.atleast_2d(np.asarray(xi, dtype=float)) * self.vehicle.dimensional_factors
         if self.subproblem is not None:
             unused = np.ones(len(coefficients.NAMES), dtype=bool)
             unused[coefficients.columns(coefficients.SUBPROBLEMS[self.subproblem])] = False
@@ -119,20 +133,18 @@ class Simulator:
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
         )
 
+    def accelerations(self, xi, states) -> np.ndarray:
+        """Body accelerations (n_batch, n_times, 6) of coefficient sets `xi` along `states` at the output times."""
+        dimensional = self.dimensional(xi)
+        body = self._repeated(self.vehicle.body, len(dimensional))
+        return kernel.body_accelerations(dimensional, body, states, self._controls_at(self.times))
+
     def trajectory(self, xi) -> Trajectory:
         """Simulate coefficient sets `xi` (n_batch, 101) and keep everything."""
         states, status = self.run(xi)
-        ordered = self._controls_at(self.times)
-        dimensional = self.dimensional(xi)
-        return Trajectory(
-            times=self.times,
-            states=states,
-            controls=ordered[:, :3],
-            rpm=ordered[:, 3] * self.vehicle.rpm_per_mps,
-            status=np.array(STATUS)[status],
-            step=self.step,
-            _derivation=(dimensional, self._repeated(self.vehicle.body, len(dimensional)), ordered),
-        )
+        controls = self._controls_at(self.times)
+        rpm = controls[:, 3] * self.vehicle.rpm_per_mps
+        return Trajectory(self.times, states, controls[:, :3], rpm, np.array(STATUS)[status], self, np.atleast_2d(xi))
 
     @staticmethod
     def _repeated(row, n_batch):

@@ -1,0 +1,69 @@
+"""Convergence of independent ensembles: autocorrelation times, effective sample sizes and R-hat.
+
+The walkers of an ensemble are not independent chains. R-hat therefore compares whole ensembles (and their first and
+second halves in time), and the autocorrelation time is that of an ensemble, averaged over its walkers.
+All functions take a chain (n_ensembles, n_steps, n_walkers, n_params).
+"""
+
+import numpy as np
+from scipy import fft, special, stats
+
+
+def rank_normalised(chain):
+    """Ranks of all draws of a parameter, turned into normal scores (Vehtari et al. 2021, section 4.1)."""
+    flat = chain.reshape(-1, chain.shape[-1])
+    ranks = stats.rankdata(flat, axis=0)
+    return special.ndtri((ranks - 0.375) / (len(flat) + 0.25)).reshape(chain.shape)
+
+
+def rhat(chain) -> np.ndarray:
+    """(n_params,) rank-normalised split R-hat, the larger of its bulk and folded versions (Vehtari et al. 2021).
+
+    Each ensemble is split into its first and second half in time; all walkers of a half count as one chain.
+    """
+    folded = np.abs(chain - np.median(chain, axis=(0, 1, 2)))
+    return np.maximum(_split_rhat(rank_normalised(chain)), _split_rhat(rank_normalised(folded)))
+
+
+def _split_rhat(chain):
+    half = chain.shape[1] // 2
+    parts = np.concatenate([chain[:, :half], chain[:, -half:]])
+    n = half * chain.shape[2]
+    within = parts.var(axis=(1, 2), ddof=1).mean(axis=0)
+    between = parts.mean(axis=(1, 2)).var(axis=0, ddof=1)
+    return np.sqrt((n - 1) / n + between / within)
+
+
+def autocorrelation_time(chain) -> np.ndarray:
+    """(n_ensembles, n_params) integrated autocorrelation times in steps (Sokal 1997), window of five times tau.
+
+    The autocovariance is averaged over the walkers of an ensemble before it is normalised.
+    """
+    centred = chain - chain.mean(axis=(1, 2), keepdims=True)
+    n_ensembles, n_steps, _, n_params = chain.shape
+    taus = np.empty((n_ensembles, n_params))
+    for e in range(n_ensembles):
+        spectrum = fft.rfft(centred[e], n=fft.next_fast_len(2 * n_steps), axis=0)
+        covariance = fft.irfft(np.mean(np.abs(spectrum) ** 2, axis=1), n=fft.next_fast_len(2 * n_steps), axis=0)
+        running = 2.0 * np.cumsum(covariance[:n_steps] / covariance[0], axis=0) - 1.0
+        beyond = np.arange(n_steps)[:, None] >= 5.0 * running
+        window = np.where(beyond.any(axis=0), beyond.argmax(axis=0), n_steps - 1)
+        taus[e] = running[window, np.arange(n_params)]
+    return np.maximum(taus, 1.0)
+
+
+def ess(chain) -> np.ndarray:
+    """(n_params,) effective sample size of the draws of all ensembles: their number over the autocorrelation time."""
+    n_draws = chain.shape[1] * chain.shape[2]
+    return np.sum(n_draws / autocorrelation_time(chain), axis=0)
+
+
+def bulk_ess(chain) -> np.ndarray:
+    """(n_params,) effective sample size of the rank-normalised draws."""
+    return ess(rank_normalised(chain))
+
+
+def tail_ess(chain) -> np.ndarray:
+    """(n_params,) the smaller of the effective sample sizes of the events below the 5 % and 95 % quantiles."""
+    low, high = np.quantile(chain, [0.05, 0.95], axis=(0, 1, 2))
+    return np.minimum(ess((chain <= low).astype(float)), ess((chain <= high).astype(float)))

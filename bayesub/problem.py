@@ -1,0 +1,150 @@
+"""The inference problem: everything that baselines, samplers and identifiability see of a vehicle and its record."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub import coefficients, likelihoods, logs
+from bayesub.errors import InputError
+from bayesub.kernels.mass import mass_matrix
+from bayesub.priors import RelativeNormal
+from bayesub.simulate import STATUS, Simulator, Trajectory
+
+_DIFFERENCE = 0.01  # step of the difference quotients in prior standard deviations
+_STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
+_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0  # fourth order
+
+
+class Problem:
+    """Free coefficients of a vehicle, to be inferred from a record of a manoeuvre.
+
+    Parameters
+    ----------
+    vehicle, manoeuvre, record
+    free : names of the coefficients to infer; one whose prior centre is zero has no scale and stays fixed
+    prior : from :mod:`bayesub.priors`
+    xi : (101,) values of the coefficients that are not free; by default the vehicle's own
+    dt : integration step, s; by default chosen for the vehicle and manoeuvre
+
+    Attributes
+    ----------
+    names : the n_params free coefficients, and columns : their positions in xi
+    prior : with mean and sd (n_params,)
+    readings, sds : (n_readings,) the measured values and their noise, SI units
+    evaluations : simulations so far, and failures : simulations so far by status
+    """
+
+    def __init__(self, vehicle, manoeuvre, record, *, free, prior: RelativeNormal, xi=None, dt=None):
+        self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
+        self.xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
+        centre = self.xi if prior.centre is None else prior.centre
+        candidates = coefficients.columns(free)
+        self.columns = candidates[centre[candidates] != 0.0]
+        if not self.columns.size:
+            raise InputError("no coefficient is free: every one named has a prior centre of zero")
+        self.names = tuple(coefficients.NAMES[k] for k in self.columns)
+        self.prior = prior.on(self.columns, self.xi)
+
+        times = np.unique(np.concatenate([channel.times for channel in record.channels]))
+        self.simulator = Simulator(vehicle, manoeuvre, times, dt=dt)
+        # Where each reading stands in the (n_times, 12) states of a simulation, laid out in one row.
+        self._position = np.concatenate(
+            [
+                len(logs.STATES) * np.searchsorted(times, channel.times) + logs.STATES.index(channel.state)
+                for channel in record.channels
+            ]
+        )
+        lengths = [len(channel.times) for channel in record.channels]
+        self.readings = np.concatenate([channel.values for channel in record.channels])
+        self.sds = np.repeat([channel.sd for channel in record.channels], lengths)
+        self.evaluations = 0
+        self.failures = dict.fromkeys(STATUS[1:], 0)
+
+    @property
+    def n_params(self) -> int:
+        return len(self.names)
+
+    def coefficient_sets(self, parameters) -> np.ndarray:
+        """(n_batch, 101) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""
+        parameters = np.atleast_2d(parameters)
+        sets = np.repeat(self.xi[None], len(parameters), axis=0)
+        sets[:, self.columns] = parameters
+        return sets
+
+    def predicted(self, parameters) -> np.ndarray:
+        """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed."""
+        states, status = self.simulator.run(self.coefficient_sets(parameters))
+        self.evaluations += len(states)
+        for code, word in enumerate(STATUS[1:], start=1):
+            self.failures[word] += int(np.count_nonzero(status == code))
+        predicted = states.reshape(len(states), -1).take(self._position, axis=1)
+        predicted[status != 0] = np.nan
+        return predicted
+
+    def residuals(self, parameters) -> np.ndarray:
+        """(n_batch, n_readings) ``(predicted - reading) / sd``, without dimension."""
+        return (self.predicted(parameters) - self.readings) / self.sds
+
+    def jacobian(self, parameters) -> np.ndarray:
+        """(n_readings, n_params) derivatives of the residuals at one parameter vector (n_params,).
+
+        Central differences of fourth order, a hundredth of a prior sd apart.
+        """
+        steps = _DIFFERENCE * self.prior.sd
+        offsets = np.einsum("s,ij->sij", _STENCIL, np.diag(steps))
+        shifted = self.predicted((parameters + offsets).reshape(-1, self.n_params))
+        slopes = np.tensordot(_WEIGHTS, shifted.reshape(len(_STENCIL), self.n_params, -1), axes=1)
+        return (slopes / steps[:, None]).T / self.sds[:, None]
+
+    def log_prior(self, parameters) -> np.ndarray:
+        """(n_batch,) log prior densities."""
+        return self.prior.log_density(np.atleast_2d(parameters))
+
+    def log_likelihood(self, parameters) -> np.ndarray:
+        """(n_batch,) log likelihoods, -inf where the simulation failed."""
+        return likelihoods.gaussian(self.residuals(parameters), self.sds)
+
+    def log_prob(self, parameters) -> np.ndarray:
+        """(n_batch,) log posterior densities, not normalised."""
+        return self.log_prior(parameters) + self.log_likelihood(parameters)
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """One axis of the linear form ``matrix @ xi = load`` (model section 9), in N or N m.
+
+    matrix : (n_samples, n_columns), dimensional regressors; names : (n_columns,) coefficients; load : (n_samples,)
+    """
+
+    axis: str
+    names: tuple[str, ...]
+    matrix: np.ndarray
+    load: np.ndarray
+
+
+def linear_systems(trajectory: Trajectory, member: int = 0, free=None) -> dict[str, LinearSystem]:
+    """The linear form of each axis from the states and accelerations of a trajectory.
+
+    The load is rigid-body inertia minus hydrostatics minus propulsion. Columns are the coefficients that the
+    sub-problem uses and, if `free` names are given, only those: the others move to the load with their values in the
+    trajectory. Columns that vanish throughout, such as those of bow planes that do not move, are left out, and so are
+    axes without columns.
+    """
+    simulator, xi = trajectory.simulator, trajectory.xi[member]
+    states, accelerations = trajectory.states[member], trajectory.accelerations[member]
+    used = set(coefficients.SUBPROBLEMS.get(simulator.subproblem, coefficients.NAMES))
+    free = used if free is None else used & set(free)
+    given = simulator.dimensional(np.where(np.isin(coefficients.NAMES, list(free)), 0.0, xi))
+    factors = simulator.vehicle.dimensional_factors
+    # What the free coefficients have to explain is how the motion differs from that of a boat without them.
+    without = simulator.accelerations(given[0] / factors, trajectory.states[member : member + 1])[0]
+    loads = (accelerations - without) @ mass_matrix(given[0], simulator.vehicle.body).T
+    systems = {}
+    for axis, block in coefficients.regressors(states, accelerations, trajectory.controls).items():
+        names = coefficients.names_of_axis(axis)
+        keep = np.array([name in free for name in names]) & (np.abs(block).max(axis=0) > 0)
+        if keep.any():
+            matrix = block[:, keep] * factors[coefficients.columns(names)[keep]]
+            kept = tuple(name for name, wanted in zip(names, keep, strict=True) if wanted)
+            systems[axis] = LinearSystem(axis, kept, matrix, loads[:, coefficients.AXES.index(axis)])
+    return systems
