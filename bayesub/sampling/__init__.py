@@ -1,0 +1,6 @@
+"""Posterior sampling: emcee in coordinates that are whitened at the mode and straightened along its bends."""
+
+from bayesub.sampling.posterior import Posterior
+from bayesub.sampling.sampler import sample
+
+__all__ = ["Posterior", "sample"]
