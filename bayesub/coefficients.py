@@ -177,6 +177,7 @@ def _confined(axes: str, symbols: set[str]) -> tuple[str, ...]:
     return tuple(t.name for t in TERMS if t.axis in axes and t.symbols <= symbols)
 
 
+ADDED_MASSES = tuple(term.name for term in TERMS if term.is_added_mass)
 HORIZONTAL = _confined("XYN", {"u", "v", "r", "nu", "dr", "udot", "vdot", "rdot"})
 VERTICAL = _confined("XZM", {"u", "w", "q", "nu", "db", "ds", "udot", "wdot", "qdot"})
 SUBPROBLEMS = {"horizontal": HORIZONTAL, "vertical": VERTICAL}

@@ -54,11 +54,15 @@ def read_text(path: Path) -> str:
 
 def read_toml(path: Path, model: type[Model]) -> Model:
     """Read `path` into `model`; the InputError names file, key, what was found and what was expected."""
+    return validate(read_toml_table(path), model, str(path))
+
+
+def read_toml_table(path: Path) -> dict:
+    """The plain content of a TOML file."""
     try:
-        content = tomllib.loads(read_text(path))
+        return tomllib.loads(read_text(path))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(f"{path}: is not valid TOML: {error}") from None
-    return validate(content, model, str(path))
 
 
 def validate(content: dict, model: type[Model], source: str) -> Model:

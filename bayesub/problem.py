@@ -96,6 +96,10 @@ class Problem:
         slopes = np.tensordot(_WEIGHTS, shifted.reshape(len(_STENCIL), self.n_params, -1), axes=1)
         return (slopes / steps[:, None]).T / self.sds[:, None]
 
+    def trajectory(self, parameters) -> Trajectory:
+        """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params)."""
+        return self.simulator.trajectory(self.coefficient_sets(parameters))
+
     def log_prior(self, parameters) -> np.ndarray:
         """(n_batch,) log prior densities."""
         return self.prior.log_density(np.atleast_2d(parameters))

@@ -57,9 +57,13 @@ class Channel:
 
 @dataclass(frozen=True)
 class Record:
-    """What the sensors of a trial wrote down; the channels in a fixed order make the vector of readings."""
+    """What the sensors of a trial wrote down; the channels in a fixed order make the vector of readings.
+
+    `truth` (101,) holds the coefficients behind a synthetic record, and is None for a real one.
+    """
 
     channels: tuple[Channel, ...]
+    truth: np.ndarray | None = None
 
     @property
     def n_readings(self) -> int:
@@ -98,4 +102,4 @@ def observe(trajectory, sensors, rng: np.random.Generator, member: int = 0) -> R
             sd = sensor.sd(state)
             values = states[:, logs.STATES.index(state)] + sd * rng.standard_normal(len(times))
             channels.append(Channel(state, times, values, sd))
-    return Record(tuple(channels))
+    return Record(tuple(channels), truth=trajectory.xi[member])

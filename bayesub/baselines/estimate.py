@@ -33,3 +33,15 @@ class Estimate:
     def values(self) -> np.ndarray:
         """(n_params,) the best solution."""
         return self.solutions[0]
+
+    def to_json(self) -> dict:
+        """Everything as JSON types."""
+        return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
+
+    @classmethod
+    def from_json(cls, content: dict) -> "Estimate":
+        """The inverse of :meth:`to_json`."""
+        arrays = {key: np.array(content[key]) for key in ("solutions", "costs")}
+        tuples = {key: tuple(content[key]) for key in ("names", "statuses")}
+        covariance = None if content["covariance"] is None else np.array(content["covariance"])
+        return cls(**content | arrays | tuples | {"covariance": covariance})

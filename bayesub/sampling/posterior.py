@@ -45,10 +45,20 @@ class Posterior:
     failures: dict[str, int]
     criteria: Criteria = Criteria()
 
+    @cached_property
+    def n_steps(self) -> int:
+        """Steps of each ensemble that were kept."""
+        return self.chain.shape[1]
+
     @property
     def draws(self) -> np.ndarray:
         """(n_draws, n_params) all draws."""
         return self.chain.reshape(-1, len(self.names))
+
+    @property
+    def best(self) -> np.ndarray:
+        """(n_params,) the draw of highest posterior density."""
+        return self.draws[np.argmax(self.log_prob)]
 
     @cached_property
     def mean(self) -> np.ndarray:
@@ -95,7 +105,7 @@ class Posterior:
     @cached_property
     def shortcomings(self) -> tuple[str, ...]:
         """The criteria that are not met, each with the parameter that is worst and what to do; empty if converged."""
-        n_ensembles, n_steps = self.chain.shape[:2]
+        n_ensembles, n_steps = len(self.chain), self.n_steps
         if n_ensembles < 4:
             return (f"only {n_ensembles} independent ensembles; at least 4 are needed for R-hat",)
         if n_steps < 50:

@@ -1,0 +1,1 @@
+"""Figures. Drawing reads results and computes nothing that a number in the report depends on."""

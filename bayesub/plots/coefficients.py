@@ -1,0 +1,54 @@
+"""The coefficient picture of the thesis (Figures 33 to 59): one column a coefficient, its ratio to the truth upwards."""
+
+import numpy as np
+
+from bayesub.coefficients import INDEX, TERMS
+from bayesub.plots import style
+
+
+def labels(names) -> list[str]:
+    """LaTeX labels of coefficients."""
+    return [TERMS[INDEX[name]].label for name in names]
+
+
+def draw(path, posterior, reference, estimates, reference_word: str) -> None:
+    """Prior band, posterior intervals and the solutions of the baselines.
+
+    Parameters
+    ----------
+    reference : (n_params,) values that count as one, and reference_word : what they are
+    estimates : list of Estimates; their coefficients may stand in another order
+    """
+    names = posterior.names
+    n = len(names)
+    columns = np.arange(n)
+    ratio = lambda values: np.asarray(values) / reference  # noqa: E731
+    with style.figure(path, max(6.0, 0.42 * n + 1.0), 4.6) as figure:
+        axis = figure.subplots()
+        centre, half = ratio(posterior.prior_mean), 2.0 * np.abs(ratio(posterior.prior_sd))
+        axis.bar(columns, 2 * half, 0.8, centre - half, color=style.PRIOR, alpha=0.55, label="prior, two sd")
+        axis.axhline(1.0, color=style.TRUTH, lw=0.8)
+        low, q1, median, q3, high = np.sort(ratio(posterior.quantiles([0.05, 0.25, 0.5, 0.75, 0.95])), axis=0)
+        axis.vlines(columns, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
+        axis.vlines(columns, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
+        axis.plot(columns, median, "_", color="white", ms=7)
+        for estimate in estimates:
+            place = np.array([estimate.names.index(name) for name in names])
+            if estimate.method == "SQP":
+                offsets = np.linspace(-0.25, 0.25, len(estimate.solutions)) if len(estimate.solutions) > 1 else [0.3]
+                for j, (offset, solution) in enumerate(zip(offsets, estimate.solutions[:, place], strict=True)):
+                    label = f"SQP from {len(estimate.solutions)} starts" if j == 0 else None
+                    axis.plot(columns + offset, ratio(solution), "o", ms=3, color=style.SQP, label=label)
+            else:
+                values = ratio(estimate.values[place])
+                axis.plot(columns + 0.36, values, "x", ms=4.5, color=style.LINEAR, label=f"{estimate.method}, no noise")
+        axis.set_xticks(columns, labels(names), rotation=60, ha="right", rotation_mode="anchor")
+        axis.set_xlim(-0.7, n - 0.3)
+        bottom, top = min((centre - half).min(), low.min()), max((centre + half).max(), high.max())
+        axis.set_ylim(max(bottom - 0.1, -1.5), min(top + 0.1, 4.0))
+        axis.set_ylabel(f"ratio to {reference_word}")
+        axis.grid(axis="x", visible=False)
+        first = [k for k in range(1, n) if names[k][0] != names[k - 1][0]]
+        for k in first:
+            axis.axvline(k - 0.5, color=style.TRUTH, lw=0.5, ls=":")
+        axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8)

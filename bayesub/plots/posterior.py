@@ -1,0 +1,76 @@
+"""Correlations and joint marginals of the posterior."""
+
+import corner
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from bayesub.plots import style
+from bayesub.plots.coefficients import labels
+
+CORNER_PARAMETERS = 12
+CORNER_DRAWS = 20_000
+
+
+def draw_correlation(path, posterior) -> None:
+    """Heat map of the posterior correlation matrix."""
+    n = len(posterior.names)
+    size = max(4.5, 0.27 * n + 1.6)
+    with style.figure(path, size + 0.8, size) as figure:
+        axis = figure.subplots()
+        image = axis.imshow(posterior.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
+        axis.set_xticks(range(n), labels(posterior.names), rotation=90, fontsize=8)
+        axis.set_yticks(range(n), labels(posterior.names), fontsize=8)
+        axis.grid(visible=False)
+        axis.spines[:].set_visible(False)
+        for k in range(1, n):
+            if posterior.names[k][0] != posterior.names[k - 1][0]:
+                axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
+                axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
+        figure.colorbar(image, ax=axis, shrink=0.8, label="posterior correlation")
+
+
+def corner_parameters(posterior) -> np.ndarray:
+    """Positions of at most twelve parameters: the best and the worst known, in the order of the posterior."""
+    n = len(posterior.names)
+    order = np.argsort(posterior.contraction)
+    half = CORNER_PARAMETERS // 2
+    return np.arange(n) if n <= CORNER_PARAMETERS else np.sort(np.concatenate([order[:half], order[-half:]]))
+
+
+def draw_corner(path, posterior, reference, rng: np.random.Generator) -> None:
+    """Joint marginals of the best and the worst known coefficients as ratios to `reference` (n_params,)."""
+    chosen = corner_parameters(posterior)
+    draws = posterior.draws[:, chosen] / reference[chosen]
+    draws = draws[rng.choice(len(draws), min(CORNER_DRAWS, len(draws)), replace=False)]
+    best = np.argsort(posterior.contraction)[: CORNER_PARAMETERS // 2]
+    n = len(chosen)
+    with mpl.rc_context({"font.size": 8.0}):
+        figure = Figure(figsize=(0.95 * n + 0.8, 0.95 * n + 0.8), dpi=130)
+        corner.corner(
+            draws,
+            bins=25,
+            labels=[label + ("" if k not in best else r"$\,\checkmark$") for k, label in zip(chosen, labels(np.array(posterior.names)[chosen]), strict=True)],
+            truths=np.ones(n),
+            truth_color=style.SQP,
+            color=style.POSTERIOR,
+            fig=figure,
+            plot_datapoints=False,
+            fill_contours=True,
+            levels=(0.5, 0.9),
+            smooth=1.0,
+            max_n_ticks=3,
+            hist_kwargs={"density": True},
+            label_kwargs={"fontsize": 10},
+            labelpad=0.12,
+        )  # fmt: skip
+        priors = (posterior.prior_mean[chosen] / reference[chosen], posterior.prior_sd[chosen] / np.abs(reference[chosen]))
+        axes = np.array(figure.axes).reshape(n, n)
+        for k, (mean, sd) in enumerate(zip(*priors, strict=True)):
+            axis = axes[k, k]
+            low, high = axis.get_xlim()
+            grid = np.linspace(low, high, 200)
+            density = np.exp(-0.5 * ((grid - mean) / sd) ** 2) / (sd * np.sqrt(2 * np.pi))
+            axis.plot(grid, density, color="#777777", lw=1.0, ls="--")
+            axis.set_ylim(0, 1.1 * max(axis.get_ylim()[1] / 1.1, density.max()))
+        figure.savefig(path)

@@ -1,0 +1,41 @@
+"""The spectrum of the whitened Jacobian: stiff, sloppy and null directions."""
+
+import numpy as np
+
+from bayesub.plots import style
+
+
+def draw(path, spectrum, n_null: int) -> None:
+    """Singular values, descending; the last `n_null` belong to the null space of the equations of motion."""
+    s = spectrum.singular_values
+    number = np.arange(1, len(s) + 1)
+    null = number > len(s) - n_null
+    sharp = (s > 1.0) & ~null
+    groups = (
+        (sharp, style.POSTERIOR, "o", f"{sharp.sum()} sharpened by the data"),
+        (~sharp & ~null, style.WEAK, "s", f"{(~sharp & ~null).sum()} left to the prior"),
+        (null, style.NULL, "D", f"{null.sum()} null: no data of this kind can tell"),
+    )
+    with style.figure(path, 6.5, 3.8) as figure:
+        axis = figure.subplots()
+        for members, colour, marker, label in groups:
+            if members.any():
+                axis.semilogy(number[members], s[members], marker, color=colour, label=label, ms=6)
+        axis.axhline(1.0, color=style.TRUTH, lw=0.8)
+        axis.annotate(
+            "data as sharp as the prior", (0.995, 1.0), (0, 3), ("axes fraction", "data"), "offset points", fontsize=8,
+            ha="right",
+        )  # fmt: skip
+        if n_null and n_null < len(s):
+            upper, lower = s[~null].min(), s[null].max()
+            axis.axhspan(lower, upper, color=style.NULL, alpha=0.15, lw=0)
+            axis.annotate(
+                f"gap of {upper / lower:.0e}".replace("e+0", "e").replace("e+", "e"),
+                (1.0, np.sqrt(upper * lower)),
+                va="center",
+                fontsize=8,
+            )
+        axis.set_xlabel("direction, from the stiffest to the sloppiest")
+        axis.set_ylabel("singular value (prior sd / data sd)")
+        axis.set_xticks(number[:: max(1, len(s) // 20)])
+        axis.legend(loc="upper right", fontsize=8)

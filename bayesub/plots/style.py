@@ -1,0 +1,38 @@
+"""One look for all figures: colours that colour-blind readers tell apart (Okabe & Ito 2008), sizes that read on a page."""
+
+from contextlib import contextmanager
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+TRUTH = "#000000"
+POSTERIOR = "#0072B2"
+SQP = "#D55E00"
+LINEAR = "#009E73"
+PRIOR = "#C8C8C8"
+READINGS = "#56B4E9"
+WEAK = "#E69F00"
+NULL = "#CC79A7"
+
+_SETTINGS = {
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "grid.color": "#E6E6E6",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "figure.dpi": 150,
+    "savefig.dpi": 150,
+}
+
+
+@contextmanager
+def figure(path, width: float, height: float):
+    """A figure of `width` by `height` inches that is saved to `path` when the block ends without an error."""
+    with mpl.rc_context(_SETTINGS):
+        drawing = Figure(figsize=(width, height), layout="constrained")
+        yield drawing
+        drawing.savefig(path)

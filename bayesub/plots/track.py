@@ -1,0 +1,93 @@
+"""The track of a trial, and how far the readings are from what the posterior predicts."""
+
+import numpy as np
+
+from bayesub import logs
+from bayesub.plots import style
+
+_UNITS = {"x": ("north", "m", 1.0), "y": ("east", "m", 1.0), "z": ("depth", "m", 1.0)}
+_UNITS |= {state: (name, "deg", 180.0 / np.pi) for state, name in (("phi", "roll"), ("theta", "pitch"), ("psi", "yaw"))}
+
+
+def draw(path, record, times, predicted, truth=None) -> None:
+    """Track from above, and the residual of every channel against time.
+
+    Parameters
+    ----------
+    record : the readings
+    times, predicted : (n_times,) and (n_draws, n_times, 12) states of draws from the posterior
+    truth : (n_times, 12) true states, or None
+    """
+    channels = record.channels
+    with style.figure(path, 9.0, 4.6) as figure:
+        axes = figure.subplot_mosaic(
+            [["track", channel.state] for channel in channels], width_ratios=[1.0, 1.15], empty_sentinel=""
+        )
+        _draw_path(axes["track"], record, predicted, truth)
+        centre = predicted.mean(axis=0)
+        for channel in channels:
+            name, unit, factor = _UNITS[channel.state]
+            column = logs.STATES.index(channel.state)
+            at = np.searchsorted(times, channel.times)
+            axis = axes[channel.state]
+            residual = factor * (channel.values - centre[at, column])
+            sd = factor * channel.sd
+            axis.axhspan(-2 * sd, 2 * sd, color=style.PRIOR, alpha=0.4, lw=0)
+            axis.plot(channel.times, residual, ".", ms=2.0, color=style.READINGS, label="reading")
+            low, high = np.quantile(factor * (predicted[:, at, column] - centre[at, column]), [0.05, 0.95], axis=0)
+            axis.fill_between(channel.times, low, high, color=style.POSTERIOR, lw=0, label="90 % of the posterior")
+            if truth is not None:
+                off = factor * (truth[at, column] - centre[at, column])
+                axis.plot(channel.times, off, color=style.TRUTH, lw=0.8, label="truth")
+            axis.set_ylabel(f"{name} ({unit})")
+            axis.set_ylim(-4.2 * sd, 4.2 * sd)
+            axis.label_outer()
+        axes[channels[0].state].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
+        axes[channels[-1].state].set_xlabel("time (s)")
+        handles, labels = axes[channels[0].state].get_legend_handles_labels()
+        axes["track"].legend(handles, labels, loc="best", fontsize=8, markerscale=3)
+
+
+def _draw_path(axis, record, predicted, truth):
+    by_state = {channel.state: channel for channel in record.channels}
+    if {"x", "y"} <= by_state.keys():
+        axis.plot(by_state["y"].values, by_state["x"].values, ".", ms=2.5, color=style.READINGS)
+    axis.plot(predicted[:20, :, 1].T, predicted[:20, :, 0].T, color=style.POSTERIOR, lw=1.2)
+    if truth is not None:
+        axis.plot(truth[:, 1], truth[:, 0], color=style.TRUTH, lw=0.8)
+    axis.plot(predicted[0, 0, 1], predicted[0, 0, 0], "o", color=style.TRUTH, ms=4)
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.set_xlabel("east (m)")
+    axis.set_ylabel("north (m)")
+    axis.set_title("track from above, starting at the dot", fontsize=9)
+
+
+def draw_simulated(trajectory, name: str, path) -> None:
+    """One simulated trial: the track from above, depth and pitch, speed, and the controls."""
+    times, states = trajectory.times, trajectory.states[0]
+    with style.figure(path, 9.0, 5.0) as figure:
+        axes = figure.subplot_mosaic(
+            [["track", "depth"], ["track", "pitch"], ["track", "speed"], ["track", "planes"]], width_ratios=[1.0, 1.2]
+        )
+        axes["track"].plot(states[:, 1], states[:, 0], color=style.POSTERIOR)
+        axes["track"].plot(states[0, 1], states[0, 0], "o", color=style.TRUTH, ms=4)
+        axes["track"].set_aspect("equal", adjustable="datalim")
+        axes["track"].set(xlabel="east (m)", ylabel="north (m)", title=f"{name}: track from above")
+        axes["depth"].plot(times, states[:, 2], color=style.POSTERIOR)
+        axes["depth"].set_ylabel("depth (m)")
+        axes["depth"].invert_yaxis()
+        for column, label, colour in ((3, "roll", style.SQP), (4, "pitch", style.POSTERIOR)):
+            axes["pitch"].plot(times, np.degrees(states[:, column]), color=colour, label=label)
+        axes["pitch"].set_ylabel("angle (deg)")
+        axes["speed"].plot(times, np.linalg.norm(states[:, 6:9], axis=1), color=style.POSTERIOR)
+        axes["speed"].set_ylabel("speed (m/s)")
+        colours = (style.POSTERIOR, style.LINEAR, style.SQP)
+        for j, (label, colour) in enumerate(zip(("rudder", "bow plane", "stern plane"), colours, strict=True)):
+            if np.any(trajectory.controls[:, j]):
+                axes["planes"].plot(times, np.degrees(trajectory.controls[:, j]), color=colour, label=label)
+        axes["planes"].set(ylabel="plane (deg)", xlabel="time (s)")
+        for key in ("pitch", "planes"):
+            if axes[key].get_legend_handles_labels()[0]:
+                axes[key].legend(loc="upper right", fontsize=8, ncols=3)
+        for key in ("depth", "pitch", "speed"):
+            axes[key].tick_params(labelbottom=False)

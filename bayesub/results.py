@@ -1,0 +1,104 @@
+"""Posteriors on disk, as ArviZ reads them: the one module that knows ArviZ and its file format.
+
+One chain a parameter and ensemble: the draws of an ensemble are laid out walker after walker, so that ArviZ's
+autocorrelations see the steps of a walker in order. Both ArviZ 0.23 (Python 3.11) and 1.x read the file.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from bayesub.errors import InputError
+from bayesub.sampling.posterior import Criteria, Posterior
+
+KEPT_STEPS = 250  # of each ensemble in the file; the chain is thinned to about as many
+
+
+def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
+    """The groups ``posterior``, ``sample_stats`` and ``convergence``, the first two with dimensions chain and draw."""
+    n_ensembles, n_steps, n_walkers, _ = posterior.chain.shape
+    thin = max(1, n_steps // KEPT_STEPS)
+    first = (n_steps - 1) % thin  # keep the last step
+    chain = posterior.chain[:, first::thin]
+    log_prob = posterior.log_prob[:, first::thin]
+    walker, step = np.meshgrid(np.arange(n_walkers), np.arange(first, n_steps, thin), indexing="ij")
+
+    def flat(steps):
+        return ("chain", "draw"), np.ascontiguousarray(np.swapaxes(steps, 1, 2)).reshape(n_ensembles, -1)
+
+    coordinates = {"chain": np.arange(n_ensembles), "draw": np.arange(walker.size)}
+    draws = xr.Dataset({name: flat(chain[..., k]) for k, name in enumerate(posterior.names)}, coords=coordinates)
+    draws.attrs = {
+        "n_warmup": posterior.n_warmup,
+        "n_steps": n_steps,
+        "thin": thin,
+        "n_walkers": n_walkers,
+        "acceptance": posterior.acceptance,
+        "evaluations": posterior.evaluations,
+        "seconds": posterior.seconds,
+        "layout": "walker after walker within a chain, which is one independent ensemble",
+        **{f"failures_{word}": count for word, count in posterior.failures.items()},
+        **{f"criterion_{key}": value for key, value in vars(posterior.criteria).items()},
+    }
+    stats = xr.Dataset({"lp": flat(log_prob)}, coords=coordinates)
+    stats["walker"] = ("draw", walker.ravel())
+    stats["step"] = ("draw", step.ravel())
+    summary = xr.Dataset(
+        {
+            "prior_mean": ("parameter", posterior.prior_mean),
+            "prior_sd": ("parameter", posterior.prior_sd),
+            "rhat": ("parameter", posterior.rhat),
+            "bulk_ess": ("parameter", posterior.bulk_ess),
+            "tail_ess": ("parameter", posterior.tail_ess),
+            "tau": (("ensemble", "parameter"), posterior.tau),
+        },
+        coords={"parameter": list(posterior.names)},
+    )
+    return {"posterior": draws, "sample_stats": stats, "convergence": summary}
+
+
+def save(posterior: Posterior, path: Path) -> None:
+    """Write ``posterior.nc``; the diagnostics of the whole chain go with the thinned draws."""
+    tree = xr.DataTree.from_dict(to_datasets(posterior))
+    try:
+        tree.to_netcdf(path, engine="h5netcdf")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error}") from None
+
+
+def load(path: Path) -> Posterior:
+    """Read ``posterior.nc``; InputError if it is missing or not one of ours."""
+    try:
+        with xr.open_datatree(path, engine="h5netcdf") as tree:
+            draws, stats, summary = (tree[g].to_dataset().load() for g in ("posterior", "sample_stats", "convergence"))
+    except (OSError, KeyError) as error:
+        raise InputError(f"{path}: is not a readable posterior ({error})") from None
+    names = tuple(str(name) for name in summary["parameter"].values)
+    attrs = draws.attrs
+    n_walkers = int(attrs["n_walkers"])
+
+    def ensembles(array):
+        return np.swapaxes(array.values.reshape(array.sizes["chain"], n_walkers, -1), 1, 2)
+
+    posterior = Posterior(
+        names=names,
+        chain=np.stack([ensembles(draws[name]) for name in names], axis=-1),
+        log_prob=ensembles(stats["lp"]),
+        prior_mean=summary["prior_mean"].values,
+        prior_sd=summary["prior_sd"].values,
+        n_warmup=int(attrs["n_warmup"]),
+        acceptance=float(attrs["acceptance"]),
+        evaluations=int(attrs["evaluations"]),
+        seconds=float(attrs["seconds"]),
+        failures={k.removeprefix("failures_"): int(v) for k, v in attrs.items() if k.startswith("failures_")},
+        criteria=Criteria(
+            **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
+        ),
+    )
+    # The diagnostics are those of the whole chain, not of the thinned draws: they take the place of the cached properties.
+    vars(posterior).update(
+        n_steps=int(attrs["n_steps"]),
+        **{key: summary[key].values for key in ("tau", "rhat", "bulk_ess", "tail_ess")},
+    )
+    return posterior

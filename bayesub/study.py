@@ -1,0 +1,286 @@
+"""Studies: a TOML file with one inference question, run into a folder that explains itself."""
+
+import importlib.metadata
+import json
+import os
+import platform
+import shutil
+import subprocess
+import time
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pydantic
+import tomli_w
+
+from bayesub import baselines, coefficients, identifiability, inputs, priors, results, sensors
+from bayesub.errors import InputError
+from bayesub.inputs import Positive, Section
+from bayesub.manoeuvres import Manoeuvre, load_manoeuvre
+from bayesub.problem import Problem, linear_systems
+from bayesub.report import write_report
+from bayesub.sampling import sample
+from bayesub.sampling.posterior import Criteria
+from bayesub.sensors import observe
+from bayesub.simulate import Trajectory, simulate
+from bayesub.vehicles import Vehicle, load_vehicle
+
+COMPUTED = ("versions", "commit", "quick_run")  # keys of config.toml that a study file does not have
+PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
+
+
+class SensorSection(Section):
+    kind: Literal["track"]
+    channels: tuple[str, ...] = tuple(sensors.TRACK_CHANNELS)
+    position_sd_m: Positive
+    attitude_sd_deg: Positive
+    interval_s: Positive = 1.0
+
+
+class FreeSection(Section):
+    coefficients: Literal["horizontal", "vertical", "all"] | tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        if isinstance(self.coefficients, str):
+            return coefficients.SUBPROBLEMS.get(self.coefficients, coefficients.NAMES)
+        return self.coefficients
+
+
+class PriorSection(Section):
+    kind: Literal["relative_normal"]
+    sd: Positive
+    centre: Literal["vehicle", "perturbed"] = "vehicle"
+    perturbation_sd: Positive = 0.25
+
+
+class BaselinesSection(Section):
+    linear_least_squares: bool = True
+    sqp_starts: int = pydantic.Field(default=5, ge=0, le=1000)
+
+
+class SamplerSection(Section):
+    n_ensembles: int = pydantic.Field(default=4, ge=1, le=64)
+    n_walkers: int | None = pydantic.Field(default=None, ge=4, le=4096)
+    max_steps: int = pydantic.Field(default=20_000, ge=100)
+    rhat: float = pydantic.Field(default=1.01, gt=1.0)
+    ess: Positive = 400.0
+    taus: Positive = 25.0
+
+
+class Study(Section):
+    """The content of a study file. Random numbers come from `seed`, one stream each for data, guess, SQP and sampling."""
+
+    name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
+    question: str = ""
+    vehicle: str
+    manoeuvre: str
+    seed: int = pydantic.Field(ge=0)
+    dt_s: Positive | None = None
+    sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
+    free: FreeSection
+    prior: PriorSection
+    baselines: BaselinesSection = BaselinesSection()
+    sampler: SamplerSection = SamplerSection()
+    quick: dict = {}
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A study made ready: the synthetic trial and the problem it poses."""
+
+    study: Study
+    vehicle: Vehicle
+    manoeuvre: Manoeuvre
+    truth: Trajectory
+    problem: Problem
+    sqp_rng: np.random.Generator
+    sampler_rng: np.random.Generator
+
+
+def load_study(path: str | Path, *, quick: bool = False) -> Study:
+    """Read a study file; with `quick`, its ``[quick]`` section overrides the others."""
+    path = Path(path)
+    study = inputs.read_toml(path, Study)
+    if quick:
+        content = study.model_dump(exclude_none=True)
+        for section, changes in study.quick.items():
+            if isinstance(changes, dict) and isinstance(content.get(section), dict):
+                content[section] |= changes
+            else:
+                content[section] = changes
+        study = inputs.validate(content, Study, f"{path} with its [quick] section")
+    return study
+
+
+def prepare(study: Study) -> Setup:
+    """Simulate the truth, measure it and pose the problem; the same for the same study, bit for bit."""
+    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(study.seed).spawn(4)]
+    data_rng, guess_rng, sqp_rng, sampler_rng = streams
+    vehicle = load_vehicle(study.vehicle)
+    manoeuvre = load_manoeuvre(study.manoeuvre, vehicle)
+    truth = simulate(vehicle, manoeuvre, dt=study.dt_s)
+    fitted = [
+        sensors.Track(s.position_sd_m, s.attitude_sd_deg, s.interval_s, tuple(s.channels)) for s in study.sensors
+    ]
+    record = observe(truth, fitted, data_rng)
+    centre = vehicle.xi
+    if study.prior.centre == "perturbed":
+        centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
+    prior = priors.relative_normal(study.prior.sd, centre)
+    problem = Problem(vehicle, manoeuvre, record, free=study.free.names, prior=prior, dt=truth.simulator.step)
+    return Setup(study, vehicle, manoeuvre, truth, problem, sqp_rng, sampler_rng)
+
+
+def completed(study: Study, *, quick: bool) -> dict:
+    """The study with every default filled in, and what else the result depends on."""
+    return study.model_dump(exclude_none=True, mode="json") | {
+        "quick_run": quick,
+        "commit": _commit(),
+        "versions": {"python": platform.python_version()}
+        | {package: importlib.metadata.version(package) for package in PACKAGES},
+    }
+
+
+def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> None:
+    """Make the run folder and write ``config.toml`` into it before any work starts.
+
+    An existing run is refused; `force` deletes it; `resume` continues it if its config is the same, and otherwise names
+    the first difference.
+    """
+    file = folder / "config.toml"
+    if resume:
+        if not file.exists():
+            raise InputError(f"{folder}: holds no run to resume; leave out --resume")
+        difference = _first_difference(inputs.read_toml_table(file), config)
+        if difference:
+            raise InputError(f"{folder}: cannot be resumed: {difference}; use --force to start afresh")
+        return
+    try:
+        if file.exists() and force:
+            shutil.rmtree(folder)
+        elif folder.exists() and any(folder.iterdir()):
+            kind = "a run" if file.exists() else "other files"
+            raise InputError(
+                f"{folder}: already holds {kind}; "
+                + ("use --resume to continue it or --force to replace it" if file.exists() else "choose another -o")
+            )
+        folder.mkdir(parents=True, exist_ok=True)
+        file.write_text(tomli_w.dumps(config), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {(error.strerror or str(error)).lower()}") from None
+
+
+def _first_difference(saved: dict, config: dict) -> str:
+    wanted = tomllib.loads(tomli_w.dumps(config))
+    for key in sorted(saved.keys() | wanted.keys()):
+        if key in ("commit", "quick"):
+            continue
+        if saved.get(key) != wanted.get(key):
+            before, now = saved.get(key), wanted.get(key)
+            if isinstance(before, dict) and isinstance(now, dict):
+                inner = next(k for k in sorted(before.keys() | now.keys()) if before.get(k) != now.get(k))
+                return f"{key}.{inner} was {before.get(inner)!r} and is now {now.get(inner)!r}"
+            return f"{key} was {before!r} and is now {now!r}"
+    return ""
+
+
+def run(study: Study, folder: Path, *, progress=None) -> bool:
+    """Do the work of a study in an opened folder; True if the posterior converged.
+
+    progress : object with ``stage(name)``, called when a stage begins, and ``update(fraction, text)``
+    """
+    began = time.perf_counter()
+    progress = progress or _Silent()
+    progress.stage("simulate and measure the truth")
+    setup = prepare(study)
+    problem = setup.problem
+    problem.record.save(folder / "record.csv")
+    problem.predicted(problem.prior.mean)  # compile before anything is timed
+    seconds = {"simulate, with compilation": time.perf_counter() - began}
+
+    estimates = []
+    if study.baselines.linear_least_squares:
+        progress.stage("linear least squares")
+        systems = linear_systems(setup.truth, free=problem.names)
+        guess = dict(zip(problem.names, problem.prior.mean, strict=True))
+        estimates.append(baselines.linear_least_squares(systems, guess))
+        seconds["linear least squares"] = estimates[-1].seconds
+    if study.baselines.sqp_starts:
+        progress.stage("SQP")
+        n = study.baselines.sqp_starts
+        estimates.append(
+            baselines.sqp(
+                problem,
+                rng=setup.sqp_rng,
+                n_starts=n,
+                progress=lambda done: progress.update(done / n, f"{done} of {n} starts"),
+            )
+        )
+        seconds["SQP"] = estimates[-1].seconds
+
+    progress.stage("sample the posterior")
+    sampler = study.sampler
+    posterior = sample(
+        problem,
+        rng=setup.sampler_rng,
+        n_ensembles=sampler.n_ensembles,
+        n_walkers=sampler.n_walkers,
+        max_steps=sampler.max_steps,
+        criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
+        checkpoint=folder / "chain.h5",
+        progress=progress.update,
+    )
+    seconds["sampling"] = posterior.seconds
+    results.save(posterior, folder / "posterior.nc")
+    (folder / "estimates.json").write_text(json.dumps([e.to_json() for e in estimates], indent=1))
+    progress.stage("figures and report")
+    spectrum = identifiability.fisher(problem, posterior.best)
+    seconds["all before the report"] = time.perf_counter() - began
+    write_report(folder, problem, estimates, spectrum, posterior, study=study, seconds=seconds)
+    return posterior.converged
+
+
+def redraw(folder: Path) -> bool:
+    """Draw figures and report of a finished run again, from its saved results; True if its posterior converged."""
+    file = folder / "config.toml"
+    if not file.exists():
+        raise InputError(f"{folder}: is not a run folder, config.toml is missing")
+    content = inputs.read_toml_table(file)
+    study = inputs.validate({k: v for k, v in content.items() if k not in COMPUTED}, Study, str(file))
+    for name in ("posterior.nc", "estimates.json", "numbers.json"):
+        if not (folder / name).exists():
+            raise InputError(f"{folder}: {name} is missing, the run has not finished; continue it with --resume")
+    setup = prepare(study)
+    posterior = results.load(folder / "posterior.nc")
+    try:
+        estimates = [baselines.Estimate.from_json(e) for e in json.loads((folder / "estimates.json").read_text())]
+        seconds = json.loads((folder / "numbers.json").read_text())["seconds"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{folder}: estimates.json or numbers.json is damaged ({error}); run the study again") from None
+    spectrum = identifiability.fisher(setup.problem, posterior.best)
+    write_report(folder, setup.problem, estimates, spectrum, posterior, study=study, seconds=seconds)
+    return posterior.converged
+
+
+class _Silent:
+    def stage(self, name):
+        pass
+
+    def update(self, fraction, text):
+        pass
+
+
+def _commit() -> str:
+    """The commit of the source tree that is running, or "unknown" for an installed package."""
+    here = Path(__file__).parent
+    if not (here.parent / ".git").exists():
+        return "unknown"
+    command = ["git", "-C", os.fspath(here), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"

@@ -1,0 +1,110 @@
+"""Shared vehicles and motions. `boat` is a vehicle file as a dictionary, which is what slow_twin understands."""
+
+import tomllib
+
+import numpy as np
+import pytest
+import tomli_w
+
+import bayesub as bs
+from bayesub import inputs
+from bayesub.manoeuvres import Manoeuvre
+
+
+@pytest.fixture
+def rng():
+    """Random numbers that depend on nothing but this seed."""
+    return np.random.default_rng(690)
+
+
+@pytest.fixture(scope="session")
+def suboff():
+    return bs.load_vehicle("suboff")
+
+
+@pytest.fixture(scope="session")
+def suboff_file():
+    """The text of the suboff vehicle file."""
+    return inputs.find("suboff", "vehicles").read_text()
+
+
+@pytest.fixture(scope="session")
+def boat(suboff_file):
+    """A suboff-like boat none of whose coefficients and mass properties is zero, unladen with any symmetry."""
+    content = tomllib.loads(suboff_file)
+    rng = np.random.default_rng(101)
+    typical = {"X": 2e-3, "Y": 5e-3, "Z": 5e-3, "K": 1e-5, "M": 5e-4, "N": 5e-4}
+    for name, value in content["coefficients"].items():
+        if value == 0:
+            content["coefficients"][name] = typical[name[0]] * float(rng.uniform(0.2, 1.0) * rng.choice([-1, 1]))
+    body, propulsion = content["body"], content["propulsion"]
+    body["centre_of_gravity_m"], body["centre_of_buoyancy_m"] = [0.31, -0.07, 0.23], [0.29, -0.05, -0.17]
+    body["inertia_kgm2"] |= {"Izz": 6.5e9, "Ixy": -2.1e6, "Iyz": 3.3e6, "Izx": -4.7e6}
+    body |= {"neutrally_buoyant": False, "buoyancy_n": 0.998 * body["mass_kg"] * 9.81}
+    propulsion["b"] = [-0.0009, -0.0031, 0.0052, -0.0006, -0.0035, 0.0051, -0.0007, 0.0003, -0.0024]
+    propulsion |= {"thrust_line_z_m": 0.41, "torque": [13.0, 17.0], "rpm_per_mps": 11.0}
+    return content
+
+
+def vehicle_of(content, folder):
+    """The vehicle that bayesub reads from a file with this content."""
+    path = folder / "boat.toml"
+    path.write_text(tomli_w.dumps(content))
+    return bs.load_vehicle(path)
+
+
+@pytest.fixture(scope="session")
+def full(boat, tmp_path_factory):
+    """What bayesub reads from a file of `boat`."""
+    return vehicle_of(boat, tmp_path_factory.mktemp("full"))
+
+
+@pytest.fixture
+def vehicle_with(tmp_path):
+    """vehicle_with(content): what bayesub reads from a file of that content."""
+    return lambda content: vehicle_of(content, tmp_path)
+
+
+@pytest.fixture
+def motions(rng):
+    """120 states, controls and propeller speeds: ahead, at rest and astern, every thrust branch, with and without drift."""
+    n = 120
+    states = rng.standard_normal((n, 12)) * [500, 500, 100, 0.6, 0.4, 3, 4, 1, 1, 0.05, 0.03, 0.03]
+    states[:, 4] = np.clip(states[:, 4], -1.4, 1.4)
+    states[:, 6] += 3
+    states[::10, 6] = 0.0  # at rest
+    states[1::7, 7:9] = 0.0  # no drift
+    states[2::7, 7] = 0.0
+    states[3::7, 9:] = 0.0  # not turning
+    controls = rng.uniform(-0.5, 0.5, (n, 3))
+    ratio = np.resize([1.7, 1.0, 0.6, 0.0, -0.8], n)  # n' by branch
+    rpm = 11.0 * ratio * np.where(states[:, 6] == 0.0, 5.0, states[:, 6])
+    return states, controls, rpm
+
+
+def smooth_manoeuvre(vehicle, duration, spacing=1 / 16, period=40.0, rudder=0.12, stern=0.03):
+    """Rudder and stern planes that swing between zero and twice the amplitude, sampled every `spacing`."""
+    times = np.arange(round(duration / spacing) + 1) * spacing
+    swing = 1.0 - np.cos(2 * np.pi * times / period)
+    controls = np.stack([rudder * swing, 0.3 * stern * swing, -stern * swing], axis=1)
+    initial = np.zeros(12)
+    initial[2], initial[6] = vehicle.depth_m, vehicle.speed_mps
+    rpm = np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps)
+    return Manoeuvre("smooth", times, controls, rpm, initial)
+
+
+@pytest.fixture(scope="session")
+def coupled(full):
+    """A smooth manoeuvre in six degrees of freedom for the full boat."""
+    return smooth_manoeuvre(full, 48.0)
+
+
+@pytest.fixture(scope="session")
+def spiral(suboff):
+    return bs.load_manoeuvre("horizontal", suboff)
+
+
+@pytest.fixture(scope="session")
+def spiral_track(suboff, spiral):
+    """The suboff boat on the horizontal spiral, sampled every 0.1 s."""
+    return bs.simulate(suboff, spiral, dt=0.5)
