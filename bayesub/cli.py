@@ -2,9 +2,12 @@
 
 import json
 import sys
+import time
 from pathlib import Path
 from typing import Annotated
 
+import click
+import numpy as np
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -16,7 +19,7 @@ from bayesub.manoeuvres import ManoeuvreFile, load_manoeuvre
 from bayesub.simulate import simulate as simulate_trial
 from bayesub.vehicles import VehicleFile, load_vehicle
 
-NOT_CONVERGED, BAD_INPUT = 1, 2
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 app = typer.Typer(
     help="Say which hydrodynamic coefficients of a submarine a free-swimming trial determines, and why not the others.",
@@ -30,15 +33,18 @@ console = Console(highlight=False)
 def main() -> None:
     """Run the command line; an InputError is one line on standard error and exit status 2."""
     try:
-        app()
+        sys.exit(app(standalone_mode=False))
     except InputError as error:
-        print(f"bayesub: {error}", file=sys.stderr)
-        sys.exit(BAD_INPUT)
-    except KeyboardInterrupt:
-        print("bayesub: interrupted; a run continues with the same command and --resume", file=sys.stderr)
-        sys.exit(130)
-    except BrokenPipeError:
-        sys.exit(141)
+        _complain(str(error), BAD_INPUT)
+    except click.ClickException as error:
+        _complain(f"{error.format_message()}; see bayesub --help", BAD_INPUT)
+    except (KeyboardInterrupt, click.Abort):
+        _complain("interrupted; a run continues with the same command and --resume", INTERRUPTED)
+
+
+def _complain(sentence: str, status: int) -> None:
+    print(f"bayesub: {sentence}", file=sys.stderr)
+    sys.exit(status)
 
 
 def _example(text: str) -> str:
@@ -84,7 +90,9 @@ def _checked(path: Path) -> str:
     if "coefficients" in keys:
         boat = load_vehicle(path)
         used = int((boat.xi != 0).sum())
-        return f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of 101 coefficients not zero"
+        return (
+            f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of 101 coefficients not zero"
+        )
     if "kind" in keys:
         file = inputs.read_toml(path, ManoeuvreFile)
         return f"manoeuvre '{file.name}', {file.duration_s:g} s, {len(file.demands.time_s)} steps"
@@ -97,19 +105,17 @@ def _checked(path: Path) -> str:
 
 def _cost(setup: study.Setup) -> str:
     """Time a batch, and count on what the sampler usually needs."""
-    import time
-
     problem = setup.problem
-    batch = problem.prior.mean.repeat(64).reshape(-1, 64).T
+    batch = np.repeat(problem.prior.mean[None], 64, axis=0)
     problem.log_prob(batch)  # compiles
     began = time.perf_counter()
     for _ in range(4):
         problem.log_prob(batch)
     rate = 4 * len(batch) / (time.perf_counter() - began)
     return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {setup.manoeuvre.name}, {problem.n_params} free coefficients, "
-        f"{problem.record.n_readings} readings, step {problem.simulator.step:g} s; {rate:.0f} log posteriors a second, "
-        f"so a million take {1e6 / rate:.0f} s"
+        f"study '{setup.study.name}': {setup.vehicle.name}, {setup.manoeuvre.name}, {problem.n_params} free "
+        f"coefficients, {problem.record.n_readings} readings, step {problem.simulator.step:g} s; "
+        f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
     )
 
 
@@ -144,14 +150,16 @@ def simulate(
         soft_wrap=True,
     )
     if status != "ok":
-        raise InputError(f"{boat.name} {status.replace('_', ' the ')}; the track is complete up to there")
+        raise typer.Exit(FAILED)
 
 
 @app.command(epilog=_example("bayesub run studies/quickstart.toml -o runs/quickstart"))
 def run(
     file: Annotated[Path, typer.Argument(metavar="STUDY", help="study TOML")],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="run folder; runs/NAME if left out")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="the small version that the study's [quick] describes")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="the small version that the study's [quick] describes")
+    ] = False,
     resume: Annotated[bool, typer.Option("--resume", help="continue an interrupted run, bit for bit")] = False,
     force: Annotated[bool, typer.Option("--force", help="replace an existing run")] = False,
 ) -> None:
@@ -180,7 +188,7 @@ def _finish(folder: Path, converged: bool) -> None:
     console.print(f"report: {folder / 'report.html'}", soft_wrap=True)
     console.print("CONVERGED" if converged else "NOT CONVERGED")
     if not converged:
-        raise typer.Exit(NOT_CONVERGED)
+        raise typer.Exit(FAILED)
 
 
 class _Bars:

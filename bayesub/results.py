@@ -96,7 +96,7 @@ def load(path: Path) -> Posterior:
             **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
         ),
     )
-    # The diagnostics are those of the whole chain, not of the thinned draws: they take the place of the cached properties.
+    # The diagnostics are those of the whole chain, not of the thinned draws: they take the place of cached properties.
     vars(posterior).update(
         n_steps=int(attrs["n_steps"]),
         **{key: summary[key].values for key in ("tau", "rhat", "bulk_ess", "tail_ess")},

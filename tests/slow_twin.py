@@ -14,7 +14,7 @@ RHO_HALF = 0.5
 
 
 def _sign(x):
-    return (x > 0) - (x < 0)
+    return float(x > 0) - float(x < 0)
 
 
 def rigid_body(boat, velocity, acceleration):

@@ -13,8 +13,8 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
     """Minimise ``|residuals|^2 + |(parameters - prior mean) / prior sd|^2`` by damped Gauss-Newton steps.
 
     In prior-scaled coordinates t the residuals have the Jacobian ``J S = U diag(s) V'``, and the step with damping
-    ``lam`` is ``-V (s^2 + 1 + lam)^-1 (s U' r + V' t)``. One batch of simulations tries a ladder of dampings and the best
-    is taken, so that a bad start costs no more than a good one.
+    ``lam`` is ``-V (s^2 + 1 + lam)^-1 (s U' r + V' t)``. One batch of simulations tries a ladder of dampings and the
+    best is taken, so that a bad start costs no more than a good one.
 
     Parameters
     ----------

@@ -11,8 +11,8 @@ def linear_least_squares(systems, guess: dict[str, float], *, rcond: float = 1e-
     """Solve ``matrix @ xi = load`` of each axis.
 
     Columns are scaled to unit length first. Where the matrix has a null space (singular values below `rcond` of the
-    largest) the solution nearest to the guess is taken, in scaled coordinates: along those directions the data say nothing and the
-    answer is the guess.
+    largest) the solution nearest to the guess is taken, in scaled coordinates: along those directions the data say
+    nothing and the answer is the guess.
 
     Parameters
     ----------
@@ -21,8 +21,7 @@ def linear_least_squares(systems, guess: dict[str, float], *, rcond: float = 1e-
 
     Returns
     -------
-    Estimate whose cost is the root mean square residual relative to that of the load, largest over the axes; the
-    covariance holds the classical standard errors, infinite along null directions it does not know: None if any.
+    Estimate whose cost is the root mean square residual relative to that of the load, largest over the axes.
     """
     began = time.perf_counter()
     names, values, misfits, deficient = [], [], [], []

@@ -25,7 +25,7 @@ def step_response(elapsed, start, demand, rate, time_constant):
 
 
 def response(times, demand_times, demands, rate, time_constant, limit):
-    """Plane angle at `times` (n,) under a staircase of `demands` (m,) that begin at `demand_times` (m,); starts at zero."""
+    """Plane angle at `times` (n,) under `demands` (m,) that begin at `demand_times` (m,), from zero; angles in rad."""
     angles = np.zeros(len(times))
     angle = 0.0
     for j, (begin, demand) in enumerate(zip(demand_times, np.clip(demands, -limit, limit), strict=True)):

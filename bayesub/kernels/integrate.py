@@ -132,10 +132,7 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
 
         now = step_index * step
         while output < n_times and (times[output] <= now or step_index == n_steps):
-            if step_index == 0:
-                fraction = 1.0
-            else:
-                fraction = 1.0 + (times[output] - now) / step
+            fraction = 1.0 if step_index == 0 else 1.0 + (times[output] - now) / step
             _emit(work, states, first, members, output, fraction, step)
             for i in range(members):
                 if status[first + i] != OK:
@@ -220,4 +217,3 @@ def body_accelerations(coefficients, body, states, controls):
                 for k in range(6):
                     result[first + i, n, k] = work[(SUM + 6 + k) * LANES + i]
     return result
-

@@ -22,9 +22,7 @@ def sine_cosine(angle):
     x = (angle - turns * _HALF_PI_HIGH) - turns * _HALF_PI_LOW
     x2 = x * x
     s = x + x * x2 * (_S3 + x2 * (_S5 + x2 * (_S7 + x2 * (_S9 + x2 * (_S11 + x2 * (_S13 + x2 * _S15))))))
-    c = 1.0 + x2 * (
-        _C2 + x2 * (_C4 + x2 * (_C6 + x2 * (_C8 + x2 * (_C10 + x2 * (_C12 + x2 * (_C14 + x2 * _C16))))))
-    )
+    c = 1.0 + x2 * (_C2 + x2 * (_C4 + x2 * (_C6 + x2 * (_C8 + x2 * (_C10 + x2 * (_C12 + x2 * (_C14 + x2 * _C16)))))))
     half = turns * 0.5
     odd = half != (half + _ROUND) - _ROUND  # an odd number of quarter turns swaps sine and cosine
     pair = turns - 4.0 * ((turns * 0.25 + _ROUND) - _ROUND)  # quarter turns in -2 .. 2

@@ -1,4 +1,4 @@
-"""The coefficient picture of the thesis (Figures 33 to 59): one column a coefficient, its ratio to the truth upwards."""
+"""The coefficient picture of the thesis (Figures 33 to 59): a column a coefficient, its ratio to the truth upwards."""
 
 import numpy as np
 

@@ -43,14 +43,16 @@ def draw_corner(path, posterior, reference, rng: np.random.Generator) -> None:
     chosen = corner_parameters(posterior)
     draws = posterior.draws[:, chosen] / reference[chosen]
     draws = draws[rng.choice(len(draws), min(CORNER_DRAWS, len(draws)), replace=False)]
-    best = np.argsort(posterior.contraction)[: CORNER_PARAMETERS // 2]
+    low, high = np.quantile(draws, [0.001, 0.999], axis=0)
+    margin = 0.05 * (high - low)
     n = len(chosen)
     with mpl.rc_context({"font.size": 8.0}):
-        figure = Figure(figsize=(0.95 * n + 0.8, 0.95 * n + 0.8), dpi=130)
+        figure = Figure(figsize=(0.95 * n + 1.2, 0.95 * n + 1.2), dpi=130)
         corner.corner(
             draws,
             bins=25,
-            labels=[label + ("" if k not in best else r"$\,\checkmark$") for k, label in zip(chosen, labels(np.array(posterior.names)[chosen]), strict=True)],
+            range=list(zip(np.minimum(low, 1.0) - margin, np.maximum(high, 1.0) + margin, strict=True)),
+            labels=labels(np.array(posterior.names)[chosen]),
             truths=np.ones(n),
             truth_color=style.SQP,
             color=style.POSTERIOR,
@@ -61,16 +63,23 @@ def draw_corner(path, posterior, reference, rng: np.random.Generator) -> None:
             smooth=1.0,
             max_n_ticks=3,
             hist_kwargs={"density": True},
-            label_kwargs={"fontsize": 10},
-            labelpad=0.12,
-        )  # fmt: skip
-        priors = (posterior.prior_mean[chosen] / reference[chosen], posterior.prior_sd[chosen] / np.abs(reference[chosen]))
+        )
         axes = np.array(figure.axes).reshape(n, n)
-        for k, (mean, sd) in enumerate(zip(*priors, strict=True)):
-            axis = axes[k, k]
-            low, high = axis.get_xlim()
-            grid = np.linspace(low, high, 200)
-            density = np.exp(-0.5 * ((grid - mean) / sd) ** 2) / (sd * np.sqrt(2 * np.pi))
-            axis.plot(grid, density, color="#777777", lw=1.0, ls="--")
-            axis.set_ylim(0, 1.1 * max(axis.get_ylim()[1] / 1.1, density.max()))
+        best = set(np.argsort(posterior.contraction)[: CORNER_PARAMETERS // 2].tolist())
+        for j, k in enumerate(chosen):
+            colour = style.POSTERIOR if k in best else style.WEAK
+            for label in (axes[j, 0].yaxis.label, axes[-1, j].xaxis.label):
+                label.set(color=colour, fontsize=11)
+            axes[j, 0].yaxis.set_label_coords(-0.55, 0.5)
+            axes[-1, j].xaxis.set_label_coords(0.5, -0.55)
+            _draw_prior(axes[j, j], posterior.prior_mean[k] / reference[k], posterior.prior_sd[k] / abs(reference[k]))
+        figure.subplots_adjust(left=0.09, bottom=0.09, right=0.99, top=0.99)
         figure.savefig(path)
+
+
+def _draw_prior(axis, mean, sd):
+    """The normal prior over a histogram of the posterior."""
+    grid = np.linspace(*axis.get_xlim(), 200)
+    density = np.exp(-0.5 * ((grid - mean) / sd) ** 2) / (sd * np.sqrt(2 * np.pi))
+    axis.plot(grid, density, color="#777777", lw=1.0, ls="--")
+    axis.set_ylim(0, max(axis.get_ylim()[1], 1.1 * density.max()))

@@ -29,12 +29,9 @@ def draw(path, spectrum, n_null: int) -> None:
         if n_null and n_null < len(s):
             upper, lower = s[~null].min(), s[null].max()
             axis.axhspan(lower, upper, color=style.NULL, alpha=0.15, lw=0)
-            axis.annotate(
-                f"gap of {upper / lower:.0e}".replace("e+0", "e").replace("e+", "e"),
-                (1.0, np.sqrt(upper * lower)),
-                va="center",
-                fontsize=8,
-            )
+            power = int(np.floor(np.log10(upper / lower)))
+            text = rf"gap of ${upper / lower / 10**power:.0f}\times10^{power}$"
+            axis.annotate(text, (1.0, np.sqrt(upper * lower)), va="center", fontsize=9)
         axis.set_xlabel("direction, from the stiffest to the sloppiest")
         axis.set_ylabel("singular value (prior sd / data sd)")
         axis.set_xticks(number[:: max(1, len(s) // 20)])

@@ -1,4 +1,4 @@
-"""One look for all figures: colours that colour-blind readers tell apart (Okabe & Ito 2008), sizes that read on a page."""
+"""One look for all figures: colours that colour-blind readers tell apart (Okabe & Ito 2008), sizes for a page."""
 
 from contextlib import contextmanager
 

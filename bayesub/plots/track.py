@@ -41,7 +41,7 @@ def draw(path, record, times, predicted, truth=None) -> None:
                 axis.plot(channel.times, off, color=style.TRUTH, lw=0.8, label="truth")
             axis.set_ylabel(f"{name} ({unit})")
             axis.set_ylim(-4.2 * sd, 4.2 * sd)
-            axis.label_outer()
+            axis.tick_params(labelbottom=channel is channels[-1])
         axes[channels[0].state].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
         axes[channels[-1].state].set_xlabel("time (s)")
         handles, labels = axes[channels[0].state].get_legend_handles_labels()

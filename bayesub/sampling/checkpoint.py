@@ -1,6 +1,5 @@
 """Checkpoints: the chain so far and the state of the random numbers, in one HDF5 file that is replaced whole."""
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,7 +40,7 @@ def save(path: Path, progress: Progress, fingerprint: str) -> None:
                 accepted=progress.accepted,
                 fingerprint=fingerprint,
             )
-        os.replace(partial, path)
+        partial.replace(path)
     except OSError as error:
         raise InputError(f"{path}: checkpoint cannot be written: {error}; the previous one is intact") from None
 

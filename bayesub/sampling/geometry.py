@@ -106,7 +106,7 @@ class Geometry:
         return Bend(solution[0], solution[1 : 1 + n_rest], quadratic, np.sqrt(1.0 + misfit**2))
 
     def _gradient(self, problem, z):
-        """Gradient of minus the log posterior in z, with the Jacobian of the mode: the step of a chord Newton method."""
+        """Gradient of minus the log posterior in z with the Jacobian of the mode: the step of a chord Newton method."""
         parameters = self.mode + z @ self.basis.T
         standardised = (parameters - problem.prior.mean) / problem.prior.sd
         residuals = problem.residuals(parameters)

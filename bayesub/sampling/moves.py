@@ -17,7 +17,8 @@ class LaplacePCN(emcee.moves.MHMove):
 
     leaves it invariant, so the acceptance ratio holds only what the posterior adds to it:
     ``log p(z') - log p(z) + (|z'|^2 - |z|^2) / 2`` (Cotter et al. 2013, section 4).
-    Every walker draws its step from `steps`: long ones cross where the approximation is good, short ones where it is not.
+    Every walker draws its step from `steps`: long ones cross where the approximation is good, short ones where it is
+    not.
     """
 
     def __init__(self, steps):
@@ -66,7 +67,9 @@ class DifferentialEvolution(_Halves):
         first, second = _distinct(random, n_ensembles, n_moving, resting.shape[1], 2)
         ensemble = np.arange(n_ensembles)[:, None]
         scale = 2.38 / np.sqrt(2 * n_params) * (1.0 + 0.1 * random.standard_normal((n_ensembles, n_moving, 1)))
-        return moving + scale * (resting[ensemble, first] - resting[ensemble, second]), np.zeros((n_ensembles, n_moving))
+        return moving + scale * (resting[ensemble, first] - resting[ensemble, second]), np.zeros(
+            (n_ensembles, n_moving)
+        )
 
 
 class Snooker(_Halves):

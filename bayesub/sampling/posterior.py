@@ -17,6 +17,9 @@ class Criteria:
     taus: float = 25.0
 
 
+STANDARD = Criteria()
+
+
 @dataclass(frozen=True)
 class Posterior:
     """Draws from the posterior after warm-up.
@@ -43,7 +46,7 @@ class Posterior:
     evaluations: int
     seconds: float
     failures: dict[str, int]
-    criteria: Criteria = Criteria()
+    criteria: Criteria = STANDARD
 
     @cached_property
     def n_steps(self) -> int:

@@ -12,7 +12,7 @@ from bayesub.errors import InputError
 from bayesub.sampling import checkpoint as store
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import DifferentialEvolution, LaplacePCN, Snooker
-from bayesub.sampling.posterior import Criteria, Posterior
+from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
 
 PCN_STEPS = (0.2, 0.5, 1.0)
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
@@ -28,15 +28,16 @@ def sample(
     n_ensembles: int = 4,
     n_walkers: int | None = None,
     max_steps: int = 20_000,
-    criteria: Criteria = Criteria(),
+    criteria: Criteria = STANDARD,
     checkpoint: str | Path | None = None,
-    progress: Callable[[float, str], None] = lambda fraction, text: None,
+    progress: Callable[[float, str], None] = lambda *_: None,
 ) -> Posterior:
     """Sample the posterior of a problem with emcee.
 
     All ensembles live in one emcee sampler, so that a step is one vectorised call, but no move lets one see another.
     They start over-dispersed around the mode. At every look the first quarter is discarded as warm-up and the rest
-    judged; sampling stops when every parameter meets the criteria, or at `max_steps`, and then the result says which do not.
+    judged; sampling stops when every parameter meets the criteria, or at `max_steps`, and then the result says which
+    do not.
 
     Parameters
     ----------

@@ -1,0 +1,188 @@
+"""What a run found: every figure that its report quotes, and the sentences that say what they mean."""
+
+import numpy as np
+
+KNOWN = 0.05  # posterior sd relative to the posterior mean
+UNTOUCHED = 0.9  # posterior sd relative to the prior sd
+STRONG = 0.9  # correlation
+
+
+def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
+    """Every figure that the report quotes, as JSON types."""
+    truth, synthetic = reference(problem)
+    q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
+    columns = {
+        "name": posterior.names,
+        "reference": truth,
+        "prior_mean": posterior.prior_mean,
+        "prior_sd": posterior.prior_sd,
+        "mean": posterior.mean,
+        "sd": posterior.sd,
+        "q5": q5,
+        "median": q50,
+        "q95": q95,
+        "contraction": posterior.contraction,
+        "relative_sd": posterior.sd / np.abs(posterior.mean),
+        "rhat": posterior.rhat,
+        "bulk_ess": posterior.bulk_ess,
+        "tail_ess": posterior.tail_ess,
+        "tau_steps": posterior.tau.max(axis=0),
+    }
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*map(_plain, columns.values()), strict=True)]
+    n_null = sum(axis.columns - axis.rank for axis in ranks.values())
+    numbers = {
+        "vehicle": problem.vehicle.name,
+        "manoeuvre": problem.manoeuvre.name,
+        "reference_is_truth": synthetic,
+        "n_readings": problem.record.n_readings,
+        "step_s": problem.simulator.step,
+        "convergence": {
+            "converged": posterior.converged,
+            "shortcomings": list(posterior.shortcomings),
+            "criteria": vars(posterior.criteria),
+            "max_rhat": float(posterior.rhat.max()),
+            "min_bulk_ess": float(posterior.bulk_ess.min()),
+            "min_tail_ess": float(posterior.tail_ess.min()),
+            "max_tau_steps": float(posterior.tau.max()),
+            "min_length_in_taus": float(posterior.n_steps / posterior.tau.max()),
+            "n_ensembles": len(posterior.chain),
+            "n_walkers": posterior.chain.shape[2],
+            "n_warmup_steps": posterior.n_warmup,
+            "n_kept_steps": posterior.n_steps,
+            "acceptance": posterior.acceptance,
+        },
+        "cost": {
+            "evaluations": posterior.evaluations,
+            "sampling_seconds": posterior.seconds,
+            "evaluations_per_second": posterior.evaluations / posterior.seconds,
+            "evaluations_per_effective_sample": posterior.evaluations / float(posterior.bulk_ess.min()),
+            "failed_simulations": posterior.failures,
+        },
+        "parameters": rows,
+        "spectrum": {
+            "singular_values": spectrum.singular_values.tolist(),
+            "n_null": n_null,
+            "n_sharpened": int(np.count_nonzero(spectrum.singular_values[: len(posterior.names) - n_null] > 1.0)),
+        },
+        "ranks": {
+            axis: {
+                "columns": r.columns,
+                "rank": r.rank,
+                "condition": r.condition,
+                "singular_values": r.singular_values.tolist(),
+                "threshold": r.threshold,
+                "null_vectors": list(r.null_vectors),
+                "pivots": list(r.pivots),
+            }
+            for axis, r in ranks.items()
+        },
+        "null_contraction": _null_contraction(spectrum, posterior, n_null).tolist(),
+        "trade_offs": _trade_offs(posterior),
+        "baselines": [_baseline(problem, estimate, truth) for estimate in estimates],
+        "chi_square_per_reading": float(np.mean(problem.residuals(posterior.best[None]) ** 2)),
+    }
+    numbers["verdict"] = verdict(numbers)
+    return numbers
+
+
+def reference(problem) -> tuple[np.ndarray, bool]:
+    """The values that ratios refer to (n_params,), and whether they are the truth behind a synthetic record."""
+    truth = problem.record.truth
+    return (problem.vehicle.xi if truth is None else truth)[problem.columns], truth is not None
+
+
+def _null_contraction(spectrum, posterior, n_null):
+    """Posterior sd over prior sd along each of the last `n_null` directions of the spectrum."""
+    standardised = (posterior.draws - posterior.prior_mean) / posterior.prior_sd
+    return np.std(standardised @ spectrum.directions[len(spectrum.names) - n_null :].T, axis=0)
+
+
+def _trade_offs(posterior) -> list[dict]:
+    """Pairs of coefficients by the size of their posterior correlation, strongest first."""
+    rows, columns = np.triu_indices(len(posterior.names), 1)
+    values = posterior.correlation[rows, columns]
+    order = np.argsort(-np.abs(values))[:20]
+    names = posterior.names
+    return [{"pair": [names[rows[k]], names[columns[k]]], "correlation": float(values[k])} for k in order]
+
+
+def _baseline(problem, estimate, truth) -> dict:
+    place = [estimate.names.index(name) for name in problem.names]
+    solutions = estimate.solutions[:, place]
+    error = np.abs(solutions / truth - 1.0)
+    start = np.abs(problem.prior.mean / truth - 1.0)
+    return {
+        "method": estimate.method,
+        "costs": estimate.costs.tolist(),
+        "statuses": sorted(set(estimate.statuses)),
+        "n_starts": len(solutions),
+        "evaluations": estimate.evaluations,
+        "seconds": estimate.seconds,
+        "further_than_guess": np.count_nonzero(error > start, axis=1).tolist(),
+        "n_params": len(truth),
+        "chi_square_per_reading": [float(np.mean(r**2)) for r in problem.residuals(solutions)],
+        "ratios": (solutions / truth).tolist(),
+    }
+
+
+def verdict(numbers: dict) -> dict:
+    """The report in sentences: what is known, what is not, what trades off, and what was done about it."""
+    rows = {row["name"]: row for row in numbers["parameters"]}
+    by_precision = sorted(rows.values(), key=lambda row: row["relative_sd"])
+    known = [f"{row['name']} ({100 * row['relative_sd']:.2g} %)" for row in by_precision if row["relative_sd"] < KNOWN]
+    sharper = [
+        row["name"]
+        for row in sorted(rows.values(), key=lambda row: row["contraction"])
+        if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED
+    ]
+    untouched = [row["name"] for row in rows.values() if row["contraction"] >= UNTOUCHED]
+    pivots = [name for axis in numbers["ranks"].values() for name in axis["pivots"]]
+    null = [f"{axis}: {combination(vector)}" for axis, r in numbers["ranks"].items() for vector in r["null_vectors"]]
+    strong = [t for t in numbers["trade_offs"] if abs(t["correlation"]) >= STRONG]
+    pairs = [f"{t['pair'][0]} with {t['pair'][1]} ({t['correlation']:+.2f})" for t in strong[:8]]
+    n_sharpened, n = numbers["spectrum"]["n_sharpened"], len(rows)
+    sentences = {
+        "known": f"Known to better than {100 * KNOWN:.0f} %: {_listed(known)}." if known else
+        f"No coefficient is known to better than {100 * KNOWN:.0f} %.",
+        "sharper": f"Sharper than the prior, but not known: {_listed(sharper)}." if sharper else "",
+        "untouched": f"Left where the prior put them (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
+        f"{_listed(untouched)}." if untouched else "Every coefficient is sharper than its prior.",
+        "directions": f"Of {n} directions in coefficient space the data sharpen {n_sharpened}, leave "
+        f"{n - n_sharpened - len(null)} to the prior, and {len(null)} cannot be told by any record of this manoeuvre.",
+        "null": f"The motion is exactly the same along {_listed(null, '; ')}. Holding {_listed(pivots)} fixed makes "
+        "the rest unique." if null else "No direction leaves the motion exactly the same.",
+        "trade_offs": f"Strongest trade-offs: {_listed(pairs)}." if pairs else
+        f"No pair of coefficients is correlated by more than {STRONG:g}.",
+    }  # fmt: skip
+    for baseline in numbers["baselines"]:
+        if baseline["method"] == "SQP":
+            fits = baseline["chi_square_per_reading"]
+            sentences["sqp"] = (
+                f"SQP from {baseline['n_starts']} starts reaches a chi-square per reading of {min(fits):.3f} to "
+                f"{max(fits):.3f}, the best draw of the posterior {numbers['chi_square_per_reading']:.3f}; "
+                f"{_range(baseline['further_than_guess'])} of its {n} coefficients end further from the "
+                f"{reference_word(numbers)} than the guess was."
+            )
+    return sentences
+
+
+def reference_word(numbers) -> str:
+    """What ratios refer to."""
+    return "truth" if numbers["reference_is_truth"] else "vehicle file"
+
+
+def _range(values) -> str:
+    return f"{min(values)}" if min(values) == max(values) else f"{min(values)} to {max(values)}"
+
+
+def _listed(items, separator=", ") -> str:
+    return separator.join(items)
+
+
+def combination(vector: dict[str, float]) -> str:
+    """A null vector in words, such as ``+1 Yv_absnu +0.43 Yvdot``."""
+    return " ".join(f"{value:+.2g} {name}" for name, value in vector.items())
+
+
+def _plain(values) -> list:
+    return values.tolist() if isinstance(values, np.ndarray) else list(values)
