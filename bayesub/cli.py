@@ -4,11 +4,9 @@ import json
 import sys
 import time
 from pathlib import Path
-from typing import Annotated
 
 import click
 import numpy as np
-import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
@@ -19,21 +17,16 @@ from bayesub.manoeuvres import ManoeuvreFile, load_manoeuvre
 from bayesub.simulate import simulate as simulate_trial
 from bayesub.vehicles import VehicleFile, load_vehicle
 
+PATH = click.Path(path_type=Path)
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
-app = typer.Typer(
-    help="Say which hydrodynamic coefficients of a submarine a free-swimming trial determines, and why not the others.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="markdown",
-)
 console = Console(highlight=False)
 
 
 def main() -> None:
     """Run the command line; an InputError is one line on standard error and exit status 2."""
     try:
-        sys.exit(app(standalone_mode=False))
+        sys.exit(app(prog_name="bayesub", standalone_mode=False))
     except InputError as error:
         _complain(str(error), BAD_INPUT)
     except click.ClickException as error:
@@ -47,14 +40,18 @@ def _complain(sentence: str, status: int) -> None:
     sys.exit(status)
 
 
-def _example(text: str) -> str:
-    return f"Example: `{text}`"
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(package_name="bayesub")
+def app() -> None:
+    """Say which hydrodynamic coefficients of a submarine a free-swimming trial determines, and why not the others.
+
+    Example: bayesub run studies/quickstart.toml
+    """
 
 
-@app.command("list", epilog=_example("bayesub list vehicles"))
-def list_(
-    what: Annotated[str, typer.Argument(help="vehicles, manoeuvres or studies; all three if left out")] = "",
-) -> None:
+@app.command("list", epilog="Example: bayesub list vehicles")
+@click.argument("what", default="", metavar="[vehicles|manoeuvres|studies]")
+def list_(what: str) -> None:
     """List what is built in, and the studies of the folder `studies`."""
     kinds = ("vehicles", "manoeuvres", "studies")
     if what and what not in kinds:
@@ -73,9 +70,10 @@ def _entries(kind: str) -> list[tuple[str, str]]:
     return [(name, inputs.read_toml(path, model).description) for name, path in inputs.built_in(kind).items()]
 
 
-@app.command(epilog=_example("bayesub check studies/quickstart.toml myboat.toml"))
-def check(files: Annotated[list[Path], typer.Argument(help="vehicle, manoeuvre or study TOML, or a log CSV")]) -> None:
-    """Validate input files; build a study and say what it costs, but run nothing."""
+@app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml")
+@click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
+def check(files: tuple[Path, ...]) -> None:
+    """Validate vehicles, manoeuvres, studies (TOML) and logs (CSV); say what a study costs, but run nothing."""
     for path in files:
         console.print(f"{path}: {_checked(path)}", soft_wrap=True)
 
@@ -119,20 +117,29 @@ def _cost(setup: study.Setup) -> str:
     )
 
 
-@app.command(epilog=_example("bayesub simulate suboff horizontal -o track.csv --plot track.png"))
-def simulate(
-    vehicle: Annotated[str, typer.Argument(help="built-in name or TOML file")],
-    manoeuvre: Annotated[str, typer.Argument(help="built-in name, TOML file or control-history CSV")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="track CSV to write")],
-    dt: Annotated[float | None, typer.Option(help="time step in seconds; chosen for 5 cm accuracy if left out")] = None,
-    sample: Annotated[float | None, typer.Option(help="output interval in seconds")] = None,
-    controls: Annotated[str, typer.Option(help="linear, or hold as in the thesis")] = "linear",
-    subproblem: Annotated[
-        str | None, typer.Option(help="horizontal, vertical or none; the manoeuvre's own if left out")
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="also draw the track into this PNG or PDF")] = None,
-) -> None:
-    """Simulate a vehicle on a manoeuvre and write its track."""
+@app.command(epilog="Example: bayesub simulate suboff horizontal -o track.csv --plot track.png")
+@click.argument("vehicle")
+@click.argument("manoeuvre")
+@click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write.")
+@click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, one good to 5 cm.")
+@click.option(
+    "--sample", type=float, metavar="S", help="Output interval in seconds; if left out, that of the controls."
+)
+@click.option(
+    "--controls",
+    type=click.Choice(["linear", "hold"]),
+    default="linear",
+    show_default=True,
+    help="Controls within a step: interpolated, or held as in the thesis.",
+)
+@click.option(
+    "--subproblem",
+    type=click.Choice(["horizontal", "vertical", "none"]),
+    help="Plane to confine the motion to; if left out, that of the manoeuvre.",
+)
+@click.option("--plot", type=PATH, help="Also draw the track into this PNG or PDF.")
+def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, plot) -> None:
+    """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV)."""
     boat = load_vehicle(vehicle)
     flown = load_manoeuvre(manoeuvre, boat)
     plane = {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
@@ -150,20 +157,17 @@ def simulate(
         soft_wrap=True,
     )
     if status != "ok":
-        raise typer.Exit(FAILED)
+        raise click.exceptions.Exit(FAILED)
 
 
-@app.command(epilog=_example("bayesub run studies/quickstart.toml -o runs/quickstart"))
-def run(
-    file: Annotated[Path, typer.Argument(metavar="STUDY", help="study TOML")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="run folder; runs/NAME if left out")] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="the small version that the study's [quick] describes")
-    ] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="continue an interrupted run, bit for bit")] = False,
-    force: Annotated[bool, typer.Option("--force", help="replace an existing run")] = False,
-) -> None:
-    """Run a study: simulate, fit, sample, report. Exit status 1 if the posterior has not converged."""
+@app.command(epilog="Example: bayesub run studies/quickstart.toml -o runs/quickstart")
+@click.argument("file", type=PATH, metavar="STUDY")
+@click.option("-o", "--output", type=PATH, metavar="DIR", help="Run folder; runs/NAME if left out.")
+@click.option("--quick", is_flag=True, help="The small version of the study's [quick] table.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted run, bit for bit.")
+@click.option("--force", is_flag=True, help="Replace an existing run.")
+def run(file: Path, output: Path | None, quick: bool, resume: bool, force: bool) -> None:
+    """Run a STUDY: simulate, fit, sample, report. Exit status 1 if the posterior has not converged."""
     if resume and force:
         raise InputError("--resume and --force exclude each other")
     loaded = study.load_study(file, quick=quick)
@@ -175,20 +179,23 @@ def run(
     _finish(folder, converged)
 
 
-@app.command(epilog=_example("bayesub report runs/quickstart"))
-def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="run folder")]) -> None:
-    """Draw figures and report again from saved results."""
+@app.command(epilog="Example: bayesub report runs/quickstart")
+@click.argument("folder", type=PATH, metavar="DIR")
+def report(folder: Path) -> None:
+    """Draw figures and report of the run in DIR again, from its saved results."""
     _finish(folder, study.redraw(folder))
 
 
 def _finish(folder: Path, converged: bool) -> None:
     numbers = json.loads((folder / "numbers.json").read_text())
-    for sentence in (*numbers["convergence"]["shortcomings"], *filter(None, numbers["verdict"].values())):
-        console.print(f"- {sentence}", soft_wrap=True, markup=False)
+    for shortcoming in numbers["convergence"]["shortcomings"]:
+        console.print(f"not converged: {shortcoming}", soft_wrap=True, markup=False)
+    for key, sentence in numbers["verdict"].items():
+        console.print(f"{key.replace('_', ' ')}: {sentence}", soft_wrap=True, markup=False)
     console.print(f"report: {folder / 'report.html'}", soft_wrap=True)
     console.print("CONVERGED" if converged else "NOT CONVERGED")
     if not converged:
-        raise typer.Exit(FAILED)
+        raise click.exceptions.Exit(FAILED)
 
 
 class _Bars:

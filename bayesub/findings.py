@@ -125,45 +125,61 @@ def _baseline(problem, estimate, truth) -> dict:
     }
 
 
-def verdict(numbers: dict) -> dict:
-    """The report in sentences: what is known, what is not, what trades off, and what was done about it."""
-    rows = {row["name"]: row for row in numbers["parameters"]}
-    by_precision = sorted(rows.values(), key=lambda row: row["relative_sd"])
-    known = [f"{row['name']} ({100 * row['relative_sd']:.2g} %)" for row in by_precision if row["relative_sd"] < KNOWN]
-    sharper = [
-        row["name"]
-        for row in sorted(rows.values(), key=lambda row: row["contraction"])
-        if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED
-    ]
-    untouched = [row["name"] for row in rows.values() if row["contraction"] >= UNTOUCHED]
-    pivots = [name for axis in numbers["ranks"].values() for name in axis["pivots"]]
-    null = [f"{axis}: {combination(vector)}" for axis, r in numbers["ranks"].items() for vector in r["null_vectors"]]
-    strong = [t for t in numbers["trade_offs"] if abs(t["correlation"]) >= STRONG]
-    pairs = [f"{t['pair'][0]} with {t['pair'][1]} ({t['correlation']:+.2f})" for t in strong[:8]]
-    n_sharpened, n = numbers["spectrum"]["n_sharpened"], len(rows)
-    sentences = {
-        "known": f"Known to better than {100 * KNOWN:.0f} %: {_listed(known)}." if known else
-        f"No coefficient is known to better than {100 * KNOWN:.0f} %.",
-        "sharper": f"Sharper than the prior, but not known: {_listed(sharper)}." if sharper else "",
-        "untouched": f"Left where the prior put them (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
-        f"{_listed(untouched)}." if untouched else "Every coefficient is sharper than its prior.",
-        "directions": f"Of {n} directions in coefficient space the data sharpen {n_sharpened}, leave "
-        f"{n - n_sharpened - len(null)} to the prior, and {len(null)} cannot be told by any record of this manoeuvre.",
-        "null": f"The motion is exactly the same along {_listed(null, '; ')}. Holding {_listed(pivots)} fixed makes "
-        "the rest unique." if null else "No direction leaves the motion exactly the same.",
-        "trade_offs": f"Strongest trade-offs: {_listed(pairs)}." if pairs else
-        f"No pair of coefficients is correlated by more than {STRONG:g}.",
-    }  # fmt: skip
+def verdict(numbers: dict) -> dict[str, str]:
+    """The report in sentences: what is known, what is not, which directions are null, and what trades off."""
+    sentences = _what_is_known(numbers) | _directions(numbers) | _strongest_trade_offs(numbers)
     for baseline in numbers["baselines"]:
         if baseline["method"] == "SQP":
             fits = baseline["chi_square_per_reading"]
             sentences["sqp"] = (
                 f"SQP from {baseline['n_starts']} starts reaches a chi-square per reading of {min(fits):.3f} to "
                 f"{max(fits):.3f}, the best draw of the posterior {numbers['chi_square_per_reading']:.3f}; "
-                f"{_range(baseline['further_than_guess'])} of its {n} coefficients end further from the "
-                f"{reference_word(numbers)} than the guess was."
+                f"{_range(baseline['further_than_guess'])} of its {baseline['n_params']} coefficients end further from "
+                f"the {reference_word(numbers)} than the guess was."
             )
     return sentences
+
+
+def _what_is_known(numbers):
+    rows = sorted(numbers["parameters"], key=lambda row: row["relative_sd"])
+    known = [f"{row['name']} ({100 * row['relative_sd']:.2g} %)" for row in rows if row["relative_sd"] < KNOWN]
+    rows = sorted(numbers["parameters"], key=lambda row: row["contraction"])
+    sharper = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED]
+    untouched = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] >= UNTOUCHED]
+    sentences = {"known": f"No coefficient is known to better than {100 * KNOWN:.0f} %."}
+    if known:
+        sentences["known"] = f"To better than {100 * KNOWN:.0f} % (posterior sd over mean): {', '.join(known)}."
+    if sharper:
+        sentences["sharper"] = f"More than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
+    if untouched:
+        sentences["untouched"] = (
+            f"The prior is still what there is to say (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
+            f"{', '.join(untouched)}."
+        )
+    return sentences
+
+
+def _directions(numbers):
+    n, n_null, n_sharpened = len(numbers["parameters"]), *map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
+    sentences = {
+        "directions": f"Of {n} directions in coefficient space the data sharpen {n_sharpened} and leave "
+        f"{n - n_sharpened - n_null} to the prior; {n_null} leave the motion exactly the same, so that no sensor on "
+        "this manoeuvre can tell."
+    }
+    if n_null:
+        axes = {axis: r for axis, r in numbers["ranks"].items() if r["null_vectors"]}
+        vectors = [f"{axis}: {combination(vector)}" for axis, r in axes.items() for vector in r["null_vectors"]]
+        pivots = [name for r in axes.values() for name in r["pivots"]]
+        sentences["null"] = f"{'; '.join(vectors)}. Holding {', '.join(pivots)} fixed makes the rest unique."
+    return sentences
+
+
+def _strongest_trade_offs(numbers):
+    strong = [t for t in numbers["trade_offs"] if abs(t["correlation"]) >= STRONG]
+    if not strong:
+        return {"trade_offs": f"No two coefficients are correlated by more than {STRONG:g} in the posterior."}
+    pairs = [f"{first} with {second} ({t['correlation']:+.2f})" for t in strong[:8] for first, second in [t["pair"]]]
+    return {"trade_offs": f"{', '.join(pairs)} (posterior correlation)."}
 
 
 def reference_word(numbers) -> str:
@@ -173,10 +189,6 @@ def reference_word(numbers) -> str:
 
 def _range(values) -> str:
     return f"{min(values)}" if min(values) == max(values) else f"{min(values)} to {max(values)}"
-
-
-def _listed(items, separator=", ") -> str:
-    return separator.join(items)
 
 
 def combination(vector: dict[str, float]) -> str:

@@ -74,7 +74,8 @@ def validate(content: dict, model: type[Model], source: str) -> Model:
 
 
 def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
-    first, *others = error.errors(include_url=False)
+    # A mistyped key is both unknown and missing; the unknown one tells more.
+    first, *others = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
     location = [str(part) for part in first["loc"]]
     key = ".".join(location)
     more = f" (and {len(others)} more)" if others else ""

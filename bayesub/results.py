@@ -58,6 +58,14 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
     return {"posterior": draws, "sample_stats": stats, "convergence": summary}
 
 
+def to_arviz(posterior: Posterior):
+    """The posterior as ArviZ's own container: InferenceData before ArviZ 1, an xarray DataTree from it on."""
+    import arviz as az
+
+    datasets = to_datasets(posterior)
+    return az.InferenceData(**datasets) if az.__version__.startswith("0.") else xr.DataTree.from_dict(datasets)
+
+
 def save(posterior: Posterior, path: Path) -> None:
     """Write ``posterior.nc``; the diagnostics of the whole chain go with the thinned draws."""
     tree = xr.DataTree.from_dict(to_datasets(posterior))

@@ -1,0 +1,130 @@
+"""The inference problem and the linear form of the equations of motion."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import bayesub as bs
+from bayesub.coefficients import HORIZONTAL, INDEX, columns
+from bayesub.problem import linear_systems
+
+TRACK = bs.sensors.Track(position_sd_m=0.5, attitude_sd_deg=0.1, interval_s=2.0, channels=("x", "y", "yaw"))
+
+
+@pytest.fixture(scope="module")
+def problem(suboff, spiral, spiral_track):
+    record = bs.observe(spiral_track, TRACK, np.random.default_rng(3))
+    return bs.Problem(suboff, spiral, record, free=HORIZONTAL, prior=bs.priors.relative_normal(0.25), dt=1.0)
+
+
+@pytest.fixture
+def parameters(problem, rng):
+    return problem.prior.mean + 0.1 * problem.prior.sd * rng.standard_normal((3, problem.n_params))
+
+
+def test_coefficients_without_scale_stay_fixed(problem, suboff):
+    """The 21 horizontal coefficients that suboff has are free; those that are zero keep that value."""
+    zero = {"Yuu", "Yu_absr_dr", "Nuu", "Nu_absr_dr"}
+    assert problem.names == tuple(name for name in HORIZONTAL if name not in zero)
+    sets = problem.coefficient_sets(problem.prior.mean * 1.1)
+    fixed = np.setdiff1d(np.arange(101), problem.columns)
+    np.testing.assert_array_equal(sets[0, fixed], suboff.xi[fixed])
+    np.testing.assert_array_equal(sets[0, problem.columns], suboff.xi[problem.columns] * 1.1)
+
+
+def test_predictions_are_the_states_of_a_simulation(problem, parameters, suboff, spiral):
+    """Each reading is predicted by the state of its channel at its time."""
+    track = bs.simulate(suboff, spiral, xi=problem.coefficient_sets(parameters), dt=1.0, sample=2.0)
+    expected = np.concatenate([track.states[:, 1:, k] for k in (0, 1, 5)], axis=1)
+    # The same steps, but other output times: equal where those fall on steps of 1 s, up to the rounding of 0.1 * n.
+    np.testing.assert_allclose(problem.predicted(parameters), expected, rtol=0, atol=1e-9)
+
+
+def test_log_prob_is_prior_plus_likelihood(problem, parameters):
+    """The posterior density is the product of the densities of scipy."""
+    prior = stats.norm.logpdf(parameters, problem.prior.mean, problem.prior.sd).sum(axis=1)
+    likelihood = stats.norm.logpdf(problem.readings, problem.predicted(parameters), problem.sds).sum(axis=1)
+    np.testing.assert_allclose(problem.log_prior(parameters), prior, rtol=1e-13)
+    np.testing.assert_allclose(problem.log_likelihood(parameters), likelihood, rtol=1e-12)
+    np.testing.assert_allclose(problem.log_prob(parameters), prior + likelihood, rtol=1e-12)
+
+
+def test_noise_at_the_truth_is_noise(problem):
+    """At the true coefficients the residuals are standard normal."""
+    residuals = problem.residuals(problem.prior.mean[None])[0]
+    chi2 = residuals @ residuals
+    assert abs(chi2 - len(residuals)) < 4 * np.sqrt(2 * len(residuals))
+
+
+def test_failed_simulations_are_counted_and_impossible(problem, parameters):
+    """A coefficient set that diverges has log probability -inf and is counted; its neighbours do not notice."""
+    before, failures, evaluations = problem.log_prob(parameters), dict(problem.failures), problem.evaluations
+    parameters[1, problem.names.index("Xuu")] = 0.1
+    after = problem.log_prob(parameters)
+    np.testing.assert_array_equal(after, [before[0], -np.inf, before[2]])
+    assert problem.failures == failures | {"diverged": failures["diverged"] + 1}
+    assert problem.evaluations == evaluations + 3
+
+
+def test_jacobian(problem, parameters):
+    """Derivatives agree with central differences at other steps, extrapolated to zero."""
+
+    def central(step):
+        offsets = np.diag(step * problem.prior.sd)
+        plus, minus = (problem.residuals(parameters[0] + sign * offsets) for sign in (1, -1))
+        return (plus - minus) / (2 * step)
+
+    expected = (4 * central(0.004) - central(0.008)).T / 3  # in prior standard deviations
+    found = problem.jacobian(parameters[0]) * problem.prior.sd
+    # Fourth order at a hundredth of a standard deviation leaves 1e-8 of the column; the extrapolation as much.
+    assert np.all(np.abs(found - expected).max(axis=0) < 1e-6 * np.abs(expected).max(axis=0))
+
+
+def test_nothing_to_infer(suboff, spiral, problem):
+    """A problem needs a coefficient that has a scale, and names that exist."""
+    for free, message in (
+        (["Yuu", "Nuu"], "no coefficient is free"),
+        (["Yuv", "Yvu_"], "unknown coefficient 'Yvu_'"),
+    ):
+        with pytest.raises(bs.InputError, match=message):
+            bs.Problem(suboff, spiral, problem.record, free=free, prior=bs.priors.relative_normal(0.25), dt=1.0)
+
+
+def test_linear_form_holds_on_the_track(spiral_track, suboff):
+    """Matrix times coefficients is the load: the track obeys its own equations of motion."""
+    systems = linear_systems(spiral_track)
+    assert set(systems) == {"X", "Y", "N"}
+    for system in systems.values():
+        forces = system.matrix * suboff.xi[columns(system.names)]
+        # Round-off of the accelerations, through the mass matrix.
+        assert np.abs(forces.sum(axis=1) - system.load).max() < 1e-12 * np.abs(forces).max()
+
+
+def test_linear_form_in_six_degrees_of_freedom(full, coupled):
+    """So does that of a boat with every coefficient, offset and coupling, on all six axes."""
+    track = bs.simulate(full, coupled, dt=0.5)
+    systems = linear_systems(track)
+    assert [len(system.names) for system in systems.values()] == [12, 18, 18, 16, 19, 18]
+    for system in systems.values():
+        forces = system.matrix * full.xi[columns(system.names)]
+        heavy = np.abs(system.load).max() + full.body[0] * 9.81 * full.length_m / 100 * (system.axis in "KMN")
+        assert np.abs(forces.sum(axis=1) - system.load).max() < 1e-11 * heavy
+
+
+def test_known_coefficients_move_to_the_load(spiral_track, suboff):
+    """With some coefficients given the rest obey the rest of the equation."""
+    free = [name for name in HORIZONTAL if name not in ("Yvdot", "Nvdot", "Nrdot", "Yuv")]
+    systems = linear_systems(spiral_track, free=free)
+    assert "Yuv" not in systems["Y"].names
+    for system in systems.values():
+        forces = system.matrix * suboff.xi[columns(system.names)]
+        assert np.abs(forces.sum(axis=1) - system.load).max() < 1e-11 * np.abs(forces).max()
+
+
+def test_columns_that_vanish_are_left_out(full, coupled):
+    """Planes that do not move leave no column behind."""
+    from dataclasses import replace
+
+    still = replace(coupled, controls=coupled.controls * [1, 0, 1])
+    names = {name for s in linear_systems(bs.simulate(full, still, dt=0.5, sample=1.0)).values() for name in s.names}
+    assert set(INDEX) - names == {"Xuu_dbdb", "Zuu_db", "Muu_db"}
