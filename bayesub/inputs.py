@@ -1,6 +1,7 @@
 """Reading input files: TOML validated against a pydantic model, with one clear line when it does not fit."""
 
 import tomllib
+import typing
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, TypeVar
@@ -76,23 +77,33 @@ def validate(content: dict, model: type[Model], source: str) -> Model:
 def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
     # A mistyped key is both unknown and missing; the unknown one tells more.
     first, *others = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
-    location = [str(part) for part in first["loc"]]
-    key = ".".join(location)
+    keys, siblings = _followed(first["loc"], model)
+    key = ".".join(keys)
     more = f" (and {len(others)} more)" if others else ""
     if first["type"] == "missing":
         return f"key '{key}' is missing{more}"
     if first["type"] == "extra_forbidden":
-        return f"unknown key '{key}'{nearest(location[-1], _known_keys(model, location[:-1]))}{more}"
+        return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}"
     message = first["msg"].removeprefix("Value error, ")
     found = repr(first["input"])
     shown = f", found {found}" if len(found) < 80 and found not in message else ""
     return f"key '{key}': {message[0].lower()}{message[1:]}{shown}{more}"
 
 
-def _known_keys(model: type[Section], path: list[str]) -> list[str]:
-    for part in path:
-        field = model.model_fields.get(part)
-        if field is None or not isinstance(field.annotation, type) or not issubclass(field.annotation, Section):
-            return []
-        model = field.annotation
-    return [field.alias or name for name, field in model.model_fields.items()]
+def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:
+    """The keys of pydantic's `location`, without the tags of unions, and the keys valid where it ends."""
+    keys, models = [], [model]
+    for part in location[:-1]:
+        fields = [m.model_fields[part].annotation for m in models if part in m.model_fields]
+        if fields or isinstance(part, int):
+            keys.append(str(part))
+        if fields:
+            models = [section for annotation in fields for section in _sections(annotation)]
+    return [*keys, str(location[-1])], [key for m in models for key in m.model_fields]
+
+
+def _sections(annotation) -> list[type[Section]]:
+    """The sections that an annotation admits."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return [annotation]
+    return [section for part in typing.get_args(annotation) for section in _sections(part)]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import pydantic
@@ -49,10 +49,71 @@ class BodySection(Section):
 
 
 class PropulsionSection(Section):
-    b: Vector9
-    rpm_per_mps: Positive
+    """What all propulsion models share."""
+
     thrust_line_z_m: float = 0.0
     torque: tuple[float, float] = (0.0, 0.0)  # K_n1 in N m per rpm^2, K_n2 in N m s per (rpm m)
+
+
+class PolynomialSection(PropulsionSection):
+    """Three branches in n' = n/(k0 u) (model section 5)."""
+
+    model: Literal["polynomial"] = "polynomial"
+    b: Vector9
+    rpm_per_mps: Positive
+
+    def thrust(self, length: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """b1 .. b9 and k0 (rpm per m/s) for a boat of `length` (m) with the drag coefficient -Xuu."""
+        return self.b, self.rpm_per_mps
+
+
+class OpenWaterSection(PropulsionSection):
+    """A propeller by its open-water diagram: T = (1 - t) rho D^4 K_T n|n|, n in rev/s (thesis section 3.7).
+
+    k0 follows from self-propulsion: at n' = 1 the thrust is the straight-line drag. Going ahead (u >= 0) both models
+    are polynomials in u and n, and are flown as such.
+    """
+
+    diameter_m: Positive
+    thrust_deduction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
+
+    def thrust(self, length: float, drag: float) -> tuple[tuple[float, ...], float]:
+        """b1 .. b9 and k0 (rpm per m/s) for a boat of `length` (m) with the drag coefficient -Xuu."""
+        scale = 2.0 * (1.0 - self.thrust_deduction) * self.diameter_m**4 / length**2
+        offset, slope, wake = self.diagram
+        # Self-propulsion with x = n/u in rev/m: scale (offset x^2 + slope (1 - wake) x / D) = drag.
+        linear = slope * (1.0 - wake) / self.diameter_m
+        x = (-linear + np.sqrt(linear**2 + 4.0 * offset * drag / scale)) / (2.0 * offset)
+        square, cross = scale * offset * x**2, scale * linear * x
+        return (0.0, cross, square, 0.0, cross, square, 0.0, -cross, -square), 60.0 * x
+
+
+class ConstantKTSection(OpenWaterSection):
+    """K_T does not depend on the advance (Healey & Lienard 1993; thesis C.1)."""
+
+    model: Literal["constant_kt"]
+    kt: Positive
+
+    @property
+    def diagram(self) -> tuple[float, float, float]:
+        return self.kt, 0.0, 0.0
+
+
+class LinearKTSection(OpenWaterSection):
+    """K_T = kt0 + kt1 J with J = (1 - w) u / (n D) (Fossen & Blanke 2000; thesis C.2)."""
+
+    model: Literal["linear_kt"]
+    kt0: Positive
+    kt1: float = pydantic.Field(le=0.0)
+    wake_fraction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
+
+    @property
+    def diagram(self) -> tuple[float, float, float]:
+        return self.kt0, self.kt1, self.wake_fraction
+
+
+def _model_of(section) -> str:
+    return section.get("model", "polynomial") if isinstance(section, dict) else section.model
 
 
 class ActuatorsSection(Section):
@@ -70,7 +131,12 @@ class VehicleFile(Section):
     reference: str = ""
     trial: TrialSection
     body: BodySection
-    propulsion: PropulsionSection
+    propulsion: Annotated[
+        Annotated[PolynomialSection, pydantic.Tag("polynomial")]
+        | Annotated[ConstantKTSection, pydantic.Tag("constant_kt")]
+        | Annotated[LinearKTSection, pydantic.Tag("linear_kt")],
+        pydantic.Discriminator(_model_of),
+    ]
     actuators: ActuatorsSection
     coefficients: dict[str, float]
 
@@ -143,6 +209,7 @@ def load_vehicle(name: str | Path) -> Vehicle:
     weight = body.mass_kg * GRAVITY_MPS2
     thrust_factor = 0.5 * body.water_density_kgm3 * body.length_m**2
     kn1, kn2 = propulsion.torque
+    thrust, rpm_per_mps = propulsion.thrust(body.length_m, -file.coefficients["Xuu"])
     row = {
         "mass": body.mass_kg,
         **body.inertia_kgm2.model_dump(),
@@ -150,10 +217,10 @@ def load_vehicle(name: str | Path) -> Vehicle:
         "weight": weight,
         "buoyancy": weight if body.buoyancy_n is None else body.buoyancy_n,
         **dict(zip(("xB", "yB", "zB"), body.centre_of_buoyancy_m, strict=True)),
-        **{f"b{j}": b * thrust_factor for j, b in enumerate(propulsion.b, start=1)},
+        **{f"b{j}": b * thrust_factor for j, b in enumerate(thrust, start=1)},
         "zP": propulsion.thrust_line_z_m,
-        "Kn1": kn1 * propulsion.rpm_per_mps**2,
-        "Kn2": kn2 * propulsion.rpm_per_mps,
+        "Kn1": kn1 * rpm_per_mps**2,
+        "Kn2": kn2 * rpm_per_mps,
     }
     limits = (actuators.rudder_limit_deg, actuators.plane_limit_deg, actuators.plane_limit_deg)
     return Vehicle(
@@ -164,7 +231,7 @@ def load_vehicle(name: str | Path) -> Vehicle:
         water_density_kgm3=body.water_density_kgm3,
         speed_mps=trial.speed_mps,
         depth_m=trial.depth_m,
-        rpm_per_mps=propulsion.rpm_per_mps,
+        rpm_per_mps=rpm_per_mps,
         plane_rate_radps=np.radians(actuators.rate_deg_s).item(),
         plane_time_constant_s=actuators.time_constant_s,
         plane_limits_rad=np.radians(limits),
