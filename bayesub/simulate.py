@@ -68,22 +68,25 @@ class Simulator:
     controls : "linear" interpolates the control history at the Runge-Kutta stages, "hold" keeps the value at the
         start of each step (the thesis's convention, first order)
     subproblem : "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own
+    attitude : "euler", or "quaternion" to fly through 90 degrees of pitch (output in Euler angles all the same)
     """
 
-    def __init__(self, vehicle, manoeuvre, times, *, dt=None, controls="linear", subproblem=_UNSET):
+    def __init__(self, vehicle, manoeuvre, times, *, dt=None, controls="linear", subproblem=_UNSET, attitude="euler"):
         if subproblem == _UNSET:
             subproblem = manoeuvre.subproblem
         if subproblem is not None and subproblem not in coefficients.SUBPROBLEMS:
             raise InputError(f"unknown sub-problem '{subproblem}': expected horizontal or vertical")
         if controls not in ("linear", "hold"):
             raise InputError(f"unknown control convention '{controls}': expected linear or hold")
+        if attitude not in ("euler", "quaternion"):
+            raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion")
         if dt is not None and not (np.isfinite(dt) and dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {dt}")
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
         self.subproblem = subproblem
-        self.step = choose_step(vehicle, manoeuvre, subproblem) if dt is None else float(dt)
-        self.convention = controls
+        self.convention, self.attitude = controls, attitude
+        self.step = choose_step(vehicle, manoeuvre, subproblem, attitude) if dt is None else float(dt)
         self.times = np.array(times, dtype=float)
         if self.times.size == 0 or self.times[0] < 0 or self.times[-1] > manoeuvre.duration * (1 + 1e-12):
             raise InputError(f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s")
@@ -101,6 +104,7 @@ class Simulator:
             dt=self.step,
             controls=self.convention,
             subproblem=self.subproblem,
+            attitude=self.attitude,
         )
 
     def _controls_at(self, times):
@@ -123,7 +127,7 @@ class Simulator:
         dimensional = self.dimensional(xi)
         n_batch = len(dimensional)
         integrate = kernel.integrate_parallel if parallel and n_batch > kernel.LANES else kernel.integrate
-        return integrate(
+        states, status = integrate(
             dimensional,
             self._repeated(self.vehicle.body, n_batch),
             self._repeated(self.manoeuvre.initial_state, n_batch),
@@ -131,7 +135,11 @@ class Simulator:
             self.step,
             self.times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
+            self.attitude == "quaternion",
         )
+        if self.attitude == "quaternion":
+            states[..., 3:6] = np.unwrap(states[..., 3:6], axis=1)
+        return states, status
 
     def accelerations(self, xi, states) -> np.ndarray:
         """Body accelerations (n_batch, n_times, 6) of coefficient sets `xi` along `states` at the output times."""
@@ -160,6 +168,7 @@ def simulate(
     sample: float | None = None,
     controls: str = "linear",
     subproblem: str | None = _UNSET,
+    attitude: str = "euler",
 ) -> Trajectory:
     """Simulate a manoeuvre.
 
@@ -168,7 +177,7 @@ def simulate(
     xi : (101,) or (n_batch, 101) non-dimensional coefficients; by default the vehicle's own
     dt : integration step, s; by default the largest that keeps the position error below 5 cm
     sample : output interval, s; by default the spacing of the control history
-    controls, subproblem : see :class:`Simulator`
+    controls, subproblem, attitude : see :class:`Simulator`
 
     A member that fails keeps its states up to the failure and says so in its status.
     """
@@ -182,10 +191,11 @@ def simulate(
     else:
         raise InputError(f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}")
     times = np.minimum(times, manoeuvre.duration)
-    return Simulator(vehicle, manoeuvre, times, dt=dt, controls=controls, subproblem=subproblem).trajectory(xi)
+    options = {"dt": dt, "controls": controls, "subproblem": subproblem, "attitude": attitude}
+    return Simulator(vehicle, manoeuvre, times, **options).trajectory(xi)
 
 
-def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None) -> float:
+def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, attitude: str = "euler") -> float:
     """The largest step of 1, 0.5, 0.2, 0.1, .. s that keeps the position within 5 cm of the one at half the step.
 
     The search starts at a tenth of a ship length travelled.
@@ -194,7 +204,9 @@ def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None) 
     ladder = [m * 10.0**e for e in range(1, -5, -1) for m in (5, 2, 1)]
     for step in (s for s in ladder if s <= 0.1 * vehicle.length_m / vehicle.speed_mps):
         coarse, fine = (
-            Simulator(vehicle, manoeuvre, times, dt=dt, subproblem=subproblem).run(vehicle.xi)[0][0, :, :3]
+            Simulator(vehicle, manoeuvre, times, dt=dt, subproblem=subproblem, attitude=attitude).run(vehicle.xi)[0][
+                0, :, :3
+            ]
             for dt in (step, step / 2)
         )
         # A vehicle that fails is compared up to its failure.

@@ -53,51 +53,25 @@ def rigid_body(work, i, u, v, w, p, q, r):
 
 
 @inline
-def hydrostatics(work, i, sphi, cphi, sth, cth):
-    """Weight and buoyancy (section 3), in N and N m."""
+def hydrostatics(work, i, gx, gy, gz):
+    """Weight and buoyancy (section 3), in N and N m; (gx, gy, gz) is the downward direction in body axes."""
     weight = work[(BODY_ROWS + at.WEIGHT) * LANES + i]
     buoyancy = work[(BODY_ROWS + at.BUOYANCY) * LANES + i]
     net = weight - buoyancy
     x = weight * work[(BODY_ROWS + at.XG) * LANES + i] - buoyancy * work[(BODY_ROWS + at.XB) * LANES + i]
     y = weight * work[(BODY_ROWS + at.YG) * LANES + i] - buoyancy * work[(BODY_ROWS + at.YB) * LANES + i]
     z = weight * work[(BODY_ROWS + at.ZG) * LANES + i] - buoyancy * work[(BODY_ROWS + at.ZB) * LANES + i]
-    return (
-        -net * sth,
-        net * cth * sphi,
-        net * cth * cphi,
-        y * cth * cphi - z * cth * sphi,
-        -z * sth - x * cth * cphi,
-        x * cth * sphi + y * sth,
-    )
+    return net * gx, net * gy, net * gz, y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
 
 
 @inline
-def kinematics(sphi, cphi, sth, cth, spsi, cpsi, u, v, w, p, q, r):
-    """Rates of position and Euler angles (section 1), in m/s and rad/s."""
-    secant = 1.0 / cth
-    yawing = (sphi * q + cphi * r) * secant
-    return (
-        cpsi * cth * u + (cpsi * sth * sphi - spsi * cphi) * v + (spsi * sphi + cpsi * cphi * sth) * w,
-        spsi * cth * u + (cpsi * cphi + sphi * sth * spsi) * v + (sth * spsi * cphi - cpsi * sphi) * w,
-        -sth * u + cth * sphi * v + cth * cphi * w,
-        p + sth * yawing,
-        cphi * q - sphi * r,
-        yawing,
-    )
-
-
-@inline
-def state_derivative(work, i, state, dr, db, ds, ordered):
-    """The twelve rates of lane `i` whose state begins at row `state`; the added masses enter through the inverse."""
-    row = state * LANES + i
-    sphi, cphi = sine_cosine(work[row + 3 * LANES])
-    sth, cth = sine_cosine(work[row + 4 * LANES])
-    spsi, cpsi = sine_cosine(work[row + 5 * LANES])
+def accelerations(work, i, row, gx, gy, gz, dr, db, ds, ordered):
+    """udot vdot wdot pdot qdot rdot of the state at position `row`: M^-1 times all forces without added mass."""
     u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
     p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
     x1, y1, z1, k1, m1, n1 = hydrodynamic_forces(work, i, u, v, w, p, q, r, dr, db, ds)
     x2, y2, z2, k2, m2, n2 = rigid_body(work, i, u, v, w, p, q, r)
-    x3, y3, z3, k3, m3, n3 = hydrostatics(work, i, sphi, cphi, sth, cth)
+    x3, y3, z3, k3, m3, n3 = hydrostatics(work, i, gx, gy, gz)
     thrust, torque = propulsion(work, i, u, ordered)
     x = x1 - x2 + x3 + thrust
     y = y1 - y2 + y3
@@ -105,26 +79,69 @@ def state_derivative(work, i, state, dr, db, ds, ordered):
     k = k1 - k2 + k3 + torque
     m = m1 - m2 + m3 + thrust * work[(BODY_ROWS + at.ZP) * LANES + i]
     n = n1 - n2 + n3
-    a = INVERSE_MASS * LANES + i
-    b = a + 6 * LANES
-    c = a + 12 * LANES
-    d = a + 18 * LANES
-    e = a + 24 * LANES
-    f = a + 30 * LANES
-    xdot, ydot, zdot, phidot, thetadot, psidot = kinematics(sphi, cphi, sth, cth, spsi, cpsi, u, v, w, p, q, r)
+    first = INVERSE_MASS * LANES + i
     return (
-        xdot,
-        ydot,
-        zdot,
-        phidot,
-        thetadot,
-        psidot,
-        _row(work, a, x, y, z, k, m, n),
-        _row(work, b, x, y, z, k, m, n),
-        _row(work, c, x, y, z, k, m, n),
-        _row(work, d, x, y, z, k, m, n),
-        _row(work, e, x, y, z, k, m, n),
-        _row(work, f, x, y, z, k, m, n),
+        _row(work, first, x, y, z, k, m, n),
+        _row(work, first + 6 * LANES, x, y, z, k, m, n),
+        _row(work, first + 12 * LANES, x, y, z, k, m, n),
+        _row(work, first + 18 * LANES, x, y, z, k, m, n),
+        _row(work, first + 24 * LANES, x, y, z, k, m, n),
+        _row(work, first + 30 * LANES, x, y, z, k, m, n),
+    )
+
+
+@inline
+def euler_derivative(work, i, state, dr, db, ds, ordered):
+    """The twelve rates (section 1) of lane `i` whose state, with Euler angles, begins at row `state`."""
+    row = state * LANES + i
+    sphi, cphi = sine_cosine(work[row + 3 * LANES])
+    sth, cth = sine_cosine(work[row + 4 * LANES])
+    spsi, cpsi = sine_cosine(work[row + 5 * LANES])
+    u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
+    p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
+    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, -sth, cth * sphi, cth * cphi, dr, db, ds, ordered)
+    yawing = (sphi * q + cphi * r) * (1.0 / cth)
+    return (
+        cpsi * cth * u + (cpsi * sth * sphi - spsi * cphi) * v + (spsi * sphi + cpsi * cphi * sth) * w,
+        spsi * cth * u + (cpsi * cphi + sphi * sth * spsi) * v + (sth * spsi * cphi - cpsi * sphi) * w,
+        -sth * u + cth * sphi * v + cth * cphi * w,
+        p + sth * yawing,
+        cphi * q - sphi * r,
+        yawing,
+        udot,
+        vdot,
+        wdot,
+        pdot,
+        qdot,
+        rdot,
+    )
+
+
+@inline
+def quaternion_derivative(work, i, state, dr, db, ds, ordered):
+    """The thirteen rates of a state with a unit quaternion (thesis appendix B, equations 42 and 43)."""
+    row = state * LANES + i
+    q0, q1, q2, q3 = work[row + 12 * LANES], work[row + 3 * LANES], work[row + 4 * LANES], work[row + 5 * LANES]
+    u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
+    p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
+    gx = 2.0 * (q1 * q3 - q0 * q2)
+    gy = 2.0 * (q2 * q3 + q0 * q1)
+    gz = q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3
+    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, gx, gy, gz, dr, db, ds, ordered)
+    return (
+        (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3) * u + 2.0 * ((q1 * q2 - q0 * q3) * v + (q1 * q3 + q0 * q2) * w),
+        (q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3) * v + 2.0 * ((q1 * q2 + q0 * q3) * u + (q2 * q3 - q0 * q1) * w),
+        gx * u + gy * v + gz * w,
+        0.5 * (q0 * p - q3 * q + q2 * r),
+        0.5 * (q3 * p + q0 * q - q1 * r),
+        0.5 * (q1 * q + q0 * r - q2 * p),
+        udot,
+        vdot,
+        wdot,
+        pdot,
+        qdot,
+        rdot,
+        -0.5 * (q1 * p + q2 * q + q3 * r),
     )
 
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 from numba import prange
 
-from bayesub.kernels.dynamics import state_derivative
+from bayesub.kernels.attitude import euler_angles, quaternion
+from bayesub.kernels.dynamics import euler_derivative, quaternion_derivative
 from bayesub.kernels.layout import (
     BODY_ROWS,
     COEFFICIENTS,
@@ -20,6 +21,7 @@ from bayesub.kernels.layout import (
     SLOPE,
     STAGE,
     STATE,
+    STATE_ROWS,
     SUM,
     inline,
     jit,
@@ -48,7 +50,7 @@ def load_block(work, first, coefficients, body, initial):
 
 @inline
 def _copy(work, source, target):
-    for j in range(N_STATES * LANES):
+    for j in range(STATE_ROWS * LANES):
         work[target * LANES + j] = work[source * LANES + j]
 
 
@@ -64,7 +66,7 @@ def _stage(work, control, weight, ahead):
     dr, db, ds, ordered = control[0], control[1], control[2], control[3]
     for i in range(LANES):
         # Twelve scalars and twelve calls: a loop over a tuple of rates would keep this loop from being vectorised.
-        x, y, z, phi, theta, psi, u, v, w, p, q, r = state_derivative(work, i, STAGE, dr, db, ds, ordered)
+        x, y, z, phi, theta, psi, u, v, w, p, q, r = euler_derivative(work, i, STAGE, dr, db, ds, ordered)
         _advance(work, i, 0, x, weight, ahead)
         _advance(work, i, 1, y, weight, ahead)
         _advance(work, i, 2, z, weight, ahead)
@@ -79,9 +81,60 @@ def _stage(work, control, weight, ahead):
         _advance(work, i, 11, r, weight, ahead)
 
 
+@jit
+def _stage_quaternion(work, control, weight, ahead):
+    """:func:`_stage` for states with quaternions."""
+    dr, db, ds, ordered = control[0], control[1], control[2], control[3]
+    for i in range(LANES):
+        x, y, z, q1, q2, q3, u, v, w, p, q, r, q0 = quaternion_derivative(work, i, STAGE, dr, db, ds, ordered)
+        _advance(work, i, 0, x, weight, ahead)
+        _advance(work, i, 1, y, weight, ahead)
+        _advance(work, i, 2, z, weight, ahead)
+        _advance(work, i, 3, q1, weight, ahead)
+        _advance(work, i, 4, q2, weight, ahead)
+        _advance(work, i, 5, q3, weight, ahead)
+        _advance(work, i, 6, u, weight, ahead)
+        _advance(work, i, 7, v, weight, ahead)
+        _advance(work, i, 8, w, weight, ahead)
+        _advance(work, i, 9, p, weight, ahead)
+        _advance(work, i, 10, q, weight, ahead)
+        _advance(work, i, 11, r, weight, ahead)
+        _advance(work, i, 12, q0, weight, ahead)
+
+
 @inline
-def _emit(work, states, first, members, output, fraction, step):
-    """Cubic Hermite interpolation at `fraction` of the last step into ``states[first:, output]``."""
+def _evaluate(work, control, weight, ahead, quaternions):
+    if quaternions:
+        _stage_quaternion(work, control, weight, ahead)
+    else:
+        _stage(work, control, weight, ahead)
+
+
+@jit
+def _to_quaternions(work):
+    """Replace the Euler angles of STATE by quaternions."""
+    for i in range(LANES):
+        row = STATE * LANES + i
+        q0, q1, q2, q3 = quaternion(work[row + 3 * LANES], work[row + 4 * LANES], work[row + 5 * LANES])
+        work[row + 12 * LANES], work[row + 3 * LANES], work[row + 4 * LANES], work[row + 5 * LANES] = q0, q1, q2, q3
+
+
+@jit
+def _normalise(work):
+    """Bring the quaternions of STATE back to unit length."""
+    for i in range(LANES):
+        row = STATE * LANES + i
+        q0, q1, q2, q3 = work[row + 12 * LANES], work[row + 3 * LANES], work[row + 4 * LANES], work[row + 5 * LANES]
+        scale = 1.0 / math.sqrt(q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
+        work[row + 12 * LANES] = q0 * scale
+        work[row + 3 * LANES] = q1 * scale
+        work[row + 4 * LANES] = q2 * scale
+        work[row + 5 * LANES] = q3 * scale
+
+
+@inline
+def _emit(work, states, first, members, output, fraction, step, quaternions):
+    """Cubic Hermite interpolation at `fraction` of the last step into ``states[first:, output]``, in Euler angles."""
     f = fraction
     h00 = (1.0 + 2.0 * f) * (1.0 - f) * (1.0 - f)
     h10 = f * (1.0 - f) * (1.0 - f) * step
@@ -95,24 +148,35 @@ def _emit(work, states, first, members, output, fraction, step):
                 + h01 * work[(STATE + k) * LANES + i]
                 + h11 * work[(SLOPE + k) * LANES + i]
             )
+        if quaternions:
+            q0 = (
+                h00 * work[(PREVIOUS + 12) * LANES + i]
+                + h10 * work[(PREVIOUS_SLOPE + 12) * LANES + i]
+                + h01 * work[(STATE + 12) * LANES + i]
+                + h11 * work[(SLOPE + 12) * LANES + i]
+            )
+            row = states[first + i, output]
+            row[3], row[4], row[5] = euler_angles(q0, row[3], row[4], row[5])
 
 
 @jit
-def _integrate_block(block, coefficients, body, initial, stages, step, times, max_speed, states, status):
+def _integrate_block(block, coefficients, body, initial, stages, step, times, max_speed, quaternions, states, status):
     """Integrate one block of members and write their `states` at `times`; see :func:`integrate`."""
     first = block * LANES
     members = min(LANES, coefficients.shape[0] - first)
     work = np.zeros(N_ROWS * LANES)
     load_block(work, first, coefficients, body, initial)
+    if quaternions:
+        _to_quaternions(work)
     n_steps = stages.shape[0] - 1
     n_times = times.shape[0]
     output = 0
     alive = members
     max_speed2 = max_speed * max_speed
     for step_index in range(n_steps + 1):
-        work[SUM * LANES : (SUM + N_STATES) * LANES] = 0.0
+        work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
         _copy(work, STATE, STAGE)
-        _stage(work, stages[step_index, 0], 1.0, 0.5 * step)
+        _evaluate(work, stages[step_index, 0], 1.0, 0.5 * step, quaternions)
         _copy(work, SUM, SLOPE)
 
         # The envelope, and a derivative that is not finite, end a member; its readings from here on are not a number.
@@ -121,7 +185,7 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
                 u, v, w = work[(STATE + 6) * LANES + i], work[(STATE + 7) * LANES + i], work[(STATE + 8) * LANES + i]
                 if not u * u + v * v + w * w < max_speed2:
                     status[first + i] = DIVERGED
-                elif not abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH:
+                elif not (quaternions or abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH):
                     status[first + i] = LEFT_ENVELOPE
                 else:
                     continue
@@ -133,7 +197,7 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
         now = step_index * step
         while output < n_times and (times[output] <= now or step_index == n_steps):
             fraction = 1.0 if step_index == 0 else 1.0 + (times[output] - now) / step
-            _emit(work, states, first, members, output, fraction, step)
+            _emit(work, states, first, members, output, fraction, step, quaternions)
             for i in range(members):
                 if status[first + i] != OK:
                     states[first + i, output, :] = np.nan
@@ -143,15 +207,17 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
 
         _copy(work, STATE, PREVIOUS)
         _copy(work, SLOPE, PREVIOUS_SLOPE)
-        _stage(work, stages[step_index, 1], 2.0, 0.5 * step)
-        _stage(work, stages[step_index, 1], 2.0, step)
-        _stage(work, stages[step_index, 2], 1.0, 0.0)
-        for j in range(N_STATES * LANES):
+        _evaluate(work, stages[step_index, 1], 2.0, 0.5 * step, quaternions)
+        _evaluate(work, stages[step_index, 1], 2.0, step, quaternions)
+        _evaluate(work, stages[step_index, 2], 1.0, 0.0, quaternions)
+        for j in range(STATE_ROWS * LANES):
             work[STATE * LANES + j] += step / 6.0 * work[SUM * LANES + j]
+        if quaternions:
+            _normalise(work)
 
 
 @jit
-def integrate(coefficients, body, initial, stages, step, times, max_speed):
+def integrate(coefficients, body, initial, stages, step, times, max_speed, quaternions=False):
     """Simulate a batch.
 
     Parameters
@@ -163,6 +229,7 @@ def integrate(coefficients, body, initial, stages, step, times, max_speed):
     step : step length, s
     times : (n_times,) ascending output times from 0 to n_steps * step, s
     max_speed : a member that reaches this speed (m/s) has diverged
+    quaternions : integrate the attitude as a quaternion, which knows no limit of pitch, instead of Euler angles
 
     Returns
     -------
@@ -172,18 +239,22 @@ def integrate(coefficients, body, initial, stages, step, times, max_speed):
     states = np.empty((n_batch, times.shape[0], N_STATES))
     status = np.zeros(n_batch, dtype=np.int8)
     for block in range((n_batch + LANES - 1) // LANES):
-        _integrate_block(block, coefficients, body, initial, stages, step, times, max_speed, states, status)
+        _integrate_block(
+            block, coefficients, body, initial, stages, step, times, max_speed, quaternions, states, status
+        )
     return states, status
 
 
 @jit(parallel=True)
-def integrate_parallel(coefficients, body, initial, stages, step, times, max_speed):
+def integrate_parallel(coefficients, body, initial, stages, step, times, max_speed, quaternions=False):
     """:func:`integrate` with the blocks shared among threads; bitwise the same."""
     n_batch = coefficients.shape[0]
     states = np.empty((n_batch, times.shape[0], N_STATES))
     status = np.zeros(n_batch, dtype=np.int8)
     for block in prange((n_batch + LANES - 1) // LANES):
-        _integrate_block(block, coefficients, body, initial, stages, step, times, max_speed, states, status)
+        _integrate_block(
+            block, coefficients, body, initial, stages, step, times, max_speed, quaternions, states, status
+        )
     return states, status
 
 
@@ -211,7 +282,7 @@ def body_accelerations(coefficients, body, states, controls):
             for i in range(members):
                 for k in range(N_STATES):
                     work[(STAGE + k) * LANES + i] = states[first + i, n, k]
-            work[SUM * LANES : (SUM + N_STATES) * LANES] = 0.0
+            work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
             _stage(work, controls[n], 1.0, 0.0)
             for i in range(members):
                 for k in range(6):

@@ -26,14 +26,16 @@ N_BODY = len(BODY)
     B1, B2, B3, B4, B5, B6, B7, B8, B9, ZP, KN1, KN2,
 ) = range(N_BODY)  # fmt: skip
 
-# First row of each group in the workspace.
+# First row of each group in the workspace. A state takes thirteen rows: with quaternions its attitude is the vector
+# part in the rows of the Euler angles and the scalar part in the last row, which Euler angles leave alone.
+STATE_ROWS = N_STATES + 1
 STATE = 0  # state at the start of the step
-STAGE = STATE + N_STATES  # state at which the next stage is evaluated
-SUM = STAGE + N_STATES  # weighted sum of the stage derivatives
-SLOPE = SUM + N_STATES  # derivative at the start of the step
-PREVIOUS = SLOPE + N_STATES  # state and derivative one step back, for the dense output
-PREVIOUS_SLOPE = PREVIOUS + N_STATES
-COEFFICIENTS = PREVIOUS_SLOPE + N_STATES  # dimensional
+STAGE = STATE + STATE_ROWS  # state at which the next stage is evaluated
+SUM = STAGE + STATE_ROWS  # weighted sum of the stage derivatives
+SLOPE = SUM + STATE_ROWS  # derivative at the start of the step
+PREVIOUS = SLOPE + STATE_ROWS  # state and derivative one step back, for the dense output
+PREVIOUS_SLOPE = PREVIOUS + STATE_ROWS
+COEFFICIENTS = PREVIOUS_SLOPE + STATE_ROWS  # dimensional
 BODY_ROWS = COEFFICIENTS + N_COEFFICIENTS
 INVERSE_MASS = BODY_ROWS + N_BODY  # 6 x 6, row by row
 N_ROWS = INVERSE_MASS + 36
