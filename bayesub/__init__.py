@@ -8,7 +8,7 @@ record and a prior make a problem, and the problem goes to baselines, identifiab
 from bayesub import baselines, coefficients, identifiability, priors, sensors
 from bayesub.coefficients import regressors
 from bayesub.errors import InputError
-from bayesub.manoeuvres import Manoeuvre, load_manoeuvre
+from bayesub.manoeuvres import Manoeuvre, load_manoeuvre, random_manoeuvre
 from bayesub.problem import Problem
 from bayesub.report import write_report
 from bayesub.sampling import Posterior, sample
@@ -34,6 +34,7 @@ __all__ = [
     "load_vehicle",
     "observe",
     "priors",
+    "random_manoeuvre",
     "regressors",
     "sample",
     "sensors",

@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import click
@@ -13,7 +14,8 @@ from rich.table import Table
 
 from bayesub import coefficients, inputs, logs, study
 from bayesub.errors import InputError
-from bayesub.manoeuvres import ManoeuvreFile, load_manoeuvre
+from bayesub.manoeuvre_files import read_manoeuvre
+from bayesub.manoeuvres import load_manoeuvre
 from bayesub.simulate import simulate as simulate_trial
 from bayesub.vehicles import VehicleFile, load_vehicle
 
@@ -66,8 +68,8 @@ def list_(what: str) -> None:
 def _entries(kind: str) -> list[tuple[str, str]]:
     if kind == "studies":
         return [(str(path), study.load_study(path).question) for path in sorted(Path("studies").glob("*.toml"))]
-    model = VehicleFile if kind == "vehicles" else ManoeuvreFile
-    return [(name, inputs.read_toml(path, model).description) for name, path in inputs.built_in(kind).items()]
+    read = read_manoeuvre if kind == "manoeuvres" else partial(inputs.read_toml, model=VehicleFile)
+    return [(name, read(path).description) for name, path in inputs.built_in(kind).items()]
 
 
 @app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml")
@@ -92,8 +94,8 @@ def _checked(path: Path) -> str:
             f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of 101 coefficients not zero"
         )
     if "kind" in keys:
-        file = inputs.read_toml(path, ManoeuvreFile)
-        return f"manoeuvre '{file.name}', {file.duration_s:g} s, {len(file.demands.time_s)} steps"
+        file = read_manoeuvre(path)
+        return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s"
     if "vehicle" in keys:
         return _cost(study.prepare(study.load_study(path)))
     raise InputError(

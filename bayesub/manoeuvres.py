@@ -2,56 +2,13 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
-import pydantic
 
 from bayesub import inputs, logs
 from bayesub.errors import InputError
-from bayesub.inputs import Positive, Section
-from bayesub.kernels import actuators
+from bayesub.manoeuvre_files import ManoeuvreFile, RandomFile, read_manoeuvre, straight_and_level
 from bayesub.vehicles import Vehicle
-
-PLANES = ("rudder", "bow_plane", "stern_plane")
-SAMPLE_S = 0.1  # spacing of a built control history on the boat of its time scale (thesis section 4.5)
-
-
-class TimeScaleSection(Section):
-    length_m: Positive
-    speed_mps: Positive
-
-
-class DemandsSection(Section):
-    time_s: tuple[float, ...] = pydantic.Field(min_length=1)
-    rudder_deg: tuple[float, ...] | None = None
-    bow_plane_deg: tuple[float, ...] | None = None
-    stern_plane_deg: tuple[float, ...] | None = None
-
-    @pydantic.model_validator(mode="after")
-    def _consistent(self):
-        if any(b <= a for a, b in zip(self.time_s, self.time_s[1:], strict=False)) or self.time_s[0] < 0:
-            raise ValueError("time_s must ascend from zero or later")
-        given = {f"{p}_deg": getattr(self, f"{p}_deg") for p in PLANES if getattr(self, f"{p}_deg") is not None}
-        if not given:
-            raise ValueError("give at least one of rudder_deg, bow_plane_deg, stern_plane_deg")
-        for key, angles in given.items():
-            if len(angles) != len(self.time_s):
-                raise ValueError(f"{key} has {len(angles)} entries, time_s has {len(self.time_s)}")
-        return self
-
-
-class ManoeuvreFile(Section):
-    """The content of a manoeuvre file: plane angles ordered in steps and reached through the vehicle's actuators."""
-
-    name: str
-    description: str = ""
-    reference: str = ""
-    kind: Literal["steps"]
-    subproblem: Literal["horizontal", "vertical"] | None = None
-    duration_s: Positive
-    time_scale: TimeScaleSection | None = None
-    demands: DemandsSection
 
 
 @dataclass(frozen=True)
@@ -63,7 +20,7 @@ class Manoeuvre:
     times : (n,) ascending from zero, s
     controls : (n, 3) rudder, bow plane, stern plane, rad
     rpm : (n,) propeller speed
-    initial_state : (12,) straight and level, at the vehicle's trial speed and depth
+    initial_state : (12,) straight and level, at the vehicle's trial speed, and at its trial depth or that of the file
     subproblem : plane to which the motion is confined unless the caller says otherwise, or None
     """
 
@@ -88,38 +45,43 @@ class Manoeuvre:
 def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
     """Build a manoeuvre for `vehicle` from a built-in name, a TOML file or a control-history CSV.
 
-    A CSV has the columns ``time_s, rudder_deg, bow_plane_deg, stern_plane_deg, rpm``; missing plane columns are zero
-    and without ``rpm`` the propeller keeps its self-propelled speed. InputError names file, key and remedy.
+    ``random:17`` is the random manoeuvre of seed 17. A CSV has the columns ``time_s, rudder_deg, bow_plane_deg,
+    stern_plane_deg, rpm``; missing plane columns are zero and without ``rpm`` the propeller keeps its self-propelled
+    speed. InputError names file, key and remedy.
     """
+    if str(name).startswith("random:"):
+        seed = str(name).removeprefix("random:")
+        if not seed.isdecimal():
+            raise InputError(f"the seed in '{name}' must be a whole number, as in random:17")
+        return _build(_random_file(seed=int(seed)), vehicle)
     path = inputs.find(str(name), "manoeuvres")
     if path.suffix == ".csv":
         return _from_csv(path, vehicle)
-    file = inputs.read_toml(path, ManoeuvreFile)
-    scale = 1.0
-    if file.time_scale is not None:
-        reference = file.time_scale.length_m / file.time_scale.speed_mps
-        scale = vehicle.length_m / vehicle.speed_mps / reference
-    n = round(file.duration_s / SAMPLE_S)
-    times = np.linspace(0.0, file.duration_s, n + 1) * scale
-    demand_times = np.array(file.demands.time_s) * scale
-    controls = np.zeros((n + 1, 3))
-    for j, plane in enumerate(PLANES):
-        angles = getattr(file.demands, f"{plane}_deg")
-        if angles is not None:
-            controls[:, j] = actuators.response(
-                times,
-                demand_times,
-                np.radians(angles),
-                vehicle.plane_rate_radps,
-                vehicle.plane_time_constant_s,
-                vehicle.plane_limits_rad[j],
-            )
+    return _build(read_manoeuvre(path), vehicle)
+
+
+def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes) -> Manoeuvre:
+    """A random manoeuvre (thesis section 8.2), like ``load_manoeuvre("random", vehicle)`` with a seed drawn from `rng`.
+
+    `changes` are keys of a manoeuvre file of kind "random", such as ``interval_s=50.0`` or ``rudder_limit_deg=15.0``.
+    The name of the manoeuvre holds the seed, and loads it again if there are no changes.
+    """
+    return _build(_random_file(seed=int(rng.integers(2**32)), **changes), vehicle)
+
+
+def _random_file(seed: int, **changes) -> RandomFile:
+    content = inputs.read_toml_table(inputs.find("random", "manoeuvres"))
+    return inputs.validate(content | {"name": f"random:{seed}", "seed": seed} | changes, RandomFile, "random manoeuvre")
+
+
+def _build(file: ManoeuvreFile, vehicle: Vehicle) -> Manoeuvre:
+    times = file.times(vehicle)
     return Manoeuvre(
         name=file.name,
         times=times,
-        controls=controls,
-        rpm=np.full(n + 1, vehicle.rpm_per_mps * vehicle.speed_mps),
-        initial_state=_straight_and_level(vehicle),
+        controls=file.controls(vehicle, file.orders(vehicle)),
+        rpm=np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps),
+        initial_state=file.initial_state(vehicle),
         subproblem=file.subproblem,
         description=file.description,
     )
@@ -140,10 +102,4 @@ def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
     rpm = log.get("rpm", np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps))
     if not (np.isfinite(controls).all() and np.isfinite(rpm).all()):
         raise InputError(f"{path}: a control column has empty cells; every row needs its controls")
-    return Manoeuvre(path.stem, times, controls, rpm, _straight_and_level(vehicle))
-
-
-def _straight_and_level(vehicle: Vehicle) -> np.ndarray:
-    state = np.zeros(12)
-    state[2], state[6] = vehicle.depth_m, vehicle.speed_mps
-    return state
+    return Manoeuvre(path.stem, times, controls, rpm, straight_and_level(vehicle))
