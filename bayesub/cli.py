@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from bayesub import coefficients, inputs, logs, study
+from bayesub import coefficients, inputs, logs, script, study
 from bayesub.errors import InputError
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
@@ -67,7 +67,8 @@ def list_(what: str) -> None:
 
 def _entries(kind: str) -> list[tuple[str, str]]:
     if kind == "studies":
-        return [(str(path), study.load_study(path).question) for path in sorted(Path("studies").glob("*.toml"))]
+        paths = sorted(path for path in Path("studies").glob("*") if path.suffix in (".toml", ".py"))
+        return [(str(p), script.question(p) if p.suffix == ".py" else study.load_study(p).question) for p in paths]
     read = read_manoeuvre if kind == "manoeuvres" else partial(inputs.read_toml, model=VehicleFile)
     return [(name, read(path).description) for name, path in inputs.built_in(kind).items()]
 
@@ -75,12 +76,14 @@ def _entries(kind: str) -> list[tuple[str, str]]:
 @app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml")
 @click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
 def check(files: tuple[Path, ...]) -> None:
-    """Validate vehicles, manoeuvres, studies (TOML) and logs (CSV); say what a study costs, but run nothing."""
+    """Validate vehicles, manoeuvres, studies (TOML, Python) and logs (CSV); say what a study costs, but run nothing."""
     for path in files:
         console.print(f"{path}: {_checked(path)}", soft_wrap=True)
 
 
 def _checked(path: Path) -> str:
+    if path.suffix == ".py":
+        return f"study script: {script.question(path)}"
     if path.suffix == ".csv":
         log = logs.read_log(path)
         times = log["time"]
@@ -169,9 +172,15 @@ def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, plot)
 @click.option("--resume", is_flag=True, help="Continue an interrupted run, bit for bit.")
 @click.option("--force", is_flag=True, help="Replace an existing run.")
 def run(file: Path, output: Path | None, quick: bool, resume: bool, force: bool) -> None:
-    """Run a STUDY: simulate, fit, sample, report. Exit status 1 if the posterior has not converged."""
+    """Run a STUDY: TOML (simulate, fit, sample, report) or Python script (compare, draw, assert its claim).
+
+    Exit status 1 if the posterior has not converged or the claim does not hold.
+    """
     if resume and force:
         raise InputError("--resume and --force exclude each other")
+    if file.suffix == ".py":
+        _run_script(file, output or Path("runs") / file.stem, quick, resume, force)
+        return
     loaded = study.load_study(file, quick=quick)
     folder = output or Path("runs") / loaded.name
     study.prepare(loaded)  # bad input shows before a folder is made
@@ -179,6 +188,16 @@ def run(file: Path, output: Path | None, quick: bool, resume: bool, force: bool)
     with _Bars() as bars:
         converged = study.run(loaded, folder, progress=bars)
     _finish(folder, converged)
+
+
+def _run_script(file: Path, folder: Path, quick: bool, resume: bool, force: bool) -> None:
+    study.open_folder(folder, script.config(file, quick=quick), resume=resume, force=force)
+    with _Bars() as bars:
+        failed_claim = script.run(file, folder, quick=quick, progress=bars)
+    console.print(f"figures and numbers: {folder}", soft_wrap=True)
+    console.print(f"CLAIM FAILED: {failed_claim}" if failed_claim else "CLAIM HOLDS", soft_wrap=True, markup=False)
+    if failed_claim:
+        raise click.exceptions.Exit(FAILED)
 
 
 @app.command(epilog="Example: bayesub report runs/quickstart")

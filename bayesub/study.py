@@ -135,12 +135,13 @@ def prepare(study: Study) -> Setup:
 
 def completed(study: Study, *, quick: bool) -> dict:
     """The study with every default filled in, and what else the result depends on."""
-    return study.model_dump(exclude_none=True, mode="json") | {
-        "quick_run": quick,
-        "commit": _commit(),
-        "versions": {"python": platform.python_version()}
-        | {package: importlib.metadata.version(package) for package in PACKAGES},
-    }
+    return study.model_dump(exclude_none=True, mode="json") | environment(quick=quick)
+
+
+def environment(*, quick: bool) -> dict:
+    """What a result depends on besides its study."""
+    versions = {package: importlib.metadata.version(package) for package in PACKAGES}
+    return {"quick_run": quick, "commit": _commit(), "versions": {"python": platform.python_version()} | versions}
 
 
 def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> None:

@@ -1,0 +1,46 @@
+"""Studies that compare problems: Python files with a docstring (question, claim, cost) and one function
+
+    run(folder, *, quick, progress)
+
+which computes, draws into `folder`, asserts the claim and returns the numbers that are worth keeping.
+"""
+
+import ast
+import hashlib
+import importlib.util
+import json
+from pathlib import Path
+
+from bayesub import inputs
+from bayesub.errors import InputError
+from bayesub.study import environment
+
+
+def question(path: Path) -> str:
+    """The first line of a script's docstring; the script is read, not run."""
+    try:
+        docstring = ast.get_docstring(ast.parse(inputs.read_text(path)))
+    except SyntaxError as error:
+        raise InputError(f"{path}: line {error.lineno}: is not valid Python: {error.msg}") from None
+    if not docstring:
+        raise InputError(f"{path}: a study script begins with a docstring that states its question")
+    return docstring.splitlines()[0]
+
+
+def config(path: Path, *, quick: bool) -> dict:
+    """What the result of a script depends on."""
+    digest = hashlib.sha256(inputs.read_text(path).encode()).hexdigest()
+    return {"name": path.stem, "question": question(path), "script_sha256": digest} | environment(quick=quick)
+
+
+def run(path: Path, folder: Path, *, quick: bool, progress) -> str:
+    """Run a script into an opened folder and write its ``numbers.json``; the claim that failed, or the empty string."""
+    spec = importlib.util.spec_from_file_location(f"study_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    try:
+        numbers = module.run(folder, quick=quick, progress=progress)
+    except AssertionError as error:
+        return str(error) or "a claim of the study does not hold"
+    (folder / "numbers.json").write_text(json.dumps(numbers, indent=1), encoding="utf-8")
+    return ""
