@@ -92,7 +92,7 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
     and without ``rpm`` the propeller keeps its self-propelled speed. InputError names file, key and remedy.
     """
     path = inputs.find(str(name), "manoeuvres")
-    if path.suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         return _from_csv(path, vehicle)
     file = inputs.read_toml(path, ManoeuvreFile)
     scale = 1.0

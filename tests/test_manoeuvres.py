@@ -66,7 +66,9 @@ def test_control_history_is_flown(tmp_path, suboff):
     np.testing.assert_allclose(track.rpm, [75, 67.5, 60, 30, 0, -15, -30], atol=1e-12)
     steady = replace(history, rpm=np.full(4, 75.0))
     faster = bs.simulate(suboff, steady, sample=5.0, dt=0.5)
-    assert faster.states[0, -1, 6] - track.states[0, -1, 6] > 0.5  # the propeller that slows and reverses brakes the boat
+    assert (
+        faster.states[0, -1, 6] - track.states[0, -1, 6] > 0.5
+    )  # the propeller that slows and reverses brakes the boat
     np.testing.assert_array_equal(faster.states[0, 0], track.states[0, 0])
 
 
