@@ -84,7 +84,7 @@ def check(files: tuple[Path, ...]) -> None:
 def _checked(path: Path) -> str:
     if path.suffix == ".py":
         return f"study script: {script.question(path)}"
-    if path.suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         log = logs.read_log(path)
         times = log["time"]
         columns = ", ".join(logs.HEADERS[name] for name in log)

@@ -53,9 +53,12 @@ def read_log(path: Path) -> dict[str, np.ndarray]:
         repeated = next(name for name, short in zip(names, shorts, strict=True) if shorts.count(short) > 1)
         raise InputError(f"{path}: column '{repeated}' is given twice")
     try:
-        table = pd.read_csv(io.StringIO(text), skiprows=1, names=names, header=None, dtype=str, index_col=False)
+        options = {"skiprows": 1, "names": names, "header": None, "dtype": str, "index_col": False}
+        table = pd.read_csv(io.StringIO(text), skip_blank_lines=False, **options)
     except (pd.errors.ParserError, pd.errors.ParserWarning) as error:
         raise InputError(f"{path}: {str(error).strip().splitlines()[-1]}") from None
+    table = table.dropna(how="all")
+    line = table.index.to_numpy() + 2
     if table.empty:
         raise InputError(f"{path}: has a header but no rows")
     log = {}
@@ -66,14 +69,14 @@ def read_log(path: Path) -> dict[str, np.ndarray]:
         wrong = np.flatnonzero(given & ~np.isfinite(values))
         if wrong.size:
             found = table[name].iloc[wrong[0]]
-            raise InputError(f"{path}: line {wrong[0] + 2}, column '{name}': '{found}' is not a finite number")
+            raise InputError(f"{path}: line {line[wrong[0]]}, column '{name}': '{found}' is not a finite number")
         log[short] = values * factor
     times = log["time"]
     if not np.isfinite(times).all():
-        raise InputError(f"{path}: line {np.flatnonzero(~np.isfinite(times))[0] + 2}: time_s is empty")
+        raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty")
     late = np.flatnonzero(np.diff(times) <= 0)
     if late.size:
-        raise InputError(f"{path}: line {late[0] + 3}: time_s must ascend, found {times[late[0] + 1]:g}")
+        raise InputError(f"{path}: line {line[late[0] + 1]}: time_s must ascend, found {times[late[0] + 1]:g}")
     return log
 
 

@@ -55,7 +55,7 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
             raise InputError(f"the seed in '{name}' must be a whole number, as in random:17")
         return _build(_random_file(seed=int(seed)), vehicle)
     path = inputs.find(str(name), "manoeuvres")
-    if path.suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         return _from_csv(path, vehicle)
     return _build(read_manoeuvre(path), vehicle)
 

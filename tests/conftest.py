@@ -67,7 +67,7 @@ def vehicle_with(tmp_path):
 
 @pytest.fixture
 def motions(rng):
-    """120 states, controls and propeller speeds: ahead, at rest and astern, every thrust branch, with and without drift."""
+    """120 states, controls and propeller speeds: ahead, still and astern, every thrust branch, some not drifting."""
     n = 120
     states = rng.standard_normal((n, 12)) * [500, 500, 100, 0.6, 0.4, 3, 4, 1, 1, 0.05, 0.03, 0.03]
     states[:, 4] = np.clip(states[:, 4], -1.4, 1.4)

@@ -75,7 +75,9 @@ def hydrodynamics(boat, velocity, acceleration, controls):
     udot, vdot, wdot, pdot, qdot, rdot = acceleration
     dr, db, ds = controls
     nu = math.sqrt(v**2 + w**2)
-    l2, l3, l4, l5 = (RHO_HALF * boat["body"]["water_density_kgm3"] * boat["body"]["length_m"] ** k for k in (2, 3, 4, 5))
+    l2, l3, l4, l5 = (
+        RHO_HALF * boat["body"]["water_density_kgm3"] * boat["body"]["length_m"] ** k for k in (2, 3, 4, 5)
+    )
     x2 = c["Xuu"] * u**2 + c["Xvv"] * v**2 + c["Xww"] * w**2
     x2 += u**2 * (c["Xuu_drdr"] * dr**2 + c["Xuu_dbdb"] * db**2 + c["Xuu_dsds"] * ds**2)
     x3 = c["Xudot"] * udot + c["Xvr"] * v * r + c["Xwq"] * w * q

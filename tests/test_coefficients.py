@@ -44,7 +44,7 @@ def test_dimensions():
     lengths = {"u": 1, "v": 1, "w": 1, "nu": 1, "udot": 1, "vdot": 1, "wdot": 1}  # powers of length; rates have none
     for term in TERMS:
         symbols = re.findall(r"[a-z]+", re.sub(r"sgn\([a-z]+\)|abs", "", term.regressor))
-        # rho l^2 (m/s)^2 is a force: two velocities l^2, a velocity and a rate l^3, two rates l^4, and one more in moments.
+        # rho l^2 (m/s)^2 is a force, and a rate is a velocity over a length; moments have one length more.
         assert term.power + sum(lengths.get(symbol, 0) for symbol in symbols) == 4 + (term.axis in "KMN"), term.name
 
 

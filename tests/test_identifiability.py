@@ -39,7 +39,9 @@ def test_null_vectors_leave_the_track_where_it_is(spiralling, rng):
         where = columns(vector)
         changes = rng.standard_normal((9, len(where)))
         changes[0] = list(vector.values()) / vehicle.xi[where]
-        changes *= 0.2 / np.abs(changes[0]).max() * np.linalg.norm(changes[0]) / np.linalg.norm(changes, axis=1)[:, None]
+        changes *= (
+            0.2 / np.abs(changes[0]).max() * np.linalg.norm(changes[0]) / np.linalg.norm(changes, axis=1)[:, None]
+        )
         sets = np.repeat(vehicle.xi[None], 10, axis=0)
         sets[1:, where] *= 1 + changes
         tracks = bs.simulate(vehicle, spiral, xi=sets, dt=dt).states[:, :, :3]
@@ -61,7 +63,7 @@ def test_null_vectors_need_added_mass(spiralling):
 
 @pytest.fixture
 def planted(rng):
-    """A system with two null directions, columns that differ by twelve orders of magnitude, and the directions (7, 2)."""
+    """A system with two null directions and columns that differ by twelve decades, and the directions (7, 2)."""
     free = rng.standard_normal((500, 5))
     matrix = np.hstack([free, free @ rng.standard_normal((5, 2))])
     scale = 10.0 ** np.linspace(-6, 6, 7)

@@ -28,7 +28,9 @@ def test_headers_are_those_of_the_design():
 
 def test_units(tmp_path):
     """Degrees and radians are told apart by the column name; empty cells are missing readings."""
-    log = read_log(csv(tmp_path, "time_s,roll_deg,yaw_rad,p_degps,q_radps,rdot_radps2,x_m\n1,180,2,90,3,4,\n2,,0,0,0,0,5\n"))
+    log = read_log(
+        csv(tmp_path, "time_s,roll_deg,yaw_rad,p_degps,q_radps,rdot_radps2,x_m\n1,180,2,90,3,4,\n2,,0,0,0,0,5\n")
+    )
     assert log["phi"][0] == np.pi
     assert np.isnan(log["phi"][1])
     assert (log["psi"][0], log["p"][0], log["q"][0], log["rdot"][0]) == (2.0, np.pi / 2, 3.0, 4.0)
@@ -96,7 +98,6 @@ def test_bad_files(tmp_path, text, message):
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.xfail(reason="read_log counts rows: blank lines are skipped before the count")
 def test_line_numbers_count_blank_lines(tmp_path):
     """The line in the message is the line of the file."""
     with pytest.raises(InputError, match="line 5"):

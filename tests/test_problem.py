@@ -1,5 +1,7 @@
 """The inference problem and the linear form of the equations of motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -64,6 +66,7 @@ def test_failed_simulations_are_counted_and_impossible(problem, parameters):
     np.testing.assert_array_equal(after, [before[0], -np.inf, before[2]])
     assert problem.failures == failures | {"diverged": failures["diverged"] + 1}
     assert problem.evaluations == evaluations + 3
+    assert np.isnan(problem.predicted(parameters)[1]).all()  # also the readings before the failure
 
 
 def test_jacobian(problem, parameters):
@@ -123,8 +126,6 @@ def test_known_coefficients_move_to_the_load(spiral_track, suboff):
 
 def test_columns_that_vanish_are_left_out(full, coupled):
     """Planes that do not move leave no column behind."""
-    from dataclasses import replace
-
     still = replace(coupled, controls=coupled.controls * [1, 0, 1])
     names = {name for s in linear_systems(bs.simulate(full, still, dt=0.5, sample=1.0)).values() for name in s.names}
     assert set(INDEX) - names == {"Xuu_dbdb", "Zuu_db", "Muu_db"}

@@ -28,7 +28,11 @@ def with_xi(vehicle, **values):
 
 def lopsided_terms(rng):
     """The coefficients whose regressor has the other parity than their axis: they tell port from starboard."""
-    states, accelerations, controls = rng.standard_normal((1, 12)), rng.standard_normal((1, 6)), rng.uniform(size=(1, 3))
+    states, accelerations, controls = (
+        rng.standard_normal((1, 12)),
+        rng.standard_normal((1, 6)),
+        rng.uniform(size=(1, 3)),
+    )
     here = bs.regressors(states, accelerations, controls)
     there = bs.regressors(states * ODD_STATES, accelerations * ODD_ACCELERATIONS, controls * ODD_CONTROLS)
     return [

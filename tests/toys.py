@@ -81,10 +81,12 @@ class Banana(Toy):
 
 
 def second_moments(standardised):
-    """Features (..., n_features) that average zero for draws (..., n) of a standard normal: z_i and z_i z_j - [i = j]."""
+    """Features z_i and z_i z_j - [i = j] of draws (..., n), which average zero for a standard normal."""
     n = standardised.shape[-1]
     rows, columns = np.triu_indices(n)
-    return np.concatenate([standardised, standardised[..., rows] * standardised[..., columns] - (rows == columns)], axis=-1)
+    return np.concatenate(
+        [standardised, standardised[..., rows] * standardised[..., columns] - (rows == columns)], axis=-1
+    )
 
 
 def disagreement(features):

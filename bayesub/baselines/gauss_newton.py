@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from bayesub.baselines.estimate import Estimate
+from bayesub.linalg import complete_svd
 
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
@@ -34,7 +35,7 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
     if not np.isfinite(cost):
         raise ValueError("the simulation fails at the start of the search; choose a start that completes the manoeuvre")
     for _ in range(max_iterations):
-        u, s, vt = np.linalg.svd(problem.jacobian(mean + sd * t) * sd, full_matrices=False)
+        u, s, vt = complete_svd(problem.jacobian(mean + sd * t) * sd)
         force = s * (u.T @ residuals) + vt @ t
         if np.linalg.norm(force / np.sqrt(s**2 + 1.0)) < tolerance:
             status = "converged"

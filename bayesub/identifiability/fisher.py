@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.linalg import complete_svd
+
 
 @dataclass(frozen=True)
 class Spectrum:
@@ -34,5 +36,5 @@ class Spectrum:
 def fisher(problem, at) -> Spectrum:
     """Spectrum of ``problem`` at an Estimate or a parameter vector (n_params,)."""
     parameters = np.asarray(getattr(at, "values", at), dtype=float)
-    _, s, vt = np.linalg.svd(problem.jacobian(parameters) * problem.prior.sd, full_matrices=False)
+    _, s, vt = complete_svd(problem.jacobian(parameters) * problem.prior.sd)
     return Spectrum(problem.names, s, vt, problem.prior.sd)

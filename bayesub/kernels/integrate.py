@@ -183,7 +183,10 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
         for i in range(members):
             if status[first + i] == OK:
                 u, v, w = work[(STATE + 6) * LANES + i], work[(STATE + 7) * LANES + i], work[(STATE + 8) * LANES + i]
-                if not u * u + v * v + w * w < max_speed2:
+                rates = 0.0  # not finite if one of the accelerations is not
+                for k in range(6, N_STATES):
+                    rates += work[(SLOPE + k) * LANES + i]
+                if not (u * u + v * v + w * w < max_speed2 and math.isfinite(rates)):
                     status[first + i] = DIVERGED
                 elif not (quaternions or abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH):
                     status[first + i] = LEFT_ENVELOPE

@@ -1,11 +1,29 @@
 """Rows of the lane workspace and of the body vector, and the compiler settings that all kernels share."""
 
 import functools
+import hashlib
+from pathlib import Path
 
 import numba
 
-jit = functools.partial(numba.njit, cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-inline = functools.partial(numba.njit, inline="always", error_model="numpy", fastmath={"contract"})
+_SETTINGS = {"error_model": "numpy", "fastmath": {"contract"}}
+_SOURCES = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+_DIGEST = hashlib.sha256(_SOURCES).hexdigest()[:12]
+
+
+def jit(function=None, **options):
+    """Compile and cache a kernel.
+
+    numba holds a cached function for current while its own file is unchanged, but kernels have functions of other
+    files inlined. The name under which a kernel is cached therefore carries a digest of all kernel sources.
+    """
+    if function is None:
+        return functools.partial(jit, **options)
+    function.__qualname__ += f"_{_DIGEST}"
+    return numba.njit(cache=True, nogil=True, **_SETTINGS, **options)(function)
+
+
+inline = functools.partial(numba.njit, inline="always", **_SETTINGS)
 
 LANES = 8
 

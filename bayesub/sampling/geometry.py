@@ -20,6 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.linalg import complete_svd
+
 _NEWTON_STEPS = 6
 _MAX_STEP = 50.0  # posterior sd
 _STIFF = 1.5  # straighten coordinates whose data are this much sharper than the prior ..
@@ -53,7 +55,7 @@ class Geometry:
     def __init__(self, problem, mode):
         self.mode = np.asarray(mode, dtype=float)
         jacobian = problem.jacobian(self.mode) * problem.prior.sd
-        self.left, self.singular_values, self.directions = np.linalg.svd(jacobian, full_matrices=False)
+        self.left, self.singular_values, self.directions = complete_svd(jacobian)
         self.widths = 1.0 / np.sqrt(self.singular_values**2 + 1.0)
         self.basis = problem.prior.sd[:, None] * self.directions.T * self.widths
         self.bends: dict[int, Bend] = {}
