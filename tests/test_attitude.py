@@ -55,7 +55,7 @@ def test_both_fly_the_same_coupled_track_to_integration_accuracy(name):
 
 
 def test_a_loop_passes_through_ninety_degrees_only_with_quaternions(loop):
-    vehicle = bs.load_vehicle("auv690")
+    vehicle = bs.load_vehicle("npsauv")
     manoeuvre = loop(vehicle, -20.0, 60.0)
     options = {"dt": 0.02, "sample": 0.1}
     assert bs.simulate(vehicle, manoeuvre, **options).status[0] == "left_envelope"
