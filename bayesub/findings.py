@@ -168,9 +168,12 @@ def _directions(numbers):
     }
     if n_null:
         axes = {axis: r for axis, r in numbers["ranks"].items() if r["null_vectors"]}
-        vectors = [f"{axis}: {combination(vector)}" for axis, r in axes.items() for vector in r["null_vectors"]]
+        vectors = [f"{axis}: {combination(v, least=0.2)}" for axis, r in axes.items() for v in r["null_vectors"]]
         pivots = [name for r in axes.values() for name in r["pivots"]]
-        sentences["null"] = f"{'; '.join(vectors)}. Holding {', '.join(pivots)} fixed makes the rest unique."
+        sentences["null"] = (
+            f"{'; '.join(vectors)} (changes of the non-dimensional coefficients, largest entries). Holding "
+            f"{', '.join(pivots)} fixed makes the rest unique."
+        )
     return sentences
 
 
@@ -191,9 +194,10 @@ def _range(values) -> str:
     return f"{min(values)}" if min(values) == max(values) else f"{min(values)} to {max(values)}"
 
 
-def combination(vector: dict[str, float]) -> str:
-    """A null vector in words, such as ``+1 Yv_absnu +0.43 Yvdot``."""
-    return " ".join(f"{value:+.2g} {name}" for name, value in vector.items())
+def combination(vector: dict[str, float], least: float = 0.0) -> str:
+    """A null vector in words, such as ``+1 Yv_absnu +0.43 Yvdot ..``, entries of at least `least` in size."""
+    entries = [f"{value:+.2g} {name}" for name, value in vector.items() if abs(value) >= least]
+    return " ".join(entries) + (" .." if len(entries) < len(vector) else "")
 
 
 def _plain(values) -> list:
