@@ -142,13 +142,20 @@ def _cost(setup: study.Setup) -> str:
     type=click.Choice(["horizontal", "vertical", "none"]),
     help="Plane to confine the motion to; if left out, that of the manoeuvre.",
 )
+@click.option(
+    "--attitude",
+    type=click.Choice(["euler", "quaternion"]),
+    default="euler",
+    show_default=True,
+    help="Integrate Euler angles, or a quaternion that flies through 90 degrees of pitch.",
+)
 @click.option("--plot", type=PATH, help="Also draw the track into this PNG or PDF.")
-def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, plot) -> None:
+def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, attitude, plot) -> None:
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV)."""
     boat = load_vehicle(vehicle)
     flown = load_manoeuvre(manoeuvre, boat)
     plane = {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
-    trajectory = simulate_trial(boat, flown, dt=dt, sample=sample, controls=controls, **plane)
+    trajectory = simulate_trial(boat, flown, dt=dt, sample=sample, controls=controls, attitude=attitude, **plane)
     trajectory.save(output)
     if plot is not None:
         from bayesub.plots import track
