@@ -88,6 +88,6 @@ def draw_simulated(trajectory, name: str, path) -> None:
         axes["planes"].set(ylabel="plane (deg)", xlabel="time (s)")
         for key in ("pitch", "planes"):
             if axes[key].get_legend_handles_labels()[0]:
-                axes[key].legend(loc="upper right", fontsize=8, ncols=3)
+                axes[key].legend(loc="lower right", bbox_to_anchor=(1.0, 0.95), borderaxespad=0.0, fontsize=8, ncols=3)
         for key in ("depth", "pitch", "speed"):
             axes[key].tick_params(labelbottom=False)
