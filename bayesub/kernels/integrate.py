@@ -16,6 +16,7 @@ from bayesub.kernels.layout import (
     N_COEFFICIENTS,
     N_ROWS,
     N_STATES,
+    OUTPUT,
     PREVIOUS,
     PREVIOUS_SLOPE,
     SLOPE,
@@ -25,6 +26,7 @@ from bayesub.kernels.layout import (
     SUM,
     inline,
     jit,
+    widest_vectors,
 )
 from bayesub.kernels.mass import inverse, mass_matrix
 
@@ -63,6 +65,7 @@ def _advance(work, i, k, rate, weight, ahead):
 @jit
 def _stage(work, control, weight, ahead):
     """Add `weight` times the derivative at STAGE to SUM, then put STATE + `ahead` times it into STAGE."""
+    widest_vectors()
     dr, db, ds, ordered = control[0], control[1], control[2], control[3]
     for i in range(LANES):
         # Twelve scalars and twelve calls: a loop over a tuple of rates would keep this loop from being vectorised.
@@ -84,6 +87,7 @@ def _stage(work, control, weight, ahead):
 @jit
 def _stage_quaternion(work, control, weight, ahead):
     """:func:`_stage` for states with quaternions."""
+    widest_vectors()
     dr, db, ds, ordered = control[0], control[1], control[2], control[3]
     for i in range(LANES):
         x, y, z, q1, q2, q3, u, v, w, p, q, r, q0 = quaternion_derivative(work, i, STAGE, dr, db, ds, ordered)
@@ -140,23 +144,39 @@ def _emit(work, states, first, members, output, fraction, step, quaternions):
     h10 = f * (1.0 - f) * (1.0 - f) * step
     h01 = f * f * (3.0 - 2.0 * f)
     h11 = f * f * (f - 1.0) * step
+    for j in range(STATE_ROWS * LANES):
+        work[OUTPUT * LANES + j] = (
+            h00 * work[PREVIOUS * LANES + j]
+            + h10 * work[PREVIOUS_SLOPE * LANES + j]
+            + h01 * work[STATE * LANES + j]
+            + h11 * work[SLOPE * LANES + j]
+        )
     for i in range(members):
+        row = states[first + i, output]
         for k in range(N_STATES):
-            states[first + i, output, k] = (
-                h00 * work[(PREVIOUS + k) * LANES + i]
-                + h10 * work[(PREVIOUS_SLOPE + k) * LANES + i]
-                + h01 * work[(STATE + k) * LANES + i]
-                + h11 * work[(SLOPE + k) * LANES + i]
-            )
+            row[k] = work[(OUTPUT + k) * LANES + i]
         if quaternions:
-            q0 = (
-                h00 * work[(PREVIOUS + 12) * LANES + i]
-                + h10 * work[(PREVIOUS_SLOPE + 12) * LANES + i]
-                + h01 * work[(STATE + 12) * LANES + i]
-                + h11 * work[(SLOPE + 12) * LANES + i]
-            )
-            row = states[first + i, output]
-            row[3], row[4], row[5] = euler_angles(q0, row[3], row[4], row[5])
+            row[3], row[4], row[5] = euler_angles(work[(OUTPUT + 12) * LANES + i], row[3], row[4], row[5])
+
+
+@inline
+def _fate(work, i, max_speed2, quaternions):
+    """Status of lane `i`: the envelope, and an acceleration that is not finite, end a member."""
+    u, v, w = work[(STATE + 6) * LANES + i], work[(STATE + 7) * LANES + i], work[(STATE + 8) * LANES + i]
+    rates = 0.0  # not finite if one of the accelerations is not
+    for k in range(6, N_STATES):
+        rates += work[(SLOPE + k) * LANES + i]
+    level = quaternions or abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH
+    moving = u * u + v * v + w * w < max_speed2 and abs(rates) < math.inf
+    return (OK if level else LEFT_ENVELOPE) if moving else DIVERGED
+
+
+@jit
+def _any_failed(work, max_speed2, quaternions):
+    failed = 0
+    for i in range(LANES):
+        failed += _fate(work, i, max_speed2, quaternions)
+    return failed > 0
 
 
 @jit
@@ -179,21 +199,13 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
         _evaluate(work, stages[step_index, 0], 1.0, 0.5 * step, quaternions)
         _copy(work, SUM, SLOPE)
 
-        # The envelope, and a derivative that is not finite, end a member; its readings from here on are not a number.
-        for i in range(members):
-            if status[first + i] == OK:
-                u, v, w = work[(STATE + 6) * LANES + i], work[(STATE + 7) * LANES + i], work[(STATE + 8) * LANES + i]
-                rates = 0.0  # not finite if one of the accelerations is not
-                for k in range(6, N_STATES):
-                    rates += work[(SLOPE + k) * LANES + i]
-                if not (u * u + v * v + w * w < max_speed2 and math.isfinite(rates)):
-                    status[first + i] = DIVERGED
-                elif not (quaternions or abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH):
-                    status[first + i] = LEFT_ENVELOPE
-                else:
-                    continue
-                alive -= 1
-                states[first + i, output:, :] = np.nan
+        if _any_failed(work, max_speed2, quaternions):
+            for i in range(members):
+                if status[first + i] == OK:
+                    status[first + i] = _fate(work, i, max_speed2, quaternions)
+                    if status[first + i] != OK:
+                        alive -= 1
+                        states[first + i, output:, :] = np.nan  # its readings from here on are not a number
         if alive == 0:
             return
 

@@ -36,16 +36,18 @@ def inverse(matrix):
     a = matrix.copy()
     b = np.eye(n)
     for k in range(n):
-        pivot = k + np.argmax(np.abs(a[k:, k]))
+        pivot = k
+        for row in range(k + 1, n):
+            if abs(a[row, k]) > abs(a[pivot, k]):
+                pivot = row
+        scale = 1.0 / a[pivot, k]
         for j in range(n):
-            a[k, j], a[pivot, j] = a[pivot, j], a[k, j]
-            b[k, j], b[pivot, j] = b[pivot, j], b[k, j]
-        scale = 1.0 / a[k, k]
-        a[k] *= scale
-        b[k] *= scale
+            a[pivot, j], a[k, j] = a[k, j], a[pivot, j] * scale
+            b[pivot, j], b[k, j] = b[k, j], b[pivot, j] * scale
         for row in range(n):
             if row != k:
                 factor = a[row, k]
-                a[row] -= factor * a[k]
-                b[row] -= factor * b[k]
+                for j in range(n):
+                    a[row, j] -= factor * a[k, j]
+                    b[row, j] -= factor * b[k, j]
     return b
