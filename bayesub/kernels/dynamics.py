@@ -15,9 +15,13 @@ def propulsion(work, i, u, ordered):
     forward = ordered > u if u >= 0.0 else ordered < u  # n' = n / (k0 u) > 1
     astern = ordered <= 0.0 if u >= 0.0 else ordered >= 0.0  # n' <= 0
     row = (BODY_ROWS + at.B1) * LANES + i
-    b1 = work[row] if forward else (work[row + 6 * LANES] if astern else work[row + 3 * LANES])
-    b2 = work[row + LANES] if forward else (work[row + 7 * LANES] if astern else work[row + 4 * LANES])
-    b3 = work[row + 2 * LANES] if forward else (work[row + 8 * LANES] if astern else work[row + 5 * LANES])
+    b1, b2, b3 = work[row], work[row + LANES], work[row + 2 * LANES]
+    b4, b5, b6 = work[row + 3 * LANES], work[row + 4 * LANES], work[row + 5 * LANES]
+    b7, b8, b9 = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
+    # Chosen among loaded values: a choice of what to load would become a slow gather.
+    b1 = b1 if forward else (b7 if astern else b4)
+    b2 = b2 if forward else (b8 if astern else b5)
+    b3 = b3 if forward else (b9 if astern else b6)
     speed = abs(u)
     thrust = b1 * u * speed + b2 * speed * ordered + b3 * ordered * ordered
     advance = u if u > 0.0 else 0.0
