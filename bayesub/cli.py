@@ -207,6 +207,21 @@ def _run_script(file: Path, folder: Path, quick: bool, resume: bool, force: bool
         raise click.exceptions.Exit(FAILED)
 
 
+@app.command(epilog="Example: bayesub bench --quick")
+@click.option("--quick", is_flag=True, help="Shorter, without the cold start; less exact.")
+@click.option("--json", "as_json", is_flag=True, help="The numbers as JSON: seconds, metres and bytes.")
+def bench(quick: bool, as_json: bool) -> None:
+    """Measure the simulator: against what a user would write, and against the arithmetic of this processor."""
+    from bayesub import bench as measure
+
+    numbers = measure.run(quick=quick)
+    if as_json:
+        click.echo(json.dumps(numbers, indent=2))
+        return
+    for table in measure.tables(numbers):
+        console.print(table, soft_wrap=isinstance(table, str))
+
+
 @app.command(epilog="Example: bayesub report runs/quickstart")
 @click.argument("folder", type=PATH, metavar="DIR")
 def report(folder: Path) -> None:

@@ -1,0 +1,57 @@
+"""Speed of the simulator. The default test run skips this file; to run it:
+
+python -m pytest tests/benchmarks --benchmark-only
+"""
+
+import numba
+import numpy as np
+import pytest
+
+from bayesub import bench
+from bayesub.kernels.mass import inverse, mass_matrix
+from bayesub.manoeuvres import load_manoeuvre
+from bayesub.simulate import STEP_TOLERANCE_M, Simulator
+from bayesub.vehicles import load_vehicle
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    vehicle = load_vehicle("suboff")
+    return Simulator(vehicle, load_manoeuvre("horizontal", vehicle), np.linspace(0.0, 600.0, 601))
+
+
+@pytest.fixture
+def threads(request):
+    before = numba.get_num_threads()
+    numba.set_num_threads(min(request.param, numba.config.NUMBA_NUM_THREADS))
+    yield request.param
+    numba.set_num_threads(before)
+
+
+@pytest.mark.parametrize("threads", [1, 2], indirect=True)
+@pytest.mark.parametrize("size", [1, 8, 64, 256])
+@pytest.mark.usefixtures("threads")
+def test_batch(benchmark, simulator, size):
+    """A batch on the 600 s spiral; divide by its size."""
+    xi = simulator.vehicle.xi[None].repeat(size, axis=0)
+    _, status = benchmark(simulator.run, xi)
+    assert (status == 0).all()
+
+
+def test_scalar_numba(benchmark, simulator):
+    """One simulation by the scalar integrator that a user would write, at 0.1 s."""
+    vehicle = simulator.vehicle
+    c = simulator.dimensional(vehicle.xi)[0]
+    stages = Simulator(vehicle, simulator.manoeuvre, simulator.times, dt=0.1)._stages
+    _, runge_kutta = bench.plain_model(compiled=True)
+    inverse_mass = inverse(mass_matrix(c, vehicle.body))
+    states = benchmark(runge_kutta, simulator.manoeuvre.initial_state, stages, 0.1, c, vehicle.body, inverse_mass)
+    ours = simulator.run(vehicle.xi)[0][0]
+    assert np.linalg.norm(states[::10, :3] - ours[:, :3], axis=1).max() < STEP_TOLERANCE_M
+
+
+def test_right_hand_side_is_packed(benchmark):
+    """The stages use packed arithmetic, and the arithmetic limit follows from them."""
+    limit = benchmark.pedantic(bench.arithmetic_limit, args=(2400,), rounds=1)
+    assert limit["vector_bits"] >= 256
+    assert limit["instructions"]["fma"] > 200
