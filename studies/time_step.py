@@ -25,16 +25,16 @@ COLOURS = {"suboff": style.POSTERIOR, "auv690": style.SQP, "npsauv": style.LINEA
 
 def run(folder, *, quick, progress):
     """Errors of every vehicle, manoeuvre, convention and step; draws ``time_step.png``."""
-    thesis = tomllib.loads((DATA / "thesis_results.toml").read_text())["time_step"]["max_position_error_m"]
+    thesis = tomllib.loads((DATA / "thesis_results.toml").read_text())["time_step"]
     cases = list(product(VEHICLES[:1] if quick else VEHICLES, MANOEUVRES))
     progress.stage("time steps")
     numbers = {}
     for n, (vehicle, manoeuvre) in enumerate(cases):
         numbers[f"{vehicle} {manoeuvre}"] = errors(vehicle, manoeuvre)
         progress.update((n + 1) / len(cases), f"{vehicle} {manoeuvre}")
-    draw(folder / "time_step.png", numbers, thesis)
-    draw(folder / "time_step.pdf", numbers, thesis)
-    (folder / "time_step.md").write_text(table(numbers, thesis))
+    draw(folder / "time_step.png", numbers, thesis["max_position_error_m"])
+    draw(folder / "time_step.pdf", numbers, thesis["max_position_error_m"])
+    (folder / "time_step.md").write_text(tables(numbers, thesis))
 
     held, linear = (numbers["suboff horizontal"][convention]["position_m"] for convention in ("hold", "linear"))
     assert 0.6 < held["0.1"] < 0.8, f"held controls at 0.1 s: {held['0.1']:.3f} m is not the thesis's 0.69 m"
@@ -92,20 +92,25 @@ def draw(path, numbers, thesis):
         figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
 
 
-def table(numbers, thesis):
-    """Tables 4 and 5 of the thesis beside ours, in Markdown."""
-    lines = [
-        "Largest position error in m (thesis Table 5) and cost in m^2 + deg^2 (Table 4) against a fine step.",
-        "",
-        "| vehicle, manoeuvre | controls | " + " | ".join(f"{s:g} s" for s in STEPS) + " | cost at 0.1 s | order |",
-        "|---" * (len(STEPS) + 4) + "|",
-    ]
+def tables(numbers, thesis):
+    """Tables 5 and 4 of the thesis beside ours, in Markdown."""
+    position = table(numbers, "position_m", thesis["max_position_error_m"])
+    cost = table(numbers, "cost", thesis["cost"])
+    return (
+        f"Largest position error in m against a fine step (thesis Table 5).\n\n{position}\n"
+        f"Cost in m^2 + deg^2 against a fine step (thesis Table 4).\n\n{cost}"
+    )
+
+
+def table(numbers, quantity, thesis):
+    """One quantity by case, convention and step."""
+    lines = ["| vehicle, manoeuvre | controls | " + " | ".join(f"{s:g} s" for s in STEPS) + " |"]
+    lines.append("|---" * (len(STEPS) + 2) + "|")
     for case, result in numbers.items():
         for convention in ("hold", "linear"):
-            row = result[convention]
-            cells = " | ".join(f"{v:.2g}" for v in row["position_m"].values())
-            lines.append(f"| {case} | {convention} | {cells} | {row['cost']['0.1']:.2g} | {row['order']:.2f} |")
+            cells = " | ".join(f"{value:.2g}" for value in result[convention][quantity].values())
+            lines.append(f"| {case} | {convention} | {cells} |")
     for manoeuvre, rows in thesis.items():
-        cells = " | ".join("-".join(map(str, rows.get(str(s), ["not printed"]))) for s in STEPS)
-        lines.append(f"| thesis, {manoeuvre} | | {cells} | | |")
+        cells = " | ".join(", ".join(f"{value:g}" for value in rows.get(str(s), [])) for s in STEPS)
+        lines.append(f"| thesis's three boats, {manoeuvre} | hold | {cells} |")
     return "\n".join(lines) + "\n"
