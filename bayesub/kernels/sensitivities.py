@@ -280,13 +280,16 @@ def _slopes(now, slope, begin, end, matrices, forces, sources, factors, axes, st
 
 
 @jit
-def _propagate(begin, end, matrices, forces, sources, factors, axes, initial, step, times, rows, result):
+def _propagate(begin, end, history, matrices, forces, sources, factors, axes, initial, step, times, rows, result):
     """The third pass for columns `begin` to `end`."""
     now, before = initial.copy(), np.zeros_like(initial)
     slope, slope_before = np.zeros_like(initial), np.zeros_like(initial)
     n_steps = forces.shape[0] - 1
     output = 0
     for n in range(n_steps + 1):
+        if math.isnan(history[n, 0, 0]):
+            result[output:, begin:end] = np.nan
+            return
         time = n * step
         if output < times.shape[0] and n > 0 and times[output] < time:
             _slopes(before, slope_before, begin, end, matrices[n - 1], forces[n - 1], sources, factors, axes, step)
@@ -347,5 +350,5 @@ def sensitivities(
     for task in prange((n_columns + _COLUMNS_A_TASK - 1) // _COLUMNS_A_TASK):
         begin = task * _COLUMNS_A_TASK
         end = min(n_columns, begin + _COLUMNS_A_TASK)
-        _propagate(begin, end, matrices, forces, sources, factors, axes, initial, step, times, rows, result)
+        _propagate(begin, end, history, matrices, forces, sources, factors, axes, initial, step, times, rows, result)
     return result
