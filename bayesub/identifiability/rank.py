@@ -11,6 +11,8 @@ from itertools import combinations
 import numpy as np
 from scipy import linalg
 
+from bayesub.linalg import complete_svd
+
 ACCURACY = 1e-6  # relative; twenty bits, which no accelerometer or log of a trial reaches
 
 
@@ -120,7 +122,7 @@ def round_off(shape, largest: float, rounding) -> float:
 
 def _rank(system, prefer, accuracy) -> AxisRank:
     lengths = np.linalg.norm(system.matrix, axis=0)
-    _, s, vt = np.linalg.svd(system.matrix / lengths, full_matrices=False)
+    _, s, vt = complete_svd(np.linalg.qr(system.matrix / lengths, mode="r"))
     threshold = round_off(system.matrix.shape, s[0], system.rounding)
     null, weak = vt[s <= threshold], vt[(s > threshold) & (s <= accuracy * s[0])][::-1]
     pivots = _pivots(null, system.names, prefer)

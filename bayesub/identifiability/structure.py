@@ -80,7 +80,7 @@ def structure(jacobians, *, noise: float | None = None, accuracy: float = ACCURA
     parts = [jacobian / np.linalg.norm(jacobian) for jacobian in jacobians]
     lengths = np.linalg.norm(np.vstack(parts), axis=0)
     lengths[lengths == 0.0] = 1.0
-    parts = [part / lengths for part in parts]
+    parts = [np.linalg.qr(part / lengths, mode="r") for part in parts]  # the same singular values and directions
 
     _, s, vt = complete_svd(np.vstack(parts))
     # Each Jacobian brings its own error; together they are a root of their number larger.
