@@ -204,7 +204,7 @@ def rank(vehicle, manoeuvre, subproblem, as_json) -> None:
         return
     kind = trajectory.simulator.subproblem or "six degrees of freedom"
     title = f"{boat.name} on {flown.name} ({kind}): columns scaled to unit length"
-    table = Table("axis", "rank/columns", "null", "weak", "condition", "round-off", "smallest", title=title)
+    table = Table("axis", "rank", "null", "weak", "condition", "round-off", "smallest", title=title)
     for axis, r in ranks.items():
         smallest = " ".join(f"{s:.0e}" for s in r.singular_values[max(0, r.rank - 2) :])
         counts = (f"{r.rank}/{r.columns}", str(r.null_dimension), str(r.rank - r.practical_rank))

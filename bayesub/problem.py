@@ -14,6 +14,7 @@ _DIFFERENCE = 0.01  # step of the difference quotients in prior standard deviati
 _STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
 _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0  # fourth order
 _REGRESSOR_ROUNDING = 3 * np.finfo(float).eps  # six roundings of half an epsilon: nu, four factors, the dimension
+_ROUND_OFF_ONLY = 0.1  # relative error of a column that holds no motion
 
 
 class Problem:
@@ -139,7 +140,7 @@ def linear_systems(trajectory: Trajectory, member: int = 0, free=None) -> dict[s
 
     The regressors are exact functions of the given states but for round-off. The accelerations come from the equations
     of motion at these very states, so that integration errors do not enter; their round-off is what the equations are
-    then short of, and a column that is no larger than that counts as vanishing.
+    then short of, and a column of which a tenth is round-off counts as vanishing.
     """
     simulator, xi = trajectory.simulator, trajectory.xi[member]
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]
@@ -151,23 +152,30 @@ def linear_systems(trajectory: Trajectory, member: int = 0, free=None) -> dict[s
     without = simulator.accelerations(given / factors, trajectory.states[member : member + 1])[0]
     loads = (accelerations - without) @ mass_matrix(given, body).T
     columns = coefficients.regressors(states, accelerations, trajectory.controls)
-
     dimensional = simulator.dimensional(xi)[0]
-    freed = dict(zip(coefficients.NAMES, dimensional - given, strict=True))
-    forces = [columns[axis] @ [freed[name] for name in coefficients.names_of_axis(axis)] for axis in coefficients.AXES]
-    short = np.linalg.solve(mass_matrix(dimensional, body), np.array(forces) - loads.T).T
+    short = _forces(columns, dimensional - given) - loads
+    errors = np.linalg.norm(np.linalg.solve(mass_matrix(dimensional, body), short.T), axis=1)
+    # An acceleration is what two forces leave over, and no better than the round-off of either.
+    errors += np.finfo(float).eps * np.linalg.norm(without, axis=0)
     sizes = np.linalg.norm(accelerations, axis=0)
-    noise = np.divide(np.linalg.norm(short, axis=0), sizes, out=np.zeros(6), where=sizes > 0)
-    roundings = dict(zip(coefficients.ACCELERATIONS, noise, strict=True))
+    noise = np.divide(errors, sizes, out=np.zeros(6), where=sizes > 0)
+    noise = dict(zip(coefficients.ACCELERATIONS, noise, strict=True))
 
     systems = {}
     for axis, block in columns.items():
         terms = [term for term in coefficients.TERMS if term.axis == axis]
-        rounding = np.array([roundings.get(term.regressor, 0.0) for term in terms])
-        keep = np.array([t.name in free for t in terms]) & (np.abs(block).max(axis=0) > 0) & (rounding < 1.0)
+        rounding = np.array([noise.get(term.regressor, 0.0) for term in terms])
+        moves = (np.abs(block).max(axis=0) > 0) & (rounding < _ROUND_OFF_ONLY)
+        keep = np.array([term.name in free for term in terms]) & moves
         if keep.any():
             names = tuple(term.name for term, wanted in zip(terms, keep, strict=True) if wanted)
             matrix = block[:, keep] * factors[coefficients.columns(names)]
             load = loads[:, coefficients.AXES.index(axis)]
             systems[axis] = LinearSystem(axis, names, matrix, load, _REGRESSOR_ROUNDING + rounding[keep])
     return systems
+
+
+def _forces(columns, dimensional) -> np.ndarray:
+    """(n_samples, 6) hydrodynamic forces, N and N m, of dimensional coefficients (101,) on regressors by axis."""
+    parts = [block @ dimensional[coefficients.columns(coefficients.names_of_axis(a))] for a, block in columns.items()]
+    return np.stack(parts, axis=1)

@@ -63,9 +63,9 @@ def structure(jacobians, *, noise: float | None = None, accuracy: float = ACCURA
     jacobians : sequence of (n_readings, n_params), readings differing; columns of comparable size, such as derivatives
         in prior standard deviations. The null directions of a submarine change with its coefficients (a multiple of
         what the coefficients are short of the rigid body's own terms), so these are manoeuvres of one coefficient set
-    noise : error of a Jacobian over its largest singular value. By default a machine epsilon a reading: a simulation of
-        n steps adds n roundings up, and a trial is not read less often than the integrator steps. Differences need
-        more: fourth-order ones a hundredth of a prior sd apart have some 1e-9
+    noise : error of a Jacobian over its largest singular value. By default ten machine epsilons a reading, for exact
+        derivatives: the hundred or so roundings of a step add up as a random walk, the steps add up in line, and there
+        are about as many readings as steps. Differences need more: theirs is the round-off of the track over the step
     accuracy : relative accuracy of the best readings, below which a direction is practical
 
     Raises
@@ -76,7 +76,7 @@ def structure(jacobians, *, noise: float | None = None, accuracy: float = ACCURA
     if len({jacobian.shape[1] for jacobian in jacobians}) != 1:
         raise ValueError("structure needs at least one Jacobian, and all of them of the same parameters")
     if noise is None:
-        noise = np.finfo(float).eps * max(len(jacobian) for jacobian in jacobians)
+        noise = 10 * np.finfo(float).eps * max(len(jacobian) for jacobian in jacobians)
     parts = [jacobian / np.linalg.norm(jacobian) for jacobian in jacobians]
     lengths = np.linalg.norm(np.vstack(parts), axis=0)
     lengths[lengths == 0.0] = 1.0
