@@ -57,8 +57,8 @@ MECHANISMS = (
     ("suboff", "zigzag_20_20", "N", 8, {"v and r": -1}),
 )
 
-# Jacobians of the track: manoeuvres, and seeds of coefficient sets 10 % about the vehicle's. Differences mislead where
-# a motion changes its sign within one of them; these sets and manoeuvres are free of that.
+# Jacobians of the track: manoeuvres, and seeds of coefficient sets 10 % about the vehicle's. Derivatives by differences
+# are wrong where a motion changes its sign within one (the forces have a kink there); these cases are free of that.
 RECORDS = {
     "horizontal": ("horizontal", "turning_circle", "zigzag_20_20", "zigzag_10_10"),
     "coupled": ("coupled", "random:3", "random:7"),
@@ -66,8 +66,8 @@ RECORDS = {
 SETS = {"horizontal": (0, 2), "coupled": (1,)}
 SPREAD = 0.1
 PRIOR_SD = 0.003  # small, so that differences a hundredth of it apart are free of truncation
-# Round-off of 1e-16 of a distance of a thousand sensor noises of track, over differences of 3e-5 of a coefficient that
-# moves the track by its length: some 1e-11 a column, and a hundred columns.
+# Differences of 3e-5 of a coefficient: an epsilon of the distance travelled over 3e-5 of it is 1e-11 for a coefficient
+# that moves the track by its own length, and 1e-9 for one that moves it by a hundredth.
 NOISE = 1e-9
 TYPICAL = dict(zip(AXES, (2e-3, 5e-3, 5e-3, 1e-5, 5e-4, 5e-4), strict=True))  # sizes of coefficients that are zero
 
@@ -331,15 +331,12 @@ def tables(ranks, thesis, held, mechanisms, moved, local):
         ["vehicle", "manoeuvre", "axis", "changed", "rank", "singular values"],
         rows,
     )
+    lengths = ("moved", "round_off", "random_median")
     text += table(
         "Largest change of position, in m, for a change of 50 % along a null vector, and for the same changes with "
         "random signs; round-off is a machine epsilon of the largest coordinate, a step.",
         ["manoeuvre", "vehicle", "axis", "null vector", "round-off", "random signs, median"],
-        [
-            [m["manoeuvre"], m["vehicle"], m["axis"], *(f"{m[key]:.0e}" for key in ("moved_m", "round_off_m"))]
-            + [f"{m['random_median_m']:.3g}"]
-            for m in moved
-        ],
+        [[m["manoeuvre"], m["vehicle"], m["axis"], *(f"{m[f'{key}_m']:.1g}" for key in lengths)] for m in moved],
     )
     rows = []
     for c in local:
