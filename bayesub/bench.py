@@ -158,8 +158,8 @@ def arithmetic_limit(evaluations: int) -> dict:
     _multiply_add(values, 1)
     rate = 1000 * values.size * 4 * _CHAIN / _best(lambda: _multiply_add(values, 1000), 0.5)
     # A fresh compilation: numba cannot show the code of a cached one.
-    options = {k: v for k, v in kernel._stage.targetoptions.items() if k in ("error_model", "fastmath", "nogil")}
-    stage = numba.njit(**options)(kernel._stage.py_func)
+    options = {k: v for k, v in kernel.stage.targetoptions.items() if k in ("error_model", "fastmath", "nogil")}
+    stage = numba.njit(**options)(kernel.stage.py_func)
     stage(np.zeros(layout.N_ROWS * layout.LANES), np.zeros(4), 0.0, 0.0)
     kinds, bits = packed_instructions(stage)
     slots = sum(kinds[kind] for kind in ("fma", "mul", "add", "sub", "div", "sqrt"))
@@ -297,6 +297,25 @@ def growth(sizes, seconds: float) -> dict:
     return {"threads": numba.get_num_threads(), "batches": batches, "non_zero": pruned}
 
 
+def jacobians(seconds: float) -> list[dict]:
+    """Time (s) of the derivatives of x, y and yaw at 601 times, by number of coefficients and threads."""
+    vehicle = load_vehicle("suboff")
+    simulator = Simulator(vehicle, load_manoeuvre("horizontal", vehicle), np.linspace(0.0, 600.0, 601))
+    names = {21: [n for n in coefficients.HORIZONTAL if vehicle.xi[coefficients.INDEX[n]] != 0.0]}
+    names[len(coefficients.NAMES)] = coefficients.NAMES
+    rows = []
+    before = numba.get_num_threads()
+    for threads in _threads():
+        numba.set_num_threads(threads)
+        for n, columns in names.items():
+            taken = _best(
+                lambda columns=columns: simulator.sensitivities(vehicle.xi, columns, ("x", "y", "psi")), seconds
+            )
+            rows.append({"coefficients": n, "threads": threads, "seconds": taken})
+    numba.set_num_threads(before)
+    return rows
+
+
 def starts() -> dict:
     """Time (s) from starting Python to the end of a first simulation, with an empty cache and with a filled one."""
     script = (
@@ -317,6 +336,7 @@ def run(*, quick: bool = False) -> dict:
     seconds = 0.2 if quick else 1.5
     numbers = compare(seconds)
     numbers["arithmetic"] = arithmetic_limit(numbers["evaluations"])
+    numbers["jacobians"] = jacobians(seconds)
     numbers |= growth((1, 8, 64) if quick else (1, 8, 64, 256, 1024), seconds)
     if not quick:
         numbers |= starts()
@@ -339,6 +359,12 @@ def tables(numbers: dict) -> list[Table | str]:
     pruned = Table("coefficients not zero", "per simulation", title="Number of coefficients, batch of 64")
     for row in numbers["non_zero"]:
         pruned.add_row(str(row["coefficients"]), f"{1e6 * row['seconds']:.1f} us")
+    slopes = Table("coefficients", "threads", "Jacobian", "simulations in a batch", title="Exact sensitivities")
+    batch = dict(zip(_threads(), (m["seconds"] for m in ours), strict=True))
+    for row in numbers["jacobians"]:
+        worth = row["seconds"] / batch[row["threads"]]
+        cells = (row["coefficients"], row["threads"], f"{1e3 * row['seconds']:.2f} ms", f"{worth:.0f}")
+        slopes.add_row(*map(str, cells))
     limit = numbers["arithmetic"]
     one = ours[0]["seconds"]
     count = ", ".join(f"{n} {kind}" for kind, n in limit["instructions"].items())
@@ -350,4 +376,4 @@ def tables(numbers: dict) -> list[Table | str]:
     ]
     if "cold_s" in numbers:
         text.append(f"first simulation: {numbers['cold_s']:.1f} s with compilation, {numbers['warm_s']:.1f} s without")
-    return [methods, batches, pruned, "\n".join(text)]
+    return [methods, batches, pruned, slopes, "\n".join(text)]

@@ -95,6 +95,7 @@ class Simulator:
         n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
         starts = np.arange(n_steps + 1) * self.step
         middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
+        self._columns = {}  # of sensitivities, by parameters
         self._stages = np.stack([self._controls_at(starts + f * self.step) for f in (0.0, middle, end)], axis=1)
 
     def at(self, times) -> "Simulator":
@@ -182,7 +183,11 @@ class Simulator:
 
     def _sensitivity_columns(self, parameters):
         """First column of each parameter, and what :func:`bayesub.kernels.sensitivities.sensitivities` asks for."""
+        parameters = tuple(parameters)
+        if parameters in self._columns:
+            return self._columns[parameters]
         idle = self.vehicle.idle(self.subproblem)
+        factors_of = self.vehicle.dimensional_factors
         thrust_factor = 0.5 * self.vehicle.water_density_kgm3 * self.vehicle.length_m**2
         body, columns, firsts = [], [], []
         for name in parameters:
@@ -190,7 +195,7 @@ class Simulator:
             used = name not in idle
             if name in coefficients.INDEX:
                 k = coefficients.INDEX[name]
-                columns.append((k, used * self.vehicle.dimensional_factors[k], coefficients.AXES.index(name[0]), None))
+                columns.append((k, used * factors_of[k], coefficients.AXES.index(name[0]), None))
             elif name in layout.BODY:
                 first = len(coefficients.NAMES) + 6 * len(body)
                 factor = used * (thrust_factor if name in layout.THRUST else 1.0)
@@ -206,7 +211,9 @@ class Simulator:
         for column, start in enumerate(starts):
             if start is not None:
                 initial[column, start] = 1.0
-        return firsts, np.array(body, dtype=int), np.array(sources), np.array(factors), np.array(axes), initial
+        arrays = np.array(body, dtype=int), np.array(sources), np.array(factors), np.array(axes), initial
+        self._columns[parameters] = firsts, *arrays
+        return self._columns[parameters]
 
     def trajectory(self, xi) -> Trajectory:
         """Simulate coefficient sets `xi` (n_batch, 101) and keep everything."""

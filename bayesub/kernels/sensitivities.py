@@ -197,14 +197,15 @@ def _compose(work, lane, j, weight, ahead, response, scratch, matrices):
         a3, a4, a5 = work[a + 6 * s], work[a + 7 * s], work[a + 8 * s]
         a6, a7, a8 = work[a + 9 * s], work[a + 10 * s], work[a + 11 * s]
         for k in range(WIDTH):
-            total = (
+            response[n, k] = (
                 (x * _UNIT[0, k] + y * _UNIT[1, k] + z * _UNIT[2, k])
                 + (a0 * scratch[0, k] + a1 * scratch[1, k] + a2 * scratch[2, k])
                 + (a3 * scratch[3, k] + a4 * scratch[4, k] + a5 * scratch[5, k])
                 + (a6 * scratch[6, k] + a7 * scratch[7, k] + a8 * scratch[8, k])
             )
-            response[n, k] = total
-            matrices[_TRANSITION + n, k] += total
+        for k in range(WIDTH):
+            earlier = matrices[_TRANSITION + n, k] if j < N_STAGES - 1 else 0.0
+            matrices[_TRANSITION + n, k] = earlier + response[n, k]
     s = 6 * LANES
     for axis in range(6):
         b = (INVERSE_MASS + axis) * LANES + lane
@@ -217,12 +218,11 @@ def _compose(work, lane, j, weight, ahead, response, scratch, matrices):
 
 
 @jit
-def _prepare(group, coefficients, body, history, stages, step, parameters, matrices, forces):
+def _prepare(group, loaded, body, history, stages, step, parameters, matrices, forces):
     """The second pass for a group of steps: their `matrices` (n, rows, WIDTH) and `forces` (n, 4, n_forces)."""
     n_body_forces = 6 * parameters.shape[0]
-    work = np.zeros((_BODY_FORCES + n_body_forces) * LANES)
+    work = loaded.copy()
     response, scratch = np.zeros((LANES, N_COLUMNS, WIDTH)), np.empty((N_COLUMNS, WIDTH))
-    load_block(work, 0, coefficients, body, history[:1, 0])
     first = group * LANES
     members = min(LANES, history.shape[0] - first)
     for j in range(N_STAGES - 1, -1, -1):
@@ -234,7 +234,7 @@ def _prepare(group, coefficients, body, history, stages, step, parameters, matri
                 work[(_CONTROLS + k) * LANES + i] = stages[n, (j + 1) // 2, k]
         _linearise(work)
         if n_body_forces:
-            _body_forces(work, body[0], parameters)
+            _body_forces(work, body, parameters)
         weight = step / 6.0 if j in (0, 3) else step / 3.0
         ahead = 0.0 if j == 3 else (step if j == 2 else 0.5 * step)
         for i in range(members):
@@ -342,10 +342,12 @@ def sensitivities(
     (n_times, n, n_rows)
     """
     n_points, n_columns = history.shape[0], initial.shape[0]
-    matrices = np.zeros((n_points, _N_MATRIX_ROWS, WIDTH))
+    matrices = np.empty((n_points, _N_MATRIX_ROWS, WIDTH))
     forces = np.empty((n_points, N_STAGES, N_COEFFICIENTS + 6 * parameters.shape[0]))
+    loaded = np.zeros((_BODY_FORCES + 6 * parameters.shape[0]) * LANES)
+    load_block(loaded, 0, coefficients, body, history[:1, 0])
     for group in prange((n_points + LANES - 1) // LANES):
-        _prepare(group, coefficients, body, history, stages, step, parameters, matrices, forces)
+        _prepare(group, loaded, body[0], history, stages, step, parameters, matrices, forces)
     result = np.empty((times.shape[0], n_columns, rows.shape[0]))
     for task in prange((n_columns + _COLUMNS_A_TASK - 1) // _COLUMNS_A_TASK):
         begin = task * _COLUMNS_A_TASK
