@@ -14,6 +14,7 @@ from bayesub.coefficients import ACCELERATIONS, VELOCITIES, nearest
 from bayesub.errors import InputError
 
 STATES = ("x", "y", "z", "phi", "theta", "psi", *VELOCITIES)
+OUTPUTS = (*STATES, *ACCELERATIONS)
 CONTROLS = ("delta_r", "delta_b", "delta_s")
 
 _DEGREE = np.pi / 180.0

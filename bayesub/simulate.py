@@ -125,20 +125,33 @@ class Simulator:
             dimensional[:, unused] = 0.0
         return dimensional
 
-    def run(self, xi, *, parallel: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """States (n_batch, n_times, 12) and status codes (n_batch,) of coefficient sets `xi` (n_batch, 101)."""
+    def run(self, xi, *, body=None, initial=None, accelerations=False, parallel=True) -> tuple[np.ndarray, np.ndarray]:
+        """Fly a batch of coefficient sets.
+
+        Parameters
+        ----------
+        xi : (n_batch, 101)
+        body : (n_batch, N_BODY) body vectors, SI units; by default the vehicle's
+        initial : (n_batch, 12) states at the start; by default the manoeuvre's
+        accelerations : whether udot .. rdot follow the states
+
+        Returns
+        -------
+        states (n_batch, n_times, 12 or 18) at the output times and status codes (n_batch,).
+        """
         dimensional = self.dimensional(xi)
         n_batch = len(dimensional)
         integrate = kernel.integrate_parallel if parallel and n_batch > kernel.LANES else kernel.integrate
         states, status = integrate(
             dimensional,
-            self._repeated(self.vehicle.body, n_batch),
-            self._repeated(self.manoeuvre.initial_state, n_batch),
+            self._repeated(self.vehicle.body, n_batch) if body is None else body,
+            self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else initial,
             self._stages,
             self.step,
             self.times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
             self.attitude == "quaternion",
+            len(logs.OUTPUTS) if accelerations else len(logs.STATES),
         )
         if self.attitude == "quaternion":
             states[..., 3:6] = np.unwrap(states[..., 3:6], axis=1)
@@ -150,8 +163,8 @@ class Simulator:
         body = self._repeated(self.vehicle.body, len(dimensional))
         return kernel.body_accelerations(dimensional, body, states, self._controls_at(self.times))
 
-    def sensitivities(self, xi, parameters, states=logs.STATES) -> np.ndarray:
-        """Derivatives of the states at the output times, of one coefficient set `xi` (101,).
+    def sensitivities(self, xi, parameters, outputs=logs.STATES, *, body=None, initial=None) -> np.ndarray:
+        """Derivatives of the motion of one coefficient set `xi` (101,) at the output times.
 
         They are those of the discretised motion, exact to round-off where it is differentiable (model section 6).
 
@@ -159,21 +172,23 @@ class Simulator:
         ----------
         parameters : names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9
             non-dimensional; mass, weight and buoyancy are three numbers), or of states at the start, such as "u0"
-        states : those of the twelve whose derivatives are wanted
+        outputs : those of the states and accelerations whose derivatives are wanted
+        body, initial : (N_BODY,) and (12,), by default the vehicle's and the manoeuvre's
 
         Returns
         -------
-        (n_times, n_states, n_parameters) array, not a number from the failure of the simulation on.
+        (n_times, n_outputs, n_parameters) array, not a number from the failure of the simulation on.
         """
         if self.attitude != "euler":
             raise InputError("sensitivities need the attitude in Euler angles")
-        dimensional, body = self.dimensional(xi), self.vehicle.body[None].copy()
-        initial = self.manoeuvre.initial_state[None].copy()
+        dimensional = self.dimensional(xi)
+        body = np.array(self.vehicle.body if body is None else body)[None]
+        initial = np.array(self.manoeuvre.initial_state if initial is None else initial)[None]
         history = sensitivity.fly(
             dimensional, body, initial, self._stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps
         )
         columns = self._sensitivity_columns(parameters)
-        rows = np.array([logs.STATES.index(name) for name in states])
+        rows = np.array([logs.OUTPUTS.index(name) for name in outputs])
         found = sensitivity.sensitivities(
             dimensional, body, history, self._stages, self.step, self.times, *columns[1:], rows
         )

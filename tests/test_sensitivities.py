@@ -12,7 +12,7 @@ from conftest import smooth_manoeuvre
 import bayesub as bs
 from bayesub.coefficients import HORIZONTAL, INDEX, NAMES
 from bayesub.kernels.layout import BODY
-from bayesub.logs import STATES
+from bayesub.logs import OUTPUTS, STATES
 from bayesub.manoeuvres import Manoeuvre
 from bayesub.simulate import Simulator
 
@@ -22,15 +22,15 @@ OFFSETS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 WEIGHTS = np.array([3.0, -32.0, 168.0, -672.0, 672.0, -168.0, 32.0, -3.0]) / 840.0
 
 
-def differences(simulator, names, relative=2e-3):
-    """Derivatives of the simulated states by coefficients, (n_times, 12, n): slow, and independent of the kernel."""
+def differences(simulator, names, relative=2e-3, accelerations=False):
+    """Derivatives of the simulated motion by coefficients, (n_times, 12, n): slow, and independent of the kernel."""
     columns = []
     for name in names:
         k = INDEX[name]
         step = relative * abs(simulator.vehicle.xi[k])
         sets = np.repeat(simulator.vehicle.xi[None], len(OFFSETS), axis=0)
         sets[:, k] += step * OFFSETS
-        states, _ = simulator.run(sets)
+        states, _ = simulator.run(sets, accelerations=accelerations)
         columns.append(np.tensordot(WEIGHTS, states, axes=1) / step)
     return np.stack(columns, axis=-1)
 
@@ -138,6 +138,17 @@ def test_smooth_motion_to_the_differences_own_accuracy(full, turning):
     error = relative_error(simulator.sensitivities(full.xi, NAMES), differences(simulator, NAMES, 0.01))
     # A coefficient that moves the boat by a micrometre leaves few digits in a difference of positions of 50 m.
     assert np.median(error) < 1e-10
+    assert error.max() < 1e-5
+
+
+@pytest.mark.parametrize("times", [np.arange(1, 17) * 0.25, np.linspace(0.1, 4.0, 9)], ids=["on steps", "between"])
+def test_accelerations_too(full, turning, times):
+    """Accelerations, at the ends of steps and between them, have the derivatives of their differences."""
+    simulator = Simulator(full, turning, times, dt=0.25)
+    found = simulator.sensitivities(full.xi, NAMES, OUTPUTS)
+    error = relative_error(found, differences(simulator, NAMES, 0.01, accelerations=True))
+    # Between steps a rate is a difference of velocities over the step: their round-off, divided by the step.
+    assert np.median(error[12:]) < 1e-9
     assert error.max() < 1e-5
 
 

@@ -202,3 +202,32 @@ def test_status_words(suboff, spiral):
     assert track.status.tolist() == ["ok", "diverged"]
     with pytest.raises(bs.InputError, match="a simulation that diverged cannot be measured"):
         bs.observe(track, bs.sensors.Track(1.0, 1.0), np.random.default_rng(0), member=1)
+
+
+def test_accelerations_beside_the_states(full, coupled):
+    """Accelerations that come with the motion are those of the equations of motion: exactly at the ends of steps, and
+    to the order of a cubic between them."""
+    on, between = np.arange(0.0, 48.5, 0.5), np.arange(0.25, 48.0, 0.5)
+    for times, bound in ((on, 1e-13), (between, 2e-4)):
+        simulator = Simulator(full, coupled, times, dt=0.5)
+        states, _ = simulator.run(full.xi, accelerations=True)
+        expected = simulator.accelerations(full.xi, np.ascontiguousarray(states[..., :12]))
+        size = np.abs(expected).max(axis=(0, 1))
+        errors = np.abs(states[..., 12:] - expected)[0]
+        # A thrust branch that switches within a step is a jump, which no cubic follows.
+        assert np.all(np.quantile(errors, 0.95, axis=0) < bound * size)
+
+
+def test_each_member_may_have_its_own_body_and_start(full, coupled):
+    """Bodies and starts given to a batch are those of vehicles and manoeuvres that have them."""
+    heavier, moved = full.body * [1.01, *np.ones(26)], coupled.initial_state + np.eye(12)[7]
+    simulator = Simulator(full, coupled, [10.0, 48.0], dt=0.5)
+    body, initial = np.stack([full.body, heavier, full.body]), np.stack([coupled.initial_state] * 2 + [moved])
+    states, _ = simulator.run(np.repeat(full.xi[None], 3, axis=0), body=body, initial=initial)
+    for member, vehicle, manoeuvre in (
+        (0, full, coupled),
+        (1, replace(full, body=heavier), coupled),
+        (2, full, replace(coupled, initial_state=moved)),
+    ):
+        alone, _ = Simulator(vehicle, manoeuvre, [10.0, 48.0], dt=0.5).run(full.xi)
+        np.testing.assert_array_equal(states[member], alone[0])

@@ -144,8 +144,18 @@ def hermite(f, step):
 
 
 @inline
+def hermite_rates(f, step):
+    """:func:`hermite` for the derivative with respect to time; at the end of a step it is the slope there."""
+    a = 6.0 * f * (f - 1.0) / step
+    return a, (3.0 * f - 1.0) * (f - 1.0), -a, f * (3.0 * f - 2.0)
+
+
+@inline
 def _emit(work, states, first, members, output, fraction, step, quaternions):
-    """Cubic Hermite interpolation at `fraction` of the last step into ``states[first:, output]``, in Euler angles."""
+    """Cubic Hermite interpolation at `fraction` of the last step into ``states[first:, output]``, in Euler angles.
+
+    Where there is room for them, the accelerations follow the states.
+    """
     h00, h10, h01, h11 = hermite(fraction, step)
     for j in range(STATE_ROWS * LANES):
         work[OUTPUT * LANES + j] = (
@@ -160,6 +170,17 @@ def _emit(work, states, first, members, output, fraction, step, quaternions):
             row[k] = work[(OUTPUT + k) * LANES + i]
         if quaternions:
             row[3], row[4], row[5] = euler_angles(work[(OUTPUT + 12) * LANES + i], row[3], row[4], row[5])
+    if states.shape[2] > N_STATES:
+        h00, h10, h01, h11 = hermite_rates(fraction, step)
+        for i in range(members):
+            row = states[first + i, output]
+            for k in range(6, N_STATES):
+                row[6 + k] = (
+                    h00 * work[(PREVIOUS + k) * LANES + i]
+                    + h10 * work[(PREVIOUS_SLOPE + k) * LANES + i]
+                    + h01 * work[(STATE + k) * LANES + i]
+                    + h11 * work[(SLOPE + k) * LANES + i]
+                )
 
 
 @inline
@@ -235,7 +256,7 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
 
 
 @jit
-def integrate(coefficients, body, initial, stages, step, times, max_speed, quaternions=False):
+def integrate(coefficients, body, initial, stages, step, times, max_speed, quaternions=False, n_outputs=N_STATES):
     """Simulate a batch.
 
     Parameters
@@ -248,13 +269,14 @@ def integrate(coefficients, body, initial, stages, step, times, max_speed, quate
     times : (n_times,) ascending output times from 0 to n_steps * step, s
     max_speed : a member that reaches this speed (m/s) has diverged
     quaternions : integrate the attitude as a quaternion, which knows no limit of pitch, instead of Euler angles
+    n_outputs : 12 for the states, or 18 for states and accelerations (udot .. rdot)
 
     Returns
     -------
-    states (n_batch, n_times, 12), not a number from the failure of a member on, and status (n_batch,).
+    states (n_batch, n_times, n_outputs), not a number from the failure of a member on, and status (n_batch,).
     """
     n_batch = coefficients.shape[0]
-    states = np.empty((n_batch, times.shape[0], N_STATES))
+    states = np.empty((n_batch, times.shape[0], n_outputs))
     status = np.zeros(n_batch, dtype=np.int8)
     for block in range((n_batch + LANES - 1) // LANES):
         _integrate_block(
@@ -264,10 +286,12 @@ def integrate(coefficients, body, initial, stages, step, times, max_speed, quate
 
 
 @jit(parallel=True)
-def integrate_parallel(coefficients, body, initial, stages, step, times, max_speed, quaternions=False):
+def integrate_parallel(
+    coefficients, body, initial, stages, step, times, max_speed, quaternions=False, n_outputs=N_STATES
+):
     """:func:`integrate` with the blocks shared among threads; bitwise the same."""
     n_batch = coefficients.shape[0]
-    states = np.empty((n_batch, times.shape[0], N_STATES))
+    states = np.empty((n_batch, times.shape[0], n_outputs))
     status = np.zeros(n_batch, dtype=np.int8)
     for block in prange((n_batch + LANES - 1) // LANES):
         _integrate_block(

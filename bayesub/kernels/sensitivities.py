@@ -19,7 +19,7 @@ from numba import prange
 
 from bayesub.kernels.dynamics import euler_derivative, hydrostatics, propulsion, rigid_body
 from bayesub.kernels.hydrodynamics import store_regressors
-from bayesub.kernels.integrate import any_failed, copy_state, hermite, load_block, stage
+from bayesub.kernels.integrate import any_failed, copy_state, hermite, hermite_rates, load_block, stage
 from bayesub.kernels.layout import (
     BODY_ROWS,
     INVERSE_MASS,
@@ -285,14 +285,17 @@ def _propagate(begin, end, history, matrices, forces, sources, factors, axes, in
     now, before = initial.copy(), np.zeros_like(initial)
     slope, slope_before = np.zeros_like(initial), np.zeros_like(initial)
     n_steps = forces.shape[0] - 1
+    rates = np.any(rows >= N_STATES)
     output = 0
     for n in range(n_steps + 1):
         if math.isnan(history[n, 0, 0]):
             result[output:, begin:end] = np.nan
             return
         time = n * step
-        if output < times.shape[0] and n > 0 and times[output] < time:
-            _slopes(before, slope_before, begin, end, matrices[n - 1], forces[n - 1], sources, factors, axes, step)
+        due = output < times.shape[0] and (times[output] <= time or n == n_steps)
+        if due and (rates or times[output] < time):
+            if n > 0:
+                _slopes(before, slope_before, begin, end, matrices[n - 1], forces[n - 1], sources, factors, axes, step)
             _slopes(now, slope, begin, end, matrices[n], forces[n], sources, factors, axes, step)
         while output < times.shape[0] and (times[output] <= time or n == n_steps):
             _emit(
@@ -307,18 +310,18 @@ def _propagate(begin, end, history, matrices, forces, sources, factors, axes, in
 
 @jit
 def _emit(before, slope_before, now, slope, begin, end, late, step, rows, result):
-    """The states wanted, `late` steps (zero or a negative fraction) after the end of a step."""
-    if late == 0.0:
+    """The outputs wanted, `late` steps (zero or a negative fraction) after the end of a step."""
+    for k in range(rows.shape[0]):
+        m = rows[k]
+        h00, h10, h01, h11 = hermite(1.0 + late, step)
+        if m >= N_STATES:
+            h00, h10, h01, h11 = hermite_rates(1.0 + late, step)
+            m -= 6  # the rate of a velocity
         for c in range(begin, end):
-            for k in range(rows.shape[0]):
-                result[c, k] = now[c, rows[k]]
-        return
-    h00, h10, h01, h11 = hermite(1.0 + late, step)
-    for c in range(begin, end):
-        for k in range(rows.shape[0]):
-            m = rows[k]
-            start = h00 * before[c, m] + h10 * slope_before[c, m]
-            result[c, k] = start + h01 * now[c, m] + h11 * slope[c, m]
+            value = h01 * now[c, m] + h11 * slope[c, m]
+            if late != 0.0:
+                value += h00 * before[c, m] + h10 * slope_before[c, m]
+            result[c, k] = value
 
 
 @jit(parallel=True)
@@ -335,7 +338,7 @@ def sensitivities(
     sources : (n,) whose force a column has: coefficient k as k, axis a of body parameter m as 101 + 6 m + a
     factors, axes : (n,) factor of that force, and the axis 0 .. 5 along which it acts
     initial : (n, WIDTH) sensitivities at the start
-    rows : (n_rows,) states whose derivatives are wanted
+    rows : (n_rows,) which of the states (0 .. 11) and accelerations (12 .. 17) are wanted
 
     Returns
     -------
