@@ -1,44 +1,229 @@
-"""Priors on the free coefficients."""
+"""Priors on the parameters.
+
+Every prior is a map from a standard normal vector t to the parameters, so that whatever samples or searches works in t,
+where the prior is N(0, I): bounds are at infinity, and a direction that the data do not see keeps its prior exactly.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import special
 
 from bayesub.errors import InputError
 
 
+class Prior:
+    """What the priors of this module share.
+
+    Attributes
+    ----------
+    mean, sd : (n_params,) of each parameter by itself
+    """
+
+    def parameters(self, t) -> np.ndarray:
+        """Parameters (..., n_params) of standard normal coordinates t (..., n_params)."""
+        raise NotImplementedError
+
+    def standard(self, parameters) -> np.ndarray:
+        """Standard normal coordinates of parameters; not finite outside the support."""
+        raise NotImplementedError
+
+    def chain(self, jacobian, t) -> np.ndarray:
+        """Derivatives with respect to t (n_params,) of what has the Jacobian (n, n_params) in the parameters."""
+        raise NotImplementedError
+
+    def log_density(self, parameters) -> np.ndarray:
+        """(n_batch,) log densities of parameters (n_batch, n_params); -inf outside the support."""
+        raise NotImplementedError
+
+    def quantiles(self, probability: float) -> np.ndarray:
+        """(n_params,) quantile of each parameter by itself."""
+        return self.parameters(np.full(len(self.mean), special.ndtri(probability)))
+
+    def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
+        """(n, n_params) draws."""
+        return self.parameters(rng.standard_normal((n, len(self.mean))))
+
+
+def _log_normal(t) -> np.ndarray:
+    return -0.5 * np.sum(t**2, axis=-1) - 0.5 * t.shape[-1] * np.log(2.0 * np.pi)
+
+
 @dataclass(frozen=True)
-class Normal:
+class Normal(Prior):
     """Independent normal prior: `mean` and `sd`, both (n_params,)."""
 
     mean: np.ndarray
     sd: np.ndarray
 
-    def log_density(self, parameters) -> np.ndarray:
-        """(n_batch,) log densities of parameters (n_batch, n_params)."""
-        standardised = (parameters - self.mean) / self.sd
-        constant = -np.log(self.sd).sum() - 0.5 * len(self.sd) * np.log(2.0 * np.pi)
-        return constant - 0.5 * np.sum(standardised**2, axis=-1)
+    def parameters(self, t):
+        return self.mean + self.sd * t
 
-    def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
-        """(n, n_params) draws."""
-        return self.mean + self.sd * rng.standard_normal((n, len(self.mean)))
+    def standard(self, parameters):
+        return (parameters - self.mean) / self.sd
+
+    def chain(self, jacobian, t):  # noqa: ARG002
+        return jacobian * self.sd
+
+    def log_density(self, parameters):
+        return _log_normal(self.standard(parameters)) - np.log(self.sd).sum()
 
 
 @dataclass(frozen=True)
-class RelativeNormal:
-    """A normal prior on each coefficient with sd a fraction of the size of its centre; see :func:`relative_normal`."""
+class LogNormal(Prior):
+    """Independent log-normal prior: `median` (n_params,), not zero, and `log_sd` (n_params,), sd of the logarithm.
 
-    sd: float
+    A parameter has the sign of its median.
+    """
+
+    median: np.ndarray
+    log_sd: np.ndarray
+
+    @property
+    def mean(self):
+        return self.median * np.exp(0.5 * self.log_sd**2)
+
+    @property
+    def sd(self):
+        return np.abs(self.mean) * np.sqrt(np.expm1(self.log_sd**2))
+
+    def parameters(self, t):
+        return self.median * np.exp(self.log_sd * t)
+
+    def standard(self, parameters):
+        ratio = parameters / self.median
+        return np.log(np.where(ratio > 0.0, ratio, np.nan)) / self.log_sd
+
+    def chain(self, jacobian, t):
+        return jacobian * (self.log_sd * self.parameters(t))
+
+    def log_density(self, parameters):
+        log_slopes = np.log(self.log_sd * np.abs(parameters)).sum(axis=-1)
+        return np.nan_to_num(_log_normal(self.standard(parameters)) - log_slopes, nan=-np.inf)
+
+    def quantiles(self, probability):
+        t = special.ndtri(probability) * np.sign(self.median)
+        return self.parameters(t)
+
+
+@dataclass(frozen=True)
+class Uniform(Prior):
+    """Independent uniform prior between `lower` and `upper`, both (n_params,)."""
+
+    lower: np.ndarray
+    upper: np.ndarray
+
+    @property
+    def mean(self):
+        return 0.5 * (self.lower + self.upper)
+
+    @property
+    def sd(self):
+        return (self.upper - self.lower) / np.sqrt(12.0)
+
+    def parameters(self, t):
+        return self.lower + (self.upper - self.lower) * special.ndtr(t)
+
+    def standard(self, parameters):
+        return special.ndtri((parameters - self.lower) / (self.upper - self.lower))
+
+    def chain(self, jacobian, t):
+        return jacobian * ((self.upper - self.lower) * np.exp(-0.5 * t**2) / np.sqrt(2.0 * np.pi))
+
+    def log_density(self, parameters):
+        inside = np.all((parameters >= self.lower) & (parameters <= self.upper), axis=-1)
+        return np.where(inside, -np.log(self.upper - self.lower).sum(), -np.inf)
+
+
+@dataclass(frozen=True)
+class CorrelatedNormal(Prior):
+    """Normal prior with `mean` (n_params,) and the Cholesky `factor` (n_params, n_params) of its covariance."""
+
+    mean: np.ndarray
+    factor: np.ndarray
+
+    @property
+    def sd(self):
+        return np.linalg.norm(self.factor, axis=1)
+
+    def parameters(self, t):
+        return self.mean + t @ self.factor.T
+
+    def standard(self, parameters):
+        return np.linalg.solve(self.factor, (parameters - self.mean)[..., None])[..., 0]
+
+    def chain(self, jacobian, t):  # noqa: ARG002
+        return jacobian @ self.factor
+
+    def log_density(self, parameters):
+        return _log_normal(self.standard(parameters)) - np.log(np.diag(self.factor)).sum()
+
+    def quantiles(self, probability):
+        return self.mean + self.sd * special.ndtri(probability)
+
+
+@dataclass(frozen=True)
+class Joint(Prior):
+    """Independent priors of groups of parameters: `parts`, and for each the (n,) positions of its parameters."""
+
+    parts: tuple[Prior, ...]
+    positions: tuple[np.ndarray, ...]
+
+    def _gathered(self, values):
+        result = np.empty((*np.shape(values[0])[:-1], sum(len(p) for p in self.positions)))
+        for position, value in zip(self.positions, values, strict=True):
+            result[..., position] = value
+        return result
+
+    def _each(self, method, argument):
+        pairs = zip(self.parts, self.positions, strict=True)
+        return [getattr(part, method)(argument[..., position]) for part, position in pairs]
+
+    @property
+    def mean(self):
+        return self._gathered([part.mean for part in self.parts])
+
+    @property
+    def sd(self):
+        return self._gathered([part.sd for part in self.parts])
+
+    def parameters(self, t):
+        return self._gathered(self._each("parameters", np.asarray(t)))
+
+    def standard(self, parameters):
+        return self._gathered(self._each("standard", np.asarray(parameters)))
+
+    def chain(self, jacobian, t):
+        pairs = zip(self.parts, self.positions, strict=True)
+        return self._gathered([part.chain(jacobian[..., p], t[p]) for part, p in pairs])
+
+    def log_density(self, parameters):
+        return sum(self._each("log_density", np.asarray(parameters)))
+
+    def quantiles(self, probability):
+        return self._gathered([part.quantiles(probability) for part in self.parts])
+
+
+@dataclass(frozen=True)
+class Spread:
+    """A prior for whatever coefficients are free, by their distance from a centre; see :func:`relative_normal`."""
+
+    kind: str
+    spread: float
     centre: np.ndarray | None
 
-    def on(self, columns: np.ndarray, xi: np.ndarray) -> Normal:
+    def on(self, columns: np.ndarray, xi: np.ndarray) -> Prior:
         """The prior of the coefficients at `columns`, centred on `xi` unless a centre was given."""
-        centre = (xi if self.centre is None else self.centre)[columns]
-        return Normal(mean=centre.copy(), sd=self.sd * np.abs(centre))
+        centre = (xi if self.centre is None else self.centre)[columns].copy()
+        reach = self.spread * np.abs(centre)
+        if self.kind == "uniform":
+            return Uniform(centre - reach, centre + reach)
+        if self.kind == "log-normal":
+            return LogNormal(centre, np.full(len(centre), self.spread))
+        return Normal(centre, reach)
 
 
-def relative_normal(sd: float, centre=None) -> RelativeNormal:
+def relative_normal(sd: float, centre=None) -> Spread:
     """Normal prior with standard deviation ``sd * |centre|`` for each coefficient.
 
     Parameters
@@ -47,9 +232,23 @@ def relative_normal(sd: float, centre=None) -> RelativeNormal:
     centre : (101,) coefficient set; by default the vehicle's own. A coefficient whose centre is zero has no scale
         and stays fixed.
     """
-    if not (np.isfinite(sd) and sd > 0):
-        raise InputError(f"prior: sd must be positive, found {sd}")
-    return RelativeNormal(float(sd), None if centre is None else np.asarray(centre, dtype=float))
+    return _spread("normal", "sd", sd, centre)
+
+
+def relative_uniform(half_width: float, centre=None) -> Spread:
+    """Uniform prior within ``half_width * |centre|`` of the centre: 0.75 for the bounds of the thesis (section 7.4)."""
+    return _spread("uniform", "half_width", half_width, centre)
+
+
+def log_normal(log_sd: float, centre=None) -> Spread:
+    """Log-normal prior with its median at the centre, whose sign the coefficient keeps."""
+    return _spread("log-normal", "log_sd", log_sd, centre)
+
+
+def _spread(kind, key, value, centre):
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"prior: {key} must be positive, found {value}")
+    return Spread(kind, float(value), None if centre is None else np.asarray(centre, dtype=float))
 
 
 def perturbed(xi, sd: float, rng: np.random.Generator) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from bayesub import coefficients, likelihoods, logs
 from bayesub.errors import InputError
 from bayesub.kernels.mass import mass_matrix
-from bayesub.priors import RelativeNormal
+from bayesub.priors import Spread
 from bayesub.simulate import STATUS, Simulator, Trajectory
 
 _REGRESSOR_ROUNDING = 3 * np.finfo(float).eps  # six roundings of half an epsilon: nu, four factors, the dimension
@@ -33,7 +33,7 @@ class Problem:
     evaluations, jacobians : simulations and Jacobians so far, and failures : simulations so far by status
     """
 
-    def __init__(self, vehicle, manoeuvre, record, *, free, prior: RelativeNormal, xi=None, dt=None):
+    def __init__(self, vehicle, manoeuvre, record, *, free, prior: Spread, xi=None, dt=None):
         self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
         self.xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
         centre = self.xi if prior.centre is None else prior.centre

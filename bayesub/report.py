@@ -60,7 +60,7 @@ def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict
     figures = [
         (
             "coefficients",
-            lambda path: coefficient_plot.draw(path, posterior, truth, estimates, word),
+            lambda path: coefficient_plot.draw(path, posterior, problem.prior, truth, estimates, word),
             f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. Orange: SQP "
             "solutions, all of which fit the track. Green: linear least squares on noise-free velocities and "
             "accelerations, left at the guess along null directions. A blue bar as long as the grey one means that the "
@@ -88,7 +88,7 @@ def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict
         ),
         (
             "corner",
-            lambda path: posterior_plots.draw_corner(path, posterior, truth, rng),
+            lambda path: posterior_plots.draw_corner(path, posterior, problem.prior, truth, rng),
             "Joint marginals (50 % and 90 %) of the best known coefficients (blue labels) and the worst known "
             f"(yellow), as ratios to the {word} (orange lines). Dashed curves are the prior.",
         ),

@@ -5,32 +5,97 @@ import pytest
 from scipy import stats
 
 from bayesub import InputError
-from bayesub.priors import Normal, perturbed, relative_normal
+from bayesub.priors import (
+    CorrelatedNormal,
+    Joint,
+    LogNormal,
+    Normal,
+    Uniform,
+    log_normal,
+    perturbed,
+    relative_normal,
+    relative_uniform,
+)
+
+N_DRAWS = 20_000
+FACTOR = np.linalg.cholesky([[4.0, 1.5], [1.5, 1.0]])
+NORMAL = Normal(mean=np.array([1e-3, -2.0]), sd=np.array([1e-4, 5.0]))
+PRIORS = {
+    "normal": NORMAL,
+    "log-normal": LogNormal(median=np.array([3e-3, -0.2]), log_sd=np.array([0.3, 0.5])),
+    "uniform": Uniform(lower=np.array([-1e-3, 2.0]), upper=np.array([4e-3, 3.0])),
+    "correlated": CorrelatedNormal(mean=np.array([1.0, -3.0]), factor=FACTOR),
+    "joint": Joint((Uniform(np.zeros(1), np.ones(1)), NORMAL), (np.array([1]), np.array([2, 0]))),
+}
+# Written out with scipy.stats, a parameter at a time.
+DENSITIES = {
+    "normal": lambda x: stats.norm.logpdf(x, [1e-3, -2.0], [1e-4, 5.0]).sum(axis=-1),
+    "log-normal": lambda x: stats.lognorm.logpdf(x * [1, -1], [0.3, 0.5], scale=[3e-3, 0.2]).sum(axis=-1),
+    "uniform": lambda x: stats.uniform.logpdf(x, [-1e-3, 2.0], [5e-3, 1.0]).sum(axis=-1),
+    "correlated": lambda x: stats.multivariate_normal.logpdf(x, [1.0, -3.0], [[4.0, 1.5], [1.5, 1.0]]),
+    "joint": lambda x: (
+        stats.norm.logpdf(x[..., [2, 0]], [1e-3, -2.0], [1e-4, 5.0]).sum(axis=-1) + stats.uniform.logpdf(x[..., 1])
+    ),
+}
 
 
-def test_log_density_is_that_of_independent_normals(rng):
-    """The density is normalised and the product of the marginals."""
-    prior = Normal(mean=rng.standard_normal(5), sd=10.0 ** rng.uniform(-6, 2, 5))
-    points = prior.mean + prior.sd * rng.standard_normal((7, 5))
-    expected = stats.norm.logpdf(points, prior.mean, prior.sd).sum(axis=1)
-    np.testing.assert_allclose(prior.log_density(points), expected, rtol=1e-13)
+@pytest.fixture(params=PRIORS)
+def kind(request):
+    return request.param
 
 
-def test_draws_follow_the_density(rng):
-    """Draws have the mean and the standard deviation of the prior, and are independent."""
-    prior = Normal(mean=np.array([1e-3, -2.0]), sd=np.array([1e-4, 5.0]))
-    scaled = (prior.sample(rng, 20_000) - prior.mean) / prior.sd
-    assert np.abs(scaled.mean(axis=0)).max() < 4 / np.sqrt(20_000)
-    assert np.abs(np.cov(scaled.T) - np.eye(2)).max() < 4 * np.sqrt(2 / 20_000)
+def test_density(kind, rng):
+    """Densities are normalised products of the textbook's, inside the support and outside."""
+    prior = PRIORS[kind]
+    points = np.vstack([prior.sample(rng, 7), 100 * prior.sample(rng, 3), -prior.sample(rng, 3)])
+    with np.errstate(divide="ignore"):
+        expected = DENSITIES[kind](points)
+    np.testing.assert_allclose(prior.log_density(points), expected, rtol=1e-12)
 
 
-def test_relative_normal_has_the_size_of_its_centre(rng):
-    """Means are the centre, standard deviations the stated fraction of its size, whatever its sign."""
+def test_standard_coordinates(kind, rng):
+    """The map to standard normal coordinates and back is the identity."""
+    prior = PRIORS[kind]
+    t = rng.standard_normal((50, len(prior.mean)))
+    np.testing.assert_allclose(prior.standard(prior.parameters(t)), t, rtol=1e-9, atol=1e-12)
+
+
+def test_change_of_variables(kind, rng):
+    """Density times the slope of the map is the standard normal density: what is sampled in t has this prior."""
+    prior = PRIORS[kind]
+    n = len(prior.mean)
+    for t in rng.standard_normal((5, n)):
+        slopes = prior.chain(np.eye(n), t)
+        offsets = 1e-5 * np.eye(n)
+        numerical = (prior.parameters(t + offsets) - prior.parameters(t - offsets)).T / 2e-5
+        np.testing.assert_allclose(slopes, numerical, rtol=1e-7, atol=1e-9 * np.abs(slopes).max())
+        density = prior.log_density(prior.parameters(t)[None])[0] + np.linalg.slogdet(slopes)[1]
+        assert density == pytest.approx(stats.norm.logpdf(t).sum(), rel=1e-12)
+
+
+def test_draws_have_the_stated_moments_and_quantiles(kind, rng):
+    """Means, standard deviations and quantiles are those of the draws, within their Monte Carlo error."""
+    prior = PRIORS[kind]
+    draws = prior.sample(rng, N_DRAWS)
+    assert np.abs((draws.mean(axis=0) - prior.mean) / prior.sd).max() < 4 / np.sqrt(N_DRAWS)
+    # The variance of a variance is (kurtosis - 1) / n; the log-normal with 0.5 has a kurtosis of 9.
+    np.testing.assert_allclose(draws.std(axis=0), prior.sd, rtol=4 * np.sqrt(8 / 4 / N_DRAWS))
+    for probability in (0.05, 0.5, 0.9):
+        below = np.mean(draws < prior.quantiles(probability), axis=0)
+        assert np.abs(below - probability).max() < 4 * np.sqrt(probability * (1 - probability) / N_DRAWS)
+
+
+def test_spreads_about_a_centre(rng):
+    """A relative prior has the size of its centre, whatever its sign, and the thesis's bounds are 75 % of it."""
     xi, centre, columns = rng.standard_normal(101), rng.standard_normal(101), np.array([3, 90, 7])
-    for prior, expected in ((relative_normal(0.25), xi), (relative_normal(0.25, centre), centre)):
-        normal = prior.on(columns, xi)
-        np.testing.assert_array_equal(normal.mean, expected[columns])
-        np.testing.assert_array_equal(normal.sd, 0.25 * np.abs(expected[columns]))
+    for given, expected in ((None, xi[columns]), (centre, centre[columns])):
+        normal = relative_normal(0.25, given).on(columns, xi)
+        np.testing.assert_array_equal(normal.mean, expected)
+        np.testing.assert_array_equal(normal.sd, 0.25 * np.abs(expected))
+        uniform = relative_uniform(0.75, given).on(columns, xi)
+        np.testing.assert_allclose(np.sort([0.25 * expected, 1.75 * expected], axis=0), [uniform.lower, uniform.upper])
+        signed = log_normal(0.3, given).on(columns, xi)
+        np.testing.assert_array_equal(np.sign(signed.sample(rng, 100)), np.tile(np.sign(expected), (100, 1)))
 
 
 def test_perturbed_keeps_signs_and_zeros(rng):
@@ -41,8 +106,9 @@ def test_perturbed_keeps_signs_and_zeros(rng):
     assert perturbed(np.ones(20_000), 0.1, rng).std() == pytest.approx(0.1, rel=4 / np.sqrt(2 * 20_000))
 
 
-@pytest.mark.parametrize("sd", [0.0, -0.25, np.nan, np.inf])
-def test_bad_spreads(sd):
+@pytest.mark.parametrize("value", [0.0, -0.25, np.nan, np.inf])
+def test_bad_spreads(value):
     """A prior needs a positive spread."""
-    with pytest.raises(InputError, match="prior: sd must be positive"):
-        relative_normal(sd)
+    for make, key in ((relative_normal, "sd"), (relative_uniform, "half_width"), (log_normal, "log_sd")):
+        with pytest.raises(InputError, match=f"prior: {key} must be positive"):
+            make(value)

@@ -11,15 +11,15 @@ _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
 
 def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations: int = 60) -> Estimate:
-    """Minimise ``|residuals|^2 + |(parameters - prior mean) / prior sd|^2`` by damped Gauss-Newton steps.
+    """Minimise ``|residuals|^2 + |t|^2`` by damped Gauss-Newton steps.
 
-    In prior-scaled coordinates t the residuals have the Jacobian ``J S = U diag(s) V'``, and the step with damping
-    ``lam`` is ``-V (s^2 + 1 + lam)^-1 (s U' r + V' t)``. One batch of simulations tries a ladder of dampings and the
-    best is taken, so that a bad start costs no more than a good one.
+    In the coordinates t, in which the prior is standard normal, the residuals have the Jacobian ``U diag(s) V'``, and
+    the step with damping ``lam`` is ``-V (s^2 + 1 + lam)^-1 (s U' r + V' t)``. One batch of simulations tries a ladder
+    of dampings and the best is taken, so that a bad start costs no more than a good one.
 
     Parameters
     ----------
-    start : (n_params,); by default the prior mean
+    start : (n_params,); by default the middle of the prior
     tolerance : stop when an undamped step is shorter than this many posterior standard deviations
 
     Returns
@@ -27,35 +27,35 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
     Estimate with the covariance of the Laplace approximation; cost is the minimised sum of squares.
     """
     began, evaluations = time.perf_counter(), problem.evaluations
-    mean, sd = problem.prior.mean, problem.prior.sd
-    t = np.zeros(problem.n_params) if start is None else (np.asarray(start) - mean) / sd
-    residuals = problem.residuals((mean + sd * t)[None])[0]
+    prior = problem.prior
+    t = np.zeros(problem.n_params) if start is None else prior.standard(np.asarray(start))
+    residuals = problem.residuals(prior.parameters(t)[None])[0]
     cost = _cost(residuals[None], t[None])[0]
     status = f"stopped after {max_iterations} iterations; start nearer to the truth or narrow the prior"
     if not np.isfinite(cost):
         raise ValueError("the simulation fails at the start of the search; choose a start that completes the manoeuvre")
     for _ in range(max_iterations):
-        u, s, vt = complete_svd(problem.jacobian(mean + sd * t) * sd)
+        u, s, vt = complete_svd(prior.chain(problem.jacobian(prior.parameters(t)), t))
         force = s * (u.T @ residuals) + vt @ t
         if np.linalg.norm(force / np.sqrt(s**2 + 1.0)) < tolerance:
             status = "converged"
             break
         trials = t - (force / (s**2 + 1.0 + _DAMPING[:, None])) @ vt
-        trial_residuals = problem.residuals(mean + sd * trials)
+        trial_residuals = problem.residuals(prior.parameters(trials))
         trial_costs = _cost(trial_residuals, trials)
         best = np.nanargmin(np.where(np.isfinite(trial_costs), trial_costs, np.inf))
         if not trial_costs[best] < cost:
             status = "converged to round-off"
             break
         t, residuals, cost = trials[best], trial_residuals[best], trial_costs[best]
-    covariance = sd[:, None] * (vt.T / (s**2 + 1.0)) @ vt * sd
+    slopes = prior.chain(np.eye(problem.n_params), t)
     return Estimate(
         method="Gauss-Newton posterior mode",
         names=problem.names,
-        solutions=(mean + sd * t)[None],
+        solutions=prior.parameters(t)[None],
         costs=np.array([cost]),
         statuses=(status,),
-        covariance=covariance,
+        covariance=slopes @ (vt.T / (s**2 + 1.0)) @ vt @ slopes.T,
         evaluations=problem.evaluations - evaluations,
         seconds=time.perf_counter() - began,
     )

@@ -36,5 +36,6 @@ class Spectrum:
 def fisher(problem, at) -> Spectrum:
     """Spectrum of ``problem`` at an Estimate or a parameter vector (n_params,)."""
     parameters = np.asarray(getattr(at, "values", at), dtype=float)
-    _, s, vt = complete_svd(problem.jacobian(parameters) * problem.prior.sd)
+    prior = problem.prior
+    _, s, vt = complete_svd(prior.chain(problem.jacobian(parameters), prior.standard(parameters)))
     return Spectrum(problem.names, s, vt, problem.prior.sd)

@@ -11,7 +11,7 @@ def labels(names) -> list[str]:
     return [TERMS[INDEX[name]].label for name in names]
 
 
-def draw(path, posterior, reference, estimates, reference_word: str) -> None:
+def draw(path, posterior, prior, reference, estimates, reference_word: str) -> None:
     """Prior band, posterior intervals and the solutions of the baselines.
 
     Parameters
@@ -25,8 +25,8 @@ def draw(path, posterior, reference, estimates, reference_word: str) -> None:
     ratio = lambda values: np.asarray(values) / reference  # noqa: E731
     with style.figure(path, max(6.0, 0.42 * n + 1.0), 4.6) as figure:
         axis = figure.subplots()
-        centre, half = ratio(posterior.prior_mean), 2.0 * np.abs(ratio(posterior.prior_sd))
-        axis.bar(columns, 2 * half, 0.8, centre - half, color=style.PRIOR, alpha=0.55, label="prior, two sd")
+        bottom, top = np.sort([ratio(prior.quantiles(p)) for p in (0.025, 0.975)], axis=0)
+        axis.bar(columns, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 95 %")
         axis.axhline(1.0, color=style.TRUTH, lw=0.8)
         low, q1, median, q3, high = np.sort(ratio(posterior.quantiles([0.05, 0.25, 0.5, 0.75, 0.95])), axis=0)
         axis.vlines(columns, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
@@ -44,8 +44,8 @@ def draw(path, posterior, reference, estimates, reference_word: str) -> None:
                 axis.plot(columns + 0.36, values, "x", ms=4.5, color=style.LINEAR, label=f"{estimate.method}, no noise")
         axis.set_xticks(columns, labels(names), rotation=60, ha="right", rotation_mode="anchor")
         axis.set_xlim(-0.7, n - 0.3)
-        bottom, top = min((centre - half).min(), low.min()), max((centre + half).max(), high.max())
-        axis.set_ylim(max(bottom - 0.1, -1.5), min(top + 0.1, 4.0))
+        lowest, highest = min(bottom.min(), low.min()), max(top.max(), high.max())
+        axis.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
         axis.set_ylabel(f"ratio to {reference_word}")
         axis.grid(axis="x", visible=False)
         first = [k for k in range(1, n) if names[k][0] != names[k - 1][0]]

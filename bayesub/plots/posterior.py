@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
+PRIOR_PROBABILITIES = np.linspace(0.001, 0.999, 400)
 CORNER_PARAMETERS = 12
 CORNER_DRAWS = 20_000
 
@@ -38,7 +39,7 @@ def corner_parameters(posterior) -> np.ndarray:
     return np.arange(n) if n <= CORNER_PARAMETERS else np.sort(np.concatenate([order[:half], order[-half:]]))
 
 
-def draw_corner(path, posterior, reference, rng: np.random.Generator) -> None:
+def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> None:
     """Joint marginals of the best and the worst known coefficients as ratios to `reference` (n_params,)."""
     chosen = corner_parameters(posterior)
     draws = posterior.draws[:, chosen] / reference[chosen]
@@ -46,6 +47,7 @@ def draw_corner(path, posterior, reference, rng: np.random.Generator) -> None:
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
     margin = 0.05 * (high - low)
     n = len(chosen)
+    prior_quantiles = np.array([prior.quantiles(p) for p in PRIOR_PROBABILITIES]) / reference
     with mpl.rc_context({"font.size": 8.0}):
         figure = Figure(figsize=(0.95 * n + 1.2, 0.95 * n + 1.2), dpi=130)
         corner.corner(
@@ -72,14 +74,15 @@ def draw_corner(path, posterior, reference, rng: np.random.Generator) -> None:
                 label.set(color=colour, fontsize=11)
             axes[j, 0].yaxis.set_label_coords(-0.55, 0.5)
             axes[-1, j].xaxis.set_label_coords(0.5, -0.55)
-            _draw_prior(axes[j, j], posterior.prior_mean[k] / reference[k], posterior.prior_sd[k] / abs(reference[k]))
+            _draw_prior(axes[j, j], prior_quantiles[:, k])
         figure.subplots_adjust(left=0.09, bottom=0.09, right=0.99, top=0.99)
         figure.savefig(path)
 
 
-def _draw_prior(axis, mean, sd):
-    """The normal prior over a histogram of the posterior."""
-    grid = np.linspace(*axis.get_xlim(), 200)
-    density = np.exp(-0.5 * ((grid - mean) / sd) ** 2) / (sd * np.sqrt(2 * np.pi))
-    axis.plot(grid, density, color="#777777", lw=1.0, ls="--")
+def _draw_prior(axis, quantiles):
+    """The prior over a histogram of the posterior, from its quantiles at PRIOR_PROBABILITIES."""
+    quantiles, limits = np.sort(quantiles), axis.get_xlim()
+    density = np.diff(PRIOR_PROBABILITIES) / np.diff(quantiles)
+    axis.plot(0.5 * (quantiles[1:] + quantiles[:-1]), density, color="#777777", lw=1.0, ls="--")
+    axis.set_xlim(limits)
     axis.set_ylim(0, max(axis.get_ylim()[1], 1.1 * density.max()))

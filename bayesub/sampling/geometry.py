@@ -1,8 +1,8 @@
 """Coordinates in which an ill-conditioned, bent posterior looks like a standard normal.
 
-*Whitening.* At the mode the residuals have, in prior-scaled coordinates t, the Jacobian ``U diag(s) V'``. In
-``z = sqrt(s^2 + 1) V' (t - t_mode)`` the Laplace approximation is N(0, I); the coordinates run from the stiffest to the
-sloppiest, and a null direction keeps its prior.
+*Whitening.* In coordinates t, in which the prior is standard normal, the residuals have at the mode the Jacobian
+``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (t - t_mode)`` the Laplace approximation is N(0, I); the coordinates run from
+the stiffest to the sloppiest, and a null direction keeps its prior.
 
 *Straightening.* The posterior is a thin sheet around a curved surface: far along the sloppy coordinates the stiff
 ones sit many of their own standard deviations away from the mode. Each stiff coordinate is therefore measured from
@@ -46,18 +46,19 @@ class Geometry:
 
     Attributes
     ----------
-    mode : (n_params,) posterior mode
-    singular_values : (n_params,) of the Jacobian in prior-scaled coordinates, stiffest first
-    basis : (n_params, n_params); column i is the step in the parameters for a unit of z_i
+    mode : (n_params,) posterior mode, in coordinates t with a standard normal prior
+    singular_values : (n_params,) of the Jacobian in these coordinates, stiffest first
+    basis : (n_params, n_params); column i is the step in t for a unit of z_i
     bends : coordinate -> :class:`Bend`
     """
 
     def __init__(self, problem, mode):
-        self.mode = np.asarray(mode, dtype=float)
-        jacobian = problem.jacobian(self.mode) * problem.prior.sd
+        self.prior = problem.prior
+        self.mode = self.prior.standard(np.asarray(mode, dtype=float))
+        jacobian = self.prior.chain(problem.jacobian(mode), self.mode)
         self.left, self.singular_values, self.directions = complete_svd(jacobian)
         self.widths = 1.0 / np.sqrt(self.singular_values**2 + 1.0)
-        self.basis = problem.prior.sd[:, None] * self.directions.T * self.widths
+        self.basis = self.directions.T * self.widths
         self.bends: dict[int, Bend] = {}
 
     @property
@@ -73,7 +74,15 @@ class Geometry:
 
     def parameters(self, y) -> np.ndarray:
         """Parameters (n, n_params) of sampling coordinates y (n, n_params)."""
-        return self.mode + self.bent(y) @ self.basis.T
+        return self.prior.parameters(self._standard(self.bent(y)))
+
+    def log_prob(self, problem, y) -> np.ndarray:
+        """Log posterior density (n,) in the sampling coordinates, up to a constant."""
+        t = self._standard(self.bent(y))
+        return problem.log_likelihood(self.prior.parameters(t)) - 0.5 * np.einsum("ij,ij->i", t, t)
+
+    def _standard(self, z):
+        return self.mode + z @ self.basis.T
 
     def straighten(self, problem, rng: np.random.Generator, progress=None) -> None:
         """Fit the bends, from the sloppiest of the stiff coordinates to the stiffest."""
@@ -109,10 +118,9 @@ class Geometry:
 
     def _gradient(self, problem, z):
         """Gradient of minus the log posterior in z with the Jacobian of the mode: the step of a chord Newton method."""
-        parameters = self.mode + z @ self.basis.T
-        standardised = (parameters - problem.prior.mean) / problem.prior.sd
-        residuals = problem.residuals(parameters)
-        return ((residuals @ self.left) * self.singular_values + standardised @ self.directions.T) * self.widths
+        t = self._standard(z)
+        residuals = problem.residuals(self.prior.parameters(t))
+        return ((residuals @ self.left) * self.singular_values + t @ self.directions.T) * self.widths
 
     def fingerprint(self) -> str:
         """A hash that tells one geometry from another."""

@@ -28,7 +28,7 @@ class Posterior:
     ----------
     names : (n_params,) free coefficients
     chain : (n_ensembles, n_steps, n_walkers, n_params) non-dimensional coefficients
-    log_prob : (n_ensembles, n_steps, n_walkers)
+    log_prob : (n_ensembles, n_steps, n_walkers) up to a constant, in coordinates in which the prior is standard normal
     prior_mean, prior_sd : (n_params,)
     n_warmup : steps discarded before the first kept one
     acceptance : fraction of proposals accepted

@@ -41,7 +41,7 @@ def sample(
 
     Parameters
     ----------
-    problem : anything with names, n_params, prior (mean, sd), residuals, jacobian and log_prob
+    problem : anything with names, n_params, prior, residuals, jacobian and log_likelihood
     rng : source of all random numbers
     n_walkers : of each ensemble; by default the smallest multiple of 16 above three times n_params
     checkpoint : file to continue from if it exists and to save to after each block
@@ -60,7 +60,7 @@ def sample(
     sampler = emcee.EnsembleSampler(
         n_ensembles * n_walkers,
         problem.n_params,
-        lambda y: problem.log_prob(geometry.parameters(y)),
+        lambda y: geometry.log_prob(problem, y),
         moves=[
             (LaplacePCN(PCN_STEPS), 0.8),
             (DifferentialEvolution(n_ensembles), 0.15),
@@ -114,7 +114,7 @@ def _starts(problem, geometry, rng, n):
     starts = np.empty((0, problem.n_params))
     for _ in range(100):
         y = DISPERSION * rng.standard_normal((n, problem.n_params))
-        starts = np.concatenate([starts, y[np.isfinite(problem.log_prob(geometry.parameters(y)))]])
+        starts = np.concatenate([starts, y[np.isfinite(geometry.log_prob(problem, y))]])
         if len(starts) >= n:
             return starts[:n]
     raise InputError("nearly every simulation around the posterior mode fails; narrow the prior")
