@@ -1,6 +1,23 @@
 """What a manoeuvre can and cannot tell: null spaces of the linear form, and the spectrum of the Fisher information."""
 
+from bayesub.identifiability.cancellation import Cancellation, cancellation
+from bayesub.identifiability.collinearity import Collinearity, collinearity
+from bayesub.identifiability.contribution import Contribution, contribution
 from bayesub.identifiability.fisher import Spectrum, fisher
+from bayesub.identifiability.profile import Profile, profile
 from bayesub.identifiability.rank import AxisRank, rank
 
-__all__ = ["AxisRank", "Spectrum", "fisher", "rank"]
+__all__ = [
+    "AxisRank",
+    "Cancellation",
+    "Collinearity",
+    "Contribution",
+    "Profile",
+    "Spectrum",
+    "cancellation",
+    "collinearity",
+    "contribution",
+    "fisher",
+    "profile",
+    "rank",
+]
