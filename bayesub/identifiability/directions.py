@@ -51,7 +51,8 @@ def split_svd(matrix, null) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Returns
     -------
     u (n, p), s (p,), vt (p, p) with ``u diag(s) vt`` the matrix. The first p - n_null rows of vt are orthogonal to the
-    null space and s descends along them; the others are `null`, with the length that the matrix gives them in s.
+    null space and s descends along them; the others are the rows of `null`, by the length
+        that the matrix gives them, which is in s.
     """
     if not len(null):
         return complete_svd(matrix)
@@ -59,5 +60,7 @@ def split_svd(matrix, null) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     u, s, vt = complete_svd(matrix @ complement.T)
     images = matrix @ null.T
     sizes = np.linalg.norm(images, axis=0)
+    order = np.argsort(-sizes)
+    images, sizes, null = images[:, order], sizes[order], null[order]
     images = np.divide(images, sizes, out=np.zeros_like(images), where=sizes > 0.0)
     return np.hstack([u, images]), np.concatenate([s, sizes]), np.vstack([vt @ complement, null])

@@ -101,13 +101,13 @@ class Spectrum:
         never = (self.directions[self._signal == 0.0] ** 2).sum(axis=0)
         factors = np.where(wanted < 1.0, np.inf, 0.0)
         for k in np.flatnonzero((wanted < 1.0) & (never < wanted)):
-            factors[k] = np.exp(optimize.brentq(self._excess, *self._bracket(k, wanted[k], never[k]), (k, wanted[k])))
+            factors[k] = np.exp(optimize.brentq(self._excess, *self._bracket(wanted[k], never[k]), (k, wanted[k])))
         return factors
 
     def _excess(self, log_factor, k, wanted):
         return np.log(self._with_prior(np.exp(log_factor))[k] / wanted)
 
-    def _bracket(self, k, wanted, never):
+    def _bracket(self, wanted, never):
         """Logarithms of factors too small and too large: all directions as sharp as the stiffest, or the sloppiest."""
         signal = self._signal[self._signal > 0.0]
         low = np.sqrt(1.0 / wanted - 1.0) / signal.max()

@@ -9,8 +9,9 @@ from bayesub.identifiability.directions import null_basis, orthonormal, split_sv
 
 LEVEL_95 = float(stats.chi2.ppf(0.95, 1))  # likelihood-ratio interval of one coefficient
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-6.0, 9.0, 1.5)])
-_TOLERANCE = 1e-3 * LEVEL_95  # stop when a full step promises less
-_MAX_ITERATIONS = 30
+_TOLERANCE = 1e-3  # stop when a step gains, or promises, less than this of the rise, or of the level if that is lower
+_FLAT = 1e-7  # a rise below this is flat
+_MAX_ITERATIONS = 15
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ def profile(problem, at, name: str, grid, *, null=(), prior: bool = False) -> Pr
 
     At each value the others are brought to their best by Gauss-Newton steps. The prior takes no part unless asked. A
     direction in which the others are null is not moved along at all, and in sloppy ones a ladder of dampings, tried in
-    one batch of simulations, keeps a step within reach.
+    one batch of simulations, keeps a step within reach. A coefficient with a part in the null space takes the others
+    along in it, and the simulations say whether the valley is as flat as the equations have it.
 
     Parameters
     ----------
@@ -75,7 +77,7 @@ def profile(problem, at, name: str, grid, *, null=(), prior: bool = False) -> Pr
     for side in (-1, 1):
         t = best
         for i in sorted(np.flatnonzero(side * offsets >= 0), key=lambda i: abs(offsets[i])):
-            t, value = search.at(t, targets[i])
+            t, value = search.at(t, targets[i], reference)
             if not np.isfinite(value):
                 break
             cost[i], path[i] = value - reference, problem.prior.mean + problem.prior.sd * t
@@ -89,8 +91,11 @@ class _Search:
         self.problem, self.k, self.prior = problem, k, prior
         self.others = np.delete(np.arange(problem.n_params), k)
         basis = null_basis(problem.names, null, problem.prior.sd)
-        self.in_null = bool(np.any(basis[:, k] != 0.0)) and not prior
-        self.null = _without(basis, k) if not prior else np.zeros((0, len(self.others)))
+        basis = basis[:0] if prior else basis
+        self.null = _without(basis, k)
+        # The shortest way along the null space that moves coefficient k by one.
+        part = basis[:, k] @ basis[:, k]
+        self.along = basis[:, k] @ basis / part if part > 0.0 else None
 
     def residuals(self, t):
         residuals = self.problem.residuals(self.problem.prior.mean + self.problem.prior.sd * t)
@@ -117,15 +122,21 @@ class _Search:
 
     def curvature(self, t):
         """Second derivative of the profile over two: what of the sensitivity the others cannot imitate, squared."""
-        if self.in_null:
+        if self.along is not None:
             return 0.0
         _, column, u, s, _ = self._linear(t)
         seen = u[:, s > 0.0]
         rest = column - seen @ (seen.T @ column)
         return rest @ rest
 
-    def at(self, t, target):
-        """Best t with ``t[k] = target`` from a nearby best t, and its cost (infinite if no simulation completes)."""
+    def at(self, t, target, reference):
+        """Best t with ``t[k] = target`` from a nearby best t, and its cost (infinite if no simulation completes).
+
+        The search ends when little of the rise above the cost `reference` is left to gain.
+        """
+        if self.along is not None:
+            t = t + self.along * (target - t[self.k])
+            return t, self.cost(t[None])[0]
         residuals, column, u, s, vt = self._linear(t)
         # Along the tangent of the path to the new value; from there on the readings say what is left.
         residuals = residuals + column * (target - t[self.k])
@@ -141,10 +152,9 @@ class _Search:
             if not gained > 0.0:
                 break
             t, cost = trials[best], costs[best]
-            if gained < _TOLERANCE:
-                break
+            enough = _TOLERANCE * np.clip(cost - reference, _FLAT, LEVEL_95)
             residuals, _, u, s, vt = self._linear(t)
-            if np.sum((u.T @ residuals) ** 2) < _TOLERANCE:
+            if gained < enough or np.sum((u.T @ residuals) ** 2) < enough:
                 break
         return t, cost
 

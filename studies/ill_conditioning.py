@@ -1,0 +1,214 @@
+"""Which coefficients does a manoeuvre leave uncertain although they are unique, and why?
+
+Question: chapter 6 of the thesis finds null spaces, section 7.8 ill-conditioning beside them. Which is which, how good
+would sensors have to be, and what makes the difference: coefficients that do little, or errors that cancel?
+Claim: null directions stay flat whatever the sensors. In all others nearly every coefficient would be known well if it
+were alone; what hides it is that the others imitate it, so that force errors far larger than their sum fit the track.
+Only Xuu, the drag, is safe from that.
+Cost: about five minutes.
+
+Readings are noise-free with the noise of the sensors as their weight, so nothing depends on a draw. A boat of length l
+at speed u has its position read to 0.5 m * l / 102.26 m and its attitude to 0.1 degrees, once every l / u / 13.63: what
+0.5 m, 0.1 degrees and 1 s are to suboff. The prior is 25 % about the truth.
+"""
+
+import tomllib
+from itertools import product
+
+import numpy as np
+
+import bayesub as bs
+from bayesub import identifiability
+from bayesub.coefficients import ADDED_MASSES, NAMES
+from bayesub.identifiability.profile import LEVEL_95
+from bayesub.inputs import DATA
+from bayesub.plots import cancellation as cancellation_plot
+from bayesub.plots import collinearity as collinearity_plot
+from bayesub.plots import contribution as contribution_plot
+from bayesub.plots import profile as profile_plot
+from bayesub.plots import spectrum as spectrum_plot
+from bayesub.problem import linear_systems
+
+VEHICLES = ("suboff", "auv690", "npsauv")
+MANOEUVRES = ("horizontal", "vertical", "coupled")
+SUBOFF_LENGTH, SUBOFF_TIME = 102.2606, 102.2606 / 7.5  # m, and s to travel it
+POSITION_SD, ATTITUDE_SD, INTERVAL = 0.5, 0.1, 1.0  # m, deg, s, on suboff
+PRIOR_SD = 0.25
+KNOWN = 0.05  # relative sd that counts as known
+COST_INTERVAL = 0.1  # s, of the thesis's cost function
+SQP_ITERATIONS = (50, 100, 200)
+N_GRID = 17
+SEED = 28
+HARMFUL = 30.0  # condition index (Belsley, Kuh & Welsch 1980)
+
+
+def run(folder, *, quick, progress):
+    """Tables and figures of every vehicle and manoeuvre."""
+    thesis = tomllib.loads((DATA / "thesis_results.toml").read_text())
+    pairs = [("suboff", "horizontal")] if quick else list(product(VEHICLES, MANOEUVRES))
+    progress.stage("ill-conditioning")
+    cases = {}
+    for n, pair in enumerate(pairs):
+        progress.update(n / len(pairs), " ".join(pair))
+        cases[" ".join(pair)] = Case(*pair, converged=max(thesis["sqp"]["horizontal"]["mean_converged_cost"]))
+    progress.update(1.0, "figures")
+    draw(folder, cases)
+    (folder / "ill_conditioning.md").write_text(tables(cases, thesis["error_cancellation"]))
+    for title, case in cases.items():
+        check(title, case)
+    return {title: case.numbers() for title, case in cases.items()}
+
+
+class Case:
+    """One vehicle on one manoeuvre: everything that is asked of it."""
+
+    def __init__(self, vehicle, manoeuvre, converged):
+        self.boat = bs.load_vehicle(vehicle)
+        self.flown = bs.load_manoeuvre(manoeuvre, self.boat)
+        self.size = self.boat.length_m / SUBOFF_LENGTH
+        self.time = self.boat.length_m / self.boat.speed_mps / SUBOFF_TIME
+        self.truth = bs.simulate(self.boat, self.flown)
+        used = [name for system in linear_systems(self.truth).values() for name in system.names]
+        self.problem = self.noise_free(used, POSITION_SD * self.size, ATTITUDE_SD, INTERVAL)
+        self.names, self.values = self.problem.names, self.problem.prior.mean
+        self.systems = linear_systems(self.truth, free=self.names)
+        self.ranks = identifiability.rank(self.systems, prefer=ADDED_MASSES)
+        self.null = [vector for axis in self.ranks.values() for vector in axis.null_vectors]
+        self.spectrum = identifiability.fisher(self.problem, self.values, self.null)
+        self.sharper = self.spectrum.sharper_sensors(KNOWN)
+        self.collinearity = {
+            axis: identifiability.collinearity(system, self.ranks[axis].null_vectors)
+            for axis, system in self.systems.items()
+        }
+        self.contribution, self.accuracy = self.contributions()
+        self.sqp_cost, self.cancellation = self.cancellations(converged)
+        self.profiles = self.profile()
+
+    def noise_free(self, free, position_sd, attitude_sd, interval, dt=None):
+        """A problem whose readings are what the true coefficients give."""
+        interval = self.flown.duration / round(self.flown.duration / (interval * self.time))
+        track = bs.sensors.Track(position_sd, attitude_sd, interval)
+        record = bs.observe(self.truth, track, np.random.default_rng(0))
+        prior, dt = bs.priors.relative_normal(PRIOR_SD), dt or self.truth.simulator.step
+        problem = bs.Problem(self.boat, self.flown, record, free=free, prior=prior, dt=dt)
+        problem.readings = problem.predicted(problem.prior.mean)[0]
+        return problem
+
+    def contributions(self):
+        """Cost in m^2 + deg^2 (model section 10) of one changed coefficient at a time, and of the time step."""
+        problem = self.noise_free(self.names, 1.0, 1.0, COST_INTERVAL)
+        fine = self.noise_free(self.names, 1.0, 1.0, COST_INTERVAL, dt=self.truth.simulator.step / 10)
+        accuracy = np.sum(((problem.readings - fine.readings) / problem.sds) ** 2)
+        return identifiability.contribution(problem, self.values), float(accuracy)
+
+    def cancellations(self, converged):
+        """Force errors of a set that SQP stopped at, the rank-reducing added masses known, and its cost.
+
+        The search is given more iterations until its cost is that of the thesis's converged sets (in m^2 scaled to
+        suboff), because on noise-free readings it would in the end find the truth.
+        """
+        pivots = {name for axis in self.ranks.values() for name in axis.pivots}
+        problem = self.noise_free([n for n in self.names if n not in pivots], self.size, 1.0, INTERVAL)
+        for n_iterations in SQP_ITERATIONS:
+            rng = np.random.default_rng(SEED)
+            found = bs.baselines.sqp(problem, rng=rng, n_starts=1, max_iterations=n_iterations)
+            cost = found.costs[0] * INTERVAL / COST_INTERVAL
+            if cost < converged:
+                break
+        changes = dict(zip(problem.names, found.values - problem.prior.mean, strict=True))
+        return float(cost), {a: identifiability.cancellation(s, changes) for a, s in self.systems.items()}
+
+    def profile(self):
+        """Profile likelihoods of the coefficients with the extreme verdicts."""
+        s = self.spectrum
+        relative = s.cramer_rao_sd / np.abs(self.values)
+        unique = np.isfinite(relative)
+        chosen = {
+            "best known": np.argmin(relative),
+            "most imitated": np.argmax(np.where(unique, s.cramer_rao_sd / s.alone_sd, 0.0)),
+            "worst known": np.argmax(np.where(unique, relative, 0.0)),
+        }
+        if s.n_null:
+            chosen["null direction"] = np.argmax(s.null_part)
+        steps = np.linspace(-1.0, 1.0, N_GRID)
+        profiles = {}
+        for title, k in chosen.items():
+            reach = min(4.0 * s.cramer_rao_sd[k], 0.75 * abs(self.values[k]))
+            grid = self.values[k] + reach * steps
+            profiles[title] = identifiability.profile(self.problem, self.values, self.names[k], grid, null=self.null)
+        return profiles
+
+    def relative(self, sd):
+        return sd / np.abs(self.values)
+
+    def numbers(self):
+        """What is worth keeping, as JSON types; null stands for infinite."""
+        s = self.spectrum
+        columns = {
+            "alone": self.relative(s.alone_sd),
+            "cramer_rao": self.relative(s.cramer_rao_sd),
+            "null_held": self.relative(s.held_sd),
+            "posterior": self.relative(s.posterior_sd),
+            "null_part": s.null_part,
+            "sharper_sensors": self.sharper,
+            "cost_at_25_percent": self.contribution.costs[0],
+            "cost_at_99_percent": self.contribution.costs[1],
+        }
+        return {
+            "n_params": len(self.names),
+            "n_null": s.n_null,
+            "n_sharpened": s.n_informed,
+            "singular_values": s.singular_values.tolist(),
+            "coefficients": {
+                name: {key: finite(column[k]) for key, column in columns.items()} for k, name in enumerate(self.names)
+            },
+            "condition_index": {axis: float(c.condition_indices[-1]) for axis, c in self.collinearity.items()},
+            "vif": {n: finite(v) for c in self.collinearity.values() for n, v in zip(c.names, c.vif, strict=True)},
+            "simulator_cost": self.accuracy,
+            "sqp_cost": self.sqp_cost,
+            "largest_force_errors": {axis: c.largest for axis, c in self.cancellation.items()},
+            "largest_sum": {axis: float(np.abs(c.total).max()) for axis, c in self.cancellation.items()},
+            "profiles": {
+                title: {"name": p.name, "grid": p.grid.tolist(), "cost": [finite(c) for c in p.cost]}
+                for title, p in self.profiles.items()
+            },
+        }
+
+
+def finite(value):
+    return float(value) if np.isfinite(value) else None
+
+
+def check(title, case):
+    """The claims."""
+    s = case.spectrum
+    best = case.names[np.argmin(case.relative(s.posterior_sd))]
+    assert best == "Xuu", f"{title}: the best known coefficient is {best}, not Xuu"
+
+
+def draw(folder, cases):
+    """All figures; those of suboff's horizontal manoeuvre as PDF too."""
+    n_columns = min(len(cases), len(MANOEUVRES))
+    spectrum_plot.draw_cases(folder / "spectra.png", {t: c.spectrum for t, c in cases.items()}, n_columns)
+    for manoeuvre in MANOEUVRES:
+        alike = {t: c for t, c in cases.items() if t.endswith(manoeuvre)}
+        if alike:
+            contribution_plot.draw(
+                folder / f"contribution_{manoeuvre}.png",
+                {t: c.contribution for t, c in alike.items()},
+                {t: c.accuracy for t, c in alike.items()},
+                NAMES,
+            )
+    surge = {t: c.systems["X"] for t, c in cases.items() if t.endswith("horizontal")}
+    collinearity_plot.draw_scatter(folder / "regressors.png", surge, [("Xvr", "Xrr"), ("Xvr", "Xvv")])
+    for title, case in cases.items():
+        stem = title.replace(" ", "_")
+        for kind in (".png", ".pdf") if title == "suboff horizontal" else (".png",):
+            spectrum_plot.draw_directions(folder / f"directions_{stem}{kind}", case.spectrum)
+            profile_plot.draw(folder / f"profiles_{stem}{kind}", case.profiles)
+        collinearity_plot.draw_correlation(folder / f"correlation_{stem}.png", case.collinearity)
+        cancellation_plot.draw(folder / f"cancellation_{stem}.png", case.truth.times, case.cancellation)
+
+
+def tables(cases, thesis):
+    return ""
