@@ -33,7 +33,7 @@ def test_terms_sum_to_the_error_of_the_force(spiral_track, systems, suboff, rng)
 def test_right_coefficients_have_no_error(systems):
     """A change on another axis, and a coefficient that is not named, leave no error behind."""
     found = cancellation(systems["X"], {"Yuv": 1.0, "Xvv": 1e-3})
-    assert list(found.largest)[0] == "Xvv"
+    assert next(iter(found.largest)) == "Xvv"
     assert [size for name, size in found.largest.items() if name != "Xvv"] == [0.0] * 5
     assert found.ratio == 1.0
 

@@ -34,7 +34,7 @@ def test_profile_of_a_linear_problem_is_the_parabola(linear, name):
     np.testing.assert_allclose(found.laplace, 16.0 * STEPS**2, rtol=1e-9, atol=1e-10)
     # Linear interpolation of a parabola between neighbours h sd apart is early by at most h^2 / (8 * 1.96) sd.
     np.testing.assert_allclose((np.array(found.interval()) - best[k]) / sd, [-1.96, 1.96], atol=1.0 / 8.0 / 1.9)
-    assert LEVEL_95 == pytest.approx(1.96**2, rel=1e-4)
+    np.testing.assert_allclose(LEVEL_95, 1.96**2, rtol=1e-4)
 
 
 def test_the_path_is_at_its_best(linear):
@@ -65,7 +65,7 @@ def test_profile_is_flat_along_a_planted_null(linear, told):
     best = np.linalg.lstsq(problem.matrix, problem.readings, rcond=None)[0]
     null = [{"c0": 1.0, "c3": -1.0}] if told else []
     found = profile(problem, best, "c0", best[0] + 100.0 * STEPS, null=null)
-    # A hundred units cost nothing where one unit alone would cost the thirty readings; round-off of a cost of that size.
+    # A hundred units cost nothing where one would cost thirty readings dear; round-off of a cost of that size.
     np.testing.assert_allclose(found.cost, 0.0, atol=1e-9)
     np.testing.assert_allclose(found.laplace, 0.0, atol=1e-9)
     assert found.interval() == (-np.inf, np.inf)
@@ -82,7 +82,7 @@ def test_profile_of_a_bent_valley_is_flat_where_the_parabola_is_not():
     best = np.array([1.0, -1.0])
     found = profile(banana, best, "c0", np.linspace(0.0, 2.0, 9))
     np.testing.assert_allclose(found.cost, 0.0, atol=1e-6)
-    np.testing.assert_allclose(found.path[:, 1], -found.grid**2, atol=1e-4)
+    np.testing.assert_allclose(found.path[:, 1], -(found.grid**2), atol=1e-4)
     across = profile(banana, best, "c1", np.array([-1.5, -0.5, -0.1, 0.05]))
     np.testing.assert_allclose(across.cost[:3], 0.0, atol=1e-6)
     assert across.cost[3] == pytest.approx(1.0, rel=2e-3)  # one width; the search stops a thousandth short
