@@ -223,7 +223,7 @@ def draw(folder, cases):
                 {t: c.accuracy for t, c in alike.items()},
                 NAMES,
             )
-    surge = {t: c.systems["X"] for t, c in cases.items() if t.endswith("horizontal")}
+    surge = {t: linear_systems(c.truth)["X"] for t, c in cases.items() if t.endswith("horizontal")}
     collinearity_plot.draw_scatter(folder / "regressors.png", surge, [("Xvr", "Xrr"), ("Xvr", "Xvv")])
     for title, case in cases.items():
         stem = title.replace(" ", "_")
@@ -291,7 +291,8 @@ def belsley(cases):
     for title, case in cases.items():
         for axis, c in case.collinearity.items():
             n_null = len(c.names) - len(c.condition_indices)
-            vif = c.vif[np.isfinite(c.vif)].max(initial=1.0)
+            finite_vif = c.vif[np.isfinite(c.vif)]
+            vif = f"{finite_vif.max():.2g}" if finite_vif.size else "none"
             involved = ", ".join(c.involved(-1))
             yield [
                 title,

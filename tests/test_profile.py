@@ -32,8 +32,8 @@ def test_profile_of_a_linear_problem_is_the_parabola(linear, name):
     # Costs of a few tens are known to 1e-13 or so of themselves, and the best to the root of that.
     np.testing.assert_allclose(found.cost, 16.0 * STEPS**2, rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(found.laplace, 16.0 * STEPS**2, rtol=1e-9, atol=1e-10)
-    # Linear interpolation of a parabola between neighbours h sd apart is early by at most h^2 / (8 * 1.96) sd.
-    np.testing.assert_allclose((np.array(found.interval()) - best[k]) / sd, [-1.96, 1.96], atol=1.0 / 8.0 / 1.9)
+    ends = (np.array(found.interval()) - best[k]) / sd
+    np.testing.assert_allclose(ends, np.sqrt(LEVEL_95) * np.array([-1.0, 1.0]), rtol=1e-9)
     np.testing.assert_allclose(LEVEL_95, 1.96**2, rtol=1e-4)
 
 

@@ -36,17 +36,20 @@ class Profile:
     path: np.ndarray
 
     def interval(self, level: float = LEVEL_95) -> tuple[float, float]:
-        """Ends of the likelihood-ratio interval, by linear interpolation; infinite where the grid does not reach it."""
+        """Ends of the likelihood-ratio interval, infinite where the grid does not reach it.
+
+        Between grid values the root of the cost is interpolated, which is exact for a parabola.
+        """
         ends = []
         for side in (-1, 1):
             outwards = np.argsort(side * self.grid)
             outwards = outwards[side * (self.grid[outwards] - self.value) >= 0]
             grid = np.concatenate([[self.value], self.grid[outwards]])
-            cost = np.concatenate([[0.0], self.cost[outwards]])
-            above = np.flatnonzero(cost > level)
+            root = np.sqrt(np.maximum(np.concatenate([[0.0], self.cost[outwards]]), 0.0))
+            above = np.flatnonzero(root > np.sqrt(level))
             if above.size:
                 k = above[0]
-                ends.append(grid[k - 1] + (level - cost[k - 1]) / (cost[k] - cost[k - 1]) * (grid[k] - grid[k - 1]))
+                ends.append(np.interp(np.sqrt(level), root[k - 1 : k + 1], grid[k - 1 : k + 1]))
             else:
                 ends.append(side * np.inf)
         return float(ends[0]), float(ends[1])
