@@ -301,7 +301,7 @@ def belsley(cases):
                 f"{n_null}",
                 f"{c.condition_indices[-1]:.2g}",
                 involved,
-                f"{vif:.2g}",
+                vif,
             ]
 
 

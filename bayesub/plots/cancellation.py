@@ -16,7 +16,7 @@ def draw(path, times, cancellations: dict) -> None:
     n_columns = 1 if len(found) == 1 else (2 if len(found) > 3 else len(found))
     n_rows = -(-len(found) // n_columns)
     stride = -(-len(times) // MAX_POINTS)
-    with style.figure(path, 4.4 * n_columns + 0.6, 3.0 * n_rows) as figure:
+    with style.figure(path, 3.9 * n_columns + 0.4, 2.2 * n_rows + 0.3) as figure:
         panels = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True)
         for panel in panels.flat[len(found) :]:
             panel.axis("off")
