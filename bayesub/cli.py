@@ -12,10 +12,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from bayesub import coefficients, inputs, logs, script, study
+from bayesub import coefficients, identifiability, inputs, logs, script, study
 from bayesub.errors import InputError
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
+from bayesub.problem import linear_systems
 from bayesub.simulate import simulate as simulate_trial
 from bayesub.vehicles import VehicleFile, load_vehicle
 
@@ -154,7 +155,7 @@ def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, attit
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV)."""
     boat = load_vehicle(vehicle)
     flown = load_manoeuvre(manoeuvre, boat)
-    plane = {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
+    plane = _plane(subproblem)
     trajectory = simulate_trial(boat, flown, dt=dt, sample=sample, controls=controls, attitude=attitude, **plane)
     trajectory.save(output)
     if plot is not None:
@@ -170,6 +171,50 @@ def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, attit
     )
     if status != "ok":
         raise click.exceptions.Exit(FAILED)
+
+
+def _plane(subproblem: str | None) -> dict:
+    """The option --subproblem as an argument of the simulator; left out, the manoeuvre decides."""
+    return {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
+
+
+@app.command(epilog="Example: bayesub rank suboff horizontal --json")
+@click.argument("vehicle")
+@click.argument("manoeuvre")
+@click.option(
+    "--subproblem",
+    type=click.Choice(["horizontal", "vertical", "none"]),
+    help="Plane to confine the motion to; if left out, that of the manoeuvre.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Ranks, singular values and null vectors as JSON.")
+def rank(vehicle, manoeuvre, subproblem, as_json) -> None:
+    """Say which coefficients of a VEHICLE a MANOEUVRE leaves open, axis by axis, if every motion is known exactly.
+
+    A direction at round-off is not unique: no instrument finds it. One above round-off but below a millionth of the
+    largest is ill-conditioned: unique in the equations, out of reach in a trial.
+    """
+    boat = load_vehicle(vehicle)
+    flown = load_manoeuvre(manoeuvre, boat)
+    trajectory = simulate_trial(boat, flown, **_plane(subproblem))
+    if trajectory.status[0] != "ok":
+        _complain(f"{boat.name} does not complete {flown.name}: {trajectory.status[0]}", FAILED)
+    ranks = identifiability.rank(linear_systems(trajectory), prefer=coefficients.ADDED_MASSES)
+    if as_json:
+        click.echo(json.dumps({axis: r.summary() for axis, r in ranks.items()}, indent=2))
+        return
+    kind = trajectory.simulator.subproblem or "six degrees of freedom"
+    title = f"{boat.name} on {flown.name} ({kind}): columns scaled to unit length"
+    table = Table("axis", "rank", "null", "weak", "condition", "round-off", "smallest", title=title)
+    for axis, r in ranks.items():
+        smallest = " ".join(f"{s:.0e}" for s in r.singular_values[max(0, r.rank - 2) :])
+        counts = (f"{r.rank}/{r.columns}", str(r.null_dimension), str(r.rank - r.practical_rank))
+        table.add_row(axis, *counts, f"{r.condition:.1e}", f"{r.threshold:.0e}", smallest)
+    console.print(table)
+    for axis, r in ranks.items():
+        for verdict, vectors in (("not unique", r.null_vectors), ("ill-conditioned", r.weak_vectors)):
+            for vector in vectors:
+                changes = ", ".join(f"{name} {change:+.3g}" for name, change in vector.items())
+                console.print(f"{axis} {verdict}: {changes}", soft_wrap=True)
 
 
 @app.command(epilog="Example: bayesub run studies/quickstart.toml -o runs/quickstart")

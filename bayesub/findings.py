@@ -64,18 +64,7 @@ def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
             "n_null": n_null,
             "n_sharpened": int(np.count_nonzero(spectrum.singular_values[: len(posterior.names) - n_null] > 1.0)),
         },
-        "ranks": {
-            axis: {
-                "columns": r.columns,
-                "rank": r.rank,
-                "condition": r.condition,
-                "singular_values": r.singular_values.tolist(),
-                "threshold": r.threshold,
-                "null_vectors": list(r.null_vectors),
-                "pivots": list(r.pivots),
-            }
-            for axis, r in ranks.items()
-        },
+        "ranks": {axis: r.summary() for axis, r in ranks.items()},
         "null_contraction": _null_contraction(spectrum, posterior, n_null).tolist(),
         "trade_offs": _trade_offs(posterior),
         "baselines": [_baseline(problem, estimate, truth) for estimate in estimates],

@@ -176,7 +176,9 @@ class Simulator:
         found = sensitivity.sensitivities(
             dimensional, body, history, self._stages, self.step, self.times, *columns[1:], rows
         )
-        return np.add.reduceat(found, columns[0], axis=1).swapaxes(1, 2)
+        if len(columns[0]) < found.shape[1]:
+            found = np.add.reduceat(found, columns[0], axis=1)
+        return found.swapaxes(1, 2)
 
     def _sensitivity_columns(self, parameters):
         """First column of each parameter, and what :func:`bayesub.kernels.sensitivities.sensitivities` asks for."""

@@ -28,7 +28,8 @@ def test_ranks_of_the_thesis(spiralling):
         assert len(r.null_vectors) == r.columns - r.rank
         # Nothing lies between round-off and what the data know.
         assert r.singular_values[r.rank - 1] > 1e6 * r.threshold
-        assert np.all(r.singular_values[r.rank :] < 1e-3 * r.threshold)
+        # The threshold is a bound; what round-off really does to these matrices stays a factor of ten below it.
+        assert np.all(r.singular_values[r.rank :] < 0.1 * r.threshold)
         assert r.condition == r.singular_values[0] / r.singular_values[r.rank - 1]
 
 

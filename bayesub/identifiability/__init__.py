@@ -5,7 +5,8 @@ from bayesub.identifiability.collinearity import Collinearity, collinearity
 from bayesub.identifiability.contribution import Contribution, contribution
 from bayesub.identifiability.fisher import Spectrum, fisher
 from bayesub.identifiability.profile import Profile, profile
-from bayesub.identifiability.rank import AxisRank, rank
+from bayesub.identifiability.rank import AxisRank, held_fixed, rank
+from bayesub.identifiability.structure import Structure, structure
 
 __all__ = [
     "AxisRank",
@@ -14,10 +15,13 @@ __all__ = [
     "Contribution",
     "Profile",
     "Spectrum",
+    "Structure",
     "cancellation",
     "collinearity",
     "contribution",
     "fisher",
+    "held_fixed",
     "profile",
     "rank",
+    "structure",
 ]
