@@ -2,10 +2,11 @@
 
 Question: chapter 6 of the thesis finds null spaces, section 7.8 ill-conditioning beside them. Which is which, how good
 would sensors have to be, and what makes the difference: coefficients that do little, or errors that cancel?
-Claim: null directions stay flat whatever the sensors. In all others nearly every coefficient would be known well if it
-were alone; what hides it is that the others imitate it, so that force errors far larger than their sum fit the track.
-Only Xuu, the drag, is safe from that.
-Cost: about five minutes.
+Claim: null directions stay flat whatever the sensors, and sloppy ones do not. Most coefficients would be known to 5 % if
+they were alone, but fewer than half of those are in company: the others imitate them, so that a set whose force errors
+are ten times their sum and more fits the horizontal track. The rest do too little. Xuu, the drag, is the best known and
+known to 1 % everywhere.
+Cost: about two minutes.
 
 Readings are noise-free with the noise of the sensors as their weight, so nothing depends on a draw. A boat of length l
 at speed u has its position read to 0.5 m * l / 102.26 m and its attitude to 0.1 degrees, once every l / u / 13.63: what
@@ -200,14 +201,13 @@ def check(title, case):
     null, sloppy = s.singular_values[len(s.names) - s.n_null :], s.singular_values[len(s.names) - s.n_null - 1]
     assert np.all(null < 1e-3 * sloppy), f"{title}: no gap between null {null} and sloppy {sloppy:.1e}"
 
-    # Little contribution is not the reason, company is.
-    known_alone = np.mean(case.relative(s.alone_sd) < KNOWN)
-    known = np.mean(case.relative(s.posterior_sd) < KNOWN)
-    assert known_alone > 0.7, f"{title}: only {known_alone:.0%} of the coefficients would be known alone"
-    assert known < 0.5 * known_alone, f"{title}: company does not hide half of what would be known alone"
-    ratio = case.cancellation["X"].ratio
+    # Company, more than little contribution, is the reason.
+    alone, company = (np.mean(case.relative(sd) < KNOWN) for sd in (s.alone_sd, s.posterior_sd))
+    assert alone > 0.5, f"{title}: only {alone:.0%} of the coefficients would be known alone"
+    assert company < 0.5 * alone, f"{title}: {company:.0%} are known in company, of {alone:.0%} alone"
     if title == "suboff horizontal":
-        assert ratio > CANCELS, f"{title}: the largest force error is only {ratio:.1f} times that of their sum"
+        for axis, c in case.cancellation.items():
+            assert c.ratio > CANCELS, f"{title}: the largest error of {axis} is only {c.ratio:.1f} times the sum"
 
 
 def draw(folder, cases):
@@ -215,7 +215,7 @@ def draw(folder, cases):
     n_columns = min(len(cases), len(MANOEUVRES))
     spectrum_plot.draw_cases(folder / "spectra.png", {t: c.spectrum for t, c in cases.items()}, n_columns)
     for manoeuvre in MANOEUVRES:
-        alike = {t: c for t, c in cases.items() if t.endswith(manoeuvre)}
+        alike = {t.split()[0]: c for t, c in cases.items() if t.endswith(manoeuvre)}
         if alike:
             contribution_plot.draw(
                 folder / f"contribution_{manoeuvre}.png",

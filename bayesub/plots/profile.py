@@ -31,7 +31,7 @@ def draw(path, profiles: dict) -> None:
 
 def _draw_profile(panel, p, sharper):
     """One profile against the change of its coefficient, as far as it stays on the page."""
-    order = np.argsort(p.grid)
+    order = np.argsort(p.grid / p.value)
     change, cost, laplace = 100.0 * (p.grid / p.value - 1.0)[order], p.cost[order], p.laplace[order]
     reach = max(np.abs(change[np.isfinite(cost)]))
     steepest = sharper * np.sqrt(np.nanmax(cost))
