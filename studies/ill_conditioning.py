@@ -2,7 +2,7 @@
 
 Question: chapter 6 of the thesis finds null spaces, section 7.8 ill-conditioning beside them. Which is which, how good
 would sensors have to be, and what makes the difference: coefficients that do little, or errors that cancel?
-Claim: null directions stay flat whatever the sensors, and sloppy ones do not. Most coefficients would be known to 5 % if
+Claim: null directions stay flat whatever the sensors, sloppy ones do not. Most coefficients would be known to 5 % if
 they were alone, but fewer than half of those are in company: the others imitate them, so that a set whose force errors
 are ten times their sum and more fits the horizontal track. The rest do too little. Xuu, the drag, is the best known and
 known to 1 % everywhere.
