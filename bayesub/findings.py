@@ -65,7 +65,7 @@ def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
             "n_sharpened": int(np.count_nonzero(spectrum.singular_values[: len(posterior.names) - n_null] > 1.0)),
         },
         "ranks": {axis: r.summary() for axis, r in ranks.items()},
-        "null_contraction": _null_contraction(problem.prior, spectrum, posterior, n_null).tolist(),
+        "null_contraction": _null_contraction(spectrum, posterior, n_null).tolist(),
         "trade_offs": _trade_offs(posterior),
         "baselines": [_baseline(problem, estimate, truth) for estimate in estimates],
         "chi_square_per_reading": float(np.mean(problem.residuals(posterior.best[None]) ** 2)),
@@ -80,9 +80,9 @@ def reference(problem) -> tuple[np.ndarray, bool]:
     return (problem.vehicle.xi if truth is None else truth)[problem.columns], truth is not None
 
 
-def _null_contraction(prior, spectrum, posterior, n_null):
+def _null_contraction(spectrum, posterior, n_null):
     """Posterior sd over prior sd along each of the last `n_null` directions of the spectrum."""
-    standardised = prior.standard(posterior.draws)
+    standardised = (posterior.draws - posterior.prior_mean) / posterior.prior_sd
     return np.std(standardised @ spectrum.directions[len(spectrum.names) - n_null :].T, axis=0)
 
 

@@ -1,7 +1,27 @@
 """What a manoeuvre can and cannot tell: null spaces of the linear form, and the spectrum of the Fisher information."""
 
+from bayesub.identifiability.cancellation import Cancellation, cancellation
+from bayesub.identifiability.collinearity import Collinearity, collinearity
+from bayesub.identifiability.contribution import Contribution, contribution
 from bayesub.identifiability.fisher import Spectrum, fisher
+from bayesub.identifiability.profile import Profile, profile
 from bayesub.identifiability.rank import AxisRank, held_fixed, rank
 from bayesub.identifiability.structure import Structure, structure
 
-__all__ = ["AxisRank", "Spectrum", "Structure", "fisher", "held_fixed", "rank", "structure"]
+__all__ = [
+    "AxisRank",
+    "Cancellation",
+    "Collinearity",
+    "Contribution",
+    "Profile",
+    "Spectrum",
+    "Structure",
+    "cancellation",
+    "collinearity",
+    "contribution",
+    "fisher",
+    "held_fixed",
+    "profile",
+    "rank",
+    "structure",
+]

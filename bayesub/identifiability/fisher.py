@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import optimize
 
-from bayesub.linalg import complete_svd
+from bayesub.identifiability.directions import null_basis, split_svd
 
 
 @dataclass(frozen=True)
@@ -12,30 +13,123 @@ class Spectrum:
     """Singular values and directions of the whitened Jacobian at one parameter vector.
 
     A singular value s says that along its direction the data alone have a standard deviation of 1/s prior standard
-    deviations, so with s well above one the data rule and with s well below one the prior does.
+    deviations, so with s well above one the data rule and with s well below one the prior does. Directions that are
+    null by the equations stand last, after the sloppiest one that is not; their s is the error of the Jacobian and
+    counts as zero.
 
     Attributes
     ----------
     names : (n_params,)
-    singular_values : (n_params,) descending
+    singular_values : (n_params,) descending, apart from those of the null directions
     directions : (n_params, n_params), row i the unit direction of singular value i in prior standard deviations
     prior_sd : (n_params,)
+    n_null : directions, the last ones, that are null whatever the sensors
+    values : (n_params,) where the Jacobian was taken
     """
 
     names: tuple[str, ...]
     singular_values: np.ndarray
     directions: np.ndarray
     prior_sd: np.ndarray
+    n_null: int = 0
+    values: np.ndarray | None = None
 
     @property
     def n_informed(self) -> int:
         """Directions in which the data are sharper than the prior."""
-        return int(np.count_nonzero(self.singular_values > 1.0))
+        return int(np.count_nonzero(self._signal > 1.0))
+
+    @property
+    def _signal(self) -> np.ndarray:
+        known = np.arange(len(self.names)) < len(self.names) - self.n_null
+        return np.where(known, self.singular_values, 0.0)
+
+    @property
+    def null_part(self) -> np.ndarray:
+        """(n_params,) length of the part of each coefficient that lies in the null space, from 0 to 1."""
+        return np.linalg.norm(self.directions[len(self.names) - self.n_null :], axis=0)
+
+    @property
+    def alone_sd(self) -> np.ndarray:
+        """(n_params,) standard deviation of each coefficient from the data if all the others were known."""
+        with np.errstate(divide="ignore"):
+            return self.prior_sd / np.linalg.norm(self._signal[:, None] * self.directions, axis=0)
+
+    @property
+    def held_sd(self) -> np.ndarray:
+        """(n_params,) Cramer-Rao bound of the data alone with the null directions held where they are.
+
+        That is the root of the diagonal of the pseudo-inverse of the Fisher information. It is a bound on the
+        coefficient itself only where :attr:`null_part` is zero.
+        """
+        return self.prior_sd * np.sqrt(self._variance(np.arange(len(self.names)) < len(self.names) - self.n_null))
+
+    @property
+    def cramer_rao_sd(self) -> np.ndarray:
+        """(n_params,) Cramer-Rao bound of the data alone; infinite for every coefficient with a part in the null space.
+
+        No unbiased estimate has a smaller standard deviation.
+        """
+        return np.where(self.null_part > 0.0, np.inf, self.held_sd)
+
+    @property
+    def posterior_sd(self) -> np.ndarray:
+        """(n_params,) standard deviation of data and prior together (Laplace approximation)."""
+        return self.prior_sd * np.sqrt(self._with_prior(1.0))
+
+    def _variance(self, members):
+        """Variance from the data along some directions, in prior variances; 0/0 is nothing, 1/0 is infinite."""
+        squares = self.directions[members] ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(squares > 0.0, squares / self._signal[members, None] ** 2, 0.0).sum(axis=0)
+
+    def _with_prior(self, sharper):
+        return (self.directions**2 / ((sharper * self._signal[:, None]) ** 2 + 1.0)).sum(axis=0)
+
+    def sharper_sensors(self, relative_sd: float) -> np.ndarray:
+        """How many times smaller all noise would have to be for each coefficient to be known to `relative_sd`.
+
+        The factor f solves ``posterior sd(noise / f) = relative_sd * |value|``, prior included. It is below one where
+        today's sensors do better than asked, zero where the prior alone does, and infinite where the part in the null
+        space keeps the prior's uncertainty however good the sensors.
+
+        Returns
+        -------
+        (n_params,)
+        """
+        wanted = (relative_sd * np.abs(self.values) / self.prior_sd) ** 2
+        never = (self.directions[self._signal == 0.0] ** 2).sum(axis=0)
+        factors = np.where(wanted < 1.0, np.inf, 0.0)
+        for k in np.flatnonzero((wanted < 1.0) & (never < wanted)):
+            factors[k] = np.exp(optimize.brentq(self._excess, *self._bracket(wanted[k], never[k]), (k, wanted[k])))
+        return factors
+
+    def _excess(self, log_factor, k, wanted):
+        return np.log(self._with_prior(np.exp(log_factor))[k] / wanted)
+
+    def _bracket(self, wanted, never):
+        """Logarithms of factors too small and too large: all directions as sharp as the stiffest, or the sloppiest."""
+        signal = self._signal[self._signal > 0.0]
+        low = np.sqrt(1.0 / wanted - 1.0) / signal.max()
+        high = np.sqrt(1.0 / (wanted - never)) / signal.min()
+        return np.log(low) - 1e-9, np.log(high) + 1e-9
+
+    def direction(self, i: int) -> dict[str, float]:
+        """Direction i in names: coefficient -> prior standard deviations, largest entries first."""
+        order = np.argsort(-np.abs(self.directions[i]), kind="stable")
+        return {self.names[k]: float(self.directions[i, k]) for k in order}
 
 
-def fisher(problem, at) -> Spectrum:
-    """Spectrum of ``problem`` at an Estimate or a parameter vector (n_params,)."""
+def fisher(problem, at, null=()) -> Spectrum:
+    """Spectrum of ``problem`` at an Estimate or a parameter vector (n_params,).
+
+    Parameters
+    ----------
+    null : the null vectors of the free coefficients, dicts of name -> change
+        (``AxisRank.null_vectors`` of all axes). Without them every direction counts as one that better sensors could
+        see, and singular values that are only the error of the Jacobian are taken at their word.
+    """
     parameters = np.asarray(getattr(at, "values", at), dtype=float)
-    prior = problem.prior
-    _, s, vt = complete_svd(prior.chain(problem.jacobian(parameters), prior.standard(parameters)))
-    return Spectrum(problem.names, s, vt, problem.prior.sd)
+    basis = null_basis(problem.names, null, problem.prior.sd)
+    _, s, vt = split_svd(problem.jacobian(parameters) * problem.prior.sd, basis)
+    return Spectrum(problem.names, s, vt, problem.prior.sd, len(basis), parameters)

@@ -3,11 +3,45 @@
 import numpy as np
 
 from bayesub.plots import style
+from bayesub.plots.coefficients import labels
+
+BARS = 8  # entries of a direction that are drawn
+_HEADROOM = 1e6  # room for a legend above the stiffest
 
 
 def draw(path, spectrum, n_null: int) -> None:
     """Singular values, descending; the last `n_null` belong to the null space of the equations of motion."""
-    s = spectrum.singular_values
+    with style.figure(path, 6.5, 3.8) as figure:
+        axis = figure.subplots()
+        _draw_values(axis, spectrum.singular_values, n_null)
+        axis.annotate(
+            "data as sharp as the prior", (0.995, 1.0), (0, 3), ("axes fraction", "data"), "offset points", fontsize=8,
+            ha="right",
+        )  # fmt: skip
+        axis.set_xlabel("direction, from the stiffest to the sloppiest")
+        axis.set_ylabel("singular value (prior sd / data sd)")
+        axis.set_xticks(np.arange(1, len(spectrum.names) + 1)[:: max(1, len(spectrum.names) // 20)])
+        axis.legend(loc="upper right", fontsize=8)
+
+
+def draw_cases(path, spectra: dict, n_columns: int) -> None:
+    """Singular values of many problems, a panel each, in rows of `n_columns`; spectra are by title."""
+    n_rows = -(-len(spectra) // n_columns)
+    with style.figure(path, 3.4 * n_columns, 2.7 * n_rows) as figure:
+        panels = figure.subplots(n_rows, n_columns, sharey=True, squeeze=False)
+        for panel, (title, spectrum) in zip(panels.flat, spectra.items(), strict=True):
+            _draw_values(panel, spectrum.singular_values, spectrum.n_null)
+            panel.set_title(title, fontsize=9)
+            panel.legend(loc="upper right", fontsize=7.5, handletextpad=0.2, borderaxespad=0.1)
+        stiffest = max(spectrum.singular_values[0] for spectrum in spectra.values())
+        panels[0, 0].set_ylim(top=_HEADROOM * stiffest)
+        for row in panels:
+            row[0].set_ylabel("singular value\n(prior sd / data sd)")
+        for panel in panels[-1]:
+            panel.set_xlabel("direction")
+
+
+def _draw_values(axis, s, n_null):
     number = np.arange(1, len(s) + 1)
     null = number > len(s) - n_null
     sharp = (s > 1.0) & ~null
@@ -16,23 +50,42 @@ def draw(path, spectrum, n_null: int) -> None:
         (~sharp & ~null, style.WEAK, "s", f"{(~sharp & ~null).sum()} left to the prior"),
         (null, style.NULL, "D", f"{null.sum()} null: no data of this kind can tell"),
     )
-    with style.figure(path, 6.5, 3.8) as figure:
-        axis = figure.subplots()
-        for members, colour, marker, label in groups:
-            if members.any():
-                axis.semilogy(number[members], s[members], marker, color=colour, label=label, ms=6)
-        axis.axhline(1.0, color=style.TRUTH, lw=0.8)
-        axis.annotate(
-            "data as sharp as the prior", (0.995, 1.0), (0, 3), ("axes fraction", "data"), "offset points", fontsize=8,
-            ha="right",
-        )  # fmt: skip
-        if n_null and n_null < len(s):
-            upper, lower = s[~null].min(), s[null].max()
-            axis.axhspan(lower, upper, color=style.NULL, alpha=0.15, lw=0)
-            power = int(np.floor(np.log10(upper / lower)))
-            text = rf"gap of ${upper / lower / 10**power:.0f}\times10^{power}$"
-            axis.annotate(text, (1.0, np.sqrt(upper * lower)), va="center", fontsize=9)
-        axis.set_xlabel("direction, from the stiffest to the sloppiest")
-        axis.set_ylabel("singular value (prior sd / data sd)")
-        axis.set_xticks(number[:: max(1, len(s) // 20)])
-        axis.legend(loc="upper right", fontsize=8)
+    for members, colour, marker, label in groups:
+        if members.any():
+            axis.semilogy(number[members], s[members], marker, color=colour, label=label, ms=6 if len(s) < 30 else 4)
+    axis.axhline(1.0, color=style.TRUTH, lw=0.8)
+    if n_null and n_null < len(s) and s[null].max() < s[~null].min():
+        upper, lower = s[~null].min(), s[null].max()
+        axis.axhspan(lower, upper, color=style.NULL, alpha=0.15, lw=0)
+        power = int(np.floor(np.log10(upper / lower)))
+        text = rf"gap of ${upper / lower / 10**power:.0f}\times10^{{{power}}}$"
+        axis.annotate(text, (1.0, np.sqrt(upper * lower)), va="center", fontsize=9)
+
+
+def draw_directions(path, spectrum, n_each: int = 3) -> None:
+    """The stiffest directions, the sloppiest that are not null, and the null ones, by their largest entries."""
+    last = len(spectrum.names) - spectrum.n_null
+    rows = [
+        ("stiff", style.POSTERIOR, range(n_each)),
+        ("sloppy", style.WEAK, range(last - 1, last - 1 - n_each, -1)),
+        ("null", style.NULL, range(last, min(last + n_each, len(spectrum.names)))),
+    ]
+    rows = [row for row in rows if len(row[2])]
+    with style.figure(path, 9.0, 2.2 * len(rows) + 0.4) as figure:
+        panels = figure.subplots(len(rows), n_each, sharex=True, squeeze=False)
+        for row, (word, colour, members) in zip(panels, rows, strict=True):
+            for panel in row[len(members) :]:
+                panel.axis("off")
+            for panel, i in zip(row, members, strict=False):
+                entries = {name: x for name, x in list(spectrum.direction(i).items())[:BARS] if x != 0.0}
+                place = np.arange(len(entries))
+                panel.barh(place, list(entries.values()), color=colour)
+                panel.axvline(0.0, color=style.TRUTH, lw=0.6)
+                panel.set_yticks(place, labels(entries), fontsize=8)
+                panel.invert_yaxis()
+                panel.grid(axis="y", visible=False)
+                known = f"data sd = {1.0 / spectrum.singular_values[i]:.1e} prior sd"
+                panel.set_title(f"{word}: " + ("no data" if word == "null" else known), fontsize=8.5)
+                panel.tick_params(labelbottom=True)
+        panels[0, 0].set_xlim(-1.05, 1.05)
+        figure.supxlabel(f"prior standard deviations along the unit direction ({BARS} largest entries)", fontsize=9)

@@ -1,7 +1,7 @@
 """Coordinates in which an ill-conditioned, bent posterior looks like a standard normal.
 
 *Whitening.* In coordinates t, in which the prior is standard normal, the residuals have at the mode the Jacobian
-``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (t - t_mode)`` the Laplace approximation is N(0, I); the coordinates run from
+``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (t - t_mode)`` the Laplace approximation is N(0, I); they run from
 the stiffest to the sloppiest, and a null direction keeps its prior.
 
 *Straightening.* The posterior is a thin sheet around a curved surface: far along the sloppy coordinates the stiff

@@ -1,0 +1,43 @@
+"""Force errors of wrong coefficients over the manoeuvre, term by term, and their much smaller sum (Figure 69)."""
+
+import numpy as np
+
+from bayesub.plots import style
+from bayesub.plots.coefficients import labels
+
+MAX_TERMS = 5  # terms in colour; the rest are grey
+MAX_POINTS = 1500
+_COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK)
+
+
+def draw(path, times, cancellations: dict) -> None:
+    """A panel an axis; cancellations are by axis, and `times` (n_samples,) s is when their samples are."""
+    found = list(cancellations.values())
+    n_columns = 1 if len(found) == 1 else (2 if len(found) > 3 else len(found))
+    n_rows = -(-len(found) // n_columns)
+    stride = -(-len(times) // MAX_POINTS)
+    with style.figure(path, 3.9 * n_columns + 0.4, 2.2 * n_rows + 0.3) as figure:
+        panels = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True)
+        for panel in panels.flat[len(found) :]:
+            panel.axis("off")
+        for panel, c in zip(panels.flat, found, strict=False):
+            top = list(c.largest)[:MAX_TERMS]
+            unit, factor = _unit(max(c.largest.values()), c.axis)
+            rest = [k for k, name in enumerate(c.names) if name not in top]
+            if rest:
+                lines = panel.plot(times[::stride], factor * c.errors[::stride, rest], color=style.PRIOR, lw=0.8)
+                lines[0].set_label(f"{len(rest)} more")
+            for name, label, colour in zip(top, labels(top), _COLOURS, strict=False):
+                error = factor * c.errors[::stride, c.names.index(name)]
+                panel.plot(times[::stride], error, color=colour, lw=1.0, label=label)
+            panel.plot(times[::stride], factor * c.total[::stride], color=style.TRUTH, lw=1.4, label="sum")
+            panel.set_title(f"{c.axis}: largest term {c.ratio:.2g} times the largest sum", fontsize=9)
+            panel.set_ylabel(f"error of {c.axis} ({unit})")
+            panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, handlelength=1.2)
+        for panel in panels[-1]:
+            panel.set_xlabel("time (s)")
+
+
+def _unit(size, axis) -> tuple[str, float]:
+    power = int(np.clip(np.floor(np.log10(size) / 3), 0, 2)) if size > 0 else 0
+    return ("", "k", "M")[power] + ("N" if axis in "XYZ" else "N m"), 1000.0**-power

@@ -1,0 +1,65 @@
+"""Regressors against each other: their correlations, and scatter plots such as the thesis's Figure 68."""
+
+import re
+
+import numpy as np
+
+from bayesub.coefficients import INDEX, TERMS
+from bayesub.plots import style
+from bayesub.plots.coefficients import labels
+
+MAX_COLUMNS = 3
+MAX_POINTS = 1500
+
+
+def draw_correlation(path, collinearities) -> None:
+    """Heat maps of the correlations about zero among the regressors, a panel an axis of the linear form.
+
+    Regressors carry the labels of their coefficients.
+    """
+    found = list(collinearities.values())
+    n_columns = min(MAX_COLUMNS, len(found))
+    n_rows = -(-len(found) // n_columns)
+    size = 0.155 * max(len(c.names) for c in found) + 1.1
+    with style.figure(path, size * n_columns + 0.7, size * n_rows + 0.2) as figure:
+        panels = figure.subplots(n_rows, n_columns, squeeze=False)
+        for panel in panels.flat[len(found) :]:
+            panel.axis("off")
+        for panel, c in zip(panels.flat, found, strict=False):
+            image = panel.imshow(c.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
+            place = range(len(c.names))
+            panel.set_xticks(place, labels(c.names), rotation=90, fontsize=7)
+            panel.set_yticks(place, labels(c.names), fontsize=7)
+            panel.tick_params(length=0)
+            panel.grid(visible=False)
+            panel.spines[:].set_visible(False)
+            panel.set_title(c.axis, fontsize=9)
+        figure.colorbar(image, ax=panels, shrink=0.9, label="correlation about zero")
+
+
+def draw_scatter(path, systems: dict, pairs) -> None:
+    """Regressors against each other over the manoeuvre, each scaled to its largest size.
+
+    Parameters
+    ----------
+    systems : title -> one axis of the linear form, a column of panels each
+    pairs : (coefficient across, coefficient up), a row of panels each
+    """
+    with style.figure(path, 2.9 * len(systems) + 0.3, 2.6 * len(pairs)) as figure:
+        panels = figure.subplots(len(pairs), len(systems), squeeze=False, sharex="row", sharey="row")
+        for column, (title, system) in zip(panels.T, systems.items(), strict=True):
+            stride = -(-len(system.matrix) // MAX_POINTS)
+            for panel, (across, up) in zip(column, pairs, strict=True):
+                x, y = (system.matrix[::stride, system.names.index(name)] for name in (across, up))
+                panel.plot(x / np.abs(x).max(), y / np.abs(y).max(), ".", ms=2, color=style.POSTERIOR)
+                cosine = x @ y / np.sqrt((x @ x) * (y @ y))
+                panel.set_title(f"{title}: correlation {cosine:+.4f}", fontsize=9)
+                panel.set_xlabel(f"{_regressor(across)} over its largest")
+        for panel, (_, up) in zip(panels[:, 0], pairs, strict=True):
+            panel.set_ylabel(f"{_regressor(up)} over its largest")
+
+
+def _regressor(name) -> str:
+    """The regressor in mathematical type, taken from the label of its coefficient."""
+    label = TERMS[INDEX[name]].label
+    return "$" + re.sub(r"([uvwpqr])\1", r"\1^2", label[label.index("_{") + 2 : -2]) + "$"
