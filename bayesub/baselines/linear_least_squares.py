@@ -34,8 +34,10 @@ def linear_least_squares(systems, guess: dict[str, float], *, held=(), rcond: fl
         u, s, vt = np.linalg.svd(form.matrix, full_matrices=False)
         informed = s > rcond * s[0]
         inverse = vt[informed].T / s[informed]
-        solution = inverse @ (u.T @ form.load)[informed]
-        residuals = form.matrix @ solution - form.load
+        solution, residuals = np.zeros(len(form.names)), -form.load
+        for _ in range(2):  # the second refines what rounding in the first has lost
+            solution = solution - inverse @ (u.T @ residuals)[informed]
+            residuals = form.matrix @ solution - form.load
         values.append(form.coefficients(solution))
         misfits.append(np.linalg.norm(residuals) / form.load_norm)
         variance = residuals @ residuals / max(1, len(residuals) - informed.sum())
@@ -58,7 +60,8 @@ def total_least_squares(systems, guess: dict[str, float], *, held=(), errors=Non
     ----------
     systems, guess, held : as in :func:`linear_least_squares`
     errors : axis -> (n_columns + 1,) standard deviations of the errors of the columns, in the order of the system,
-        and of the load; zero for an exact column. By default in proportion to the length of each.
+        and of the load; zero for an exact column, positive for the load. By default
+        in proportion to the length of each.
 
     Returns
     -------
