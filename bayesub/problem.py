@@ -10,10 +10,6 @@ from bayesub.kernels.mass import mass_matrix
 from bayesub.priors import RelativeNormal
 from bayesub.simulate import STATUS, Simulator, Trajectory
 
-_DIFFERENCE = 0.01  # step of the difference quotients in prior standard deviations
-_STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
-_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0  # fourth order
-
 
 class Problem:
     """Free coefficients of a vehicle, to be inferred from a record of a manoeuvre.
@@ -31,7 +27,7 @@ class Problem:
     names : the n_params free coefficients, and columns : their positions in xi
     prior : with mean and sd (n_params,)
     readings, sds : (n_readings,) the measured values and their noise, SI units
-    evaluations : simulations so far, and failures : simulations so far by status
+    evaluations, jacobians : simulations and Jacobians so far, and failures : simulations so far by status
     """
 
     def __init__(self, vehicle, manoeuvre, record, *, free, prior: RelativeNormal, xi=None, dt=None):
@@ -47,18 +43,24 @@ class Problem:
 
         times = np.unique(np.concatenate([channel.times for channel in record.channels]))
         self.simulator = Simulator(vehicle, manoeuvre, times, dt=dt)
-        # Where each reading stands in the (n_times, 12) states of a simulation, laid out in one row.
-        self._position = np.concatenate(
-            [
-                len(logs.STATES) * np.searchsorted(times, channel.times) + logs.STATES.index(channel.state)
-                for channel in record.channels
-            ]
-        )
+        # Where each reading stands in the (n_times, 12) states of a simulation laid out in one row, and in the
+        # derivatives of those states that are measured.
+        self._states = tuple(dict.fromkeys(channel.state for channel in record.channels))
+        self._position = self._positions(times, logs.STATES)
+        self._slope_position = self._positions(times, self._states)
         lengths = [len(channel.times) for channel in record.channels]
         self.readings = np.concatenate([channel.values for channel in record.channels])
         self.sds = np.repeat([channel.sd for channel in record.channels], lengths)
-        self.evaluations = 0
+        self.evaluations = self.jacobians = 0
         self.failures = dict.fromkeys(STATUS[1:], 0)
+
+    def _positions(self, times, states):
+        return np.concatenate(
+            [
+                len(states) * np.searchsorted(times, channel.times) + states.index(channel.state)
+                for channel in self.record.channels
+            ]
+        )
 
     @property
     def n_params(self) -> int:
@@ -88,13 +90,12 @@ class Problem:
     def jacobian(self, parameters) -> np.ndarray:
         """(n_readings, n_params) derivatives of the residuals at one parameter vector (n_params,).
 
-        Central differences of fourth order, a hundredth of a prior sd apart.
+        They are those of the discretised motion, to round-off; not a number where the simulation failed.
         """
-        steps = _DIFFERENCE * self.prior.sd
-        offsets = np.einsum("s,ij->sij", _STENCIL, np.diag(steps))
-        shifted = self.predicted((parameters + offsets).reshape(-1, self.n_params))
-        slopes = np.tensordot(_WEIGHTS, shifted.reshape(len(_STENCIL), self.n_params, -1), axes=1)
-        return (slopes / steps[:, None]).T / self.sds[:, None]
+        self.jacobians += 1
+        (xi,) = self.coefficient_sets(parameters)
+        slopes = self.simulator.sensitivities(xi, self.names, self._states)
+        return slopes.reshape(-1, self.n_params)[self._slope_position] / self.sds[:, None]
 
     def trajectory(self, parameters) -> Trajectory:
         """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params)."""

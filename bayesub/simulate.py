@@ -9,6 +9,8 @@ import numpy as np
 from bayesub import coefficients, logs
 from bayesub.errors import InputError
 from bayesub.kernels import integrate as kernel
+from bayesub.kernels import layout
+from bayesub.kernels import sensitivities as sensitivity
 from bayesub.manoeuvres import Manoeuvre
 from bayesub.vehicles import Vehicle
 
@@ -146,6 +148,65 @@ class Simulator:
         dimensional = self.dimensional(xi)
         body = self._repeated(self.vehicle.body, len(dimensional))
         return kernel.body_accelerations(dimensional, body, states, self._controls_at(self.times))
+
+    def sensitivities(self, xi, parameters, states=logs.STATES) -> np.ndarray:
+        """Derivatives of the states at the output times, of one coefficient set `xi` (101,).
+
+        They are those of the discretised motion, exact to round-off where it is differentiable (model section 6).
+
+        Parameters
+        ----------
+        parameters : names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9
+            non-dimensional; mass, weight and buoyancy are three numbers), or of states at the start, such as "u0"
+        states : those of the twelve whose derivatives are wanted
+
+        Returns
+        -------
+        (n_times, n_states, n_parameters) array, not a number from the failure of the simulation on.
+        """
+        if self.attitude != "euler":
+            raise InputError("sensitivities need the attitude in Euler angles")
+        dimensional, body = self.dimensional(xi), self.vehicle.body[None].copy()
+        initial = self.manoeuvre.initial_state[None].copy()
+        history = sensitivity.fly(
+            dimensional, body, initial, self._stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps
+        )
+        columns = self._sensitivity_columns(parameters)
+        rows = np.array([logs.STATES.index(name) for name in states])
+        found = sensitivity.sensitivities(
+            dimensional, body, history, self._stages, self.step, self.times, *columns[1:], rows
+        )
+        if len(columns[0]) < found.shape[1]:
+            found = np.add.reduceat(found, columns[0], axis=1)
+        return found.swapaxes(1, 2)
+
+    def _sensitivity_columns(self, parameters):
+        """First column of each parameter, and what :func:`bayesub.kernels.sensitivities.sensitivities` asks for."""
+        idle = self.vehicle.idle(self.subproblem)
+        thrust_factor = 0.5 * self.vehicle.water_density_kgm3 * self.vehicle.length_m**2
+        body, columns, firsts = [], [], []
+        for name in parameters:
+            firsts.append(len(columns))
+            used = name not in idle
+            if name in coefficients.INDEX:
+                k = coefficients.INDEX[name]
+                columns.append((k, used * self.vehicle.dimensional_factors[k], coefficients.AXES.index(name[0]), None))
+            elif name in layout.BODY:
+                first = len(coefficients.NAMES) + 6 * len(body)
+                factor = used * (thrust_factor if name in layout.THRUST else 1.0)
+                columns += [(first + axis, factor, axis, None) for axis in range(6)]
+                body.append(layout.BODY.index(name))
+            elif name[-1:] == "0" and name[:-1] in logs.STATES:
+                columns.append((0, 0.0, 0, logs.STATES.index(name[:-1])))
+            else:
+                valid = [*coefficients.NAMES, *layout.BODY, *(f"{state}0" for state in logs.STATES)]
+                raise InputError(f"unknown parameter '{name}'{coefficients.nearest(name, valid)}")
+        sources, factors, axes, starts = zip(*columns, strict=True)
+        initial = np.zeros((len(columns), sensitivity.WIDTH))
+        for column, start in enumerate(starts):
+            if start is not None:
+                initial[column, start] = 1.0
+        return firsts, np.array(body, dtype=int), np.array(sources), np.array(factors), np.array(axes), initial
 
     def trajectory(self, xi) -> Trajectory:
         """Simulate coefficient sets `xi` (n_batch, 101) and keep everything."""

@@ -192,14 +192,23 @@ class Vehicle:
         """
         if subproblem is None:
             return self
-        xi = np.zeros_like(self.xi)
-        used = coefficients.columns(coefficients.SUBPROBLEMS[subproblem])
-        xi[used] = self.xi[used]
-        body = dict(zip(layout.BODY, self.body, strict=True))
-        body |= dict.fromkeys(("Ixy", "Iyz", "Izx", "yG", "yB", "Kn1", "Kn2"), 0.0)
+        idle = self.idle(subproblem)
+        xi = np.where([name in idle for name in coefficients.NAMES], 0.0, self.xi)
+        body = {key: 0.0 if key in idle else value for key, value in zip(layout.BODY, self.body, strict=True)}
         if subproblem == "horizontal":
-            body |= dict.fromkeys(("xG", "zG", "xB", "zB", "zP"), 0.0) | {"buoyancy": body["weight"]}
+            body["weight"] = body["buoyancy"] = self.body[layout.WEIGHT]
         return replace(self, xi=xi, body=np.array(list(body.values())))
+
+    @staticmethod
+    def idle(subproblem: str | None) -> frozenset[str]:
+        """Names of the coefficients and of the entries of `body` that have no part in a sub-problem."""
+        if subproblem is None:
+            return frozenset()
+        used = coefficients.SUBPROBLEMS[subproblem]
+        idle = {"Ixy", "Iyz", "Izx", "yG", "yB", "Kn1", "Kn2"} | {n for n in coefficients.NAMES if n not in used}
+        if subproblem == "horizontal":
+            idle |= {"xG", "zG", "xB", "zB", "zP", "weight", "buoyancy"}
+        return frozenset(idle)
 
 
 def load_vehicle(name: str | Path) -> Vehicle:

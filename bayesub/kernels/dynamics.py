@@ -8,7 +8,7 @@ from bayesub.kernels.trigonometry import sine_cosine
 
 @inline
 def propulsion(work, i, u, ordered):
-    """Thrust (N) and torque (N m) of the three-branch polynomial (section 5).
+    """Thrust (N) and torque (N m) of the three-branch polynomial (section 5), and their derivatives with u.
 
     `ordered` is n/k0, the speed at which the propeller speed self-propels (m/s).
     """
@@ -24,15 +24,21 @@ def propulsion(work, i, u, ordered):
     b3 = b3 if forward else (b9 if astern else b6)
     speed = abs(u)
     thrust = b1 * u * speed + b2 * speed * ordered + b3 * ordered * ordered
-    advance = u if u > 0.0 else 0.0
+    thrust_u = 2.0 * b1 * speed + (b2 * ordered if u >= 0.0 else -b2 * ordered)
+    advance, advance_u = (u, 1.0) if u > 0.0 else (0.0, 0.0)
     kn1, kn2 = work[(BODY_ROWS + at.KN1) * LANES + i], work[(BODY_ROWS + at.KN2) * LANES + i]
     torque = kn1 * ordered * ordered + kn2 * ordered * advance
-    return thrust, (torque if ordered > 0.0 else 0.0)
+    turning = 1.0 if ordered > 0.0 else 0.0
+    return thrust, turning * torque, thrust_u, turning * kn2 * ordered * advance_u
 
 
 @inline
-def rigid_body(work, i, u, v, w, p, q, r):
-    """The velocity terms of the left-hand sides (section 2), in N and N m."""
+def rigid_body(work, i, u1, v1, w1, p1, q1, r1, u2, v2, w2, p2, q2, r2):
+    """The velocity terms of the left-hand sides (section 2), in N and N m, as a bilinear form.
+
+    With the velocity in both places they are the terms themselves; the form of a velocity and its variation plus that
+    of the variation and the velocity is their derivative.
+    """
     m = work[(BODY_ROWS + at.MASS) * LANES + i]
     ixx = work[(BODY_ROWS + at.IXX) * LANES + i]
     iyy = work[(BODY_ROWS + at.IYY) * LANES + i]
@@ -43,16 +49,17 @@ def rigid_body(work, i, u, v, w, p, q, r):
     x = work[(BODY_ROWS + at.XG) * LANES + i]
     y = work[(BODY_ROWS + at.YG) * LANES + i]
     z = work[(BODY_ROWS + at.ZG) * LANES + i]
-    surge = w * q - v * r
-    sway = u * r - w * p
-    heave = v * p - u * q
+    surge = w1 * q2 - v1 * r2
+    sway = u1 * r2 - w1 * p2
+    heave = v1 * p2 - u1 * q2
+    pp, qq, rr, pq, qr, rp = p1 * p2, q1 * q2, r1 * r2, p1 * q2, q1 * r2, r1 * p2
     return (
-        m * (surge - x * (q * q + r * r) + y * p * q + z * p * r),
-        m * (sway - y * (r * r + p * p) + z * q * r + x * p * q),
-        m * (heave - z * (p * p + q * q) + x * r * p + y * r * q),
-        (izz - iyy) * q * r - p * q * izx + (r * r - q * q) * iyz + p * r * ixy + m * (y * heave - z * sway),
-        (ixx - izz) * r * p - q * r * ixy + (p * p - r * r) * izx + q * p * iyz + m * (z * surge - x * heave),
-        (iyy - ixx) * p * q - r * p * iyz + (q * q - p * p) * ixy + r * q * izx + m * (x * sway - y * surge),
+        m * (surge - x * (qq + rr) + y * pq + z * rp),
+        m * (sway - y * (rr + pp) + z * qr + x * pq),
+        m * (heave - z * (pp + qq) + x * rp + y * qr),
+        (izz - iyy) * qr - pq * izx + (rr - qq) * iyz + rp * ixy + m * (y * heave - z * sway),
+        (ixx - izz) * rp - qr * ixy + (pp - rr) * izx + pq * iyz + m * (z * surge - x * heave),
+        (iyy - ixx) * pq - rp * iyz + (qq - pp) * ixy + qr * izx + m * (x * sway - y * surge),
     )
 
 
@@ -74,9 +81,9 @@ def accelerations(work, i, row, gx, gy, gz, dr, db, ds, ordered):
     u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
     p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
     x1, y1, z1, k1, m1, n1 = hydrodynamic_forces(work, i, u, v, w, p, q, r, dr, db, ds)
-    x2, y2, z2, k2, m2, n2 = rigid_body(work, i, u, v, w, p, q, r)
+    x2, y2, z2, k2, m2, n2 = rigid_body(work, i, u, v, w, p, q, r, u, v, w, p, q, r)
     x3, y3, z3, k3, m3, n3 = hydrostatics(work, i, gx, gy, gz)
-    thrust, torque = propulsion(work, i, u, ordered)
+    thrust, torque, _, _ = propulsion(work, i, u, ordered)
     x = x1 - x2 + x3 + thrust
     y = y1 - y2 + y3
     z = z1 - z2 + z3
@@ -85,12 +92,12 @@ def accelerations(work, i, row, gx, gy, gz, dr, db, ds, ordered):
     n = n1 - n2 + n3
     first = INVERSE_MASS * LANES + i
     return (
-        _row(work, first, x, y, z, k, m, n),
-        _row(work, first + 6 * LANES, x, y, z, k, m, n),
-        _row(work, first + 12 * LANES, x, y, z, k, m, n),
-        _row(work, first + 18 * LANES, x, y, z, k, m, n),
-        _row(work, first + 24 * LANES, x, y, z, k, m, n),
-        _row(work, first + 30 * LANES, x, y, z, k, m, n),
+        row_times(work, first, x, y, z, k, m, n),
+        row_times(work, first + 6 * LANES, x, y, z, k, m, n),
+        row_times(work, first + 12 * LANES, x, y, z, k, m, n),
+        row_times(work, first + 18 * LANES, x, y, z, k, m, n),
+        row_times(work, first + 24 * LANES, x, y, z, k, m, n),
+        row_times(work, first + 30 * LANES, x, y, z, k, m, n),
     )
 
 
@@ -150,7 +157,8 @@ def quaternion_derivative(work, i, state, dr, db, ds, ordered):
 
 
 @inline
-def _row(work, a, x, y, z, k, m, n):
+def row_times(work, a, x, y, z, k, m, n):
+    """The row of the inverse mass matrix at position `a` times forces and moments."""
     return (
         work[a] * x
         + work[a + LANES] * y

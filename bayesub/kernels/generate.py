@@ -1,4 +1,4 @@
-"""Writes ``hydrodynamics.py``, the force kernel, from the table of the 101 terms.
+"""Writes ``hydrodynamics.py``, the force kernel and its derivatives, from the table of the 101 terms.
 
     python -m bayesub.kernels.generate
 
@@ -8,7 +8,7 @@ The generated file is committed, so that it can be read, cached and stepped thro
 import textwrap
 from pathlib import Path
 
-from bayesub.coefficients import AXES, TERMS
+from bayesub.coefficients import ACCELERATIONS, AXES, TERMS, VELOCITIES
 
 TARGET = Path(__file__).with_name("hydrodynamics.py")
 
@@ -33,25 +33,76 @@ def sgn(x):
 def hydrodynamic_forces(work, i, u, v, w, p, q, r, dr, db, ds):
     """X, Y, Z (N) and K, M, N (N m) of the terms without accelerations (model section 4), lane `i` of `work`."""
     nu = sqrt(v * v + w * w)
+{forces}
+
+
+@inline
+def hydrodynamic_gradient(work, i, u, v, w, p, q, r, dr, db, ds):
+    """Derivatives of :func:`hydrodynamic_forces` by u, v, w, p, q and r, six forces each."""
+    nu = sqrt(v * v + w * w)
+    inverse = 1.0 / nu if nu > 0.0 else 0.0
+    nu_v, nu_w = v * inverse, w * inverse
+{gradient}
+
+
+@inline
+def store_regressors(row, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot, dr, db, ds):
+    """Write the regressors of the 101 terms into `row`."""
+    nu = sqrt(v * v + w * w)
+{regressors}
 '''
+
+_STEADY = [(k, term) for k, term in enumerate(TERMS) if not term.is_added_mass]
+
+
+def derivative(regressor: str, variable: str) -> str:
+    """Derivative of a regressor, a product of factors, with respect to a velocity; empty if it is zero."""
+    factors = regressor.split("*")
+    slopes = {variable: None, f"abs({variable})": f"sgn({variable})"}
+    if variable in ("v", "w"):
+        slopes["nu"] = f"nu_{variable}"
+    products = []
+    for n, factor in enumerate(factors):
+        if factor in slopes:
+            others = factors[:n] + factors[n + 1 :]
+            products.append("*".join(others if slopes[factor] is None else [slopes[factor], *others]))
+    return " + ".join(products)
 
 
 def source() -> str:
     """The text of the generated module."""
-    accelerations = ("udot", "vdot", "wdot", "pdot", "qdot", "rdot")
     added = tuple(
-        (AXES.index(t.axis), accelerations.index(t.regressor), k) for k, t in enumerate(TERMS) if t.is_added_mass
+        (AXES.index(t.axis), ACCELERATIONS.index(t.regressor), k) for k, t in enumerate(TERMS) if t.is_added_mass
     )
-    lines = []
+    forces, gradient = [], []
     for axis in AXES:
-        terms = [(k, t) for k, t in enumerate(TERMS) if t.axis == axis and not t.is_added_mass]
-        lines.append(f"{axis} = (")
-        for n, (k, term) in enumerate(terms):
-            plus = "+ " if n else ""
-            lines.append(f"    {plus}work[(COEFFICIENTS + {k}) * LANES + i] * ({term.regressor})  # {term.name}")
-        lines.append(")")
-    lines.append(f"return {', '.join(AXES)}")
-    return _HEADER.replace("{added_mass}", str(added)) + textwrap.indent("\n".join(lines), "    ") + "\n"
+        forces += _sum(axis, [(k, t.name, t.regressor) for k, t in _STEADY if t.axis == axis])
+        for variable in VELOCITIES:
+            terms = [(k, t.name, derivative(t.regressor, variable)) for k, t in _STEADY if t.axis == axis]
+            gradient += _sum(f"{axis}_{variable}", [term for term in terms if term[2]])
+    forces.append(f"return {', '.join(AXES)}")
+    columns = ["(" + ", ".join(f"{axis}_{variable}" for axis in AXES) + ")" for variable in VELOCITIES]
+    gradient += ["return (", *(f"    {column}," for column in columns), ")"]
+    regressors = [f"row[{k}] = {t.regressor}  # {t.name}" for k, t in enumerate(TERMS)]
+    text = _HEADER.replace("{added_mass}", str(added))
+    for name, lines in (("forces", forces), ("gradient", gradient), ("regressors", regressors)):
+        text = text.replace(f"{{{name}}}", textwrap.indent("\n".join(lines), "    "))
+    return text
+
+
+def _sum(target, terms):
+    """Lines that assign the sum of coefficient times expression to `target`."""
+    if not terms:
+        return [f"{target} = 0.0"]
+    signs = [""] + ["+ "] * (len(terms) - 1)
+    return [
+        f"{target} = (",
+        *(
+            f"    {sign}work[(COEFFICIENTS + {k}) * LANES + i] * ({expression})  # {name}"
+            for sign, (k, name, expression) in zip(signs, terms, strict=True)
+        ),
+        ")",
+    ]
 
 
 if __name__ == "__main__":

@@ -51,7 +51,7 @@ def load_block(work, first, coefficients, body, initial):
 
 
 @inline
-def _copy(work, source, target):
+def copy_state(work, source, target):
     for j in range(STATE_ROWS * LANES):
         work[target * LANES + j] = work[source * LANES + j]
 
@@ -63,7 +63,7 @@ def _advance(work, i, k, rate, weight, ahead):
 
 
 @jit
-def _stage(work, control, weight, ahead):
+def stage(work, control, weight, ahead):
     """Add `weight` times the derivative at STAGE to SUM, then put STATE + `ahead` times it into STAGE."""
     widest_vectors()
     dr, db, ds, ordered = control[0], control[1], control[2], control[3]
@@ -85,8 +85,8 @@ def _stage(work, control, weight, ahead):
 
 
 @jit
-def _stage_quaternion(work, control, weight, ahead):
-    """:func:`_stage` for states with quaternions."""
+def stage_quaternion(work, control, weight, ahead):
+    """:func:`stage` for states with quaternions."""
     widest_vectors()
     dr, db, ds, ordered = control[0], control[1], control[2], control[3]
     for i in range(LANES):
@@ -109,9 +109,9 @@ def _stage_quaternion(work, control, weight, ahead):
 @inline
 def _evaluate(work, control, weight, ahead, quaternions):
     if quaternions:
-        _stage_quaternion(work, control, weight, ahead)
+        stage_quaternion(work, control, weight, ahead)
     else:
-        _stage(work, control, weight, ahead)
+        stage(work, control, weight, ahead)
 
 
 @jit
@@ -137,13 +137,16 @@ def _normalise(work):
 
 
 @inline
+def hermite(f, step):
+    """Weights of value and slope at the start, and of value and slope at the end, of a step at its fraction `f`."""
+    g = 1.0 - f
+    return (1.0 + 2.0 * f) * g * g, f * g * g * step, f * f * (3.0 - 2.0 * f), -f * f * g * step
+
+
+@inline
 def _emit(work, states, first, members, output, fraction, step, quaternions):
     """Cubic Hermite interpolation at `fraction` of the last step into ``states[first:, output]``, in Euler angles."""
-    f = fraction
-    h00 = (1.0 + 2.0 * f) * (1.0 - f) * (1.0 - f)
-    h10 = f * (1.0 - f) * (1.0 - f) * step
-    h01 = f * f * (3.0 - 2.0 * f)
-    h11 = f * f * (f - 1.0) * step
+    h00, h10, h01, h11 = hermite(fraction, step)
     for j in range(STATE_ROWS * LANES):
         work[OUTPUT * LANES + j] = (
             h00 * work[PREVIOUS * LANES + j]
@@ -172,7 +175,7 @@ def _fate(work, i, max_speed2, quaternions):
 
 
 @jit
-def _any_failed(work, max_speed2, quaternions):
+def any_failed(work, max_speed2, quaternions):
     failed = 0
     for i in range(LANES):
         failed += _fate(work, i, max_speed2, quaternions)
@@ -195,11 +198,11 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
     max_speed2 = max_speed * max_speed
     for step_index in range(n_steps + 1):
         work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
-        _copy(work, STATE, STAGE)
+        copy_state(work, STATE, STAGE)
         _evaluate(work, stages[step_index, 0], 1.0, 0.5 * step, quaternions)
-        _copy(work, SUM, SLOPE)
+        copy_state(work, SUM, SLOPE)
 
-        if _any_failed(work, max_speed2, quaternions):
+        if any_failed(work, max_speed2, quaternions):
             for i in range(members):
                 if status[first + i] == OK:
                     status[first + i] = _fate(work, i, max_speed2, quaternions)
@@ -220,8 +223,8 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
         if output == n_times:
             return
 
-        _copy(work, STATE, PREVIOUS)
-        _copy(work, SLOPE, PREVIOUS_SLOPE)
+        copy_state(work, STATE, PREVIOUS)
+        copy_state(work, SLOPE, PREVIOUS_SLOPE)
         _evaluate(work, stages[step_index, 1], 2.0, 0.5 * step, quaternions)
         _evaluate(work, stages[step_index, 1], 2.0, step, quaternions)
         _evaluate(work, stages[step_index, 2], 1.0, 0.0, quaternions)
@@ -298,7 +301,7 @@ def body_accelerations(coefficients, body, states, controls):
                 for k in range(N_STATES):
                     work[(STAGE + k) * LANES + i] = states[first + i, n, k]
             work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
-            _stage(work, controls[n], 1.0, 0.0)
+            stage(work, controls[n], 1.0, 0.0)
             for i in range(members):
                 for k in range(6):
                     result[first + i, n, k] = work[(SUM + 6 + k) * LANES + i]
