@@ -21,7 +21,7 @@ class Estimate:
     covariance : (n_params, n_params) of the best solution, or None where the method has none
     evaluations : simulations, and seconds : wall time, both for all starts
     starts : (n_starts, n_params) where the search for each solution began, and efforts : (n_starts,) the simulations
-        it took; None where the method does not search
+        and Jacobians it took; None where the method does not search
     """
 
     method: str

@@ -126,7 +126,7 @@ class _Watch:
 
 
 def _answers(unknowns, questions, gradients):
-    """Questions (x, wanted) -> ((logarithm of the cost, its gradient if wanted), simulations)."""
+    """Questions (x, wanted) -> ((logarithm of the cost, its gradient if wanted), effort)."""
     if gradients == "exact":
         values = unknowns.residuals(np.array([x for x, _ in questions]))
         return [_exact(unknowns, x, r, wanted) for (x, wanted), r in zip(questions, values, strict=True)]
@@ -148,5 +148,4 @@ def _exact(unknowns, x, residuals, wanted):
     value = np.log(max(cost, _LEAST))
     if not wanted:
         return (value, None), 1
-    jacobian, n_simulations = unknowns.jacobian(x)
-    return (value, 2.0 / max(cost, _LEAST) * (jacobian.T @ residuals)), 1 + n_simulations
+    return (value, 2.0 / max(cost, _LEAST) * (unknowns.jacobian(x).T @ residuals)), 2

@@ -36,10 +36,9 @@ class Normalised:
         costs = [row @ row for chunk in chunks for row in self.problem.residuals(self.guess * chunk)]
         return np.where(np.isnan(costs), np.inf, costs)
 
-    def jacobian(self, x) -> tuple[np.ndarray, int]:
-        """(n_readings, n_params) derivatives of the residuals at x (n_params,), and the simulations that they took."""
-        before = self.problem.evaluations
-        return self.problem.jacobian(self.guess * x) * self.guess, self.problem.evaluations - before
+    def jacobian(self, x) -> np.ndarray:
+        """(n_readings, n_params) derivatives of the residuals at x (n_params,)."""
+        return self.problem.jacobian(self.guess * x) * self.guess
 
     def draw(self, rng: np.random.Generator, n_starts: int, spread: float) -> np.ndarray:
         """(n_starts, n_params) uniform within ``1 +- spread``; those whose simulation fails are drawn again."""
@@ -59,15 +58,16 @@ def search_from(starts, search, answer, *, method: str, unknowns: Normalised, pr
     Parameters
     ----------
     search : ``search(start, ask) -> (x, status)``
-    answer : function of the list of questions asked at the same time -> list of (answer, simulations it took)
+    answer : function of the list of questions asked at the same time -> list of (answer, effort); a simulation or a
+        Jacobian is an effort of one
     """
     problem, began = unknowns.problem, time.perf_counter()
     before, efforts = problem.evaluations, np.zeros(len(starts), dtype=int)
 
     def counted(n, ask):
         def ask_and_count(question):
-            reply, n_simulations = ask(question)
-            efforts[n] += n_simulations
+            reply, effort = ask(question)
+            efforts[n] += effort
             return reply
 
         return search(starts[n], ask_and_count)

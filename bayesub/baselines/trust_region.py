@@ -16,15 +16,16 @@ def trust_region(
     rng: np.random.Generator,
     n_starts: int = 1,
     start_spread: float = 0.10,
-    bounds: float = 0.75,
+    bounds: float | None = 0.75,
     max_iterations: int = 200,
     progress=None,
 ) -> Estimate:
     """Minimise the sum of squared residuals by Gauss-Newton steps within a trust region and bounds (SciPy's "trf").
 
-    Unknowns, starts and bounds are those of :func:`bayesub.baselines.sqp`. The prior enters only as their scale. The
-    search goes on until steps are round-off, because the last digits of the coefficients are in the last digits of the
-    track. A simulation that fails shrinks the trust region four-fold.
+    Unknowns, starts and bounds are those of :func:`bayesub.baselines.sqp`; `bounds` may be None. The prior
+    enters only as their scale, in which the trust region is a sphere: directions in which the track says little move
+    last. The search goes on until steps are round-off, because the last digits of the coefficients are in the last
+    digits of the track. A simulation that fails shrinks the trust region four-fold.
 
     Returns
     -------
@@ -32,7 +33,7 @@ def trust_region(
     solution, infinite along no direction: None where J lacks rank.
     """
     unknowns = Normalised(problem)
-    limits = np.full((2, problem.n_params), [[1.0 - bounds], [1.0 + bounds]])
+    limits = (-np.inf, np.inf) if bounds is None else (1.0 - bounds, 1.0 + bounds)
 
     def search(start, ask):
         result = optimize.least_squares(
@@ -41,7 +42,7 @@ def trust_region(
             jac=lambda x: ask((x.copy(), True)),
             bounds=limits,
             method="trf",
-            x_scale="jac",
+            x_scale=1.0,
             ftol=None,
             gtol=None,
             xtol=1e-15,
@@ -53,13 +54,13 @@ def trust_region(
     def answers(questions):
         wanted = [x for x, jacobian in questions if not jacobian]
         residuals = iter(unknowns.residuals(np.array(wanted)) if wanted else ())
-        return [unknowns.jacobian(x) if jacobian else (next(residuals), 1) for x, jacobian in questions]
+        return [(unknowns.jacobian(x) if jacobian else next(residuals), 1) for x, jacobian in questions]
 
     starts = unknowns.draw(rng, n_starts, start_spread)
     found = search_from(
         starts, search, answers, method="trust-region least squares", unknowns=unknowns, progress=progress
     )
-    jacobian, _ = unknowns.jacobian(found.values / unknowns.guess)
+    jacobian = unknowns.jacobian(found.values / unknowns.guess)
     return replace(found, covariance=_covariance(jacobian, unknowns.guess))
 
 
