@@ -64,7 +64,10 @@ def resolutions(boat, scaled):
 
 
 def trial(boat, seed, resolution, held):
-    """One random manoeuvre: estimates and standard errors by fit, and how well the estimates reproduce the track."""
+    """One random manoeuvre: estimates and standard errors by fit, and how well the estimates reproduce the track.
+
+    None if the boat leaves the envelope, or if the manoeuvre is so poor that the coefficients are not unique.
+    """
     flown = bs.simulate(boat, bs.load_manoeuvre(f"random:{seed}", boat))
     if flown.status[0] != "ok":
         return None
@@ -80,6 +83,8 @@ def trial(boat, seed, resolution, held):
         ),
         "total least squares": total_least_squares(rounded, truth, held=held, errors=errors),
     }
+    if any(estimates[fit].covariance is None for fit in FITS[:2]):
+        return None
     found = estimates["rounded"]
     xi = boat.xi.copy()
     xi[bs.coefficients.columns(found.names)] = found.values
@@ -152,9 +157,9 @@ def table(numbers):
     lines = [
         "Linear least squares on rounded data. Biased: mean error over the manoeuvres beyond four standard errors of",
         "that mean. Coverage: how often the classical 95 % interval of a coefficient holds the truth.\n",
-        "| case | resolution | coefficients | biased | biased, exact matrix | biased, TLS | coverage: median (range) "
+        "| case | resolution | manoeuvres | coefficients | biased | biased, exact matrix | biased, TLS | coverage: median (range) "
         "| coverage, exact matrix | ratios | track error, median (m) |",
-        "|---" * 10 + "|",
+        "|---" * 11 + "|",
     ]
     for case, r in numbers.items():
         biased = [np.sum(np.abs(r["fits"][fit]["bias_in_standard_errors"]) > 4) for fit in FITS]
@@ -164,7 +169,7 @@ def table(numbers):
         tracks = [p for p in r["position_m"] if p is not None]
         lines.append(
             f"| {case} | {100 * r['velocity_resolution_mps']:.3g} cm/s, {1000 * r['acceleration_resolution_mps2']:.3g} "
-            f"mm/s^2 | {len(truth)} | {biased[0]} | {biased[1]} | {biased[2]} "
+            f"mm/s^2 | {r['n_manoeuvres']} | {len(truth)} | {biased[0]} | {biased[1]} | {biased[2]} "
             f"| {np.median(coverage[0]):.0%} ({coverage[0].min():.0%} to {coverage[0].max():.0%}) "
             f"| {np.median(coverage[1]):.0%} | {ratios.min():.3g} to {ratios.max():.3g} "
             f"| {np.median(tracks):.3g} ({len(r['position_m']) - len(tracks)} failed) |"
