@@ -1,4 +1,4 @@
-"""Which coefficients do the deterministic methods find from a track, and what is the optimiser's doing, what the data's?
+"""Which coefficients do deterministic methods find from a track: is it the optimiser or the data that decides?
 
 Question: the thesis's SQP reproduces tracks to millimetres with coefficients further from the truth than its starts
 (Tables 10-27, Figures 30-59), while linear programming and linear algebra are exact (Tables 34-39, Figures 89-96).
@@ -34,6 +34,7 @@ TOLERANCES = (0.1, 0.01)  # the thesis's parTol and funcTol
 SUBOFF_TIME = 102.2606 / 7.5  # s to travel a ship length, to which the sampling interval refers
 WEIGHT = 10.0  # samples of the thesis to one of ours
 LOST = 0.1  # a coefficient is lost when its standard error is the spread of the starts
+STEP_ERROR_M = 0.69  # by which the thesis's time step moves its tracks (Table 5): nearer is the same track to it
 VELOCITY_NOISE = 1e-5  # m/s, in the linear range; accelerations get as many m/s^2
 # What a towing tank without a planar motion mechanism measures: forces at drift and rudder angles.
 TOWED = ("Xuu", "Xvv", "Xuu_drdr", "Yuv", "Yv_absnu", "Yuu_dr", "Nuv", "Nv_absnu", "Nuu_dr")
@@ -97,6 +98,7 @@ def study_case(vehicle, manoeuvre, held, n_starts, n_free):
         "trust_region": trust_region(problem, rng=starts, n_starts=n_free, bounds=None),
         "trust_region_bounded": trust_region(problem, rng=starts, n_starts=n_free),
         "sqp_exact": sqp(problem, rng=starts, n_starts=n_free, max_iterations=500),
+        "sqp_forward": sqp(problem, rng=starts, n_starts=n_free, gradients="forward", max_iterations=500),
     }
     linear = linear_fits(boat, systems, held, problem.names)
     best = searches["trust_region"].values
@@ -152,13 +154,14 @@ def linear_fits(boat, systems, held, names):
 
 
 def lost_at(boat, problem, flown, held, rng):
-    """Noise at which the standard error of each coefficient is 10 %: of the track (m, and degrees), of velocities (m/s).
+    """Noise at which the standard error of a coefficient is 10 %: of the track (m and degrees), of velocities (m/s).
 
     Of the track by the covariance at the truth. Of velocities by the errors of ten fits with little noise, because
     errors in the matrix have no simple covariance.
     """
     truth = boat.xi[problem.columns]
-    lengths = np.linalg.norm(jacobian := problem.jacobian(truth), axis=0)
+    jacobian = problem.jacobian(truth)
+    lengths = np.linalg.norm(jacobian, axis=0)
     _, s, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
     sd = np.linalg.norm(vt.T / s, axis=1) / lengths / np.abs(truth)
     guess = dict(zip(NAMES, boat.xi, strict=True))
@@ -176,9 +179,12 @@ def lost_at(boat, problem, flown, held, rng):
 
 
 def noisy_track(boat, manoeuvre, problem, rng, sd=1e-3):
-    """Trust region on a track with 1 mm and 0.001 degrees of noise: errors of the coefficients, and their prediction."""
+    """Trust region on a track with 1 mm and 0.001 degrees of noise: errors of the coefficients and what they should be.
+
+    It starts at the truth: the question is what the data say, not whether the search finds it.
+    """
     noisy = track_problem(boat, manoeuvre, problem.names, rng=rng, sd=sd)
-    found = trust_region(noisy, rng=rng, bounds=None)
+    found = trust_region(noisy, rng=rng, start_spread=0.0, bounds=None)
     truth = boat.xi[problem.columns]
     return {
         "errors": np.abs(found.values / truth - 1).tolist(),
@@ -217,7 +223,7 @@ def ifac_cases(held):
             "position_m": float(np.linalg.norm(off, axis=1).max()),
             "ratios": ratios.tolist(),
             "starts": (found.starts[0] / truth).tolist(),
-            "bounds": [1 - options["bounds"], 1 + options["bounds"]],
+            "bounds": [] if case == "case1" else [0.75, 1.25],  # those of case 1 are 10 % about the start
             "at_bounds": int(np.sum(np.min(np.abs(ratios - limits), axis=0) < 1e-6)),
         }
     return results
@@ -245,7 +251,7 @@ def tables(cases, ifac, thesis):
         [
             "SQP (thesis Tables 10-27; means over the starts; `ours / thesis = ratio`).\n",
             *sqp_table(cases, thesis["sqp"]),
-            "\nOther searches: how many starts find every coefficient to 1e-6.\n",
+            "\nOther searches: starts that find every coefficient to 1e-6; smallest error, smallest cost.\n",
             *search_table(cases),
             "\nLinear fits without noise (thesis Tables 34-39, Figures 89-96).\n",
             *linear_table(cases),
@@ -296,18 +302,15 @@ def sqp_table(cases, thesis):
 
 
 def search_table(cases):
-    kinds = {
-        "trust_region": "trust region",
-        "trust_region_bounded": "trust region, bounds 75 %",
-        "sqp_exact": "SQP, exact",
-    }
+    kinds = {"trust_region": "trust region", "trust_region_bounded": "trust region, bounds 75 %"}
+    kinds |= {"sqp_exact": "SQP, exact gradients to the end", "sqp_forward": "SQP, forward differences to the end"}
     lines = []
     for name, case in cases.items():
         cells = []
         for kind in kinds:
             found = case["searches"][kind]
-            right = np.sum(np.array(found["largest_error"]) < 1e-6)
-            cells.append(f"{right} of {len(found['costs'])}; best {min(found['largest_error']):.0e}, cost {min(found['costs']):.0e}")  # fmt: skip  # noqa: E501
+            errors, costs = np.array(found["largest_error"]), np.array(found["costs"])
+            cells.append(f"{np.sum(errors < 1e-6)} of {len(costs)}; {errors.min():.0e}, {costs.min():.0e}")
         lines.append((name, *cells))
     return rows(("case", *kinds.values()), *lines)
 
@@ -317,9 +320,7 @@ def linear_table(cases):
     for name, case in cases.items():
         seconds = case["linear"]["seconds"]
         cells = [f"{max(case['errors'][method]):.0e}" for method in ("LP", "LLS")]
-        cells += [
-            f"{max(seconds[method].values()):.2g}, {sum(seconds[method].values()):.2g}" for method in ("LP", "LLS")
-        ]
+        cells += [f"{max(s.values()):.2g}, {sum(s.values()):.2g}" for s in map(seconds.get, ("LP", "LLS"))]
         lines.append((name, *cells))
     header = ("case", "LP: largest relative error", "LLS: largest relative error")
     return rows((*header, "LP: seconds an axis at most, all axes", "LLS: seconds"), *lines)
@@ -374,9 +375,8 @@ def ifac_table(ifac, thesis):
 def check(name, case):
     """The claim, of one case."""
     found, errors = case["sqp"], case["errors"]
-    assert np.median(found["position_m"]) < 0.1, (
-        f"{name}: SQP ends {np.median(found['position_m']):.2g} m off the track"
-    )
+    position = np.median(found["position_m"])
+    assert position < STEP_ERROR_M, f"{name}: SQP ends {position:.2g} m off the track, more than the thesis's time step"
     if not name.endswith("vertical"):
         assert found["share_further"] > 0.5, f"{name}: only {found['share_further']:.0%} end further than they began"
     assert found["Xuu_error"] is None or found["Xuu_error"] < 0.01, f"{name}: Xuu is {found['Xuu_error']:.1%} off"

@@ -157,8 +157,8 @@ def table(numbers):
     lines = [
         "Linear least squares on rounded data. Biased: mean error over the manoeuvres beyond four standard errors of",
         "that mean. Coverage: how often the classical 95 % interval of a coefficient holds the truth.\n",
-        "| case | resolution | manoeuvres | coefficients | biased | biased, exact matrix | biased, TLS | coverage: median (range) "
-        "| coverage, exact matrix | ratios | track error, median (m) |",
+        "| case | resolution | manoeuvres | coefficients | biased | biased, exact matrix | biased, TLS "
+        "| coverage: median (range) | coverage, exact matrix | ratios | track error, median (m) |",
         "|---" * 11 + "|",
     ]
     for case, r in numbers.items():

@@ -24,10 +24,12 @@ def draw_costs(path, case) -> None:
     with style.figure(path, 9.0, 2.8) as figure:
         for axis, (label, groups) in zip(figure.subplots(1, 3), panels, strict=True):
             values = np.concatenate([np.asarray(v) for _, v, _ in groups])
-            edges = np.geomspace(values.min() / 1.3, values.max() * 1.3, 31)
+            log = label != "evaluations"
+            low, high = values.min() / 1.3, values.max() * 1.3
+            edges = np.geomspace(low, high, 31) if log else np.linspace(low, high, 31)
             for name, data, colour in groups:
                 axis.hist(data, edges, color=colour, label=name)
-            axis.set(xscale="log", xlabel=label)
+            axis.set(xscale="log" if log else "linear", xlabel=label)
             axis.grid(axis="x", visible=False)
         figure.axes[0].set_ylabel("searches")
         figure.axes[0].legend(fontsize=8)
@@ -39,7 +41,7 @@ def draw_coefficients(path, names, ratios, starts, bounds, *, label="SQP, conver
     Parameters
     ----------
     ratios, starts : (n_starts, n_params)
-    bounds : (low, high) ratios
+    bounds : (low, high) ratios, or empty where they differ by coefficient
     """
     n_rows = int(np.ceil(len(names) / _ROW))
     width = int(np.ceil(len(names) / n_rows))
@@ -49,7 +51,7 @@ def draw_coefficients(path, names, ratios, starts, bounds, *, label="SQP, conver
             chosen = np.arange(row * width, min((row + 1) * width, len(names)))
             columns = np.arange(len(chosen))
             for values, shift, size, colour, text in (
-                (starts, -0.2, 1.5, "#909090", "start"),
+                (starts, -0.2, 2.5, "#909090", "start"),
                 (ratios, 0.2, 3.0, style.SQP, label),
             ):
                 jitter = shift + np.linspace(-0.12, 0.12, len(values))[:, None] * (len(values) > 1)
