@@ -61,7 +61,7 @@ def draw_coverage(path, cases) -> None:
         coverage.set(
             xlabel="coefficients in order (%)", ylabel="95 % intervals that hold the truth (%)", ylim=(-2, 105)
         )
-        bias.set(xlabel="coefficients in order (%)", ylabel="size of mean error over spread of error")
+        bias.set(xlabel="coefficients in order (%)", ylabel="|mean error| over spread")
         bias.set_yscale("symlog", linthresh=0.1)
         bias.set_ylim(bottom=0)
         figure.legend(*coverage.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
