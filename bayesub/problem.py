@@ -132,8 +132,9 @@ class LinearSystem:
     rounding: float | np.ndarray = _REGRESSOR_ROUNDING
 
 
-def linear_systems(trajectory: Trajectory, member: int = 0, free=None) -> dict[str, LinearSystem]:
-    """The linear form of each axis from the states and accelerations of a trajectory.
+def linear_systems(trajectory, member: int = 0, free=None) -> dict[str, LinearSystem]:
+    """The linear form of each axis from the states and accelerations of a trajectory, simulated or measured
+    (:class:`bayesub.measured.Motion`).
 
     The load is rigid-body inertia minus hydrostatics minus propulsion. Columns are the coefficients that the
     sub-problem uses and, if `free` names are given, only those: the others move to the load with their values in the

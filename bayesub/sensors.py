@@ -79,13 +79,13 @@ class Record:
         logs.write_log(Path(path), log)
 
 
-def observe(trajectory, sensors, rng: np.random.Generator, member: int = 0) -> Record:
+def observe(trajectory, sensors, rng: np.random.Generator | None, member: int = 0) -> Record:
     """Measure one member of a trajectory.
 
     Parameters
     ----------
     sensors : a :class:`Track` or a sequence of them
-    rng : source of the noise
+    rng : source of the noise; None for readings without noise, which keep the sd of the sensor as their weight
 
     Raises InputError if the member failed or the trial is shorter than the interval of a sensor.
     """
@@ -100,6 +100,6 @@ def observe(trajectory, sensors, rng: np.random.Generator, member: int = 0) -> R
         for name in sensor.channels:
             state = TRACK_CHANNELS[name]
             sd = sensor.sd(state)
-            values = states[:, logs.STATES.index(state)] + sd * rng.standard_normal(len(times))
-            channels.append(Channel(state, times, values, sd))
+            noise = 0.0 if rng is None else sd * rng.standard_normal(len(times))
+            channels.append(Channel(state, times, states[:, logs.STATES.index(state)] + noise, sd))
     return Record(tuple(channels), truth=trajectory.xi[member])

@@ -1,8 +1,23 @@
-"""Deterministic answers: each fit gives an :class:`Estimate` that stands beside the posterior."""
+"""Deterministic answers: each fit gives an :class:`Estimate` that stands beside the posterior.
+
+Those on the equations of motion take linear systems, one an axis: :func:`linear_least_squares`,
+:func:`total_least_squares`, :func:`linear_programme`. Those on the readings take a problem: :func:`sqp`,
+:func:`trust_region` and, with the prior, :func:`gauss_newton`.
+"""
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.gauss_newton import gauss_newton
-from bayesub.baselines.linear_least_squares import linear_least_squares
+from bayesub.baselines.linear_least_squares import linear_least_squares, total_least_squares
+from bayesub.baselines.linear_programme import linear_programme
 from bayesub.baselines.sqp import sqp
+from bayesub.baselines.trust_region import trust_region
 
-__all__ = ["Estimate", "gauss_newton", "linear_least_squares", "sqp"]
+__all__ = [
+    "Estimate",
+    "gauss_newton",
+    "linear_least_squares",
+    "linear_programme",
+    "sqp",
+    "total_least_squares",
+    "trust_region",
+]

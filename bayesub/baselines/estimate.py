@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+_ARRAYS = ("solutions", "costs", "covariance", "starts", "efforts")
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -18,6 +20,8 @@ class Estimate:
     statuses : (n_starts,) in words, with a remedy when the method stopped short
     covariance : (n_params, n_params) of the best solution, or None where the method has none
     evaluations : simulations, and seconds : wall time, both for all starts
+    starts : (n_starts, n_params) where the search for each solution began, and efforts : (n_starts,) the simulations
+        and Jacobians it took; None where the method does not search
     """
 
     method: str
@@ -28,6 +32,8 @@ class Estimate:
     covariance: np.ndarray | None
     evaluations: int
     seconds: float
+    starts: np.ndarray | None = None
+    efforts: np.ndarray | None = None
 
     @property
     def values(self) -> np.ndarray:
@@ -41,7 +47,6 @@ class Estimate:
     @classmethod
     def from_json(cls, content: dict) -> "Estimate":
         """The inverse of :meth:`to_json`."""
-        arrays = {key: np.array(content[key]) for key in ("solutions", "costs")}
+        arrays = {key: np.array(content[key]) for key in _ARRAYS if content.get(key) is not None}
         tuples = {key: tuple(content[key]) for key in ("names", "statuses")}
-        covariance = None if content["covariance"] is None else np.array(content["covariance"])
-        return cls(**content | arrays | tuples | {"covariance": covariance})
+        return cls(**content | arrays | tuples)

@@ -1,0 +1,55 @@
+"""The linear form of each axis (model section 9) made ready for a solver: held columns moved over, the rest scaled."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """``matrix @ ((xi - centre) * lengths) = load`` for the coefficients of an axis that are not held.
+
+    matrix : (n_samples, n_columns) with columns of unit length
+    lengths : (n_columns,) of the original columns
+    centre : (n_columns,) the guess
+    load : (n_samples,) what the guess leaves unexplained, and load_norm : length of the original load
+    """
+
+    axis: str
+    names: tuple[str, ...]
+    matrix: np.ndarray
+    lengths: np.ndarray
+    centre: np.ndarray
+    load: np.ndarray
+    load_norm: float
+
+    def coefficients(self, scaled) -> np.ndarray:
+        """(n_columns,) coefficients at a scaled offset from the guess."""
+        return self.centre + scaled / self.lengths
+
+
+def scaled(systems, guess: dict[str, float], held=()) -> list[Scaled]:
+    """Each axis of :func:`bayesub.problem.linear_systems` with the coefficients named in `held` kept at their guess.
+
+    Solving for the difference from a guess loses fewer digits than solving for the coefficients. Axes all of whose
+    coefficients are held are left out.
+    """
+    forms = []
+    for system in systems.values():
+        free = ~np.isin(system.names, list(held))
+        if not free.any():
+            continue
+        values = np.array([guess[name] for name in system.names])
+        lengths = np.linalg.norm(system.matrix[:, free], axis=0)
+        forms.append(
+            Scaled(
+                axis=system.axis,
+                names=tuple(name for name, wanted in zip(system.names, free, strict=True) if wanted),
+                matrix=system.matrix[:, free] / lengths,
+                lengths=lengths,
+                centre=values[free],
+                load=system.load - system.matrix @ values,
+                load_norm=float(np.linalg.norm(system.load)),
+            )
+        )
+    return forms

@@ -1,0 +1,90 @@
+"""What searches from random starts share: normalised unknowns, evaluation in batches and the estimate they make."""
+
+import time
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from bayesub.baselines.estimate import Estimate
+from bayesub.baselines.lockstep import together
+
+_CHUNK = 512  # simulations a batch: enough to fill the lanes, few enough to keep their readings in memory
+_DRAWS = 100  # times that starts are drawn again because their simulation fails
+
+
+@dataclass(frozen=True)
+class Normalised:
+    """A problem in the unknowns ``x_i = xi_i / guess_i``, with the prior mean as the guess (thesis section 7.2)."""
+
+    problem: object
+
+    @property
+    def guess(self) -> np.ndarray:
+        """(n_params,) coefficients at which every unknown is one."""
+        return self.problem.prior.mean
+
+    def residuals(self, x) -> np.ndarray:
+        """(n_batch, n_readings) residuals at x (n_batch, n_params), not a number where the simulation failed."""
+        chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
+        return np.concatenate([self.problem.residuals(self.guess * chunk) for chunk in chunks])
+
+    def costs(self, x) -> np.ndarray:
+        """(n_batch,) sums of squared residuals at x (n_batch, n_params), infinite where the simulation failed."""
+        chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
+        # Row by row, so that the rounding of a sum does not depend on what else is in the batch.
+        costs = [row @ row for chunk in chunks for row in self.problem.residuals(self.guess * chunk)]
+        return np.where(np.isnan(costs), np.inf, costs)
+
+    def jacobian(self, x) -> np.ndarray:
+        """(n_readings, n_params) derivatives of the residuals at x (n_params,)."""
+        return self.problem.jacobian(self.guess * x) * self.guess
+
+    def draw(self, rng: np.random.Generator, n_starts: int, spread: float) -> np.ndarray:
+        """(n_starts, n_params) uniform within ``1 +- spread``; those whose simulation fails are drawn again."""
+        starts = np.empty((n_starts, self.problem.n_params))
+        missing = np.ones(n_starts, dtype=bool)
+        for _ in range(_DRAWS):
+            starts[missing] = rng.uniform(1.0 - spread, 1.0 + spread, (missing.sum(), self.problem.n_params))
+            missing = ~np.isfinite(self.costs(starts))
+            if not missing.any():
+                return starts
+        raise ValueError(f"the simulation fails at starts within {100 * spread:g} % of the guess; lower start_spread")
+
+
+def search_from(starts, search, answer, *, method: str, unknowns: Normalised, progress=None) -> Estimate:
+    """Search from every start (n_starts, n_params), side by side.
+
+    Parameters
+    ----------
+    search : ``search(start, ask) -> (x, status)``
+    answer : function of the list of questions asked at the same time -> list of (answer, effort); a simulation or a
+        Jacobian is an effort of one
+    """
+    problem, began = unknowns.problem, time.perf_counter()
+    before, efforts = problem.evaluations, np.zeros(len(starts), dtype=int)
+
+    def counted(n, ask):
+        def ask_and_count(question):
+            reply, effort = ask(question)
+            efforts[n] += effort
+            return reply
+
+        return search(starts[n], ask_and_count)
+
+    found = together([partial(counted, n) for n in range(len(starts))], answer, progress)
+    x = np.array([x for x, _ in found])
+    costs = unknowns.costs(x)
+    order = np.argsort(costs, kind="stable")
+    return Estimate(
+        method=method,
+        names=problem.names,
+        solutions=unknowns.guess * x[order],
+        costs=costs[order],
+        statuses=tuple(found[n][1] for n in order),
+        covariance=None,
+        evaluations=problem.evaluations - before,
+        seconds=time.perf_counter() - began,
+        starts=unknowns.guess * starts[order],
+        efforts=efforts[order],
+    )
