@@ -24,8 +24,8 @@ def draw_costs(path, case) -> None:
     with style.figure(path, 9.0, 2.8) as figure:
         for axis, (label, groups) in zip(figure.subplots(1, 3), panels, strict=True):
             values = np.concatenate([np.asarray(v) for _, v, _ in groups])
-            log = label != "evaluations"
-            low, high = values.min() / 1.3, values.max() * 1.3
+            log = label.startswith("cost")
+            low, high = (values.min() / 1.3, values.max() * 1.3) if log else (0.0, 1.1 * values.max())
             edges = np.geomspace(low, high, 31) if log else np.linspace(low, high, 31)
             for name, data, colour in groups:
                 axis.hist(data, edges, color=colour, label=name)
