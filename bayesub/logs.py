@@ -1,8 +1,9 @@
 """Track, record and control-history CSV: one format, units in the column names (design section 5).
 
 Inside, columns have the short names of the field and SI units: ``time``; ``delta_r delta_b delta_s`` and ``rpm``;
-``x y z phi theta psi u v w p q r`` and ``udot .. rdot``; ``depth`` by pressure, ``heading`` by a compass and ``u_ground
-v_ground w_ground``, body velocities over the ground where ``u v w`` are through the water. Empty cells are missing readings (not a number).
+``x y z phi theta psi u v w p q r`` and ``udot .. rdot``; ``depth`` by pressure, ``heading`` by a compass and
+``u_ground v_ground w_ground``, body velocities over the ground where ``u v w`` are through the water. Empty cells are
+missing readings (not a number).
 """
 
 import io
@@ -16,6 +17,8 @@ from bayesub.errors import InputError
 
 STATES = ("x", "y", "z", "phi", "theta", "psi", *VELOCITIES)
 CONTROLS = ("delta_r", "delta_b", "delta_s")
+
+WRITTEN = "%.12g"  # digits of a number in a file
 
 _DEGREE = np.pi / 180.0
 _LINEAR = {name: f"{name}_m" for name in "xyz"} | {name: f"{name}_mps" for name in "uvw"}
@@ -88,6 +91,6 @@ def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
 
     table = pd.DataFrame({HEADERS[name]: log[name] / COLUMNS[HEADERS[name]][1] for name in HEADERS if name in log})
     try:
-        table.to_csv(path, index=False, float_format="%.12g")
+        table.to_csv(path, index=False, float_format=WRITTEN)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None

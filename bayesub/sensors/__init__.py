@@ -1,7 +1,7 @@
 """Sensors, and the records they make of a trial.
 
-A :class:`Sensor` reads one quantity. Instruments are several at once (:class:`Track`, :class:`INS`, :class:`DVL`, ..), and
-presets are those of a boat (:func:`autosub`, ..). :func:`observe` takes any mixture of them.
+A :class:`Sensor` reads one quantity. Instruments are several at once (:class:`Track`, :class:`INS`, :class:`DVL`, ..),
+and presets are those of a boat (:func:`autosub`, ..). :func:`observe` takes any mixture of them.
 """
 
 from bayesub.sensors.current import over_ground

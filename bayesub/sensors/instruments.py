@@ -8,6 +8,7 @@ import numpy as np
 
 from bayesub.coefficients import nearest
 from bayesub.errors import InputError
+from bayesub.inputs import Positive
 from bayesub.logs import HEADERS
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name
 
@@ -60,9 +61,9 @@ class Track(Instrument):
 
     CHANNELS = tuple(TRACK_CHANNELS)
 
-    position_sd_m: float
-    attitude_sd_deg: float
-    interval_s: float = 1.0
+    position_sd_m: Positive
+    attitude_sd_deg: Positive
+    interval_s: Positive = 1.0
     channels: tuple[str, ...] = CHANNELS
 
     def __post_init__(self):
@@ -89,7 +90,7 @@ class Pressure(Instrument):
 
     sd_m: float = 0.0
     resolution_m: float = 0.0
-    interval_s: float = 1.0
+    interval_s: Positive = 1.0
     channels: tuple[str, ...] = CHANNELS
 
 
@@ -101,7 +102,7 @@ class Compass(Instrument):
 
     sd_deg: float = 0.0
     resolution_deg: float = 0.0
-    interval_s: float = 1.0
+    interval_s: Positive = 1.0
     channels: tuple[str, ...] = CHANNELS
 
 
@@ -123,7 +124,7 @@ class INS(Instrument):
     resolution_degps: float = 0.0
     resolution_mps2: float = 0.0
     resolution_degps2: float = 0.0
-    interval_s: float = 1.0
+    interval_s: Positive = 1.0
     channels: tuple[str, ...] = (*ATTITUDE, *RATES)
 
 
@@ -135,7 +136,7 @@ class DVL(Instrument):
 
     sd_mps: float = 0.0
     resolution_mps: float = 0.0
-    interval_s: float = 1.0
+    interval_s: Positive = 1.0
     channels: tuple[str, ...] = CHANNELS
 
 
@@ -147,5 +148,5 @@ class ADCP(Instrument):
 
     sd_mps: float = 0.0
     resolution_mps: float = 0.0
-    interval_s: float = 1.0
+    interval_s: Positive = 1.0
     channels: tuple[str, ...] = CHANNELS

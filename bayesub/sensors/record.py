@@ -73,12 +73,16 @@ class Record:
         return sum(len(channel.times) for channel in self.channels)
 
     def save(self, path: str | Path) -> None:
-        """Write the readings as a CSV with units in the column names; a missing reading is an empty cell."""
-        times = np.unique(np.concatenate([channel.times for channel in self.channels]))
+        """Write the readings as a CSV with units in the column names; a missing reading is an empty cell.
+
+        Times that are the same to the digits of the file share a row.
+        """
+        written = [np.char.mod(logs.WRITTEN, channel.times).astype(float) for channel in self.channels]
+        times = np.unique(np.concatenate(written))
         log = {"time": times}
-        for channel in self.channels:
+        for channel, own in zip(self.channels, written, strict=True):
             log[channel.quantity] = np.full(len(times), np.nan)
-            log[channel.quantity][np.searchsorted(times, channel.times)] = channel.values
+            log[channel.quantity][np.searchsorted(times, own)] = channel.values
         logs.write_log(Path(path), log)
 
     @classmethod

@@ -35,11 +35,12 @@ def channel_name(quantity: str) -> str:
 class Sensor:
     """Readings of one quantity.
 
-    A reading is ``round(truth + bias + noise)``: first the noise, then the bias, then the rounding. The noise is normal;
-    with probability `outlier_probability` it is that of an outlier, `outlier_scale` times as large. Readings go missing
-    one by one with probability `dropout`, and all of them in the gaps.
+    A reading is ``round(truth + noise + bias)``: first the noise, then the bias, then the rounding. The noise is
+    normal; with probability `outlier_probability` it is that of an outlier, `outlier_scale` times as large. Readings go
+    missing one by one with probability `dropout`, and all of them in the gaps. Bias, dropouts and outliers are the
+    sensor's own secret: a channel of its record carries the sd and the resolution only.
 
-    column : the quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``u_ground_mps``, ``depth_m``, ..
+    column : the quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
     sd, resolution, bias : noise standard deviation, rounding step (0 if there is none), and what is added to every
         reading, all in the unit of the column
     interval_s : one reading every so many seconds, the first after one interval
@@ -60,7 +61,8 @@ class Sensor:
 
     def __post_init__(self):
         if self.column not in _VALID:
-            raise InputError(f"sensor: unknown quantity or unit '{self.column}'{nearest(self.column, _VALID)}")
+            written = [HEADERS[quantity] for quantity in QUANTITIES]
+            raise InputError(f"sensor: unknown quantity or unit '{self.column}'{nearest(self.column, written)}")
         for key in ("sd", "resolution"):
             if not (np.isfinite(getattr(self, key)) and getattr(self, key) >= 0):
                 raise self._refused(f"{key} must not be negative, found {getattr(self, key)}")
