@@ -26,7 +26,7 @@ def draw(path, record, times, predicted, truth=None) -> None:
     truth : (n_times, 12) true states, or None
     """
     channels = record.channels
-    with style.figure(path, 9.0, max(4.6, 1.1 * len(channels))) as figure:
+    with style.figure(path, 9.0, max(4.6, 1.25 * len(channels))) as figure:
         axes = figure.subplot_mosaic(
             [["track", channel.name] for channel in channels], width_ratios=[1.0, 1.15], empty_sentinel=""
         )
