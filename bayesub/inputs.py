@@ -78,6 +78,8 @@ def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
     # A mistyped key is both unknown and missing; the unknown one tells more.
     first, *others = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
     keys, siblings = _followed(first["loc"], model)
+    if first["type"] == "value_error" and siblings and keys[-1] not in siblings and not keys[-1].isdigit():
+        keys.pop()  # the tag of a section that is wrong as a whole
     key = ".".join(keys)
     more = f" (and {len(others)} more)" if others else ""
     if first["type"] == "missing":
@@ -86,7 +88,8 @@ def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
         return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}"
     message = first["msg"].removeprefix("Value error, ")
     found = repr(first["input"])
-    shown = f", found {found}" if len(found) < 80 and found not in message else ""
+    told = found in message or isinstance(first["input"], dict)
+    shown = "" if told or len(found) >= 80 else f", found {found}"
     return f"key '{key}': {message[0].lower()}{message[1:]}{shown}{more}"
 
 

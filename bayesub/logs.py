@@ -1,7 +1,9 @@
 """Track, record and control-history CSV: one format, units in the column names (design section 5).
 
 Inside, columns have the short names of the field and SI units: ``time``; ``delta_r delta_b delta_s`` and ``rpm``;
-``x y z phi theta psi u v w p q r`` and ``udot .. rdot``. Empty cells are missing readings (not a number).
+``x y z phi theta psi u v w p q r`` and ``udot .. rdot``; ``depth`` by pressure, ``heading`` by a compass and
+``u_ground v_ground w_ground``, body velocities over the ground where ``u v w`` are through the water. Empty cells are
+missing readings (not a number).
 """
 
 import io
@@ -17,17 +19,20 @@ STATES = ("x", "y", "z", "phi", "theta", "psi", *VELOCITIES)
 OUTPUTS = (*STATES, *ACCELERATIONS)
 CONTROLS = ("delta_r", "delta_b", "delta_s")
 
+WRITTEN = "%.12g"  # digits of a number in a file
+
 _DEGREE = np.pi / 180.0
 _LINEAR = {name: f"{name}_m" for name in "xyz"} | {name: f"{name}_mps" for name in "uvw"}
 _LINEAR |= {name: f"{name}_mps2" for name in ACCELERATIONS[:3]}
 _ANGULAR = {"delta_r": "rudder", "delta_b": "bow_plane", "delta_s": "stern_plane"}
 _ANGULAR |= {"phi": "roll", "theta": "pitch", "psi": "yaw"}
 
-# Short name -> column header as written, and header -> (short name, factor to SI) as read.
+# Short name -> column header as written (HEADERS), and header -> (short name, factor to SI) as read (COLUMNS).
 HEADERS = {"time": "time_s", **{k: f"{v}_deg" for k, v in _ANGULAR.items()}, "rpm": "rpm", **_LINEAR}
 HEADERS |= {name: f"{name}_degps" for name in "pqr"} | {name: f"{name}_degps2" for name in ACCELERATIONS[3:]}
-_READ = {header: (name, _DEGREE if "_deg" in header else 1.0) for name, header in HEADERS.items()}
-_READ |= {header.replace("_deg", "_rad"): (name, 1.0) for name, header in HEADERS.items() if "_deg" in header}
+HEADERS |= {"depth": "depth_m", "heading": "heading_deg"} | {f"{name}_ground": f"{name}_ground_mps" for name in "uvw"}
+COLUMNS = {header: (name, _DEGREE if "_deg" in header else 1.0) for name, header in HEADERS.items()}
+COLUMNS |= {header.replace("_deg", "_rad"): (name, 1.0) for name, header in HEADERS.items() if "_deg" in header}
 
 CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 
@@ -45,11 +50,11 @@ def read_log(path: Path) -> dict[str, np.ndarray]:
         raise InputError(f"{path}: columns are separated by semicolons; separate them by commas")
     names = [name.strip() for name in header.split(",")]
     for name in names:
-        if name not in _READ:
-            raise InputError(f"{path}: unknown column '{name}'{nearest(name, _READ)}")
+        if name not in COLUMNS:
+            raise InputError(f"{path}: unknown column '{name}'{nearest(name, COLUMNS)}")
     if "time_s" not in names:
         raise InputError(f"{path}: column 'time_s' is missing")
-    shorts = [_READ[name][0] for name in names]
+    shorts = [COLUMNS[name][0] for name in names]
     if len(set(shorts)) < len(shorts):
         repeated = next(name for name, short in zip(names, shorts, strict=True) if shorts.count(short) > 1)
         raise InputError(f"{path}: column '{repeated}' is given twice")
@@ -64,7 +69,7 @@ def read_log(path: Path) -> dict[str, np.ndarray]:
         raise InputError(f"{path}: has a header but no rows")
     log = {}
     for name in names:
-        short, factor = _READ[name]
+        short, factor = COLUMNS[name]
         given = table[name].notna().to_numpy()
         values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
         wrong = np.flatnonzero(given & ~np.isfinite(values))
@@ -85,8 +90,8 @@ def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
     """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
     import pandas as pd
 
-    table = pd.DataFrame({HEADERS[name]: log[name] / _READ[HEADERS[name]][1] for name in HEADERS if name in log})
+    table = pd.DataFrame({HEADERS[name]: log[name] / COLUMNS[HEADERS[name]][1] for name in HEADERS if name in log})
     try:
-        table.to_csv(path, index=False, float_format="%.12g")
+        table.to_csv(path, index=False, float_format=WRITTEN)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None

@@ -44,6 +44,11 @@ class Problem:
         self.names = tuple(coefficients.NAMES[k] for k in self.columns)
         self.prior = prior.on(self.columns, self.xi)
 
+        for channel in record.channels:
+            if channel.state not in logs.STATES:
+                raise InputError(f"channel '{channel.name}' is not a state, and cannot be fitted; leave it out")
+            if not channel.sd:
+                raise InputError(f"channel '{channel.name}' has no noise to weigh it by; give its sensor an sd")
         times = np.unique(np.concatenate([channel.times for channel in record.channels]))
         self.simulator = Simulator(vehicle, manoeuvre, times, dt=dt)
         # Where each reading stands in the (n_times, 12) states of a simulation laid out in one row, and in the

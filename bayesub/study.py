@@ -16,7 +16,7 @@ import numpy as np
 import pydantic
 import tomli_w
 
-from bayesub import baselines, coefficients, identifiability, inputs, priors, results, sensors
+from bayesub import baselines, coefficients, identifiability, inputs, priors, results
 from bayesub.errors import InputError
 from bayesub.inputs import Positive, Section
 from bayesub.manoeuvres import Manoeuvre, load_manoeuvre
@@ -24,20 +24,13 @@ from bayesub.problem import Problem, linear_systems
 from bayesub.report import write_report
 from bayesub.sampling import sample
 from bayesub.sampling.posterior import Criteria
+from bayesub.sensor_files import AnySensorSection
 from bayesub.sensors import observe
 from bayesub.simulate import Trajectory, simulate
 from bayesub.vehicles import Vehicle, load_vehicle
 
 COMPUTED = ("versions", "commit", "quick_run")  # keys of config.toml that a study file does not have
 PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
-
-
-class SensorSection(Section):
-    kind: Literal["track"]
-    channels: tuple[str, ...] = tuple(sensors.TRACK_CHANNELS)
-    position_sd_m: Positive
-    attitude_sd_deg: Positive
-    interval_s: Positive = 1.0
 
 
 class FreeSection(Section):
@@ -80,7 +73,7 @@ class Study(Section):
     manoeuvre: str
     seed: int = pydantic.Field(ge=0)
     dt_s: Positive | None = None
-    sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
+    sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
     free: FreeSection
     prior: PriorSection
     baselines: BaselinesSection = BaselinesSection()
@@ -123,8 +116,7 @@ def prepare(study: Study) -> Setup:
     vehicle = load_vehicle(study.vehicle)
     manoeuvre = load_manoeuvre(study.manoeuvre, vehicle)
     truth = simulate(vehicle, manoeuvre, dt=study.dt_s)
-    fitted = [sensors.Track(s.position_sd_m, s.attitude_sd_deg, s.interval_s, tuple(s.channels)) for s in study.sensors]
-    record = observe(truth, fitted, data_rng)
+    record = observe(truth, [section.build() for section in study.sensors], data_rng)
     centre = vehicle.xi
     if study.prior.centre == "perturbed":
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)

@@ -24,6 +24,8 @@ def test_headers_are_those_of_the_design():
     )
     names = ("time", *CONTROLS, "rpm", *STATES, *ACCELERATIONS)
     assert [HEADERS[name] for name in names] == documented.split(",")
+    instruments = {"depth_m", "heading_deg", "u_ground_mps", "v_ground_mps", "w_ground_mps"}
+    assert set(HEADERS.values()) == set(documented.split(",")) | instruments
 
 
 def test_units(tmp_path):
@@ -74,7 +76,7 @@ REFUSED = [
     ("\n0,1\n", "is empty; expected a header line"),
     ("time_s,x_m\n", "has a header but no rows"),
     ("time_s;x_m\n0;1\n", "separated by semicolons"),
-    ("time_s,depth_m\n0,1\n", "unknown column 'depth_m'"),
+    ("time_s,height_m\n0,1\n", "unknown column 'height_m'"),
     ("time_s,yaw_degs\n0,1\n", "unknown column 'yaw_degs': did you mean 'yaw_deg'"),
     ("x_m,y_m\n0,1\n", "column 'time_s' is missing"),
     ("time_s,x_m,x_m\n0,1,1\n", "column 'x_m' is given twice"),

@@ -5,8 +5,15 @@ import numpy as np
 from bayesub import logs
 from bayesub.plots import style
 
-_UNITS = {"x": ("north", "m", 1.0), "y": ("east", "m", 1.0), "z": ("depth", "m", 1.0)}
-_UNITS |= {state: (name, "deg", 180.0 / np.pi) for state, name in (("phi", "roll"), ("theta", "pitch"), ("psi", "yaw"))}
+_NAMES = {
+    "x": "north",
+    "y": "east",
+    "z": "depth",
+    "u_ground": "u bottom",
+    "v_ground": "v bottom",
+    "w_ground": "w bottom",
+}
+_UNITS = {"mps": "m/s", "degps": "deg/s"}
 
 
 def draw(path, record, times, predicted, truth=None) -> None:
@@ -19,19 +26,19 @@ def draw(path, record, times, predicted, truth=None) -> None:
     truth : (n_times, 12) true states, or None
     """
     channels = record.channels
-    with style.figure(path, 9.0, 4.6) as figure:
+    with style.figure(path, 9.0, max(4.6, 1.25 * len(channels))) as figure:
         axes = figure.subplot_mosaic(
-            [["track", channel.state] for channel in channels], width_ratios=[1.0, 1.15], empty_sentinel=""
+            [["track", channel.name] for channel in channels], width_ratios=[1.0, 1.15], empty_sentinel=""
         )
         _draw_path(axes["track"], record, predicted, truth)
         centre = predicted.mean(axis=0)
         for channel in channels:
-            name, unit, factor = _UNITS[channel.state]
+            name, unit, factor = _labelled(channel)
             column = logs.STATES.index(channel.state)
             at = np.searchsorted(times, channel.times)
-            axis = axes[channel.state]
+            axis = axes[channel.name]
             residual = factor * (channel.values - centre[at, column])
-            sd = factor * channel.sd
+            sd = factor * channel.total_sd
             axis.axhspan(-2 * sd, 2 * sd, color=style.PRIOR, alpha=0.4, lw=0)
             axis.plot(channel.times, residual, ".", ms=2.0, color=style.READINGS, label="reading")
             low, high = np.quantile(factor * (predicted[:, at, column] - centre[at, column]), [0.05, 0.95], axis=0)
@@ -42,10 +49,17 @@ def draw(path, record, times, predicted, truth=None) -> None:
             axis.set_ylabel(f"{name} ({unit})")
             axis.set_ylim(-4.2 * sd, 4.2 * sd)
             axis.tick_params(labelbottom=channel is channels[-1])
-        axes[channels[0].state].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
-        axes[channels[-1].state].set_xlabel("time (s)")
-        handles, labels = axes[channels[0].state].get_legend_handles_labels()
+        axes[channels[0].name].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
+        axes[channels[-1].name].set_xlabel("time (s)")
+        handles, labels = axes[channels[0].name].get_legend_handles_labels()
         axes["track"].legend(handles, labels, loc="best", fontsize=8, markerscale=3)
+
+
+def _labelled(channel) -> tuple[str, str, float]:
+    """Name and unit for an axis, and the factor from SI to the unit."""
+    header = logs.HEADERS[channel.quantity]
+    unit = header.rpartition("_")[2]
+    return _NAMES.get(channel.name, channel.name), _UNITS.get(unit, unit), 1.0 / logs.COLUMNS[header][1]
 
 
 def _draw_path(axis, record, predicted, truth):

@@ -1,0 +1,34 @@
+"""Sensors, and the records they make of a trial.
+
+A :class:`Sensor` reads one quantity. Instruments are several at once (:class:`Track`, :class:`INS`, :class:`DVL`, ..),
+and presets are those of a boat (:func:`autosub`, ..). :func:`observe` takes any mixture of them.
+"""
+
+from bayesub.sensors.current import over_ground
+from bayesub.sensors.instruments import ADCP, DVL, INS, TRACK_CHANNELS, Compass, Instrument, Pressure, Track
+from bayesub.sensors.observation import observe
+from bayesub.sensors.presets import autosub, thesis_rounding, tracking_range
+from bayesub.sensors.record import Channel, Record
+from bayesub.sensors.sensor import QUANTITIES, Sensor, flat, modified
+
+__all__ = [
+    "ADCP",
+    "DVL",
+    "INS",
+    "QUANTITIES",
+    "TRACK_CHANNELS",
+    "Channel",
+    "Compass",
+    "Instrument",
+    "Pressure",
+    "Record",
+    "Sensor",
+    "Track",
+    "autosub",
+    "flat",
+    "modified",
+    "observe",
+    "over_ground",
+    "thesis_rounding",
+    "tracking_range",
+]

@@ -1,0 +1,135 @@
+"""Records: what the sensors of a trial wrote down, in memory and as a CSV file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bayesub import logs
+from bayesub.errors import InputError
+from bayesub.sensors.sensor import QUANTITIES, channel_name, flat
+
+_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Readings of one quantity, all in SI units and radians.
+
+    quantity : short name, a key of :data:`bayesub.sensors.QUANTITIES`
+    times : (n,) s, and values : (n,)
+    sd, resolution : standard deviation of the noise, and the step to which noisy values were then rounded, or 0
+    """
+
+    quantity: str
+    times: np.ndarray
+    values: np.ndarray
+    sd: float
+    resolution: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Unique in a record: the column in its file without the unit, such as ``yaw``, ``depth``, ``u_ground``."""
+        return channel_name(self.quantity)
+
+    @property
+    def state(self) -> str:
+        """Short name of the state or acceleration that was measured, ``z`` for ``depth``."""
+        return QUANTITIES[self.quantity].state
+
+    @property
+    def over_ground(self) -> bool:
+        """Whether the readings contain the current (:func:`bayesub.sensors.over_ground`)."""
+        return QUANTITIES[self.quantity].over_ground
+
+    @property
+    def total_sd(self) -> float:
+        """Standard deviation of noise and rounding error, as if they were independent: sqrt(sd^2 + resolution^2/12)."""
+        return np.hypot(self.sd, self.resolution / np.sqrt(12.0)).item()
+
+
+@dataclass(frozen=True)
+class Record:
+    """What the sensors of a trial wrote down; the channels in a fixed order make the vector of readings.
+
+    `truth` (101,) holds the coefficients behind a synthetic record, and is None for a real one.
+    """
+
+    channels: tuple[Channel, ...]
+    truth: np.ndarray | None = None
+
+    def __post_init__(self):
+        names = [channel.name for channel in self.channels]
+        for channel in self.channels:
+            if names.count(channel.name) > 1:
+                raise InputError(f"record: two channels are named '{channel.name}'; leave one of them out")
+            if not len(channel.times):
+                raise InputError(f"record: channel '{channel.name}' has no readings; leave it out")
+        if not names:
+            raise InputError("record: is empty; it needs at least one channel")
+
+    @property
+    def n_readings(self) -> int:
+        return sum(len(channel.times) for channel in self.channels)
+
+    def save(self, path: str | Path) -> None:
+        """Write the readings as a CSV with units in the column names; a missing reading is an empty cell.
+
+        Times that are the same to the digits of the file share a row.
+        """
+        written = [np.char.mod(logs.WRITTEN, channel.times).astype(float) for channel in self.channels]
+        times = np.unique(np.concatenate(written))
+        log = {"time": times}
+        for channel, own in zip(self.channels, written, strict=True):
+            log[channel.quantity] = np.full(len(times), np.nan)
+            log[channel.quantity][np.searchsorted(times, own)] = channel.values
+        logs.write_log(Path(path), log)
+
+    @classmethod
+    def load(cls, path: str | Path, sensors, *, start_heading_deg: float = 0.0) -> "Record":
+        """Read the readings of a trial.
+
+        Each channel has the times of its own cells that are not empty. Columns of controls are left to
+        :func:`bayesub.load_manoeuvre`.
+
+        Yaw or heading is unwrapped if the column stays within one turn, 0 to 360 or -180 to 180 deg: each reading is
+        brought within half a turn of the one before, across gaps too, and the first within half a turn of
+        `start_heading_deg`. A boat that turns further than that between two readings cannot be told from one that turns
+        the other way.
+
+        Parameters
+        ----------
+        sensors : whatever :func:`observe` takes, one sensor for each column, with the noise sd and resolution of its
+            readings; their other settings play no part
+
+        Raises InputError for a file that does not fit, and for a column without sensor or a sensor without column.
+        """
+        log = logs.read_log(Path(path))
+        by_quantity = {sensor.quantity: sensor for sensor in flat(sensors)}
+        for quantity in log:
+            if quantity in QUANTITIES and quantity not in by_quantity:
+                column = logs.HEADERS[quantity]
+                raise InputError(f"{path}: column '{column}' has no sensor; add one for it or delete the column")
+        channels = []
+        for quantity, sensor in by_quantity.items():
+            if quantity not in log:
+                raise InputError(f"{path}: column '{sensor.column}' is missing; add it or leave out its sensor")
+            given = np.isfinite(log[quantity])
+            if not given.any():
+                raise InputError(f"{path}: column '{sensor.column}' has no readings; leave it and its sensor out")
+            values = log[quantity][given]
+            if QUANTITIES[quantity].state == "psi":
+                values = _unwrapped(values, np.radians(start_heading_deg))
+            sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
+            channels.append(Channel(quantity, log["time"][given], values, sd, resolution))
+        return cls(tuple(channels))
+
+
+def _unwrapped(angles, start) -> np.ndarray:
+    """Headings (n,) in rad without jumps, the first near `start`, unless they already leave the turn."""
+    low, high = angles.min() / _TURN, angles.max() / _TURN
+    slack = 1e-12  # round-off of degrees in radians
+    if low < -0.5 - slack or high > (1.0 if low >= 0 else 0.5) + slack:
+        return angles
+    angles = np.unwrap(angles)
+    return angles + _TURN * np.round((start - angles[0]) / _TURN)

@@ -1,0 +1,178 @@
+"""One sensor: what it reads, when, and how wrong."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayesub.coefficients import ACCELERATIONS, nearest
+from bayesub.errors import InputError
+from bayesub.logs import COLUMNS, HEADERS, STATES
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is measured: a state or a body acceleration, through the water or over the ground."""
+
+    state: str
+    over_ground: bool = False
+
+
+# Short name -> quantity. Those over the ground feel a current; u v w and udot .. rdot are of the motion in the water.
+QUANTITIES = {name: Quantity(name, over_ground=name in ("x", "y")) for name in (*STATES, *ACCELERATIONS)}
+QUANTITIES |= {"depth": Quantity("z"), "heading": Quantity("psi")}
+QUANTITIES |= {f"{name}_ground": Quantity(name, over_ground=True) for name in "uvw"}
+
+_VALID = [column for column, (name, _) in COLUMNS.items() if name in QUANTITIES]
+
+
+def channel_name(quantity: str) -> str:
+    """The name of a channel: the column of its quantity without the unit, such as ``yaw`` or ``u_ground``."""
+    return HEADERS[quantity].rpartition("_")[0]
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Readings of one quantity.
+
+    A reading is ``round(truth + noise + bias)``: first the noise, then the bias, then the rounding. The noise is
+    normal; with probability `outlier_probability` it is that of an outlier, `outlier_scale` times as large. Readings go
+    missing one by one with probability `dropout`, and all of them in the gaps. Bias, dropouts and outliers are the
+    sensor's own secret: a channel of its record carries the sd and the resolution only.
+
+    column : the quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
+    sd, resolution, bias : noise standard deviation, rounding step (0 if there is none), and what is added to every
+        reading, all in the unit of the column
+    interval_s : one reading every so many seconds, the first after one interval
+    times : (n,) ascending times of the readings in s, instead of the interval
+    gaps : (start, end) in s; readings from start to end are missing
+    """
+
+    column: str
+    sd: float = 0.0
+    resolution: float = 0.0
+    interval_s: float = 1.0
+    times: tuple[float, ...] | None = None
+    bias: float = 0.0
+    dropout: float = 0.0
+    gaps: tuple[tuple[float, float], ...] = ()
+    outlier_probability: float = 0.0
+    outlier_scale: float = 10.0
+
+    def __post_init__(self):
+        if self.column not in _VALID:
+            written = [HEADERS[quantity] for quantity in QUANTITIES]
+            raise InputError(f"sensor: unknown quantity or unit '{self.column}'{nearest(self.column, written)}")
+        for key in ("sd", "resolution"):
+            if not (np.isfinite(getattr(self, key)) and getattr(self, key) >= 0):
+                raise self._refused(f"{key} must not be negative, found {getattr(self, key)}")
+        if self.sd == 0 and self.resolution == 0:
+            raise self._refused("sd and resolution are both zero; give the noise sd, the rounding step or both")
+        if not np.isfinite(self.bias):
+            raise self._refused(f"bias must be finite, found {self.bias}")
+        for key in ("dropout", "outlier_probability"):
+            if not 0 <= getattr(self, key) < 1:
+                raise self._refused(f"{key} must lie between 0 and 1, 1 excluded, found {getattr(self, key)}")
+        for key in ("interval_s", "outlier_scale"):
+            if not (np.isfinite(getattr(self, key)) and getattr(self, key) > 0):
+                raise self._refused(f"{key} must be positive, found {getattr(self, key)}")
+        if self.outlier_probability and self.sd == 0:
+            raise self._refused("outliers are multiples of the noise; give an sd")
+        for gap in self.gaps:
+            if not (len(gap) == 2 and gap[0] <= gap[1]):
+                raise self._refused(f"a gap must be a start and a later end in seconds, found {tuple(gap)}")
+        if self.times is not None and not (len(self.times) and np.all(np.diff(self.times) > 0)):
+            raise self._refused("times must be at least one and ascend")
+
+    def _refused(self, reason: str) -> InputError:
+        return InputError(f"sensor '{self.column}': {reason}")
+
+    @property
+    def quantity(self) -> str:
+        """Short name of what is measured, a key of QUANTITIES."""
+        return COLUMNS[self.column][0]
+
+    @property
+    def factor(self) -> float:
+        """From the unit of the column to SI."""
+        return COLUMNS[self.column][1]
+
+    def reading_times(self, duration: float) -> np.ndarray:
+        """(n,) times of the readings in a trial of `duration`, both in s, missing ones included."""
+        if self.times is None:
+            times = self.interval_s * np.arange(1, int(duration / self.interval_s * (1 + 1e-12)) + 1)
+            if not times.size:
+                raise self._refused(f"interval_s {self.interval_s:g} is longer than the manoeuvre, {duration:g} s")
+            return times
+        times = np.array(self.times, dtype=float)
+        outside = times[~((times >= 0) & (times <= duration * (1 + 1e-12)))]
+        if outside.size:
+            raise self._refused(f"time {outside[0]:g} s is outside the manoeuvre, 0 to {duration:g} s")
+        return times
+
+    def read(self, times, truth, rng: np.random.Generator | None) -> tuple[np.ndarray, np.ndarray]:
+        """Times and values of the readings of `truth` (n,) at `times` (n,), in SI units, missing ones left out.
+
+        Without an `rng` they are the truth itself.
+        """
+        if rng is None:
+            return times, truth.copy()
+        noise = self.sd * self.factor * rng.standard_normal(len(times))
+        if self.outlier_probability:
+            noise[rng.random(len(times)) < self.outlier_probability] *= self.outlier_scale
+        values = truth + noise + self.bias * self.factor
+        if self.resolution:
+            step = self.resolution * self.factor
+            values = step * np.round(values / step)
+        kept = np.ones(len(times), dtype=bool)
+        if self.dropout:
+            kept &= rng.random(len(times)) >= self.dropout
+        for start, end in self.gaps:
+            kept &= (times < start) | (times > end)
+        if not kept.any():
+            raise self._refused("no reading is left; shorten the gaps or lower the dropout")
+        return times[kept], values[kept]
+
+
+def flat(sensors) -> tuple[Sensor, ...]:
+    """The sensors of a sensor, an instrument, or a sequence of such and of sequences, in order.
+
+    Raises InputError if there is none, or if two read the same quantity.
+    """
+    found = tuple(_each(sensors))
+    if not found:
+        raise InputError("there is no sensor; name at least one")
+    names = [channel_name(sensor.quantity) for sensor in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"two sensors make a channel '{name}'; leave one of them out")
+    return found
+
+
+def _each(sensors) -> Iterable[Sensor]:
+    if isinstance(sensors, Sensor):
+        yield sensors
+        return
+    if isinstance(sensors, str) or not isinstance(sensors, Iterable):
+        raise InputError(f"a sensor, an instrument or a sequence of them was expected, found {sensors!r}")
+    for part in sensors:
+        yield from _each(part)
+
+
+def modified(sensors, channels: Iterable[str] | None = None, **changes) -> tuple[Sensor, ...]:
+    """Sensors with other settings, such as ``modified(DVL(0.005), dropout=0.1, gaps=[(60, 90)])``.
+
+    Parameters
+    ----------
+    sensors : whatever :func:`observe` takes
+    channels : names of the channels to change, such as ``["u_ground"]``; by default all
+    changes : attributes of :class:`Sensor`
+    """
+    sensors = flat(sensors)
+    names = [channel_name(sensor.quantity) for sensor in sensors]
+    channels = names if channels is None else tuple(channels)
+    for channel in channels:
+        if channel not in names:
+            raise InputError(f"sensor: unknown channel '{channel}'{nearest(channel, names)}")
+    pairs = zip(names, sensors, strict=True)
+    return tuple(replace(sensor, **changes) if name in channels else sensor for name, sensor in pairs)
