@@ -7,6 +7,7 @@ import numpy as np
 from bayesub.baselines.estimate import Estimate
 from bayesub.linalg import complete_svd
 
+_LONGEST = 1.0  # step of any coordinate; its prior sd is one, and the bounds of a prior are far away and flat
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
 
@@ -15,7 +16,8 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
 
     In the coordinates t, in which the prior is standard normal, the residuals have the Jacobian ``U diag(s) V'``, and
     the step with damping ``lam`` is ``-V (s^2 + 1 + lam)^-1 (s U' r + V' t)``. One batch of simulations tries a ladder
-    of dampings and the best is taken, so that a bad start costs no more than a good one.
+    of dampings and the best is taken, so that a bad start costs no more than a good one; no coordinate moves by more
+    than a prior standard deviation at a time.
 
     Parameters
     ----------
@@ -40,7 +42,8 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
         if np.linalg.norm(force / np.sqrt(s**2 + 1.0)) < tolerance:
             status = "converged"
             break
-        trials = t - (force / (s**2 + 1.0 + _DAMPING[:, None])) @ vt
+        steps = (force / (s**2 + 1.0 + _DAMPING[:, None])) @ vt
+        trials = t - steps * np.minimum(1.0, _LONGEST / np.abs(steps).max(axis=1, keepdims=True))
         trial_residuals = problem.residuals(prior.parameters(trials))
         trial_costs = _cost(trial_residuals, trials)
         best = np.nanargmin(np.where(np.isfinite(trial_costs), trial_costs, np.inf))
