@@ -69,27 +69,30 @@ class Gaussian:
 
     def log_density(self, predicted, readings, times=None, sd=None) -> np.ndarray:
         predicted, readings = _aligned(predicted, readings, times)
-        sd = _of_members(self.sd if sd is None else sd, len(predicted))
+        sd = _of_members(_chosen(sd, self.sd), len(predicted))
         squares = kernel.sums_of_squares(predicted, readings)
-        return _possible(-0.5 * squares / sd**2 - len(readings) * (_log(sd) + 0.5 * _LOG_2_PI))
+        return _possible(-0.5 * squares / sd**2 - len(readings) * (np.log(sd) + 0.5 * _LOG_2_PI))
 
     def marginal_log_density(self, predicted, readings, times=None) -> np.ndarray:
         """(n_batch,) log densities with sd integrated out under the prior density 1/sd, which has no scale:
 
-        log p = log Gamma(n/2) - log 2 - n/2 log(pi sum_i (predicted_i - reading_i)^2).
+        log p = log Gamma(n/2) - log 2 - n/2 log(pi sum_i (predicted_i - reading_i)^2),
+
+        infinite if every reading is met exactly.
         """
         predicted, readings = _aligned(predicted, readings, times)
         half_n = 0.5 * len(readings)
         squares = kernel.sums_of_squares(predicted, readings)
-        return _possible(gammaln(half_n) - math.log(2.0) - half_n * _log(math.pi * squares))
+        with np.errstate(divide="ignore"):
+            return _possible(gammaln(half_n) - math.log(2.0) - half_n * np.log(math.pi * squares))
 
     def residuals(self, predicted, readings, times=None, sd=None) -> np.ndarray:
         """(predicted - reading) / sd."""
-        return (np.asarray(predicted) - readings) / np.reshape(self.sd if sd is None else sd, (-1, 1))
+        return _standardised(predicted, readings, times, _chosen(sd, self.sd))
 
     def weigh(self, jacobian, predicted, readings, times=None, sd=None) -> np.ndarray:
         """jacobian / sd, of which the expected and the observed information are the square."""
-        return jacobian / (self.sd if sd is None else sd)
+        return jacobian / _chosen(sd, self.sd)
 
     def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
         return truth + self.sd * rng.standard_normal(len(truth))
@@ -127,9 +130,8 @@ class Rounded:
 
     def log_density(self, predicted, readings, times=None, sd=None) -> np.ndarray:
         predicted, readings = _aligned(predicted, readings, times)
-        sd = _of_members(self.sd if sd is None else sd, len(predicted))
-        log_density = kernel.rounded_log_probabilities(predicted, readings, 0.5 * self.resolution, sd)
-        return _possible(np.where(sd > 0, log_density, np.nan))
+        sd = _of_members(_chosen(sd, self.sd), len(predicted))
+        return _possible(kernel.rounded_log_probabilities(predicted, readings, 0.5 * self.resolution, sd))
 
     def residuals(self, predicted, readings, times=None, sd=None) -> np.ndarray:
         """Derivative of minus log p by the prediction, over the root of the information; zero where that vanishes."""
@@ -139,11 +141,11 @@ class Rounded:
     def weigh(self, jacobian, predicted, readings, times=None, sd=None) -> np.ndarray:
         """jacobian times the root of the observed information."""
         _, roots = self._slopes(np.asarray(predicted)[None], readings, times, sd)
-        return jacobian * (roots[0] / (self.sd if sd is None else sd))[:, None]
+        return jacobian * (roots[0] / _chosen(sd, self.sd))[:, None]
 
     def _slopes(self, predicted, readings, times, sd):
         predicted, readings = _aligned(predicted, readings, times)
-        sd = _of_members(self.sd if sd is None else sd, len(predicted))
+        sd = _of_members(_chosen(sd, self.sd), len(predicted))
         slopes, information = kernel.rounded_slopes(predicted, readings, 0.5 * self.resolution, sd)
         return slopes, np.sqrt(information)
 
@@ -204,20 +206,20 @@ class StudentT:
 
     def log_density(self, predicted, readings, times=None, sd=None) -> np.ndarray:
         predicted, readings = _aligned(predicted, readings, times)
-        sd = _of_members(self.sd if sd is None else sd, len(predicted))
+        sd = _of_members(_chosen(sd, self.sd), len(predicted))
         logarithms = kernel.student_t_logarithms(predicted, readings, sd, self.dof)
         half = 0.5 * (self.dof + 1.0)
         constant = gammaln(half) - gammaln(0.5 * self.dof) - 0.5 * math.log(math.pi * self.dof)
-        return _possible(len(readings) * (constant - _log(sd)) - half * logarithms)
+        return _possible(len(readings) * (constant - np.log(sd)) - half * logarithms)
 
     def residuals(self, predicted, readings, times=None, sd=None) -> np.ndarray:
         """(dof + 1) z / (dof + z^2) over the root of the expected information, z = (predicted - reading) / sd."""
-        z = Gaussian.residuals(self, predicted, readings, times, sd)
+        z = _standardised(predicted, readings, times, _chosen(sd, self.sd))
         return (self.dof + 1.0) * z / (self.dof + z * z) / self._root_information
 
     def weigh(self, jacobian, predicted, readings, times=None, sd=None) -> np.ndarray:
         """jacobian times the root of the expected information, (dof + 1) / (dof + 3) / sd^2."""
-        return Gaussian.weigh(self, jacobian, predicted, readings, times, sd) * self._root_information
+        return jacobian * (self._root_information / _chosen(sd, self.sd))
 
     @property
     def _root_information(self):
@@ -245,20 +247,18 @@ class AR1:
     def log_density(self, predicted, readings, times, sd=None, correlation_time_s=None) -> np.ndarray:
         predicted, readings = _aligned(predicted, readings, times)
         times = _ascending(times)
-        sd = _of_members(self.sd if sd is None else sd, len(predicted))
-        given = self.correlation_time_s if correlation_time_s is None else correlation_time_s
-        correlation_times = _of_members(given, len(predicted))
+        sd = _of_members(_chosen(sd, self.sd), len(predicted))
+        correlation_times = _of_members(_chosen(correlation_time_s, self.correlation_time_s), len(predicted))
         squares, logarithms = kernel.autoregressive_sums(predicted, readings, times, correlation_times).T
-        log_density = -0.5 * (squares / sd**2 + logarithms) - len(readings) * (_log(sd) + 0.5 * _LOG_2_PI)
-        return _possible(np.where(correlation_times > 0, log_density, np.nan))
+        return _possible(-0.5 * (squares / sd**2 + logarithms) - len(readings) * (np.log(sd) + 0.5 * _LOG_2_PI))
 
     def residuals(self, predicted, readings, times, sd=None) -> np.ndarray:
         """Innovations over their standard deviations: the inverse Cholesky factor of the covariance times the error."""
-        return self._whitened(Gaussian.residuals(self, predicted, readings, times, sd).T, times).T
+        return self._whitened(_standardised(predicted, readings, times, _chosen(sd, self.sd)).T, times).T
 
     def weigh(self, jacobian, predicted, readings, times, sd=None) -> np.ndarray:
         """The inverse Cholesky factor of the covariance of the noise times jacobian."""
-        return self._whitened(Gaussian.weigh(self, jacobian, predicted, readings, times, sd), times)
+        return self._whitened(jacobian / _chosen(sd, self.sd), times)
 
     def _whitened(self, columns, times):
         rho, innovation_sd = self._transitions(times)
@@ -307,14 +307,19 @@ def _aligned(predicted, readings, times):
     return predicted, readings
 
 
+def _chosen(given, default):
+    return default if given is None else given
+
+
 def _of_members(value, n_batch):
-    return np.ascontiguousarray(np.broadcast_to(np.asarray(value, dtype=float), (n_batch,)))
+    """(n_batch,) copies of a number, or the given values; not a number where one is not positive."""
+    values = np.broadcast_to(np.asarray(value, dtype=float), (n_batch,))
+    return np.where(values > 0, values, np.nan)
 
 
-def _log(values):
-    """Logarithm, not a number of negative values."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.log(values)
+def _standardised(predicted, readings, times, sd):
+    predicted, readings = _aligned(predicted, readings, times)
+    return (predicted - readings) / np.reshape(sd, (-1, 1))
 
 
 def _possible(log_density):

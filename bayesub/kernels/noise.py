@@ -26,7 +26,7 @@ _LOG_ROOT_2_PI = 0.5 * math.log(2.0 * math.pi)
 _ROOT_2_PI = math.sqrt(2.0 * math.pi)
 _N_SERIES = 9  # the first term left out is (cd)^18 / 19! < 1e-17
 _N_BACKWARD = 12  # steps of the recursion of e_j from zero; each divides its error by more than 2j / d^2
-_FAR = 1e4  # beyond it the information is 1 - 1/a^2 to more digits than its formula keeps
+_FAR = 1e4  # at larger a the information is one to 1/a^2, and its formula loses a^2 roundings
 
 
 @jit
@@ -233,8 +233,7 @@ def _wide_slopes(a, b, y):
     density = exponential(-0.5 * a * a)
     ratio = 1.0 / (near_tail - far_tail) if a > 0.0 else density / (_ROOT_2_PI - density * (near_tail + far_tail))
     score = (1.0 - far) * ratio
-    information = score * score + (b * far - a) * ratio
-    return score, information if a < _FAR else 1.0 - 1.0 / (a * a)
+    return score, score * score + (b * far - a) * ratio
 
 
 @jit(parallel=True)
@@ -258,6 +257,7 @@ def rounded_slopes(predicted, readings, half_step, sds):
                 score, curvature = _narrow_slopes(c, d, edge, series)
             else:
                 score, curvature = _wide_slopes(a, b, c * d)
+            curvature = min(max(curvature, 0.0), 1.0) if a < _FAR else 1.0
             slopes[member, i] = math.copysign(score, residual)
-            information[member, i] = min(max(curvature, 0.0), 1.0) if distance == distance else math.nan
+            information[member, i] = curvature if distance == distance else math.nan
     return slopes, information
