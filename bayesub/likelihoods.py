@@ -169,7 +169,8 @@ class SetMembership:
 
     def log_density(self, predicted, readings, times=None) -> np.ndarray:
         predicted, readings = _aligned(predicted, readings, times)
-        return np.where(np.all(self._excess(predicted, readings) == 0, axis=1), 0.0, -np.inf)
+        inside = np.abs(predicted - readings) <= self._half_width(readings)
+        return np.where(inside.all(axis=1), 0.0, -np.inf)
 
     def residuals(self, predicted, readings, times=None) -> np.ndarray:
         """Signed distance from the interval over resolution / 2; zero inside."""
@@ -182,9 +183,11 @@ class SetMembership:
 
     def _excess(self, predicted, readings):
         distance = predicted - readings
+        return np.sign(distance) * np.maximum(np.abs(distance) - self._half_width(readings), 0.0)
+
+    def _half_width(self, readings):
         # The intervals are closed; their ends are known to the rounding of the reading, a multiple of the resolution.
-        half = 0.5 * self.resolution + np.finfo(float).eps * np.abs(readings)
-        return np.sign(distance) * np.maximum(np.abs(distance) - half, 0.0)
+        return 0.5 * self.resolution + np.finfo(float).eps * np.abs(readings)
 
     def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
         return _rounded(np.asarray(truth), self.resolution)

@@ -53,6 +53,9 @@ def test_members_that_failed_are_impossible(noise, column, truth, times, rng):
     predicted[1, column] = np.nan
     np.testing.assert_array_equal(noise.log_density(predicted, readings, times), [alone[0], -np.inf, alone[2]])
     assert np.isfinite(alone).all()
+    missing = np.isnan(noise.residuals(predicted, readings, times))
+    assert missing[1, column]
+    assert not missing[[0, 2]].any()
 
 
 @pytest.mark.parametrize("noise", SMOOTH, ids=NAMES[:-1])

@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numba import prange
 
-from bayesub.kernels.layout import distinct_arrays, inline, jit, widest_vectors
+from bayesub.kernels.layout import batched, distinct_arrays, inline, jit, widest_vectors
 from bayesub.kernels.special import LOG_2, exponential, mills_ratio, split
 
 COLUMNS = 64
@@ -57,7 +57,7 @@ def _add_squares(squares, predicted, readings):
             squares[i] += residual * residual
 
 
-@jit(parallel=True)
+@batched
 def sums_of_squares(predicted, readings):
     """(n_batch,) sums of (predicted - reading)^2 of predicted (n_batch, n) and readings (n,)."""
     result = np.empty(len(predicted))
@@ -80,7 +80,7 @@ def _multiply_t(mantissas, exponents, predicted, readings, factor):
             exponents[i] += exponent
 
 
-@jit(parallel=True)
+@batched
 def student_t_logarithms(predicted, readings, sds, dof):
     """(n_batch,) sums of log(1 + z^2 / dof) with z = (predicted - reading) / sd; sds (n_batch,)."""
     result = np.empty(len(predicted))
@@ -115,7 +115,7 @@ def _add_innovations(squares, mantissas, exponents, predicted, readings, times, 
             exponents[i] += exponent
 
 
-@jit(parallel=True)
+@batched
 def autoregressive_sums(predicted, readings, times, correlation_times):
     """Sums over the readings of a first-order autoregressive process of unit sd, for correlation_times (n_batch,).
 
@@ -195,7 +195,7 @@ def _multiply_wide(squares, mantissas, exponents, predicted, readings, half_step
             exponents[i] += exponent
 
 
-@jit(parallel=True)
+@batched
 def rounded_log_probabilities(predicted, readings, half_step, sds):
     """(n_batch,) log probabilities that all readings (n,) are rounded to as they were, for noise sds (n_batch,)."""
     n = len(readings)
@@ -236,7 +236,7 @@ def _wide_slopes(a, b, y):
     return score, score * score + (b * far - a) * ratio
 
 
-@jit(parallel=True)
+@batched
 def rounded_slopes(predicted, readings, half_step, sds):
     """First two derivatives of minus the log probability of each reading.
 
