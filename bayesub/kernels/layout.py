@@ -2,6 +2,7 @@
 
 import functools
 import hashlib
+import types
 from pathlib import Path
 
 import numba
@@ -23,6 +24,21 @@ def jit(function=None, **options):
         return functools.partial(jit, **options)
     function.__qualname__ += f"_{_DIGEST}"
     return numba.njit(cache=True, nogil=True, **_SETTINGS, **options)(function)
+
+
+def batched(function):
+    """Compile a kernel whose first argument is a batch, to run on all threads if that has more than LANES members.
+
+    For fewer, waking the threads would take longer than the work.
+    """
+    serial = jit(types.FunctionType(function.__code__, function.__globals__, f"{function.__name__}_serial"))
+    parallel = jit(function, parallel=True)
+
+    @functools.wraps(function)
+    def kernel(batch, *arguments):
+        return (parallel if len(batch) > LANES else serial)(batch, *arguments)
+
+    return kernel
 
 
 inline = functools.partial(numba.njit, forceinline=True, **_SETTINGS)

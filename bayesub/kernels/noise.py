@@ -1,0 +1,263 @@
+"""Log densities of readings given predictions, a member of the batch at a time.
+
+Sums run in COLUMNS columns side by side, reading i in column i modulo COLUMNS, so that they are vectorised and do not
+depend on the batch or on the number of threads.
+
+A rounded reading is the interval of half-width d around it, both in units of the noise sd. With c the distance of the
+prediction from the reading, a = c - d and b = c + d the distances of the two ends, and R the Mills ratio, the
+probability of the interval is
+
+    phi(a) [R(a) - exp(-2cd) R(b)]                          a > 0: the prediction is outside
+    1 - phi(a) [R(-a) + exp(-2cd) R(b)]                     a <= 0: inside
+    2d phi(c) S,  S = sum_j e_j (cd)^2j,                    cd <= 1 and d <= 1, where the others lose digits
+                  e_j = 1/(2j)! int_0^1 s^2j exp(-d^2 s^2 / 2) ds
+"""
+
+import math
+
+import numpy as np
+from numba import prange
+
+from bayesub.kernels.layout import batched, distinct_arrays, inline, jit, widest_vectors
+from bayesub.kernels.special import LOG_2, exponential, mills_ratio, split
+
+COLUMNS = 64
+_LOG_ROOT_2_PI = 0.5 * math.log(2.0 * math.pi)
+_ROOT_2_PI = math.sqrt(2.0 * math.pi)
+_N_SERIES = 9  # the first term left out is (cd)^18 / 19! < 1e-17
+_N_BACKWARD = 12  # steps of the recursion of e_j from zero; each divides its error by more than 2j / d^2
+_FAR = 1e4  # at larger a the information is one to 1/a^2, and its formula loses a^2 roundings
+
+
+@jit
+def _sum(column_sums):
+    total = 0.0
+    for column in column_sums:
+        total += column
+    return total
+
+
+@jit
+def _log_of_product(mantissas, exponents):
+    """Logarithm of the product over columns; COLUMNS mantissas below two cannot overflow."""
+    product, exponent = 1.0, 0
+    for i in range(COLUMNS):
+        product *= mantissas[i]
+        exponent += exponents[i]
+    return math.log(product) + LOG_2 * exponent
+
+
+@jit
+def _add_squares(squares, predicted, readings):
+    widest_vectors()
+    distinct_arrays()
+    for first in range(0, len(readings), COLUMNS):
+        for i in range(min(COLUMNS, len(readings) - first)):
+            residual = predicted[first + i] - readings[first + i]
+            squares[i] += residual * residual
+
+
+@batched
+def sums_of_squares(predicted, readings):
+    """(n_batch,) sums of (predicted - reading)^2 of predicted (n_batch, n) and readings (n,)."""
+    result = np.empty(len(predicted))
+    for member in prange(len(predicted)):
+        squares = np.zeros(COLUMNS)
+        _add_squares(squares, predicted[member], readings)
+        result[member] = _sum(squares)
+    return result
+
+
+@jit
+def _multiply_t(mantissas, exponents, predicted, readings, factor):
+    widest_vectors()
+    distinct_arrays()
+    for first in range(0, len(readings), COLUMNS):
+        for i in range(min(COLUMNS, len(readings) - first)):
+            residual = predicted[first + i] - readings[first + i]
+            mantissa, exponent = split(mantissas[i] * (1.0 + factor * (residual * residual)))
+            mantissas[i] = mantissa
+            exponents[i] += exponent
+
+
+@batched
+def student_t_logarithms(predicted, readings, sds, dof):
+    """(n_batch,) sums of log(1 + z^2 / dof) with z = (predicted - reading) / sd; sds (n_batch,)."""
+    result = np.empty(len(predicted))
+    for member in prange(len(predicted)):
+        mantissas, exponents = np.ones(COLUMNS), np.zeros(COLUMNS, np.int64)
+        _multiply_t(mantissas, exponents, predicted[member], readings, 1.0 / (dof * sds[member] ** 2))
+        result[member] = _log_of_product(mantissas, exponents)
+    return result
+
+
+@inline
+def _correlation(lag):
+    """exp(-lag) and 1 - exp(-2 lag)."""
+    rho = exponential(-lag)
+    x = 2.0 * lag
+    series = 1.0 - x / 2 * (1.0 - x / 3 * (1.0 - x / 4 * (1.0 - x / 5 * (1.0 - x / 6 * (1.0 - x / 7)))))
+    return rho, x * series if x < 0.01 else 1.0 - rho * rho
+
+
+@jit
+def _add_innovations(squares, mantissas, exponents, predicted, readings, times, rate):
+    widest_vectors()
+    distinct_arrays()
+    for first in range(1, len(readings), COLUMNS):
+        for i in range(min(COLUMNS, len(readings) - first)):
+            now = first + i
+            rho, variance = _correlation(rate * (times[now] - times[now - 1]))
+            innovation = (predicted[now] - readings[now]) - rho * (predicted[now - 1] - readings[now - 1])
+            squares[i] += innovation * innovation / variance
+            mantissa, exponent = split(mantissas[i] * variance)
+            mantissas[i] = mantissa
+            exponents[i] += exponent
+
+
+@batched
+def autoregressive_sums(predicted, readings, times, correlation_times):
+    """Sums over the readings of a first-order autoregressive process of unit sd, for correlation_times (n_batch,).
+
+    Returns (n_batch, 2): squared innovations over their variances, and logarithms of those variances.
+    """
+    result = np.empty((len(predicted), 2))
+    for member in prange(len(predicted)):
+        squares, mantissas, exponents = np.zeros(COLUMNS), np.ones(COLUMNS), np.zeros(COLUMNS, np.int64)
+        rate = 1.0 / correlation_times[member]
+        _add_innovations(squares, mantissas, exponents, predicted[member], readings, times, rate)
+        result[member, 0] = (predicted[member, 0] - readings[0]) ** 2 + _sum(squares)
+        result[member, 1] = _log_of_product(mantissas, exponents)
+    return result
+
+
+@jit
+def _series(d):
+    """(N_SERIES,) coefficients e_j of S."""
+    q = 0.5 * d * d
+    moment, coefficients = 0.0, np.empty(_N_SERIES)
+    for j in range(_N_SERIES + _N_BACKWARD, -1, -1):
+        # int s^2j exp(-q s^2) ds over [0, 1], by parts
+        moment = (2.0 * q * moment + math.exp(-q)) / (2 * j + 1)
+        if j < _N_SERIES:
+            coefficients[j] = moment
+    factorial = 1.0
+    for j in range(1, _N_SERIES):
+        factorial *= (2 * j - 1) * (2 * j)
+        coefficients[j] /= factorial
+    return coefficients
+
+
+@inline
+def _evaluate_series(e, y2):
+    tail = e[4] + y2 * (e[5] + y2 * (e[6] + y2 * (e[7] + y2 * e[8])))
+    return e[0] + y2 * (e[1] + y2 * (e[2] + y2 * (e[3] + y2 * tail)))
+
+
+@jit
+def _multiply_narrow(squares, mantissas, exponents, series, predicted, readings, half_step, inverse_sd):
+    """Densities, which are the probabilities over 2d, of intervals with d <= 1."""
+    widest_vectors()
+    distinct_arrays()
+    d = half_step * inverse_sd
+    inverse_width = 0.5 / d
+    for first in range(0, len(readings), COLUMNS):
+        for i in range(min(COLUMNS, len(readings) - first)):
+            distance = abs(predicted[first + i] - readings[first + i])
+            c = distance * inverse_sd
+            a, b, y = (distance - half_step) * inverse_sd, (distance + half_step) * inverse_sd, c * d
+            near = y <= 1.0
+            outside = mills_ratio(abs(a)) - exponential(-2.0 * y) * mills_ratio(b)
+            density = _evaluate_series(series, y * y) if near else outside * inverse_width
+            squares[i] += c * c if near else a * a
+            mantissa, exponent = split(mantissas[i] * density)
+            mantissas[i] = mantissa
+            exponents[i] += exponent
+
+
+@jit
+def _multiply_wide(squares, mantissas, exponents, predicted, readings, half_step, inverse_sd):
+    """Probabilities times root 2 pi of intervals with d > 1."""
+    widest_vectors()
+    distinct_arrays()
+    d = half_step * inverse_sd
+    for first in range(0, len(readings), COLUMNS):
+        for i in range(min(COLUMNS, len(readings) - first)):
+            distance = abs(predicted[first + i] - readings[first + i])
+            a, b = (distance - half_step) * inverse_sd, (distance + half_step) * inverse_sd
+            near_tail = mills_ratio(abs(a))
+            far_tail = exponential(-2.0 * (distance * inverse_sd) * d) * mills_ratio(b)
+            inside = _ROOT_2_PI - exponential(-0.5 * a * a) * (near_tail + far_tail)
+            probability = near_tail - far_tail if a > 0.0 else inside
+            squares[i] += a * a if a > 0.0 else 0.0
+            mantissa, exponent = split(mantissas[i] * probability)
+            mantissas[i] = mantissa
+            exponents[i] += exponent
+
+
+@batched
+def rounded_log_probabilities(predicted, readings, half_step, sds):
+    """(n_batch,) log probabilities that all readings (n,) are rounded to as they were, for noise sds (n_batch,)."""
+    n = len(readings)
+    result = np.empty(len(predicted))
+    for member in prange(len(predicted)):
+        squares, mantissas, exponents = np.zeros(COLUMNS), np.ones(COLUMNS), np.zeros(COLUMNS, np.int64)
+        inverse_sd = 1.0 / sds[member]
+        d = half_step * inverse_sd
+        constant = -n * _LOG_ROOT_2_PI
+        if d <= 1.0:
+            constant += n * math.log(2.0 * d)
+            _multiply_narrow(
+                squares, mantissas, exponents, _series(d), predicted[member], readings, half_step, inverse_sd
+            )
+        else:
+            _multiply_wide(squares, mantissas, exponents, predicted[member], readings, half_step, inverse_sd)
+        result[member] = constant - 0.5 * _sum(squares) + _log_of_product(mantissas, exponents)
+    return result
+
+
+@inline
+def _narrow_slopes(c, d, edge, series):
+    """Score and information of d <= 1 and cd <= 1; edge = exp(-d^2 / 2)."""
+    y = c * d
+    scale = edge / _evaluate_series(series, y * y)
+    score = scale * math.sinh(y) / d
+    return score, score * (score - c) + scale * math.cosh(y)
+
+
+@inline
+def _wide_slopes(a, b, y):
+    """Score and information from the distances of the ends, with y = cd."""
+    far = exponential(-2.0 * y)
+    near_tail, far_tail = mills_ratio(abs(a)), far * mills_ratio(b)
+    density = exponential(-0.5 * a * a)
+    ratio = 1.0 / (near_tail - far_tail) if a > 0.0 else density / (_ROOT_2_PI - density * (near_tail + far_tail))
+    score = (1.0 - far) * ratio
+    return score, score * score + (b * far - a) * ratio
+
+
+@batched
+def rounded_slopes(predicted, readings, half_step, sds):
+    """First two derivatives of minus the log probability of each reading.
+
+    Returns
+    -------
+    slopes, information : (n_batch, n), by predicted / sd and by its square; information lies between zero and one
+    """
+    slopes, information = np.empty(predicted.shape), np.empty(predicted.shape)
+    for member in prange(len(predicted)):
+        inverse_sd = 1.0 / sds[member]
+        d = half_step * inverse_sd
+        series, edge = _series(min(d, 1.0)), math.exp(-0.5 * d * d)
+        for i in range(len(readings)):
+            residual = predicted[member, i] - readings[i]
+            distance = abs(residual)
+            c, a, b = distance * inverse_sd, (distance - half_step) * inverse_sd, (distance + half_step) * inverse_sd
+            if d <= 1.0 and c * d <= 1.0:
+                score, curvature = _narrow_slopes(c, d, edge, series)
+            else:
+                score, curvature = _wide_slopes(a, b, c * d)
+            curvature = min(max(curvature, 0.0), 1.0) if a < _FAR else 1.0
+            slopes[member, i] = math.copysign(score, residual)
+            information[member, i] = curvature if distance == distance else math.nan
+    return slopes, information
