@@ -26,24 +26,6 @@ from bayesub.kernels import noise as kernel
 _LOG_2_PI = math.log(2.0 * math.pi)
 
 
-def gaussian(residuals, sds) -> np.ndarray:
-    """Log density of independent normal readings,
-
-        log p = -1/2 sum_i r_i^2 - sum_i log sd_i - n/2 log(2 pi),   r_i = (predicted_i - reading_i) / sd_i.
-
-    Parameters
-    ----------
-    residuals : (n_batch, n_readings) standardised residuals r; not a number where a simulation failed
-    sds : (n_readings,) standard deviations
-
-    Returns
-    -------
-    (n_batch,) log likelihoods, -inf for failed simulations.
-    """
-    constant = -np.log(sds).sum() - 0.5 * len(sds) * _LOG_2_PI
-    return _possible(constant - 0.5 * np.einsum("ij,ij->i", residuals, residuals))
-
-
 def reading_noise(sd: float, resolution: float = 0.0) -> "Gaussian | Rounded | SetMembership":
     """The noise of a sensor with normal errors of `sd` that writes down multiples of `resolution`; either may be 0.
 

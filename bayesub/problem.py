@@ -1,5 +1,6 @@
 """The inference problem: everything that baselines, samplers and identifiability see of a vehicle and its record."""
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ class Problem:
     vehicle, manoeuvre, record
     free : names of the coefficients to infer; one whose prior centre is zero has no scale and stays fixed
     prior : from :mod:`bayesub.priors`
+    noise : channel name -> noise model of :mod:`bayesub.likelihoods`, for channels that differ from what their sd and
+        resolution say: normal noise, or rounded normal noise with the exact probability of the rounding interval
     xi : (101,) values of the coefficients that are not free; by default the vehicle's own
     dt : integration step, s; by default chosen for the vehicle and manoeuvre
 
@@ -29,11 +32,12 @@ class Problem:
     ----------
     names : the n_params free coefficients, and columns : their positions in xi
     prior : with mean and sd (n_params,)
-    readings, sds : (n_readings,) the measured values and their noise, SI units
+    readings, sds : (n_readings,) the measured values and their sd with rounding, SI units
+    noises : the noise model of each channel
     evaluations, jacobians : simulations and Jacobians so far, and failures : simulations so far by status
     """
 
-    def __init__(self, vehicle, manoeuvre, record, *, free, prior: Spread, xi=None, dt=None):
+    def __init__(self, vehicle, manoeuvre, record, *, free, prior: Spread, noise=None, xi=None, dt=None):
         self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
         self.xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
         centre = self.xi if prior.centre is None else prior.centre
@@ -44,21 +48,20 @@ class Problem:
         self.names = tuple(coefficients.NAMES[k] for k in self.columns)
         self.prior = prior.on(self.columns, self.xi)
 
-        for channel in record.channels:
-            if channel.state not in logs.STATES:
-                raise InputError(f"channel '{channel.name}' is not a state, and cannot be fitted; leave it out")
-            if not channel.sd:
-                raise InputError(f"channel '{channel.name}' has no noise to weigh it by; give its sensor an sd")
+        self.noises = _noises(record.channels, noise or {})
         times = np.unique(np.concatenate([channel.times for channel in record.channels]))
         self.simulator = Simulator(vehicle, manoeuvre, times, dt=dt)
-        # Where each reading stands in the (n_times, 12) states of a simulation laid out in one row, and in the
-        # derivatives of those states that are measured.
-        self._states = tuple(dict.fromkeys(channel.state for channel in record.channels))
-        self._position = self._positions(times, logs.STATES)
-        self._slope_position = self._positions(times, self._states)
+        # Where each reading stands in the outputs of a simulation laid out in one row, and in the derivatives of those
+        # outputs that are measured.
+        self._measured = tuple(dict.fromkeys(channel.state for channel in record.channels))
+        self._accelerations = not set(self._measured) <= set(logs.STATES)
+        self._position = self._positions(times, logs.OUTPUTS if self._accelerations else logs.STATES)
+        self._slope_position = self._positions(times, self._measured)
         lengths = [len(channel.times) for channel in record.channels]
+        ends = np.cumsum(lengths)
+        self._slices = [slice(end - n, end) for n, end in zip(lengths, ends, strict=True)]
         self.readings = np.concatenate([channel.values for channel in record.channels])
-        self.sds = np.repeat([channel.sd for channel in record.channels], lengths)
+        self.sds = np.repeat([channel.total_sd for channel in record.channels], lengths)
         self.evaluations = self.jacobians = 0
         self.failures = dict.fromkeys(STATUS[1:], 0)
 
@@ -83,7 +86,7 @@ class Problem:
 
     def predicted(self, parameters) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed."""
-        states, status = self.simulator.run(self.coefficient_sets(parameters))
+        states, status = self.simulator.run(self.coefficient_sets(parameters), accelerations=self._accelerations)
         self.evaluations += len(states)
         for code, word in enumerate(STATUS[1:], start=1):
             self.failures[word] += int(np.count_nonzero(status == code))
@@ -92,8 +95,29 @@ class Problem:
         return predicted
 
     def residuals(self, parameters) -> np.ndarray:
-        """(n_batch, n_readings) ``(predicted - reading) / sd``, without dimension."""
-        return (self.predicted(parameters) - self.readings) / self.sds
+        """(n_batch, n_readings) standardised residuals, ``(predicted - reading) / sd`` where the noise is normal.
+
+        Otherwise scores over the root of the information (:mod:`bayesub.likelihoods`), so that with :meth:`jacobian`
+        they make the gradient of minus the log likelihood.
+        """
+        return self._residuals(self.predicted(parameters))
+
+    def misfit(self, parameters) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n_batch, n_readings) and deviances (n_batch,), infinite where the simulation failed.
+
+        A deviance is minus twice the log likelihood less that of predictions that equal the readings: the sum of
+        squared residuals where the noise is normal.
+        """
+        predicted = self.predicted(parameters)
+        residuals, deviances = self._residuals(predicted), np.zeros(len(predicted))
+        for noise, times, part in self._parts():
+            if isinstance(noise, likelihoods.Gaussian | likelihoods.AR1):
+                deviances += np.einsum("ij,ij->i", residuals[:, part], residuals[:, part])
+            else:
+                readings = self.readings[part]
+                most = noise.log_density(readings[None], readings, times)
+                deviances += 2.0 * (most - noise.log_density(predicted[:, part], readings, times))
+        return residuals, np.where(np.isnan(deviances), np.inf, deviances)
 
     def jacobian(self, parameters) -> np.ndarray:
         """(n_readings, n_params) derivatives of the residuals at one parameter vector (n_params,).
@@ -102,8 +126,32 @@ class Problem:
         """
         self.jacobians += 1
         (xi,) = self.coefficient_sets(parameters)
-        slopes = self.simulator.sensitivities(xi, self.names, self._states)
-        return slopes.reshape(-1, self.n_params)[self._slope_position] / self.sds[:, None]
+        slopes = self.simulator.sensitivities(xi, self.names, self._measured)
+        slopes = slopes.reshape(-1, self.n_params)[self._slope_position]
+        if all(isinstance(noise, likelihoods.Gaussian) for noise in self.noises):
+            return slopes / self.sds[:, None]
+        (predicted,) = self.predicted(parameters)
+        weighed = [
+            noise.weigh(slopes[part], predicted[part], self.readings[part], times)
+            for noise, times, part in self._parts()
+        ]
+        return np.concatenate(weighed)
+
+    def _parts(self):
+        return zip(self.noises, [channel.times for channel in self.record.channels], self._slices, strict=True)
+
+    def _residuals(self, predicted):
+        parts = [
+            noise.residuals(predicted[:, part], self.readings[part], times) for noise, times, part in self._parts()
+        ]
+        return np.concatenate(parts, axis=1)
+
+    def naive(self) -> "Problem":
+        """The same problem for methods that know nothing of rounding: normal noise of the total sd on every channel."""
+        other = copy.copy(self)
+        other.noises = tuple(likelihoods.Gaussian(channel.total_sd) for channel in self.record.channels)
+        other.failures = dict.fromkeys(self.failures, 0)
+        return other
 
     def trajectory(self, parameters) -> Trajectory:
         """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params)."""
@@ -115,11 +163,34 @@ class Problem:
 
     def log_likelihood(self, parameters) -> np.ndarray:
         """(n_batch,) log likelihoods, -inf where the simulation failed."""
-        return likelihoods.gaussian(self.residuals(parameters), self.sds)
+        return sum(self.log_likelihoods(parameters).values())
+
+    def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
+        """The contribution (n_batch,) of each channel to the log likelihood, by name."""
+        predicted = self.predicted(parameters)
+        return {
+            channel.name: noise.log_density(predicted[:, part], self.readings[part], times)
+            for channel, (noise, times, part) in zip(self.record.channels, self._parts(), strict=True)
+        }
 
     def log_prob(self, parameters) -> np.ndarray:
         """(n_batch,) log posterior densities, not normalised."""
         return self.log_prior(parameters) + self.log_likelihood(parameters)
+
+
+def _noises(channels, given):
+    """The noise model of each channel: the one given by name, or what its sd and resolution say."""
+    names = [channel.name for channel in channels]
+    for name in given:
+        if name not in names:
+            raise InputError(f"noise: there is no channel '{name}'{coefficients.nearest(name, names)}")
+    noises = tuple(
+        given.get(channel.name) or likelihoods.reading_noise(channel.sd, channel.resolution) for channel in channels
+    )
+    for channel, noise in zip(channels, noises, strict=True):
+        if isinstance(noise, likelihoods.SetMembership):
+            raise InputError(f"channel '{channel.name}' has no noise to weigh it by; give its sensor an sd")
+    return noises
 
 
 @dataclass(frozen=True)

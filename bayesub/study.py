@@ -205,7 +205,7 @@ def run(study: Study, folder: Path, *, progress=None) -> bool:
         n = study.baselines.sqp_starts
         estimates.append(
             baselines.sqp(
-                problem,
+                problem.naive(),
                 rng=setup.sqp_rng,
                 n_starts=n,
                 progress=lambda done: progress.update(done / n, f"{done} of {n} starts"),

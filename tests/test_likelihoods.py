@@ -5,7 +5,7 @@ import pytest
 from scipy import integrate, stats
 
 from bayesub.errors import InputError
-from bayesub.likelihoods import AR1, Gaussian, Rounded, SetMembership, StudentT, gaussian, reading_noise
+from bayesub.likelihoods import AR1, Gaussian, Rounded, SetMembership, StudentT, reading_noise
 
 SMOOTH = [Gaussian(0.3), Rounded(0.3, 0.1), Rounded(0.3, 1.0), StudentT(0.3, 4.0), AR1(0.3, 2.5)]
 NOISES = [*SMOOTH, SetMembership(1.0)]
@@ -27,26 +27,10 @@ def covariance(noise, times):
     return noise.sd**2 * np.exp(-np.abs(times[:, None] - times) / noise.correlation_time_s)
 
 
-def test_gaussian_is_the_density_of_the_readings(rng):
-    """The log likelihood is normalised over the readings, in their own units."""
-    sds = 10.0 ** rng.uniform(-4, 2, 30)
-    readings, predicted = rng.standard_normal(30), rng.standard_normal((4, 30)) * sds
-    expected = stats.norm.logpdf(readings * sds, predicted, sds).sum(axis=1)
-    np.testing.assert_allclose(gaussian((predicted - readings * sds) / sds, sds), expected, rtol=1e-13)
-
-
-def test_failed_simulations_are_impossible(rng):
-    """A member with a missing prediction has likelihood zero, and its neighbours keep theirs."""
-    residuals = rng.standard_normal((3, 5))
-    alone = gaussian(residuals, np.ones(5))
-    residuals[1, 4] = np.nan
-    np.testing.assert_array_equal(gaussian(residuals, np.ones(5)), [alone[0], -np.inf, alone[2]])
-
-
 @pytest.mark.parametrize("noise", NOISES, ids=NAMES)
 @pytest.mark.parametrize("column", [0, 17, 39])
 def test_members_that_failed_are_impossible(noise, column, truth, times, rng):
-    """So in every noise model, wherever the missing prediction is."""
+    """A member with a missing prediction has likelihood zero; its neighbours keep theirs."""
     predicted = np.stack([truth] * 3)
     readings = noise.sample(truth, times, rng)
     alone = noise.log_density(predicted, readings, times)

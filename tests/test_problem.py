@@ -8,6 +8,7 @@ from scipy import stats
 
 import bayesub as bs
 from bayesub.coefficients import HORIZONTAL, INDEX, columns
+from bayesub.likelihoods import AR1, StudentT
 from bayesub.problem import linear_systems
 
 TRACK = bs.sensors.Track(position_sd_m=0.5, attitude_sd_deg=0.1, interval_s=2.0, channels=("x", "y", "yaw"))
@@ -81,6 +82,79 @@ def test_jacobian(problem, parameters):
     found = problem.jacobian(parameters[0]) * problem.prior.sd
     # The extrapolation leaves (0.004 x 0.25)^4 of the column, times derivatives that grow along the trial.
     assert np.all(np.abs(found - expected).max(axis=0) < 1e-8 * np.abs(expected).max(axis=0))
+
+
+@pytest.fixture(scope="module")
+def mixed(suboff, spiral, spiral_track):
+    """Rounded velocities and accelerations, a track with outliers and a compass with slow errors."""
+    sensors = (
+        bs.sensors.Sensor("u_mps", sd=0.005, resolution=0.01, interval_s=5.0),
+        bs.sensors.Sensor("r_degps", sd=0.02, resolution=0.1, interval_s=3.0),
+        bs.sensors.Sensor("vdot_mps2", sd=5e-4, resolution=1e-3, interval_s=5.0),
+        bs.sensors.Sensor("x_m", sd=0.5, interval_s=2.5),
+        bs.sensors.Sensor("heading_deg", sd=0.3, interval_s=2.0),
+    )
+    record = bs.observe(spiral_track, sensors, np.random.default_rng(8))
+    noise = {"x": StudentT(0.5, 4.0), "heading": AR1(np.radians(0.3), 20.0)}
+    prior = bs.priors.relative_normal(0.25)
+    return bs.Problem(suboff, spiral, record, free=HORIZONTAL, prior=prior, noise=noise, dt=1.0)
+
+
+def test_channels_have_noise_of_their_own(mixed, parameters):
+    """The log likelihood is the sum of the channels', each with its own model."""
+    parameters = mixed.prior.mean + 1e-3 * (parameters - mixed.prior.mean)  # near enough for differences of Phi
+    predicted = mixed.predicted(parameters)
+    parts = mixed.log_likelihoods(parameters)
+    assert list(parts) == ["u", "r", "vdot", "x", "heading"]
+    np.testing.assert_allclose(mixed.log_likelihood(parameters), sum(parts.values()), rtol=1e-14)
+    n = len(mixed.record.channels[0].times)
+    below, above = ((mixed.readings[:n] + half - predicted[:, :n]) / 0.005 for half in (-0.005, 0.005))
+    interval = np.log(stats.norm.cdf(above) - stats.norm.cdf(below)).sum(axis=1)
+    np.testing.assert_allclose(parts["u"], interval, rtol=1e-6)  # of a difference of probabilities near one
+
+
+def test_residuals_and_jacobian_make_the_gradient(mixed, parameters):
+    """J'z is the gradient of minus the log likelihood, whatever the noise of the channels."""
+    t = parameters[0]
+    steps = 1e-4 * mixed.prior.sd
+    plus, minus = (mixed.log_likelihood(t + sign * np.diag(steps)) for sign in (1, -1))
+    gradient = mixed.jacobian(t).T @ mixed.residuals(t)[0]
+    scale = np.linalg.norm(mixed.jacobian(t), axis=0)
+    # Central differences 1e-4 of a prior sd apart lose 1e-4 of the digits of a log likelihood of thousands.
+    assert np.abs(gradient + (plus - minus) / (2 * steps)).max() < 1e-4 * scale.max()
+    np.testing.assert_allclose(gradient, -(plus - minus) / (2 * steps), rtol=1e-3, atol=1e-5 * np.abs(gradient).max())
+
+
+def test_deviance_counts_from_the_best_possible(mixed, problem, parameters):
+    """Deviances differ as log likelihoods do, twice over; for normal noise they are sums of squares."""
+    residuals, deviances = mixed.misfit(parameters)
+    np.testing.assert_allclose(np.diff(deviances), -2 * np.diff(mixed.log_likelihood(parameters)), rtol=1e-9)
+    np.testing.assert_array_equal(residuals, mixed.residuals(parameters))
+    np.testing.assert_allclose(problem.misfit(parameters)[1], np.sum(problem.residuals(parameters) ** 2, axis=1))
+    parameters[1, problem.names.index("Xuu")] = 0.1
+    assert problem.misfit(parameters)[1][1] == mixed.misfit(parameters)[1][1] == np.inf
+
+
+def test_naive_problem(mixed, parameters):
+    """A method that knows nothing of rounding sees normal noise with a twelfth of the squared step added."""
+    naive = mixed.naive()
+    sds = np.hypot(0.005, 0.01 / np.sqrt(12))
+    n = len(mixed.record.channels[0].times)
+    expected = (mixed.predicted(parameters)[:, :n] - mixed.readings[:n]) / sds
+    np.testing.assert_allclose(naive.residuals(parameters)[:, :n], expected)
+
+
+def test_noise_of_no_channel(suboff, spiral, mixed):
+    """Noise for a channel that is not in the record is refused by name."""
+    with pytest.raises(bs.InputError, match="no channel 'headin': did you mean 'heading'"):
+        bs.Problem(
+            suboff,
+            spiral,
+            mixed.record,
+            free=HORIZONTAL,
+            prior=bs.priors.relative_normal(0.25),
+            noise={"headin": AR1(0.1, 10.0)},
+        )
 
 
 def test_nothing_to_infer(suboff, spiral, problem):

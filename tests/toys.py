@@ -15,9 +15,12 @@ class Toy:
         self.n_params = len(self.names)
         self.evaluations, self.failures = 0, {"diverged": 0}
 
-    def log_likelihood(self, parameters):
+    def misfit(self, parameters):
         residuals = self.residuals(parameters)
-        return -0.5 * np.einsum("ij,ij->i", residuals, residuals)
+        return residuals, np.nan_to_num(np.einsum("ij,ij->i", residuals, residuals), nan=np.inf)
+
+    def log_likelihood(self, parameters):
+        return -0.5 * self.misfit(parameters)[1]
 
 
 class Linear(Toy):

@@ -12,7 +12,7 @@ _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
 
 def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations: int = 60) -> Estimate:
-    """Minimise ``|residuals|^2 + |t|^2`` by damped Gauss-Newton steps.
+    """Minimise ``deviance + |t|^2``, minus twice the log posterior but for a constant, by damped Gauss-Newton steps.
 
     In the coordinates t, in which the prior is standard normal, the residuals have the Jacobian ``U diag(s) V'``, and
     the step with damping ``lam`` is ``-V (s^2 + 1 + lam)^-1 (s U' r + V' t)``. One batch of simulations tries a ladder
@@ -31,8 +31,7 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
     began, evaluations = time.perf_counter(), problem.evaluations
     prior = problem.prior
     t = np.zeros(problem.n_params) if start is None else prior.standard(np.asarray(start))
-    residuals = problem.residuals(prior.parameters(t)[None])[0]
-    cost = _cost(residuals[None], t[None])[0]
+    (residuals,), (cost,) = _misfit(problem, t[None])
     status = f"stopped after {max_iterations} iterations; start nearer to the truth or narrow the prior"
     if not np.isfinite(cost):
         raise ValueError("the simulation fails at the start of the search; choose a start that completes the manoeuvre")
@@ -44,9 +43,8 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
             break
         steps = (force / (s**2 + 1.0 + _DAMPING[:, None])) @ vt
         trials = t - steps * np.minimum(1.0, _LONGEST / np.abs(steps).max(axis=1, keepdims=True))
-        trial_residuals = problem.residuals(prior.parameters(trials))
-        trial_costs = _cost(trial_residuals, trials)
-        best = np.nanargmin(np.where(np.isfinite(trial_costs), trial_costs, np.inf))
+        trial_residuals, trial_costs = _misfit(problem, trials)
+        best = np.argmin(trial_costs)
         if not trial_costs[best] < cost:
             status = "converged to round-off"
             break
@@ -64,6 +62,7 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
     )
 
 
-def _cost(residuals, t):
-    cost = np.einsum("ij,ij->i", residuals, residuals) + np.einsum("ij,ij->i", t, t)
-    return np.where(np.isnan(cost), np.inf, cost)
+def _misfit(problem, t):
+    """Residuals (n, n_readings) and costs (n,) at t (n, n_params)."""
+    residuals, deviances = problem.misfit(problem.prior.parameters(t))
+    return residuals, deviances + np.einsum("ij,ij->i", t, t)
