@@ -8,11 +8,11 @@ import numpy as np
 
 from bayesub import coefficients, logs
 from bayesub.errors import InputError
+from bayesub.kernels import compilation, layout, noise
 from bayesub.kernels import integrate as kernel
-from bayesub.kernels import layout
 from bayesub.kernels import sensitivities as sensitivity
 from bayesub.manoeuvres import Manoeuvre
-from bayesub.vehicles import Vehicle
+from bayesub.vehicles import Vehicle, load_vehicle
 
 STATUS = ("ok", "diverged", "left_envelope")
 MAX_SPEED_RATIO = 10.0  # a member faster than this many times the trial speed has diverged
@@ -84,6 +84,7 @@ class Simulator:
             raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion")
         if dt is not None and not (np.isfinite(dt) and dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {dt}")
+        compilation.ensure("from bayesub.simulate import call_kernels; call_kernels()")
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
         self.subproblem = subproblem
@@ -240,6 +241,21 @@ class Simulator:
     @staticmethod
     def _repeated(row, n_batch):
         return np.repeat(row[None], n_batch, axis=0)
+
+
+def call_kernels() -> None:
+    """Call every kernel that a study needs, with the types that it gives them (:mod:`bayesub.kernels.compilation`)."""
+    vehicle = load_vehicle("suboff")
+    times = np.arange(3.0)
+    straight = Manoeuvre(
+        "straight", times, np.zeros((3, 3)), np.full(3, vehicle.rpm_per_mps * vehicle.speed_mps), np.eye(12)[6] * 7.5
+    )
+    simulator = Simulator(vehicle, straight, times, dt=1.0)
+    for n_batch in (1, 2 * kernel.LANES):
+        states, _ = simulator.run(np.repeat(vehicle.xi[None], n_batch, axis=0))
+        noise.sums_of_squares(states[:, :, 0].copy(), np.zeros(3))
+    simulator.accelerations(vehicle.xi, states[:1])
+    simulator.sensitivities(vehicle.xi, ("Xuu",))
 
 
 def simulate(

@@ -11,7 +11,7 @@ from numba.extending import lower_builtin, type_callable
 
 _SETTINGS = {"error_model": "numpy", "fastmath": {"contract"}}
 _SOURCES = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
-_DIGEST = hashlib.sha256(_SOURCES).hexdigest()[:12]
+DIGEST = hashlib.sha256(_SOURCES).hexdigest()[:12]
 
 
 def jit(function=None, **options):
@@ -22,7 +22,7 @@ def jit(function=None, **options):
     """
     if function is None:
         return functools.partial(jit, **options)
-    function.__qualname__ += f"_{_DIGEST}"
+    function.__qualname__ += f"_{DIGEST}"
     return numba.njit(cache=True, nogil=True, **_SETTINGS, **options)(function)
 
 
