@@ -217,9 +217,10 @@ def linear_systems(trajectory, member: int = 0, free=None) -> dict[str, LinearSy
     trajectory. Columns that vanish throughout, such as those of bow planes that do not move, are left out, and so are
     axes without columns.
 
-    The regressors are exact functions of the given states but for round-off. The accelerations come from the equations
-    of motion at these very states, so that integration errors do not enter; their round-off is what the equations are
-    then short of, and a column of which a tenth is round-off counts as vanishing.
+    The regressors are exact functions of the given states but for round-off. Simulated accelerations come from the
+    equations of motion at these very states, so that integration errors do not enter; their round-off is what the
+    equations are then short of, and a column of which a tenth is round-off counts as vanishing. Of measured motion
+    every column that moves is kept.
     """
     simulator, xi = trajectory.simulator, trajectory.xi[member]
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]
@@ -231,14 +232,16 @@ def linear_systems(trajectory, member: int = 0, free=None) -> dict[str, LinearSy
     without = simulator.accelerations(given / factors, trajectory.states[member : member + 1])[0]
     loads = (accelerations - without) @ mass_matrix(given, body).T
     columns = coefficients.regressors(states, accelerations, trajectory.controls)
-    dimensional = simulator.dimensional(xi)[0]
-    short = _forces(columns, dimensional - given) - loads
-    errors = np.linalg.norm(np.linalg.solve(mass_matrix(dimensional, body), short.T), axis=1)
-    # An acceleration is what two forces leave over, and no better than the round-off of either.
-    errors += np.finfo(float).eps * np.linalg.norm(without, axis=0)
-    sizes = np.linalg.norm(accelerations, axis=0)
-    noise = np.divide(errors, sizes, out=np.zeros(6), where=sizes > 0)
-    noise = dict(zip(coefficients.ACCELERATIONS, noise, strict=True))
+    noise = {}
+    if isinstance(trajectory, Trajectory):
+        dimensional = simulator.dimensional(xi)[0]
+        short = _forces(columns, dimensional - given) - loads
+        errors = np.linalg.norm(np.linalg.solve(mass_matrix(dimensional, body), short.T), axis=1)
+        # An acceleration is what two forces leave over, and no better than the round-off of either.
+        errors += np.finfo(float).eps * np.linalg.norm(without, axis=0)
+        sizes = np.linalg.norm(accelerations, axis=0)
+        noise = np.divide(errors, sizes, out=np.zeros(6), where=sizes > 0)
+        noise = dict(zip(coefficients.ACCELERATIONS, noise, strict=True))
 
     systems = {}
     for axis, block in columns.items():

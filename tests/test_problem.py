@@ -9,6 +9,7 @@ from scipy import stats
 import bayesub as bs
 from bayesub.coefficients import HORIZONTAL, INDEX, columns
 from bayesub.likelihoods import AR1, StudentT
+from bayesub.measured import measure
 from bayesub.problem import linear_systems
 
 TRACK = bs.sensors.Track(position_sd_m=0.5, attitude_sd_deg=0.1, interval_s=2.0, channels=("x", "y", "yaw"))
@@ -203,3 +204,11 @@ def test_columns_that_vanish_are_left_out(full, coupled):
     still = replace(coupled, controls=coupled.controls * [1, 0, 1])
     names = {name for s in linear_systems(bs.simulate(full, still, dt=0.5, sample=1.0)).values() for name in s.names}
     assert set(INDEX) - names == {"Xuu_dbdb", "Zuu_db", "Muu_db"}
+
+
+def test_measured_motion_keeps_its_columns(suboff):
+    """Errors of measurement, here larger than the smallest accelerations, are not round-off."""
+    track = bs.simulate(suboff, bs.load_manoeuvre("random:0", suboff), dt=1.0)
+    rounded = measure(track, velocity_resolution=0.01, acceleration_resolution=1e-3)
+    exact, coarse = linear_systems(track), linear_systems(rounded)
+    assert {axis: system.names for axis, system in coarse.items()} == {a: s.names for a, s in exact.items()}
