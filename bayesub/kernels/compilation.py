@@ -23,7 +23,7 @@ _COMPILING = "BAYESUB_COMPILING"  # environment variable that tells the process 
 def ensure(script: str) -> None:
     """Run `script`, Python that calls every kernel, in another process, unless it has been run for this installation.
 
-    If that fails, or nothing can be cached, the kernels are compiled where they are used.
+    If that fails, or nothing can be cached, the kernels are compiled where they are used. At a terminal it says so.
     """
     if numba.config.DISABLE_JIT or _COMPILING in os.environ or ensure.done:
         return
@@ -32,6 +32,8 @@ def ensure(script: str) -> None:
     stamp = Path(integrate.stats.cache_path) / f"compiled-{'-'.join(versions)}"
     if stamp.exists():
         return
+    if sys.stderr.isatty():
+        print("bayesub: compiling, once for this installation: about half a minute", file=sys.stderr)
     finished = subprocess.run(
         [sys.executable, "-c", script], env=os.environ | {_COMPILING: "1"}, capture_output=True, check=False
     )
