@@ -21,7 +21,8 @@ class Problem:
     Parameters
     ----------
     vehicle, manoeuvre, record
-    free : names of the coefficients to infer; one whose prior centre is zero has no scale and stays fixed
+    free : names of the coefficients to infer; one whose prior centre is zero has no scale and stays fixed, and so does
+        one that has no part in the sub-problem or belongs to planes that do not move
     prior : from :mod:`bayesub.priors`
     noise : channel name -> noise model of :mod:`bayesub.likelihoods`, for channels that differ from what their sd and
         resolution say: normal noise, or rounded normal noise with the exact probability of the rounding interval
@@ -42,9 +43,12 @@ class Problem:
         self.xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
         centre = self.xi if prior.centre is None else prior.centre
         candidates = coefficients.columns(free)
-        self.columns = candidates[centre[candidates] != 0.0]
+        moving = [coefficients.NAMES[k] not in _without_effect(vehicle, manoeuvre) for k in candidates]
+        self.columns = candidates[(centre[candidates] != 0.0) & moving]
         if not self.columns.size:
-            raise InputError("no coefficient is free: every one named has a prior centre of zero")
+            raise InputError(
+                "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
+            )
         self.names = tuple(coefficients.NAMES[k] for k in self.columns)
         self.prior = prior.on(self.columns, self.xi)
 
@@ -128,9 +132,9 @@ class Problem:
         (xi,) = self.coefficient_sets(parameters)
         slopes = self.simulator.sensitivities(xi, self.names, self._measured)
         slopes = slopes.reshape(-1, self.n_params)[self._slope_position]
-        if all(isinstance(noise, likelihoods.Gaussian) for noise in self.noises):
-            return slopes / self.sds[:, None]
-        (predicted,) = self.predicted(parameters)
+        # Normal noise weighs the same wherever the prediction is, and needs no simulation for it.
+        normal = all(isinstance(noise, likelihoods.Gaussian | likelihoods.AR1) for noise in self.noises)
+        predicted = self.readings if normal else self.predicted(parameters)[0]
         weighed = [
             noise.weigh(slopes[part], predicted[part], self.readings[part], times)
             for noise, times, part in self._parts()
@@ -176,6 +180,13 @@ class Problem:
     def log_prob(self, parameters) -> np.ndarray:
         """(n_batch,) log posterior densities, not normalised."""
         return self.log_prior(parameters) + self.log_likelihood(parameters)
+
+
+def _without_effect(vehicle, manoeuvre) -> frozenset[str]:
+    """Coefficients that have no part in the sub-problem of a manoeuvre, or that belong to planes that do not move."""
+    still = {plane for plane, angles in zip(("dr", "db", "ds"), manoeuvre.controls.T, strict=True) if not angles.any()}
+    resting = {term.name for term in coefficients.TERMS if term.symbols & still}
+    return vehicle.idle(manoeuvre.subproblem) | resting
 
 
 def _noises(channels, given):

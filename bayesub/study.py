@@ -198,7 +198,7 @@ def run(study: Study, folder: Path, *, progress=None) -> bool:
         progress.stage("linear least squares")
         systems = linear_systems(setup.truth, free=problem.names)
         guess = dict(zip(problem.names, problem.prior.mean, strict=True))
-        estimates.append(baselines.linear_least_squares(systems, guess))
+        estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
         seconds["linear least squares"] = estimates[-1].seconds
     if study.baselines.sqp_starts:
         progress.stage("SQP")

@@ -5,7 +5,7 @@ import pytest
 from toys import Banana, Linear, ill_conditioned
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
+from bayesub.baselines import Estimate, gauss_newton
 from bayesub.coefficients import HORIZONTAL
 from bayesub.priors import Normal
 
@@ -59,3 +59,12 @@ def test_gauss_newton_recovers_a_boat(suboff, spiral, spiral_track):
     chi2 = off @ np.linalg.solve(found.covariance, off)
     # 21 degrees of freedom; the Laplace approximation is an approximation, so three times the sd of chi2 from its mean.
     assert chi2 < 21 + 3 * np.sqrt(42)
+
+
+def test_estimates_are_completed_by_the_guess():
+    """What a method did not see stands at the guess, behind what it found."""
+    found = Estimate("any", ("a",), np.array([[1.0], [2.0]]), np.zeros(2), ("", ""), None, 0, 0.0)
+    completed = found.completed({"b": 5.0, "a": 9.0})
+    assert completed.names == ("a", "b")
+    np.testing.assert_array_equal(completed.solutions, [[1.0, 5.0], [2.0, 5.0]])
+    assert found.completed({"a": 9.0}).names == ("a",)

@@ -7,8 +7,8 @@ import pytest
 from scipy import stats
 
 import bayesub as bs
-from bayesub.coefficients import HORIZONTAL, INDEX, columns
-from bayesub.likelihoods import AR1, StudentT
+from bayesub.coefficients import HORIZONTAL, INDEX, NAMES, columns
+from bayesub.likelihoods import AR1, Gaussian, StudentT
 from bayesub.measured import measure
 from bayesub.problem import linear_systems
 
@@ -156,6 +156,28 @@ def test_noise_of_no_channel(suboff, spiral, mixed):
             prior=bs.priors.relative_normal(0.25),
             noise={"headin": AR1(0.1, 10.0)},
         )
+
+
+def test_jacobian_has_the_noise_that_was_given(suboff, spiral, problem, parameters):
+    """Normal noise given for a channel weighs its derivatives, not the sd of the sensor."""
+    noise = {"x": Gaussian(2.0)}
+    prior = bs.priors.relative_normal(0.25)
+    given = bs.Problem(suboff, spiral, problem.record, free=HORIZONTAL, prior=prior, noise=noise, dt=1.0)
+    t, steps = parameters[0], 1e-4 * given.prior.sd
+    plus, minus = (given.log_likelihood(t + sign * np.diag(steps)) for sign in (1, -1))
+    gradient = given.jacobian(t).T @ given.residuals(t)[0]
+    np.testing.assert_allclose(gradient, -(plus - minus) / (2 * steps), rtol=1e-3, atol=1e-5 * np.abs(gradient).max())
+
+
+def test_coefficients_without_effect_stay_fixed():
+    """Bow planes that rest leave their coefficients as they are, and so does a plane the motion is not in."""
+    boat = bs.load_vehicle("npsauv")
+    trial = bs.load_manoeuvre("vertical", boat)
+    record = bs.observe(bs.simulate(boat, trial), bs.sensors.Pressure(sd_m=0.1), np.random.default_rng(1))
+    found = bs.Problem(boat, trial, record, free=NAMES, prior=bs.priors.relative_normal(0.25))
+    assert np.all(np.abs(found.jacobian(found.prior.mean)).max(axis=0) > 0)
+    assert not {"Xuu_dbdb", "Zuu_db", "Muu_db", "Nuv", "Yvdot"} & set(found.names)
+    assert {"Zuu_ds", "Muw", "Xuu"} <= set(found.names)
 
 
 def test_nothing_to_infer(suboff, spiral, problem):

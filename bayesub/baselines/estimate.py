@@ -1,6 +1,6 @@
 """What every baseline returns."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,12 @@ class Estimate:
     def values(self) -> np.ndarray:
         """(n_params,) the best solution."""
         return self.solutions[0]
+
+    def completed(self, guess: dict[str, float]) -> "Estimate":
+        """The estimate with the coefficients of `guess` that the method did not see, at the guess."""
+        missing = [name for name in guess if name not in self.names]
+        kept = np.tile([guess[name] for name in missing], (len(self.solutions), 1))
+        return replace(self, names=(*self.names, *missing), solutions=np.hstack([self.solutions, kept]))
 
     def to_json(self) -> dict:
         """Everything as JSON types."""
