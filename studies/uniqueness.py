@@ -196,7 +196,7 @@ def track_level(boat, plane, seed):
     rng = np.random.default_rng(seed)
     xi = boat.xi * (1.0 + SPREAD * rng.standard_normal(len(boat.xi)))
     centre = np.where(xi == 0.0, [TYPICAL[name[0]] for name in NAMES], xi)
-    free = SUBPROBLEMS.get(plane, [name for name in NAMES if "db" not in name])
+    free = SUBPROBLEMS.get(plane, NAMES)
     jacobians, stacked = [], {}
     for name in RECORDS[plane]:
         flown = bs.load_manoeuvre(name, boat)

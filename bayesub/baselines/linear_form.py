@@ -1,8 +1,11 @@
 """The linear form of each axis (model section 9) made ready for a solver: held columns moved over, the rest scaled."""
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
+
+from bayesub.baselines.estimate import Estimate
 
 
 @dataclass(frozen=True)
@@ -53,3 +56,17 @@ def scaled(systems, guess: dict[str, float], held=()) -> list[Scaled]:
             )
         )
     return forms
+
+
+def estimate(method, forms, values, costs, status, covariance, began) -> Estimate:
+    """What was found for each of the forms, (n_columns,) values and a cost each; `began` is the time of the start."""
+    return Estimate(
+        method=method,
+        names=tuple(name for form in forms for name in form.names),
+        solutions=np.concatenate(values)[None],
+        costs=np.array([max(costs)]),
+        statuses=(status,),
+        covariance=covariance,
+        evaluations=0,
+        seconds=time.perf_counter() - began,
+    )

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import linalg
 
 from bayesub.baselines.estimate import Estimate
-from bayesub.baselines.linear_form import scaled
+from bayesub.baselines.linear_form import estimate, scaled
 
 
 def linear_least_squares(systems, guess: dict[str, float], *, held=(), rcond: float = 1e-12) -> Estimate:
@@ -46,7 +46,7 @@ def linear_least_squares(systems, guess: dict[str, float], *, held=(), rcond: fl
             deficient.append(f"{form.axis} rank {informed.sum()}/{len(s)}")
     status = f"not unique: {', '.join(deficient)}; hold an added mass of the axis" if deficient else "unique"
     covariance = None if deficient else linalg.block_diag(*blocks)
-    return _estimate("linear least squares", forms, values, misfits, status, covariance, began)
+    return estimate("linear least squares", forms, values, misfits, status, covariance, began)
 
 
 def total_least_squares(systems, guess: dict[str, float], *, held=(), errors=None) -> Estimate:
@@ -80,7 +80,7 @@ def total_least_squares(systems, guess: dict[str, float], *, held=(), errors=Non
         solution, ratio = _mixed_total_least_squares(form.matrix, load, sizes)
         values.append(solution / form.lengths)
         ratios.append(ratio)
-    return _estimate("total least squares", forms, values, ratios, "unique", None, began)
+    return estimate("total least squares", forms, values, ratios, "unique", None, began)
 
 
 def _mixed_total_least_squares(matrix, load, sizes):
@@ -97,16 +97,3 @@ def _mixed_total_least_squares(matrix, load, sizes):
     solution = np.empty(len(order))
     solution[order] = np.concatenate([linalg.solve_triangular(triangle[:n_exact, :n_exact], right), noisy])
     return solution, s[-1] / s[-2] if len(s) > 1 else 0.0
-
-
-def _estimate(method, forms, values, costs, status, covariance, began):
-    return Estimate(
-        method=method,
-        names=tuple(name for form in forms for name in form.names),
-        solutions=np.concatenate(values)[None],
-        costs=np.array([max(costs)]),
-        statuses=(status,),
-        covariance=covariance,
-        evaluations=0,
-        seconds=time.perf_counter() - began,
-    )

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
-from bayesub.baselines.linear_form import scaled
+from bayesub.baselines.linear_form import estimate, scaled
 from bayesub.errors import InputError
 
 _TOLERANCE = 1e-10  # the tightest that HiGHS takes, on rows and columns of order one
@@ -50,16 +50,7 @@ def linear_programme(systems, guess: dict[str, float], *, held=(), bounds=None, 
         values.append(solution)
         costs.append(cost)
         statuses += [status] if status else []
-    return Estimate(
-        method="linear programming",
-        names=tuple(names),
-        solutions=np.concatenate(values)[None],
-        costs=np.array([max(costs)]),
-        statuses=("; ".join(statuses) or "optimal",),
-        covariance=None,
-        evaluations=0,
-        seconds=time.perf_counter() - began,
-    )
+    return estimate("linear programming", forms, values, costs, "; ".join(statuses) or "optimal", None, began)
 
 
 def _solve(form, bounds, constraints):
