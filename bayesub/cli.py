@@ -14,9 +14,9 @@ from rich.table import Table
 
 from bayesub import coefficients, identifiability, inputs, logs, script, study
 from bayesub.errors import InputError
+from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
-from bayesub.problem import linear_systems
 from bayesub.simulate import simulate as simulate_trial
 from bayesub.vehicles import VehicleFile, load_vehicle
 

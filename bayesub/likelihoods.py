@@ -10,8 +10,9 @@ number where its simulation failed; `readings` and `times` (s) are (n,). Arrays 
   the log density but for a constant; for the others it is not, and a search must compare log densities.
 - ``sample(truth, times, rng)`` is (n,): readings of the motion `truth` (n,).
 
-An `sd` (n_batch,) given to ``log_density`` or ``residuals``, or a number given to ``weigh``, takes the place of the
-model's own; one that is not positive has density zero.
+The attributes of a noise model that may be unknown are its SAMPLED. Given by their names to ``log_density`` or
+``residuals`` as (n_batch,), or to ``weigh`` as numbers, they take the place of the model's own; one that is not
+positive has density zero. :func:`scale_rows` are the further rows of residuals and derivatives for them.
 """
 
 import math
@@ -24,6 +25,8 @@ from bayesub.errors import InputError
 from bayesub.kernels import noise as kernel
 
 _LOG_2_PI = math.log(2.0 * math.pi)
+_LOG_STEP = 1e-4  # of differences by logarithms: second ones are then good to 1e-8 of a log density
+_LEAST_INFORMATION = 1e-3  # next to a prior's, which is about one
 
 
 def reading_noise(sd: float, resolution: float = 0.0) -> "Gaussian | Rounded | SetMembership":
@@ -44,6 +47,8 @@ def reading_noise(sd: float, resolution: float = 0.0) -> "Gaussian | Rounded | S
 class Gaussian:
     """Independent normal noise of standard deviation `sd`, in the unit of the readings."""
 
+    SAMPLED = ("sd",)
+
     sd: float
 
     def __post_init__(self):
@@ -55,19 +60,6 @@ class Gaussian:
         squares = kernel.sums_of_squares(predicted, readings)
         return _possible(-0.5 * squares / sd**2 - len(readings) * (np.log(sd) + 0.5 * _LOG_2_PI))
 
-    def marginal_log_density(self, predicted, readings, times=None) -> np.ndarray:
-        """(n_batch,) log densities with sd integrated out under the prior density 1/sd, which has no scale:
-
-        log p = log Gamma(n/2) - log 2 - n/2 log(pi sum_i (predicted_i - reading_i)^2),
-
-        infinite if every reading is met exactly.
-        """
-        predicted, readings = _aligned(predicted, readings, times)
-        half_n = 0.5 * len(readings)
-        squares = kernel.sums_of_squares(predicted, readings)
-        with np.errstate(divide="ignore"):
-            return _possible(gammaln(half_n) - math.log(2.0) - half_n * np.log(math.pi * squares))
-
     def residuals(self, predicted, readings, times=None, sd=None) -> np.ndarray:
         """(predicted - reading) / sd."""
         return _standardised(predicted, readings, times, _chosen(sd, self.sd))
@@ -78,6 +70,47 @@ class Gaussian:
 
     def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
         return truth + self.sd * rng.standard_normal(len(truth))
+
+
+@dataclass(frozen=True)
+class UnknownSd:
+    """Independent normal noise whose standard deviation is integrated out under the prior density 1/sd:
+
+        log p = log Gamma(n/2) - log 2 - n/2 log(pi sum_i (predicted_i - reading_i)^2),
+
+    infinite if every reading is met exactly. `sd` is a guess of it, with which readings are drawn and pictures drawn.
+    """
+
+    SAMPLED = ()
+
+    sd: float
+
+    def __post_init__(self):
+        _positive("sd", self.sd)
+
+    def log_density(self, predicted, readings, times=None) -> np.ndarray:
+        predicted, readings = _aligned(predicted, readings, times)
+        half_n = 0.5 * len(readings)
+        squares = kernel.sums_of_squares(predicted, readings)
+        with np.errstate(divide="ignore"):
+            return _possible(gammaln(half_n) - math.log(2.0) - half_n * np.log(math.pi * squares))
+
+    def residuals(self, predicted, readings, times=None) -> np.ndarray:
+        """(predicted - reading) over the root of their mean square; zero where every reading is met exactly."""
+        errors = _standardised(predicted, readings, times, 1.0)
+        sizes = self._sizes(errors)
+        return np.divide(errors, sizes, out=np.zeros_like(errors), where=sizes != 0)
+
+    def weigh(self, jacobian, predicted, readings, times=None) -> np.ndarray:
+        """jacobian over the root of the mean square of (predicted - reading)."""
+        return jacobian / self._sizes(_standardised(np.asarray(predicted)[None], readings, times, 1.0))
+
+    @staticmethod
+    def _sizes(errors):
+        return np.sqrt(np.mean(errors**2, axis=1, keepdims=True))
+
+    def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
+        return Gaussian(self.sd).sample(truth, times, rng)
 
 
 @dataclass(frozen=True)
@@ -96,6 +129,8 @@ class Rounded:
     vanishes between the edges even if the reading is from another interval, and its mean over all offsets of the
     prediction within the interval tells a search outside nothing of the walls, which are 1/sd^2 steep.
     """
+
+    SAMPLED = ("sd",)
 
     sd: float
     resolution: float
@@ -144,6 +179,8 @@ class SetMembership:
     search that brings them to zero has found a feasible prediction. There is no sd to override.
     """
 
+    SAMPLED = ()
+
     resolution: float
 
     def __post_init__(self):
@@ -182,6 +219,8 @@ class StudentT:
     The standard deviation is sd sqrt(dof / (dof - 2)) if dof > 2, and infinite otherwise.
     """
 
+    SAMPLED = ("sd", "dof")
+
     sd: float
     dof: float
 
@@ -189,26 +228,23 @@ class StudentT:
         _positive("sd", self.sd)
         _positive("dof", self.dof)
 
-    def log_density(self, predicted, readings, times=None, sd=None) -> np.ndarray:
+    def log_density(self, predicted, readings, times=None, sd=None, dof=None) -> np.ndarray:
         predicted, readings = _aligned(predicted, readings, times)
-        sd = _of_members(_chosen(sd, self.sd), len(predicted))
-        logarithms = kernel.student_t_logarithms(predicted, readings, sd, self.dof)
-        half = 0.5 * (self.dof + 1.0)
-        constant = gammaln(half) - gammaln(0.5 * self.dof) - 0.5 * math.log(math.pi * self.dof)
+        sd, dof = (_of_members(_chosen(*pair), len(predicted)) for pair in ((sd, self.sd), (dof, self.dof)))
+        logarithms = kernel.student_t_logarithms(predicted, readings, sd, dof)
+        half = 0.5 * (dof + 1.0)
+        constant = gammaln(half) - gammaln(0.5 * dof) - 0.5 * np.log(math.pi * dof)
         return _possible(len(readings) * (constant - np.log(sd)) - half * logarithms)
 
-    def residuals(self, predicted, readings, times=None, sd=None) -> np.ndarray:
+    def residuals(self, predicted, readings, times=None, sd=None, dof=None) -> np.ndarray:
         """(dof + 1) z / (dof + z^2) over the root of the expected information, z = (predicted - reading) / sd."""
-        z = _standardised(predicted, readings, times, _chosen(sd, self.sd))
-        return (self.dof + 1.0) * z / (self.dof + z * z) / self._root_information
+        z, dof = _standardised(predicted, readings, times, _chosen(sd, self.sd)), _column(_chosen(dof, self.dof))
+        return np.sqrt((dof + 1.0) * (dof + 3.0)) * z / (dof + z * z)
 
-    def weigh(self, jacobian, predicted, readings, times=None, sd=None) -> np.ndarray:
+    def weigh(self, jacobian, predicted, readings, times=None, sd=None, dof=None) -> np.ndarray:
         """jacobian times the root of the expected information, (dof + 1) / (dof + 3) / sd^2."""
-        return jacobian * (self._root_information / _chosen(sd, self.sd))
-
-    @property
-    def _root_information(self):
-        return math.sqrt((self.dof + 1.0) / (self.dof + 3.0))
+        dof = _chosen(dof, self.dof)
+        return jacobian * (math.sqrt((dof + 1.0) / (dof + 3.0)) / _chosen(sd, self.sd))
 
     def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
         return truth + self.sd * rng.standard_t(self.dof, len(truth))
@@ -218,9 +254,10 @@ class StudentT:
 class AR1:
     """Normal noise of stationary standard deviation `sd` with correlation exp(-lag / correlation_time_s).
 
-    It is the first-order autoregressive (Ornstein-Uhlenbeck) process seen at ascending times with any gaps. A
-    `correlation_time_s` (n_batch,) given to ``log_density`` takes the place of the model's own, as `sd` does.
+    It is the first-order autoregressive (Ornstein-Uhlenbeck) process seen at ascending times with any gaps.
     """
+
+    SAMPLED = ("sd", "correlation_time_s")
 
     sd: float
     correlation_time_s: float
@@ -237,29 +274,73 @@ class AR1:
         squares, logarithms = kernel.autoregressive_sums(predicted, readings, times, correlation_times).T
         return _possible(-0.5 * (squares / sd**2 + logarithms) - len(readings) * (np.log(sd) + 0.5 * _LOG_2_PI))
 
-    def residuals(self, predicted, readings, times, sd=None) -> np.ndarray:
+    def residuals(self, predicted, readings, times, sd=None, correlation_time_s=None) -> np.ndarray:
         """Innovations over their standard deviations: the inverse Cholesky factor of the covariance times the error."""
-        return self._whitened(_standardised(predicted, readings, times, _chosen(sd, self.sd)).T, times).T
+        errors = _standardised(predicted, readings, times, _chosen(sd, self.sd))
+        rho, innovation_sd = self._transitions(times, _column(_chosen(correlation_time_s, self.correlation_time_s)))
+        return np.hstack([errors[:, :1], (errors[:, 1:] - rho * errors[:, :-1]) / innovation_sd])
 
-    def weigh(self, jacobian, predicted, readings, times, sd=None) -> np.ndarray:
+    def weigh(self, jacobian, predicted, readings, times, sd=None, correlation_time_s=None) -> np.ndarray:
         """The inverse Cholesky factor of the covariance of the noise times jacobian."""
-        return self._whitened(jacobian / _chosen(sd, self.sd), times)
+        time = _chosen(correlation_time_s, self.correlation_time_s)
+        return self.residuals(jacobian.T, np.zeros(len(jacobian)), times, sd, time).T
 
-    def _whitened(self, columns, times):
-        rho, innovation_sd = self._transitions(times)
-        return np.vstack([columns[:1], (columns[1:] - rho[:, None] * columns[:-1]) / innovation_sd[:, None]])
-
-    def _transitions(self, times):
-        """(n - 1,) correlations of successive readings and standard deviations of the innovations over sd."""
-        lags = np.diff(_ascending(times)) / self.correlation_time_s
+    @staticmethod
+    def _transitions(times, correlation_time_s):
+        """(.., n - 1) correlations of successive readings and standard deviations of the innovations over sd."""
+        lags = np.diff(_ascending(times)) / correlation_time_s
         return np.exp(-lags), np.sqrt(-np.expm1(-2.0 * lags))
 
     def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
-        rho, innovation_sd = self._transitions(times)
+        rho, innovation_sd = self._transitions(times, self.correlation_time_s)
         errors = rng.standard_normal(len(truth))
         for i in range(1, len(errors)):
             errors[i] = rho[i - 1] * errors[i - 1] + innovation_sd[i - 1] * errors[i]
         return truth + self.sd * errors
+
+
+def scale_rows(noise, predicted, readings, times, given) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals and derivatives that stand for the unknown attributes of a noise model in Gauss-Newton steps.
+
+    With the gradient g and the observed information I = L L' of the log density by the logarithms of the attributes,
+    z = -L^-1 g and J = L' give J'z = -g and J'J = I, as the rows of readings do for what moves the predictions.
+    Where I is not positive definite the absolute values of its eigenvalues are taken. Derivatives are central
+    differences of the log density, which needs no simulation.
+
+    Parameters
+    ----------
+    given : attribute -> (n_batch,) values, k attributes
+
+    Returns
+    -------
+    z (n_batch, k), and J (n_batch, k, k) by the logarithms of the attributes in the order of `given`.
+    """
+    names, k = list(given), len(given)
+    logs = np.log(np.stack([np.asarray(given[name], dtype=float) for name in names], axis=1))
+
+    def density(offset):
+        values = np.exp(logs + _LOG_STEP * np.array(offset))
+        return noise.log_density(predicted, readings, times, **dict(zip(names, values.T, strict=True)))
+
+    unit = np.eye(k)
+    middle = density(np.zeros(k))
+    gradient, information = np.empty(logs.shape), np.empty((*logs.shape, k))
+    for i in range(k):
+        plus, minus = density(unit[i]), density(-unit[i])
+        gradient[:, i] = (plus - minus) / (2.0 * _LOG_STEP)
+        information[:, i, i] = (2.0 * middle - plus - minus) / _LOG_STEP**2
+        for j in range(i):
+            mixed = [density(a * unit[i] + b * unit[j]) for a, b in ((1, 1), (-1, -1), (1, -1), (-1, 1))]
+            cross = (mixed[2] + mixed[3] - mixed[0] - mixed[1]) / (4.0 * _LOG_STEP**2)
+            information[:, i, j] = information[:, j, i] = cross
+    failed = ~np.isfinite(information).all(axis=(1, 2))
+    information[failed] = unit
+    values, vectors = np.linalg.eigh(information)
+    # The root V |D|^1/2 of I serves as L does.
+    root = vectors * np.sqrt(np.maximum(np.abs(values), _LEAST_INFORMATION))[:, None, :]
+    rows = -np.linalg.solve(root, gradient[..., None])[..., 0]
+    rows[failed] = np.nan
+    return rows, np.swapaxes(root, 1, 2)
 
 
 def _positive(key, value):
@@ -304,7 +385,13 @@ def _of_members(value, n_batch):
 
 def _standardised(predicted, readings, times, sd):
     predicted, readings = _aligned(predicted, readings, times)
-    return (predicted - readings) / np.reshape(sd, (-1, 1))
+    return (predicted - readings) / _column(sd)
+
+
+def _column(value):
+    """(n_batch, 1) of the values of members, or (1, 1) of a number; not a number where one is not positive."""
+    column = np.reshape(value, (-1, 1))
+    return np.where(column > 0, column, np.nan)
 
 
 def _possible(log_density):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
+from bayesub import coefficients
 from bayesub.errors import InputError
 
 
@@ -212,15 +213,90 @@ class Spread:
     spread: float
     centre: np.ndarray | None
 
+    def has_scale(self, columns: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """Whether each coefficient at `columns` has a centre other than zero, from which distances are measured."""
+        return self._centre(columns, xi) != 0.0
+
     def on(self, columns: np.ndarray, xi: np.ndarray) -> Prior:
         """The prior of the coefficients at `columns`, centred on `xi` unless a centre was given."""
-        centre = (xi if self.centre is None else self.centre)[columns].copy()
+        centre = self._centre(columns, xi)
         reach = self.spread * np.abs(centre)
         if self.kind == "uniform":
             return Uniform(centre - reach, centre + reach)
         if self.kind == "log-normal":
             return LogNormal(centre, np.full(len(centre), self.spread))
         return Normal(centre, reach)
+
+    def _centre(self, columns, xi):
+        return (xi if self.centre is None else self.centre)[columns].copy()
+
+
+@dataclass(frozen=True)
+class Given:
+    """Priors of single coefficients, such as values from a towing tank, and a :class:`Spread` for all others.
+
+    priors : name -> prior of one parameter (:func:`normal`, ..)
+    correlations : (name, name, correlation) of coefficients with normal priors
+    """
+
+    others: Spread
+    priors: dict[str, Prior]
+    correlations: tuple[tuple[str, str, float], ...] = ()
+
+    def __post_init__(self):
+        for name in self.priors:
+            if name not in coefficients.INDEX:
+                raise InputError(f"prior: unknown coefficient '{name}'{coefficients.nearest(name, coefficients.NAMES)}")
+        for first, second, correlation in self.correlations:
+            for name in (first, second):
+                if not isinstance(self.priors.get(name), Normal):
+                    raise InputError(f"prior: '{name}' is correlated but is not given a mean and an sd")
+            if first == second or not -1.0 < correlation < 1.0:
+                raise InputError(
+                    f"prior: a correlation is of two coefficients and between -1 and 1, found {correlation} of "
+                    f"{first} and {second}"
+                )
+
+    def has_scale(self, columns: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """As :meth:`Spread.has_scale`; what is given has a scale."""
+        return self.others.has_scale(columns, xi) | np.isin(columns, coefficients.columns(self.priors))
+
+    def on(self, columns: np.ndarray, xi: np.ndarray) -> Prior:
+        """The prior of the coefficients at `columns`; raises InputError if the correlations contradict each other."""
+        names = [coefficients.NAMES[k] for k in columns]
+        related = {name for *pair, _ in self.correlations for name in pair}
+        groups = {
+            "others": [k for k, name in enumerate(names) if name not in self.priors],
+            "related": [k for k, name in enumerate(names) if name in related],
+        }
+        parts, positions = [], []
+        if groups["others"]:
+            positions.append(np.array(groups["others"]))
+            parts.append(self.others.on(columns[positions[-1]], xi))
+        if groups["related"]:
+            positions.append(np.array(groups["related"]))
+            parts.append(self._correlated([names[k] for k in groups["related"]]))
+        for k, name in enumerate(names):
+            if name in self.priors and name not in related:
+                positions.append(np.array([k]))
+                parts.append(self.priors[name])
+        return Joint(tuple(parts), tuple(positions))
+
+    def _correlated(self, names) -> CorrelatedNormal:
+        matrix = np.eye(len(names))
+        for first, second, correlation in self.correlations:
+            if first in names and second in names:
+                i, j = names.index(first), names.index(second)
+                matrix[i, j] = matrix[j, i] = correlation
+        mean, sd = (np.concatenate([getattr(self.priors[name], key) for name in names]) for key in ("mean", "sd"))
+        try:
+            factor = np.linalg.cholesky(matrix)
+        except np.linalg.LinAlgError:
+            raise InputError(
+                f"prior: the correlations of {', '.join(names)} contradict each other: their matrix is not positive "
+                "definite"
+            ) from None
+        return CorrelatedNormal(mean, sd[:, None] * factor)
 
 
 def relative_normal(sd: float, centre=None) -> Spread:
@@ -240,15 +316,46 @@ def relative_uniform(half_width: float, centre=None) -> Spread:
     return _spread("uniform", "half_width", half_width, centre)
 
 
-def log_normal(log_sd: float, centre=None) -> Spread:
+def relative_log_normal(log_sd: float, centre=None) -> Spread:
     """Log-normal prior with its median at the centre, whose sign the coefficient keeps."""
     return _spread("log-normal", "log_sd", log_sd, centre)
 
 
 def _spread(kind, key, value, centre):
+    _positive(key, value)
+    return Spread(kind, float(value), None if centre is None else np.asarray(centre, dtype=float))
+
+
+def normal(mean: float, sd: float) -> Normal:
+    """Normal prior of one parameter."""
+    _positive("sd", sd)
+    return Normal(np.array([_finite("mean", mean)]), np.array([float(sd)]))
+
+
+def uniform(lower: float, upper: float) -> Uniform:
+    """Uniform prior of one parameter."""
+    if not _finite("lower", lower) < _finite("upper", upper):
+        raise InputError(f"prior: lower must be below upper, found {lower} and {upper}")
+    return Uniform(np.array([float(lower)]), np.array([float(upper)]))
+
+
+def log_normal(median: float, log_sd: float) -> LogNormal:
+    """Log-normal prior of one parameter, such as a standard deviation; it has the sign of `median`."""
+    _positive("log_sd", log_sd)
+    if _finite("median", median) == 0.0:
+        raise InputError("prior: the median of a log-normal prior must not be zero")
+    return LogNormal(np.array([float(median)]), np.array([float(log_sd)]))
+
+
+def _positive(key, value):
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"prior: {key} must be positive, found {value}")
-    return Spread(kind, float(value), None if centre is None else np.asarray(centre, dtype=float))
+
+
+def _finite(key, value) -> float:
+    if not np.isfinite(value):
+        raise InputError(f"prior: {key} must be a finite number, found {value}")
+    return float(value)
 
 
 def perturbed(xi, sd: float, rng: np.random.Generator) -> np.ndarray:

@@ -1,29 +1,28 @@
 """The inference problem: everything that baselines, samplers and identifiability see of a vehicle and its record."""
 
 import copy
-from dataclasses import dataclass
 
 import numpy as np
 
 from bayesub import coefficients, likelihoods, logs
 from bayesub.errors import InputError
-from bayesub.kernels.mass import mass_matrix
-from bayesub.priors import Spread
+from bayesub.nuisance import CURRENTS, Nuisances, find
+from bayesub.priors import Joint, Prior, Spread
+from bayesub.readings import Readings
+from bayesub.sensors.current import over_ground
 from bayesub.simulate import STATUS, Simulator, Trajectory
-
-_REGRESSOR_ROUNDING = 3 * np.finfo(float).eps  # six roundings of half an epsilon: nu, four factors, the dimension
-_ROUND_OFF_ONLY = 0.1  # relative error of a column that holds no motion
 
 
 class Problem:
-    """Free coefficients of a vehicle, to be inferred from a record of a manoeuvre.
+    """Free coefficients of a vehicle and nuisance parameters, to be inferred from a record of a manoeuvre.
 
     Parameters
     ----------
     vehicle, manoeuvre, record
     free : names of the coefficients to infer; one whose prior centre is zero has no scale and stays fixed, and so does
         one that has no part in the sub-problem or belongs to planes that do not move
-    prior : from :mod:`bayesub.priors`
+    prior : of the coefficients, from :mod:`bayesub.priors`
+    nuisance : name (:mod:`bayesub.nuisance`) -> prior of one parameter, in the unit of its name
     noise : channel name -> noise model of :mod:`bayesub.likelihoods`, for channels that differ from what their sd and
         resolution say: normal noise, or rounded normal noise with the exact probability of the rounding interval
     xi : (101,) values of the coefficients that are not free; by default the vehicle's own
@@ -31,51 +30,39 @@ class Problem:
 
     Attributes
     ----------
-    names : the n_params free coefficients, and columns : their positions in xi
+    names : the n_params free coefficients and after them the nuisance parameters
+    n_coefficients : how many of them are coefficients, and columns : the positions of those in xi
     prior : with mean and sd (n_params,)
     readings, sds : (n_readings,) the measured values and their sd with rounding, SI units
     noises : the noise model of each channel
     evaluations, jacobians : simulations and Jacobians so far, and failures : simulations so far by status
     """
 
-    def __init__(self, vehicle, manoeuvre, record, *, free, prior: Spread, noise=None, xi=None, dt=None):
+    def __init__(self, vehicle, manoeuvre, record, *, free, prior: Spread, nuisance=None, noise=None, xi=None, dt=None):
         self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
         self.xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
-        centre = self.xi if prior.centre is None else prior.centre
+        nuisance = nuisance or {}
         candidates = coefficients.columns(free)
         moving = [coefficients.NAMES[k] not in _without_effect(vehicle, manoeuvre) for k in candidates]
-        self.columns = candidates[(centre[candidates] != 0.0) & moving]
-        if not self.columns.size:
+        self.columns = candidates[prior.has_scale(candidates, self.xi) & moving]
+        if not self.columns.size and not nuisance:
             raise InputError(
                 "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
             )
-        self.names = tuple(coefficients.NAMES[k] for k in self.columns)
-        self.prior = prior.on(self.columns, self.xi)
-
+        self.n_coefficients = len(self.columns)
         self.noises = _noises(record.channels, noise or {})
-        times = np.unique(np.concatenate([channel.times for channel in record.channels]))
-        self.simulator = Simulator(vehicle, manoeuvre, times, dt=dt)
-        # Where each reading stands in the outputs of a simulation laid out in one row, and in the derivatives of those
-        # outputs that are measured.
-        self._measured = tuple(dict.fromkeys(channel.state for channel in record.channels))
-        self._accelerations = not set(self._measured) <= set(logs.STATES)
-        self._position = self._positions(times, logs.OUTPUTS if self._accelerations else logs.STATES)
-        self._slope_position = self._positions(times, self._measured)
-        lengths = [len(channel.times) for channel in record.channels]
-        ends = np.cumsum(lengths)
-        self._slices = [slice(end - n, end) for n, end in zip(lengths, ends, strict=True)]
-        self.readings = np.concatenate([channel.values for channel in record.channels])
-        self.sds = np.repeat([channel.total_sd for channel in record.channels], lengths)
+        found = [find(name, vehicle, manoeuvre, record.channels, self.noises) for name in nuisance]
+        self.names = (*(coefficients.NAMES[k] for k in self.columns), *nuisance)
+        self.prior = _joint(prior.on(self.columns, self.xi), nuisance)
+
+        current = any(name in CURRENTS for name in nuisance)
+        self._readings = Readings(record.channels, current=current)
+        self.simulator = Simulator(vehicle, manoeuvre, self._readings.times, dt=dt)
+        self._nuisances = Nuisances(tuple(found), self.simulator.vehicle, manoeuvre)
+        self._held = None  # (n_nuisances,) where nuisance parameters are not inferred
+        self.readings, self.sds = self._readings.values, self._readings.sds
         self.evaluations = self.jacobians = 0
         self.failures = dict.fromkeys(STATUS[1:], 0)
-
-    def _positions(self, times, states):
-        return np.concatenate(
-            [
-                len(states) * np.searchsorted(times, channel.times) + states.index(channel.state)
-                for channel in self.record.channels
-            ]
-        )
 
     @property
     def n_params(self) -> int:
@@ -85,81 +72,171 @@ class Problem:
         """(n_batch, 101) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""
         parameters = np.atleast_2d(parameters)
         sets = np.repeat(self.xi[None], len(parameters), axis=0)
-        sets[:, self.columns] = parameters
+        sets[:, self.columns] = parameters[:, : self.n_coefficients]
         return sets
+
+    def _nuisance_values(self, parameters) -> np.ndarray:
+        """(n_batch, n_nuisances) of parameters (n_batch, n_params)."""
+        if self._held is None:
+            return parameters[:, self.n_coefficients :]
+        return np.repeat(self._held[None], len(parameters), axis=0)
+
+    def _fly(self, parameters):
+        """States (n_batch, n_times, 12 or 18) in the water and status codes of parameters (n_batch, n_params)."""
+        values = self._nuisance_values(parameters)
+        return self.simulator.run(
+            self.coefficient_sets(parameters),
+            body=self._nuisances.body(values),
+            initial=self._nuisances.initial(values),
+            accelerations=self._readings.outputs is logs.OUTPUTS,
+        )
 
     def predicted(self, parameters) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed."""
-        states, status = self.simulator.run(self.coefficient_sets(parameters), accelerations=self._accelerations)
+        parameters = np.atleast_2d(parameters)
+        states, status = self._fly(parameters)
         self.evaluations += len(states)
         for code, word in enumerate(STATUS[1:], start=1):
             self.failures[word] += int(np.count_nonzero(status == code))
-        predicted = states.reshape(len(states), -1).take(self._position, axis=1)
+        values = self._nuisance_values(parameters)
+        predicted = self._readings.of(states, self._nuisances.currents(values))
+        for channel, k, factor in self._nuisances.biases(self.record.channels):
+            predicted[:, self._readings.slices[channel]] += factor * values[:, k : k + 1]
         predicted[status != 0] = np.nan
         return predicted
 
     def residuals(self, parameters) -> np.ndarray:
-        """(n_batch, n_readings) standardised residuals, ``(predicted - reading) / sd`` where the noise is normal.
+        """(n_batch, n_rows) standardised residuals, ``(predicted - reading) / sd`` where the noise is normal.
 
         Otherwise scores over the root of the information (:mod:`bayesub.likelihoods`), so that with :meth:`jacobian`
-        they make the gradient of minus the log likelihood.
+        they make the gradient of minus the log likelihood. There is a row for each reading, and after those one for
+        each parameter of the noise.
         """
-        return self._residuals(self.predicted(parameters))
+        return self._residuals(np.atleast_2d(parameters), self.predicted(parameters))
 
     def misfit(self, parameters) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals (n_batch, n_readings) and deviances (n_batch,), infinite where the simulation failed.
+        """Residuals (n_batch, n_rows) and deviances (n_batch,), infinite where the simulation failed.
 
-        A deviance is minus twice the log likelihood less that of predictions that equal the readings: the sum of
-        squared residuals where the noise is normal.
+        A deviance is minus twice the log likelihood less that of predictions that equal the readings under the noise as
+        given: the sum of squared residuals where the noise is normal and known. If that has no bound, as with an
+        unknown sd, nothing is taken off.
         """
+        parameters = np.atleast_2d(parameters)
         predicted = self.predicted(parameters)
-        residuals, deviances = self._residuals(predicted), np.zeros(len(predicted))
-        for noise, times, part in self._parts():
-            if isinstance(noise, likelihoods.Gaussian | likelihoods.AR1):
+        residuals, deviances = self._residuals(parameters, predicted), np.zeros(len(predicted))
+        for noise, times, part, unknown in self._parts(parameters):
+            if isinstance(noise, likelihoods.Gaussian | likelihoods.AR1) and not unknown:
                 deviances += np.einsum("ij,ij->i", residuals[:, part], residuals[:, part])
             else:
                 readings = self.readings[part]
-                most = noise.log_density(readings[None], readings, times)
-                deviances += 2.0 * (most - noise.log_density(predicted[:, part], readings, times))
+                most = np.nan_to_num(noise.log_density(readings[None], readings, times), posinf=0.0)
+                deviances += 2.0 * (most - noise.log_density(predicted[:, part], readings, times, **unknown))
         return residuals, np.where(np.isnan(deviances), np.inf, deviances)
 
     def jacobian(self, parameters) -> np.ndarray:
-        """(n_readings, n_params) derivatives of the residuals at one parameter vector (n_params,).
+        """(n_rows, n_params) derivatives of the residuals at one parameter vector (n_params,).
 
         They are those of the discretised motion, to round-off; not a number where the simulation failed.
         """
         self.jacobians += 1
+        parameters = np.atleast_2d(parameters)
+        # Known normal noise weighs the same wherever the prediction is, and needs no simulation for it.
+        known = all(isinstance(noise, likelihoods.Gaussian | likelihoods.AR1) for noise in self.noises)
+        known = known and not any(unknown for *_, unknown in self._parts(parameters))
+        predicted = self.readings[None] if known else self.predicted(parameters)
+        slopes = self._slopes(parameters)
+        weighed, rows = [], []
+        for channel, (noise, times, part, unknown) in zip(self.record.channels, self._parts(parameters), strict=True):
+            readings = self.readings[part]
+            numbers = {attribute: values[0] for attribute, values in unknown.items()}
+            weighed.append(noise.weigh(slopes[part], predicted[0, part], readings, times, **numbers))
+            if unknown:
+                _, (by_logarithms,) = likelihoods.scale_rows(noise, predicted[:, part], readings, times, unknown)
+                places = [self.n_coefficients + k for _, k, _ in self._nuisances.of_noise(channel)]
+                rows.append(np.zeros((len(places), self.n_params)))
+                rows[-1][:, places] = by_logarithms / parameters[0, places]
+        return np.concatenate(weighed + rows)
+
+    def _slopes(self, parameters) -> np.ndarray:
+        """(n_readings, n_params) derivatives of the predicted readings of one member (1, n_params), SI units."""
+        values = self._nuisance_values(parameters)
+        first = lambda rows: None if rows is None else rows[0]  # noqa: E731
+        body, initial = first(self._nuisances.body(values)), first(self._nuisances.initial(values))
+        current = first(self._nuisances.currents(values))
+        moved, effects = ((), None) if self._held is not None else self._nuisances.on_motion()
+        names = (*self.names[: self.n_coefficients], *moved)
+        states = None if current is None else self._fly(parameters)[0][0]
         (xi,) = self.coefficient_sets(parameters)
-        slopes = self.simulator.sensitivities(xi, self.names, self._measured)
-        slopes = slopes.reshape(-1, self.n_params)[self._slope_position]
-        # Normal noise weighs the same wherever the prediction is, and needs no simulation for it.
-        normal = all(isinstance(noise, likelihoods.Gaussian | likelihoods.AR1) for noise in self.noises)
-        predicted = self.readings if normal else self.predicted(parameters)[0]
-        weighed = [
-            noise.weigh(slopes[part], predicted[part], self.readings[part], times)
-            for noise, times, part in self._parts()
-        ]
-        return np.concatenate(weighed)
+        sensitivities = self.simulator.sensitivities(xi, names, self._readings.measured, body=body, initial=initial)
+        slopes = self._readings.slopes(sensitivities, states, current)
+        if self._held is not None or not len(self._nuisances):
+            return slopes
+        own = np.zeros((len(slopes), len(self._nuisances)))
+        if moved:
+            own += slopes[:, self.n_coefficients :] @ effects
+        for k, towards in self._nuisances.current_columns():
+            own[:, k] += self._readings.current_slopes(states)[:, towards]
+        for channel, k, factor in self._nuisances.biases(self.record.channels):
+            own[self._readings.slices[channel], k] += factor
+        return np.hstack([slopes[:, : self.n_coefficients], own])
 
-    def _parts(self):
-        return zip(self.noises, [channel.times for channel in self.record.channels], self._slices, strict=True)
+    def _parts(self, parameters):
+        """Noise model, times, slice and unknown attributes (n_batch,) of the noise of each channel."""
+        values = self._nuisance_values(parameters)
+        for channel, noise, part in zip(self.record.channels, self.noises, self._readings.slices, strict=True):
+            of_noise = self._nuisances.of_noise(channel) if self._held is None else ()
+            unknown = {attribute: factor * values[:, k] for attribute, k, factor in of_noise}
+            yield noise, channel.times, part, unknown
 
-    def _residuals(self, predicted):
-        parts = [
-            noise.residuals(predicted[:, part], self.readings[part], times) for noise, times, part in self._parts()
-        ]
-        return np.concatenate(parts, axis=1)
+    def _residuals(self, parameters, predicted):
+        parts, rows = [], []
+        for noise, times, part, unknown in self._parts(parameters):
+            arguments = predicted[:, part], self.readings[part], times
+            parts.append(noise.residuals(*arguments, **unknown))
+            if unknown:
+                rows.append(likelihoods.scale_rows(noise, *arguments, unknown)[0])
+        return np.concatenate(parts + rows, axis=1)
 
     def naive(self) -> "Problem":
-        """The same problem for methods that know nothing of rounding: normal noise of the total sd on every channel."""
+        """The same problem for methods that know neither rounding nor nuisance parameters.
+
+        Noise is normal with the total sd on every channel, and nuisance parameters are held at their prior means.
+        """
         other = copy.copy(self)
         other.noises = tuple(likelihoods.Gaussian(channel.total_sd) for channel in self.record.channels)
         other.failures = dict.fromkeys(self.failures, 0)
+        if len(self._nuisances):
+            other.names = self.names[: self.n_coefficients]
+            other._held = self._nuisance_values(self.prior.mean[None])[0]
+            other.prior = self.prior.parts[0]
         return other
 
+    @property
+    def reference(self) -> np.ndarray:
+        """(n_params,) the truth behind a synthetic record, otherwise the values of the vehicle and the manoeuvre.
+
+        Of parameters of the noise that nobody knows it is the value given with the noise model.
+        """
+        xi = self.vehicle.xi if self.record.truth is None else self.record.truth
+        own = zip(self.names[self.n_coefficients :], self._nuisances.held, strict=False)
+        return np.concatenate([xi[self.columns], [self.record.nuisances.get(name, value) for name, value in own]])
+
     def trajectory(self, parameters) -> Trajectory:
-        """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params)."""
+        """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params).
+
+        It is through the water, of the vehicle from the start of the manoeuvre, without nuisance parameters.
+        """
         return self.simulator.trajectory(self.coefficient_sets(parameters))
+
+    def motion(self, parameters) -> np.ndarray:
+        """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
+        parameters = np.atleast_2d(parameters)
+        states = self._fly(parameters)[0][..., : len(logs.STATES)]
+        currents = self._nuisances.currents(self._nuisance_values(parameters))
+        if currents is None:
+            return states
+        pairs = zip(states, currents, strict=True)
+        return np.stack([over_ground(member, self.simulator.times, current) for member, current in pairs])
 
     def log_prior(self, parameters) -> np.ndarray:
         """(n_batch,) log prior densities."""
@@ -171,10 +248,13 @@ class Problem:
 
     def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
+        parameters = np.atleast_2d(parameters)
         predicted = self.predicted(parameters)
         return {
-            channel.name: noise.log_density(predicted[:, part], self.readings[part], times)
-            for channel, (noise, times, part) in zip(self.record.channels, self._parts(), strict=True)
+            channel.name: noise.log_density(predicted[:, part], self.readings[part], times, **unknown)
+            for channel, (noise, times, part, unknown) in zip(
+                self.record.channels, self._parts(parameters), strict=True
+            )
         }
 
     def log_prob(self, parameters) -> np.ndarray:
@@ -187,6 +267,15 @@ def _without_effect(vehicle, manoeuvre) -> frozenset[str]:
     still = {plane for plane, angles in zip(("dr", "db", "ds"), manoeuvre.controls.T, strict=True) if not angles.any()}
     resting = {term.name for term in coefficients.TERMS if term.symbols & still}
     return vehicle.idle(manoeuvre.subproblem) | resting
+
+
+def _joint(prior: Prior, nuisance: dict[str, Prior]) -> Prior:
+    """The prior of coefficients followed by nuisance parameters."""
+    if not nuisance:
+        return prior
+    n = len(prior.mean)
+    positions = (np.arange(n), *(np.array([n + k]) for k in range(len(nuisance))))
+    return Joint((prior, *nuisance.values()), positions)
 
 
 def _noises(channels, given):
@@ -202,73 +291,3 @@ def _noises(channels, given):
         if isinstance(noise, likelihoods.SetMembership):
             raise InputError(f"channel '{channel.name}' has no noise to weigh it by; give its sensor an sd")
     return noises
-
-
-@dataclass(frozen=True)
-class LinearSystem:
-    """One axis of the linear form ``matrix @ xi = load`` (model section 9), in N or N m.
-
-    matrix : (n_samples, n_columns), dimensional regressors; names : (n_columns,) coefficients; load : (n_samples,)
-    rounding : relative error (root mean square) to which each column is known, a number or (n_columns,)
-    """
-
-    axis: str
-    names: tuple[str, ...]
-    matrix: np.ndarray
-    load: np.ndarray
-    rounding: float | np.ndarray = _REGRESSOR_ROUNDING
-
-
-def linear_systems(trajectory, member: int = 0, free=None) -> dict[str, LinearSystem]:
-    """The linear form of each axis from the states and accelerations of a trajectory, simulated or measured
-    (:class:`bayesub.measured.Motion`).
-
-    The load is rigid-body inertia minus hydrostatics minus propulsion. Columns are the coefficients that the
-    sub-problem uses and, if `free` names are given, only those: the others move to the load with their values in the
-    trajectory. Columns that vanish throughout, such as those of bow planes that do not move, are left out, and so are
-    axes without columns.
-
-    The regressors are exact functions of the given states but for round-off. Simulated accelerations come from the
-    equations of motion at these very states, so that integration errors do not enter; their round-off is what the
-    equations are then short of, and a column of which a tenth is round-off counts as vanishing. Of measured motion
-    every column that moves is kept.
-    """
-    simulator, xi = trajectory.simulator, trajectory.xi[member]
-    states, accelerations = trajectory.states[member], trajectory.accelerations[member]
-    used = set(coefficients.SUBPROBLEMS.get(simulator.subproblem, coefficients.NAMES))
-    free = used if free is None else used & set(free)
-    given = simulator.dimensional(np.where(np.isin(coefficients.NAMES, list(free)), 0.0, xi))[0]
-    body, factors = simulator.vehicle.body, simulator.vehicle.dimensional_factors
-    # What the free coefficients have to explain is how the motion differs from that of a boat without them.
-    without = simulator.accelerations(given / factors, trajectory.states[member : member + 1])[0]
-    loads = (accelerations - without) @ mass_matrix(given, body).T
-    columns = coefficients.regressors(states, accelerations, trajectory.controls)
-    noise = {}
-    if isinstance(trajectory, Trajectory):
-        dimensional = simulator.dimensional(xi)[0]
-        short = _forces(columns, dimensional - given) - loads
-        errors = np.linalg.norm(np.linalg.solve(mass_matrix(dimensional, body), short.T), axis=1)
-        # An acceleration is what two forces leave over, and no better than the round-off of either.
-        errors += np.finfo(float).eps * np.linalg.norm(without, axis=0)
-        sizes = np.linalg.norm(accelerations, axis=0)
-        noise = np.divide(errors, sizes, out=np.zeros(6), where=sizes > 0)
-        noise = dict(zip(coefficients.ACCELERATIONS, noise, strict=True))
-
-    systems = {}
-    for axis, block in columns.items():
-        terms = [term for term in coefficients.TERMS if term.axis == axis]
-        rounding = np.array([noise.get(term.regressor, 0.0) for term in terms])
-        moves = (np.abs(block).max(axis=0) > 0) & (rounding < _ROUND_OFF_ONLY)
-        keep = np.array([term.name in free for term in terms]) & moves
-        if keep.any():
-            names = tuple(term.name for term, wanted in zip(terms, keep, strict=True) if wanted)
-            matrix = block[:, keep] * factors[coefficients.columns(names)]
-            load = loads[:, coefficients.AXES.index(axis)]
-            systems[axis] = LinearSystem(axis, names, matrix, load, _REGRESSOR_ROUNDING + rounding[keep])
-    return systems
-
-
-def _forces(columns, dimensional) -> np.ndarray:
-    """(n_samples, 6) hydrodynamic forces, N and N m, of dimensional coefficients (101,) on regressors by axis."""
-    parts = [block @ dimensional[coefficients.columns(coefficients.names_of_axis(a))] for a, block in columns.items()]
-    return np.stack(parts, axis=1)

@@ -10,11 +10,12 @@ import numpy as np
 from bayesub import coefficients, findings, identifiability
 from bayesub.errors import InputError
 from bayesub.inputs import DATA
+from bayesub.linear_systems import linear_systems
 from bayesub.plots import coefficients as coefficient_plot
 from bayesub.plots import posterior as posterior_plots
 from bayesub.plots import spectrum as spectrum_plot
 from bayesub.plots import track as track_plot
-from bayesub.problem import Problem, linear_systems
+from bayesub.problem import Problem
 from bayesub.sampling import Posterior
 
 PREDICTIVE_DRAWS = 100

@@ -19,8 +19,9 @@ import tomli_w
 from bayesub import baselines, coefficients, identifiability, inputs, priors, results
 from bayesub.errors import InputError
 from bayesub.inputs import Positive, Section
+from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvres import Manoeuvre, load_manoeuvre
-from bayesub.problem import Problem, linear_systems
+from bayesub.problem import Problem
 from bayesub.report import write_report
 from bayesub.sampling import sample
 from bayesub.sampling.posterior import Criteria

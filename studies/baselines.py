@@ -23,9 +23,9 @@ import bayesub as bs
 from bayesub.baselines import linear_least_squares, linear_programme, sqp, trust_region
 from bayesub.coefficients import INDEX, NAMES
 from bayesub.inputs import DATA
+from bayesub.linear_systems import linear_systems
 from bayesub.measured import measure
 from bayesub.plots import campaign as plots
-from bayesub.problem import linear_systems
 
 SEED = 2003
 VEHICLES = ("suboff", "auv690", "npsauv")

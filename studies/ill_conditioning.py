@@ -23,12 +23,12 @@ from bayesub import identifiability
 from bayesub.coefficients import ADDED_MASSES, NAMES
 from bayesub.identifiability.profile import LEVEL_95
 from bayesub.inputs import DATA
+from bayesub.linear_systems import linear_systems
 from bayesub.plots import cancellation as cancellation_plot
 from bayesub.plots import collinearity as collinearity_plot
 from bayesub.plots import contribution as contribution_plot
 from bayesub.plots import profile as profile_plot
 from bayesub.plots import spectrum as spectrum_plot
-from bayesub.problem import linear_systems
 
 VEHICLES = ("suboff", "auv690", "npsauv")
 MANOEUVRES = ("horizontal", "vertical", "coupled")

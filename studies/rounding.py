@@ -16,9 +16,9 @@ import numpy as np
 import bayesub as bs
 from bayesub.baselines import linear_least_squares, total_least_squares
 from bayesub.inputs import DATA
+from bayesub.linear_systems import linear_systems
 from bayesub.measured import measure
 from bayesub.plots import rounding as plots
-from bayesub.problem import linear_systems
 
 VEHICLES = ("suboff", "auv690", "npsauv")
 N_MANOEUVRES = 100

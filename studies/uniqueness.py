@@ -19,8 +19,8 @@ from bayesub.coefficients import ADDED_MASSES, AXES, INDEX, NAMES, SUBPROBLEMS, 
 from bayesub.identifiability import held_fixed, rank, structure
 from bayesub.inputs import DATA
 from bayesub.kernels import layout
+from bayesub.linear_systems import linear_systems
 from bayesub.plots import null_space, style
-from bayesub.problem import linear_systems
 
 VEHICLES = ("suboff", "auv690", "npsauv")
 MANOEUVRES = ("horizontal", "vertical", "coupled")

@@ -8,7 +8,7 @@ import pytest
 from bayesub.baselines import Estimate, linear_least_squares, linear_programme, total_least_squares
 from bayesub.coefficients import HORIZONTAL, INDEX, columns
 from bayesub.errors import InputError
-from bayesub.problem import LinearSystem, linear_systems
+from bayesub.linear_systems import LinearSystem, linear_systems
 
 HELD = ("Yvdot", "Nvdot", "Nrdot")
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bayesub.linear_systems import linear_systems
 from bayesub.measured import measure
-from bayesub.problem import linear_systems
 
 
 @pytest.fixture(scope="module")

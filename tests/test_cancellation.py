@@ -6,7 +6,7 @@ import pytest
 import bayesub as bs
 from bayesub.coefficients import HORIZONTAL, INDEX
 from bayesub.identifiability import cancellation, contribution, rank
-from bayesub.problem import linear_systems
+from bayesub.linear_systems import linear_systems
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bayesub.identifiability import collinearity
-from bayesub.problem import LinearSystem
+from bayesub.linear_systems import LinearSystem
 
 
 @pytest.fixture

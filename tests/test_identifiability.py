@@ -8,7 +8,7 @@ from toys import SINGULAR_VALUES, ill_conditioned
 import bayesub as bs
 from bayesub.coefficients import ADDED_MASSES, columns
 from bayesub.identifiability import fisher, rank
-from bayesub.problem import LinearSystem, linear_systems
+from bayesub.linear_systems import LinearSystem, linear_systems
 
 
 @pytest.fixture(scope="module", params=["suboff", "auv690"])

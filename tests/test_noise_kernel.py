@@ -159,7 +159,7 @@ def test_batch_equals_one_by_one_bitwise(rng, n):
     sds, times = 10.0 ** rng.uniform(-2, 2, 9), np.cumsum(rng.uniform(0.1, 2.0, n))
     calls = {
         "squares": lambda p, _: noise.sums_of_squares(p, readings),
-        "student": lambda p, s: noise.student_t_logarithms(p, readings, s, 3.0),
+        "student": lambda p, s: noise.student_t_logarithms(p, readings, s, np.full(len(s), 3.0)),
         "rounded": lambda p, s: noise.rounded_log_probabilities(p, readings, 0.5, s),
         "autoregressive": lambda p, s: noise.autoregressive_sums(p, readings, times, s),
     }

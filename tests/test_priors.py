@@ -11,8 +11,8 @@ from bayesub.priors import (
     LogNormal,
     Normal,
     Uniform,
-    log_normal,
     perturbed,
+    relative_log_normal,
     relative_normal,
     relative_uniform,
 )
@@ -94,7 +94,7 @@ def test_spreads_about_a_centre(rng):
         np.testing.assert_array_equal(normal.sd, 0.25 * np.abs(expected))
         uniform = relative_uniform(0.75, given).on(columns, xi)
         np.testing.assert_allclose(np.sort([0.25 * expected, 1.75 * expected], axis=0), [uniform.lower, uniform.upper])
-        signed = log_normal(0.3, given).on(columns, xi)
+        signed = relative_log_normal(0.3, given).on(columns, xi)
         np.testing.assert_array_equal(np.sign(signed.sample(rng, 100)), np.tile(np.sign(expected), (100, 1)))
 
 
@@ -109,6 +109,6 @@ def test_perturbed_keeps_signs_and_zeros(rng):
 @pytest.mark.parametrize("value", [0.0, -0.25, np.nan, np.inf])
 def test_bad_spreads(value):
     """A prior needs a positive spread."""
-    for make, key in ((relative_normal, "sd"), (relative_uniform, "half_width"), (log_normal, "log_sd")):
+    for make, key in ((relative_normal, "sd"), (relative_uniform, "half_width"), (relative_log_normal, "log_sd")):
         with pytest.raises(InputError, match=f"prior: {key} must be positive"):
             make(value)

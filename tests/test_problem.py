@@ -9,8 +9,8 @@ from scipy import stats
 import bayesub as bs
 from bayesub.coefficients import HORIZONTAL, INDEX, NAMES, columns
 from bayesub.likelihoods import AR1, Gaussian, StudentT
+from bayesub.linear_systems import linear_systems
 from bayesub.measured import measure
-from bayesub.problem import linear_systems
 
 TRACK = bs.sensors.Track(position_sd_m=0.5, attitude_sd_deg=0.1, interval_s=2.0, channels=("x", "y", "yaw"))
 

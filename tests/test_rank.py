@@ -13,7 +13,7 @@ from bayesub.coefficients import ADDED_MASSES, columns, names_of_axis
 from bayesub.identifiability import held_fixed, rank
 from bayesub.identifiability.rank import round_off
 from bayesub.kernels import layout
-from bayesub.problem import LinearSystem, linear_systems
+from bayesub.linear_systems import LinearSystem, linear_systems
 
 EPS = np.finfo(float).eps
 # As in the thesis, or for a reason that studies/uniqueness.py shows.

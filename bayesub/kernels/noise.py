@@ -81,12 +81,12 @@ def _multiply_t(mantissas, exponents, predicted, readings, factor):
 
 
 @batched
-def student_t_logarithms(predicted, readings, sds, dof):
-    """(n_batch,) sums of log(1 + z^2 / dof) with z = (predicted - reading) / sd; sds (n_batch,)."""
+def student_t_logarithms(predicted, readings, sds, dofs):
+    """(n_batch,) sums of log(1 + z^2 / dof) with z = (predicted - reading) / sd; sds and dofs (n_batch,)."""
     result = np.empty(len(predicted))
     for member in prange(len(predicted)):
         mantissas, exponents = np.ones(COLUMNS), np.zeros(COLUMNS, np.int64)
-        _multiply_t(mantissas, exponents, predicted[member], readings, 1.0 / (dof * sds[member] ** 2))
+        _multiply_t(mantissas, exponents, predicted[member], readings, 1.0 / (dofs[member] * sds[member] ** 2))
         result[member] = _log_of_product(mantissas, exponents)
     return result
 

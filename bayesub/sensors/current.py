@@ -4,7 +4,8 @@ import numpy as np
 
 from bayesub.logs import STATES
 
-X, Y, PHI, THETA, PSI, U, V, W = (STATES.index(name) for name in ("x", "y", "phi", "theta", "psi", "u", "v", "w"))
+PHI, THETA, PSI = (STATES.index(name) for name in ("phi", "theta", "psi"))
+_TINY = 1e-30  # imaginary step, of which the square vanishes beside one
 
 
 def over_ground(states, times, current_mps) -> np.ndarray:
@@ -22,15 +23,35 @@ def over_ground(states, times, current_mps) -> np.ndarray:
     -------
     (.., n_times, 12) states, in which x, y, u, v, w are over the ground. They are linear in the current.
     """
-    north, east = current_mps
-    states, times = np.array(states, dtype=float), np.asarray(times)
-    phi, theta, psi = states[..., PHI], states[..., THETA], states[..., PSI]
-    # The current in axes turned by the yaw, and then its part along the body's z-axis before it rolls.
-    ahead, starboard = north * np.cos(psi) + east * np.sin(psi), east * np.cos(psi) - north * np.sin(psi)
-    down = np.sin(theta) * ahead
-    states[..., X] += north * times
-    states[..., Y] += east * times
-    states[..., U] += np.cos(theta) * ahead
-    states[..., V] += np.cos(phi) * starboard + np.sin(phi) * down
-    states[..., W] += np.cos(phi) * down - np.sin(phi) * starboard
+    states = np.array(states, dtype=float)
+    attitude = states[..., PHI : PSI + 1].copy()
+    for name in ("x", "y", "u", "v", "w"):
+        states[..., STATES.index(name)] += carried(name, np.asarray(times), attitude) @ np.asarray(current_mps)
     return states
+
+
+def carried(state: str, times, attitude) -> np.ndarray:
+    """(.., n_times, 2) what a current of 1 m/s to the north, and one to the east, add to x, y, u, v or w.
+
+    Parameters
+    ----------
+    state : short name; times : (n_times,) s, and attitude : (.., n_times, 3) phi, theta, psi
+    """
+    if state in ("x", "y"):
+        parts = np.zeros((*np.shape(attitude)[:-1], 2))
+        parts[..., ("x", "y").index(state)] = times
+        return parts
+    phi, theta, psi = np.moveaxis(attitude, -1, 0)
+    # The two currents in axes turned by the yaw, and then their part along the body's z-axis before it rolls.
+    ahead, starboard = np.stack([np.cos(psi), np.sin(psi)], -1), np.stack([-np.sin(psi), np.cos(psi)], -1)
+    down = np.sin(theta)[..., None] * ahead
+    cosine, sine = np.cos(phi)[..., None], np.sin(phi)[..., None]
+    if state == "u":
+        return np.cos(theta)[..., None] * ahead
+    return cosine * starboard + sine * down if state == "v" else cosine * down - sine * starboard
+
+
+def carried_slopes(state: str, times, attitude, current_mps) -> np.ndarray:
+    """(n_times, 3) derivatives of what a current adds to `state` by phi, theta and psi, by imaginary steps."""
+    stepped = attitude[None] + 1j * _TINY * np.eye(3)[:, None]
+    return (carried(state, times, stepped) @ np.asarray(current_mps)).imag.T / _TINY

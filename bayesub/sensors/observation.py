@@ -4,7 +4,7 @@ import numpy as np
 
 from bayesub.coefficients import ACCELERATIONS
 from bayesub.errors import InputError
-from bayesub.logs import STATES
+from bayesub.logs import COLUMNS, HEADERS, STATES
 from bayesub.sensors.current import over_ground
 from bayesub.sensors.record import Channel, Record
 from bayesub.sensors.sensor import QUANTITIES, flat
@@ -32,6 +32,7 @@ def observe(
         raise InputError(f"current_mps must be two finite numbers, north and east, found {current_mps}")
     duration = trajectory.times[-1]
     motions, channels = {}, []
+    nuisances = {f"current_{towards}_mps": speed for towards, speed in zip(("north", "east"), current_mps, strict=True)}
     for sensor in flat(sensors):
         times = sensor.reading_times(duration)
         key = times.tobytes()
@@ -43,7 +44,10 @@ def observe(
         times, values = sensor.read(times, truth, rng)
         sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
         channels.append(Channel(sensor.quantity, times, values, sd, resolution))
-    return Record(tuple(channels), truth=trajectory.xi[member])
+        column = HEADERS[sensor.quantity]
+        unit = sensor.factor / COLUMNS[column][1]
+        nuisances |= {f"bias_{column}": unit * sensor.bias, f"sd_{column}": unit * sensor.sd}
+    return Record(tuple(channels), truth=trajectory.xi[member], nuisances=nuisances)
 
 
 def _motion(trajectory, member, current_mps):

@@ -1,6 +1,6 @@
 """Records: what the sensors of a trial wrote down, in memory and as a CSV file."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -52,11 +52,13 @@ class Channel:
 class Record:
     """What the sensors of a trial wrote down; the channels in a fixed order make the vector of readings.
 
-    `truth` (101,) holds the coefficients behind a synthetic record, and is None for a real one.
+    `truth` (101,) holds the coefficients behind a synthetic record, and `nuisances` what else is known of it: name
+    (:mod:`bayesub.nuisance`) -> true value in the unit of the name. For a real record they are None and empty.
     """
 
     channels: tuple[Channel, ...]
     truth: np.ndarray | None = None
+    nuisances: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self):
         names = [channel.name for channel in self.channels]
