@@ -10,6 +10,7 @@ STRONG = 0.9  # correlation
 def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
     """Every figure that the report quotes, as JSON types."""
     truth, synthetic = reference(problem)
+    n_coefficients = problem.n_coefficients
     q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
     columns = {
         "name": posterior.names,
@@ -58,7 +59,8 @@ def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
             "evaluations_per_effective_sample": posterior.evaluations / float(posterior.bulk_ess.min()),
             "failed_simulations": posterior.failures,
         },
-        "parameters": rows,
+        "parameters": rows[:n_coefficients],
+        "nuisance": [{k: v for k, v in row.items() if k != "relative_sd"} for row in rows[n_coefficients:]],
         "spectrum": {
             "singular_values": spectrum.singular_values.tolist(),
             "n_null": n_null,
@@ -68,7 +70,7 @@ def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
         "null_contraction": _null_contraction(spectrum, posterior, n_null).tolist(),
         "trade_offs": _trade_offs(posterior),
         "baselines": [_baseline(problem, estimate, truth) for estimate in estimates],
-        "chi_square_per_reading": float(np.mean(problem.residuals(posterior.best[None]) ** 2)),
+        "chi_square_per_reading": _chi_square(problem, posterior.best[None])[0],
     }
     numbers["verdict"] = verdict(numbers)
     return numbers
@@ -76,8 +78,12 @@ def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
 
 def reference(problem) -> tuple[np.ndarray, bool]:
     """The values that ratios refer to (n_params,), and whether they are the truth behind a synthetic record."""
-    truth = problem.record.truth
-    return (problem.vehicle.xi if truth is None else truth)[problem.columns], truth is not None
+    return problem.reference, problem.record.truth is not None
+
+
+def _chi_square(problem, parameters) -> list[float]:
+    """Chi-square per reading of each member of parameters (n_batch, n_params), with the total sd of every channel."""
+    return np.mean(((problem.predicted(parameters) - problem.readings) / problem.sds) ** 2, axis=1).tolist()
 
 
 def _null_contraction(spectrum, posterior, n_null):
@@ -96,10 +102,11 @@ def _trade_offs(posterior) -> list[dict]:
 
 
 def _baseline(problem, estimate, truth) -> dict:
-    place = [estimate.names.index(name) for name in problem.names]
-    solutions = estimate.solutions[:, place]
+    plain = problem.naive()
+    place = [estimate.names.index(name) for name in plain.names]
+    solutions, truth = estimate.solutions[:, place], truth[: plain.n_params]
     error = np.abs(solutions / truth - 1.0)
-    start = np.abs(problem.prior.mean / truth - 1.0)
+    start = np.abs(plain.prior.mean / truth - 1.0)
     return {
         "method": estimate.method,
         "costs": estimate.costs.tolist(),
@@ -109,19 +116,20 @@ def _baseline(problem, estimate, truth) -> dict:
         "seconds": estimate.seconds,
         "further_than_guess": np.count_nonzero(error > start, axis=1).tolist(),
         "n_params": len(truth),
-        "chi_square_per_reading": [float(np.mean(r**2)) for r in problem.residuals(solutions)],
+        "chi_square_per_reading": _chi_square(plain, solutions),
         "ratios": (solutions / truth).tolist(),
     }
 
 
 def verdict(numbers: dict) -> dict[str, str]:
     """The report in sentences: what is known, what is not, which directions are null, and what trades off."""
-    sentences = _what_is_known(numbers) | _directions(numbers) | _strongest_trade_offs(numbers)
+    sentences = _what_is_known(numbers) | _directions(numbers) | _strongest_trade_offs(numbers) | _nuisance(numbers)
     for baseline in numbers["baselines"]:
         if baseline["method"] == "SQP":
             fits = baseline["chi_square_per_reading"]
+            held = ", which holds nuisance parameters at their prior means," if numbers["nuisance"] else ""
             sentences["sqp"] = (
-                f"SQP from {baseline['n_starts']} starts reaches a chi-square per reading of {min(fits):.3f} to "
+                f"SQP{held} from {baseline['n_starts']} starts reaches a chi-square per reading of {min(fits):.3f} to "
                 f"{max(fits):.3f}, the best draw of the posterior {numbers['chi_square_per_reading']:.3f}; "
                 f"{_range(baseline['further_than_guess'])} of its {baseline['n_params']} coefficients end further from "
                 f"the {reference_word(numbers)} than the guess was."
@@ -149,9 +157,11 @@ def _what_is_known(numbers):
 
 
 def _directions(numbers):
-    n, n_null, n_sharpened = len(numbers["parameters"]), *map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
+    n = len(numbers["parameters"]) + len(numbers["nuisance"])
+    n_null, n_sharpened = map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
+    space = "parameter" if numbers["nuisance"] else "coefficient"
     sentences = {
-        "directions": f"Of {n} directions in coefficient space the data sharpen {n_sharpened} and leave "
+        "directions": f"Of {n} directions in {space} space the data sharpen {n_sharpened} and leave "
         f"{n - n_sharpened - n_null} to the prior; {n_null} leave the motion exactly the same, so that no sensor on "
         "this manoeuvre can tell."
     }
@@ -164,6 +174,11 @@ def _directions(numbers):
             f"{', '.join(pivots)} fixed makes the rest unique."
         )
     return sentences
+
+
+def _nuisance(numbers):
+    intervals = [f"{row['name']} {row['q5']:.4g} to {row['q95']:.4g}" for row in numbers["nuisance"]]
+    return {"nuisance": f"{', '.join(intervals)} (90 % intervals)."} if intervals else {}
 
 
 def _strongest_trade_offs(numbers):

@@ -45,7 +45,7 @@ class Problem:
         candidates = coefficients.columns(free)
         moving = [coefficients.NAMES[k] not in _without_effect(vehicle, manoeuvre) for k in candidates]
         self.columns = candidates[prior.has_scale(candidates, self.xi) & moving]
-        if not self.columns.size and not nuisance:
+        if not self.columns.size:
             raise InputError(
                 "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
             )

@@ -35,7 +35,8 @@ def write_report(
     """
     folder = Path(folder)
     trajectory = problem.trajectory(posterior.best)
-    ranks = identifiability.rank(linear_systems(trajectory, free=problem.names), prefer=coefficients.ADDED_MASSES)
+    free = problem.names[: problem.n_coefficients]
+    ranks = identifiability.rank(linear_systems(trajectory, free=free), prefer=coefficients.ADDED_MASSES)
     numbers = findings.collect(problem, estimates, spectrum, posterior, ranks)
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
@@ -54,14 +55,14 @@ def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict
     word = "truth" if synthetic else "vehicle file"
     rng = np.random.default_rng(0)  # which draws are shown; nothing that is quoted depends on it
     draws = posterior.draws[rng.choice(len(posterior.draws), PREDICTIVE_DRAWS)]
-    predicted = problem.trajectory(draws).states
-    true_states = problem.trajectory(truth).states[0] if synthetic else None
-    times = problem.simulator.times
+    n = problem.n_coefficients
+    predicted, tracks = problem.predicted(draws), problem.motion(draws[:20])
+    true_motion = (problem.predicted(truth)[0], problem.motion(truth)[0]) if synthetic else None
     n_null = numbers["spectrum"]["n_null"]
     figures = [
         (
             "coefficients",
-            lambda path: coefficient_plot.draw(path, posterior, problem.prior, truth, estimates, word),
+            lambda path: coefficient_plot.draw(path, posterior, problem.prior, truth[:n], estimates, word),
             f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. Orange: SQP "
             "solutions, all of which fit the track. Green: linear least squares on noise-free velocities and "
             "accelerations, left at the guess along null directions. A blue bar as long as the grey one means that the "
@@ -69,7 +70,7 @@ def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict
         ),
         (
             "track",
-            lambda path: track_plot.draw(path, problem.record, times, predicted, true_states),
+            lambda path: track_plot.draw(path, problem.record, predicted, tracks, true_motion),
             f"The trial and {PREDICTIVE_DRAWS} draws from the posterior, too close to tell apart on the left. On the "
             "right the readings minus the posterior mean: pure noise if the model fits. The blue band is the "
             "posterior's own uncertainty of the track, far thinner than the noise, whatever the coefficients do.",
@@ -89,11 +90,20 @@ def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict
         ),
         (
             "corner",
-            lambda path: posterior_plots.draw_corner(path, posterior, problem.prior, truth, rng),
+            lambda path: posterior_plots.draw_corner(path, posterior, problem.prior, truth[:n], rng),
             "Joint marginals (50 % and 90 %) of the best known coefficients (blue labels) and the worst known "
             f"(yellow), as ratios to the {word} (orange lines). Dashed curves are the prior.",
         ),
     ]
+    if n < problem.n_params:
+        figures.append(
+            (
+                "nuisance",
+                lambda path: posterior_plots.draw_nuisance(path, posterior, problem.prior, truth),
+                "What else the readings depend on. Blue: posterior. Dashed: prior. Orange: the truth behind a "
+                "synthetic record or the value of the vehicle, manoeuvre and noise model.",
+            )
+        )
     drawn = []
     for name, draw, caption in figures:
         for suffix in (".pdf", ".png"):

@@ -21,6 +21,7 @@ from bayesub.errors import InputError
 from bayesub.inputs import Positive, Section
 from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvres import Manoeuvre, load_manoeuvre
+from bayesub.prior_files import AnyNoiseSection, PriorOfOne, PriorSection, noise_models
 from bayesub.problem import Problem
 from bayesub.report import write_report
 from bayesub.sampling import sample
@@ -44,11 +45,10 @@ class FreeSection(Section):
         return self.coefficients
 
 
-class PriorSection(Section):
-    kind: Literal["relative_normal"]
-    sd: Positive
-    centre: Literal["vehicle", "perturbed"] = "vehicle"
-    perturbation_sd: Positive = 0.25
+class TruthSection(Section):
+    """What only the simulated trial knows; biases are with the sensors."""
+
+    current_mps: tuple[float, float] = (0.0, 0.0)
 
 
 class BaselinesSection(Section):
@@ -77,6 +77,9 @@ class Study(Section):
     sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
     free: FreeSection
     prior: PriorSection
+    nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
+    noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
+    truth: TruthSection = TruthSection()
     baselines: BaselinesSection = BaselinesSection()
     sampler: SamplerSection = SamplerSection()
     quick: dict = pydantic.Field(default_factory=dict)
@@ -117,13 +120,32 @@ def prepare(study: Study) -> Setup:
     vehicle = load_vehicle(study.vehicle)
     manoeuvre = load_manoeuvre(study.manoeuvre, vehicle)
     truth = simulate(vehicle, manoeuvre, dt=study.dt_s)
-    record = observe(truth, [section.build() for section in study.sensors], data_rng)
+    sensors = [section.build() for section in study.sensors]
+    record = observe(truth, sensors, data_rng, current_mps=study.truth.current_mps)
     centre = vehicle.xi
     if study.prior.centre == "perturbed":
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
-    prior = priors.relative_normal(study.prior.sd, centre)
-    problem = Problem(vehicle, manoeuvre, record, free=study.free.names, prior=prior, dt=truth.simulator.step)
+    prior, fixed = study.prior.build(centre)
+    xi = vehicle.xi.copy()
+    xi[coefficients.columns(fixed)] = list(fixed.values())
+    problem = Problem(
+        vehicle,
+        manoeuvre,
+        record,
+        free=[name for name in study.free.names if name not in fixed],
+        prior=prior,
+        nuisance={name: _varying(name, one) for name, one in study.nuisance.items()},
+        noise=noise_models(study.noise, record.channels),
+        xi=xi,
+        dt=truth.simulator.step,
+    )
     return Setup(study, vehicle, manoeuvre, truth, problem, sqp_rng, sampler_rng)
+
+
+def _varying(name: str, section: PriorOfOne) -> priors.Prior:
+    if section.value is not None:
+        raise InputError(f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave the parameter out")
+    return section.build()
 
 
 def completed(study: Study, *, quick: bool) -> dict:
@@ -197,8 +219,9 @@ def run(study: Study, folder: Path, *, progress=None) -> bool:
     estimates = []
     if study.baselines.linear_least_squares:
         progress.stage("linear least squares")
-        systems = linear_systems(setup.truth, free=problem.names)
-        guess = dict(zip(problem.names, problem.prior.mean, strict=True))
+        plain = problem.naive()
+        systems = linear_systems(setup.truth, free=plain.names)
+        guess = dict(zip(plain.names, plain.prior.mean, strict=True))
         estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
         seconds["linear least squares"] = estimates[-1].seconds
     if study.baselines.sqp_starts:

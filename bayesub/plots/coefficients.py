@@ -7,8 +7,8 @@ from bayesub.plots import style
 
 
 def labels(names) -> list[str]:
-    """LaTeX labels of coefficients."""
-    return [TERMS[INDEX[name]].label for name in names]
+    """LaTeX labels of coefficients; other parameters by name and unit."""
+    return [TERMS[INDEX[name]].label if name in INDEX else style.with_unit(name) for name in names]
 
 
 def draw(path, posterior, prior, reference, estimates, reference_word: str) -> None:
@@ -16,13 +16,14 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
 
     Parameters
     ----------
-    reference : (n_params,) values that count as one, and reference_word : what they are
+    reference : (n_coefficients,) values that count as one, of the first n_coefficients parameters of the posterior
+    reference_word : what they are
     estimates : list of Estimates; their coefficients may stand in another order
     """
-    names = posterior.names
-    n = len(names)
+    n = len(reference)
+    names = posterior.names[:n]
     columns = np.arange(n)
-    ratio = lambda values: np.asarray(values) / reference  # noqa: E731
+    ratio = lambda values: np.asarray(values)[..., :n] / reference  # noqa: E731
     with style.figure(path, max(6.0, 0.42 * n + 1.0), 4.6) as figure:
         axis = figure.subplots()
         bottom, top = np.sort([ratio(prior.quantiles(p)) for p in (0.025, 0.975)], axis=0)

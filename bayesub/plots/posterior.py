@@ -5,6 +5,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from bayesub.coefficients import INDEX
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
@@ -31,23 +32,22 @@ def draw_correlation(path, posterior) -> None:
         figure.colorbar(image, ax=axis, shrink=0.8, label="posterior correlation")
 
 
-def corner_parameters(posterior) -> np.ndarray:
-    """Positions of at most twelve parameters: the best and the worst known, in the order of the posterior."""
-    n = len(posterior.names)
-    order = np.argsort(posterior.contraction)
+def corner_parameters(posterior, n: int) -> np.ndarray:
+    """Positions of at most twelve of the first n parameters: the best and the worst known, in their order."""
+    order = np.argsort(posterior.contraction[:n])
     half = CORNER_PARAMETERS // 2
     return np.arange(n) if n <= CORNER_PARAMETERS else np.sort(np.concatenate([order[:half], order[-half:]]))
 
 
 def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> None:
-    """Joint marginals of the best and the worst known coefficients as ratios to `reference` (n_params,)."""
-    chosen = corner_parameters(posterior)
+    """Joint marginals of the best and the worst known coefficients as ratios to `reference` (n_coefficients,)."""
+    chosen = corner_parameters(posterior, len(reference))
     draws = posterior.draws[:, chosen] / reference[chosen]
     draws = draws[rng.choice(len(draws), min(CORNER_DRAWS, len(draws)), replace=False)]
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
     margin = 0.05 * (high - low)
     n = len(chosen)
-    prior_quantiles = np.array([prior.quantiles(p) for p in PRIOR_PROBABILITIES]) / reference
+    prior_quantiles = np.array([prior.quantiles(p) for p in PRIOR_PROBABILITIES])[:, : len(reference)] / reference
     with mpl.rc_context({"font.size": 8.0}):
         figure = Figure(figsize=(0.95 * n + 1.2, 0.95 * n + 1.2), dpi=130)
         corner.corner(
@@ -67,7 +67,7 @@ def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> 
             hist_kwargs={"density": True},
         )
         axes = np.array(figure.axes).reshape(n, n)
-        best = set(np.argsort(posterior.contraction)[: CORNER_PARAMETERS // 2].tolist())
+        best = set(np.argsort(posterior.contraction[: len(reference)])[: CORNER_PARAMETERS // 2].tolist())
         for j, k in enumerate(chosen):
             colour = style.POSTERIOR if k in best else style.WEAK
             for label in (axes[j, 0].yaxis.label, axes[-1, j].xaxis.label):
@@ -79,10 +79,32 @@ def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> 
         figure.savefig(path)
 
 
-def _draw_prior(axis, quantiles):
+def _draw_prior(axis, quantiles, label=None):
     """The prior over a histogram of the posterior, from its quantiles at PRIOR_PROBABILITIES."""
     quantiles, limits = np.sort(quantiles), axis.get_xlim()
     density = np.diff(PRIOR_PROBABILITIES) / np.diff(quantiles)
-    axis.plot(0.5 * (quantiles[1:] + quantiles[:-1]), density, color="#777777", lw=1.0, ls="--")
+    axis.plot(0.5 * (quantiles[1:] + quantiles[:-1]), density, color="#777777", lw=1.0, ls="--", label=label)
     axis.set_xlim(limits)
     axis.set_ylim(0, max(axis.get_ylim()[1], 1.1 * density.max()))
+
+
+def draw_nuisance(path, posterior, prior, reference) -> None:
+    """A panel each for the parameters after the coefficients: posterior, prior and reference (n_params,)."""
+    shown = [k for k, name in enumerate(posterior.names) if name not in INDEX]
+    n_columns = min(4, len(shown))
+    n_rows = -(-len(shown) // n_columns)
+    quantiles = np.array([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
+    with style.figure(path, 2.6 * n_columns + 0.2, 1.9 * n_rows + 0.5) as figure:
+        panels = figure.subplots(n_rows, n_columns, squeeze=False).ravel()
+        for panel, k in zip(panels, shown, strict=False):
+            panel.hist(posterior.draws[:, k], 60, density=True, color=style.POSTERIOR, label="posterior")
+            _draw_prior(panel, quantiles[:, k], "prior")
+            panel.axvline(reference[k], color=style.SQP, lw=1.0, label="reference")
+            panel.set_xlabel(style.with_unit(posterior.names[k]))
+            panel.set_yticks([])
+            panel.ticklabel_format(axis="x", useOffset=False, scilimits=(-3, 4), useMathText=True)
+            panel.locator_params(axis="x", nbins=4)
+        for panel in panels[len(shown) :]:
+            panel.set_visible(False)
+        handles, names = panels[0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside upper center", ncols=3, fontsize=8)

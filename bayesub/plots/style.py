@@ -28,6 +28,17 @@ _SETTINGS = {
     "savefig.dpi": 150,
 }
 
+_UNITS = {"mps": "m/s", "degps": "deg/s", "mps2": "m/s²", "degps2": "deg/s²", "kgm2": "kg m²", "n": "N"}
+_PLAIN_UNITS = ("m", "deg", "s", "kg")
+
+
+def with_unit(column: str) -> str:
+    """The label of a column or parameter whose name ends with its unit: ``yaw0_deg`` is ``yaw0 (deg)``."""
+    words = column.split("_")
+    if len(words) > 1 and (words[-1] in _UNITS or words[-1] in _PLAIN_UNITS):
+        return f"{' '.join(words[:-1])} ({_UNITS.get(words[-1], words[-1])})"
+    return " ".join(words)
+
 
 @contextmanager
 def figure(path, width: float, height: float):

@@ -5,48 +5,43 @@ import numpy as np
 from bayesub import logs
 from bayesub.plots import style
 
-_NAMES = {
-    "x": "north",
-    "y": "east",
-    "z": "depth",
-    "u_ground": "u bottom",
-    "v_ground": "v bottom",
-    "w_ground": "w bottom",
-}
-_UNITS = {"mps": "m/s", "degps": "deg/s"}
+_NAMES = {"x": "north", "y": "east", "z": "depth"}
 
 
-def draw(path, record, times, predicted, truth=None) -> None:
-    """Track from above, and the residual of every channel against time.
+def draw(path, record, predicted, tracks, truth=None) -> None:
+    """Track from above, and below it the depth if that changes; the residual of every channel against time.
 
     Parameters
     ----------
     record : the readings
-    times, predicted : (n_times,) and (n_draws, n_times, 12) states of draws from the posterior
-    truth : (n_times, 12) true states, or None
+    predicted : (n_draws, n_readings) noise-free readings of draws from the posterior, SI units
+    tracks : (n_draws, n_times, 12) states over the ground of some draws
+    truth : true readings (n_readings,) and states (n_times, 12), or None
     """
     channels = record.channels
+    true_readings, true_track = truth if truth is not None else (None, None)
+    dives = np.ptp(tracks[0, :, 2]) > 0.01 * np.ptp(tracks[0, :, :2], axis=0).max()
+    rows = [["depth" if dives and 3 * k >= 2 * len(channels) else "track", c.name] for k, c in enumerate(channels)]
     with style.figure(path, 9.0, max(4.6, 1.25 * len(channels))) as figure:
-        axes = figure.subplot_mosaic(
-            [["track", channel.name] for channel in channels], width_ratios=[1.0, 1.15], empty_sentinel=""
-        )
-        _draw_path(axes["track"], record, predicted, truth)
-        centre = predicted.mean(axis=0)
-        for channel in channels:
-            name, unit, factor = _labelled(channel)
-            column = logs.STATES.index(channel.state)
-            at = np.searchsorted(times, channel.times)
-            axis = axes[channel.name]
-            residual = factor * (channel.values - centre[at, column])
+        axes = figure.subplot_mosaic(rows, width_ratios=[1.0, 1.15], empty_sentinel="")
+        _draw_path(axes["track"], record, tracks, true_track)
+        if "depth" in axes:
+            _draw_depth(axes["depth"], tracks, true_track)
+        ends = np.cumsum([len(channel.times) for channel in channels])
+        for channel, end in zip(channels, ends, strict=True):
+            part = slice(end - len(channel.times), end)
+            name, factor = _labelled(channel)
+            axis, centre = axes[channel.name], predicted[:, part].mean(axis=0)
             sd = factor * channel.total_sd
             axis.axhspan(-2 * sd, 2 * sd, color=style.PRIOR, alpha=0.4, lw=0)
+            residual = factor * (channel.values - centre)
             axis.plot(channel.times, residual, ".", ms=2.0, color=style.READINGS, label="reading")
-            low, high = np.quantile(factor * (predicted[:, at, column] - centre[at, column]), [0.05, 0.95], axis=0)
+            low, high = np.quantile(factor * (predicted[:, part] - centre), [0.05, 0.95], axis=0)
             axis.fill_between(channel.times, low, high, color=style.POSTERIOR, lw=0, label="90 % of the posterior")
             if truth is not None:
-                off = factor * (truth[at, column] - centre[at, column])
+                off = factor * (true_readings[part] - centre)
                 axis.plot(channel.times, off, color=style.TRUTH, lw=0.8, label="truth")
-            axis.set_ylabel(f"{name} ({unit})")
+            axis.set_ylabel(name)
             axis.set_ylim(-4.2 * sd, 4.2 * sd)
             axis.tick_params(labelbottom=channel is channels[-1])
         axes[channels[0].name].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
@@ -55,25 +50,35 @@ def draw(path, record, times, predicted, truth=None) -> None:
         axes["track"].legend(handles, labels, loc="best", fontsize=8, markerscale=3)
 
 
-def _labelled(channel) -> tuple[str, str, float]:
+def _labelled(channel) -> tuple[str, float]:
     """Name and unit for an axis, and the factor from SI to the unit."""
     header = logs.HEADERS[channel.quantity]
-    unit = header.rpartition("_")[2]
-    return _NAMES.get(channel.name, channel.name), _UNITS.get(unit, unit), 1.0 / logs.COLUMNS[header][1]
+    shown = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
+    return style.with_unit(shown).replace(" ground", " bottom"), 1.0 / logs.COLUMNS[header][1]
 
 
-def _draw_path(axis, record, predicted, truth):
+def _draw_path(axis, record, tracks, truth):
     by_state = {channel.state: channel for channel in record.channels}
-    if {"x", "y"} <= by_state.keys():
+    if {"x", "y"} <= by_state.keys() and np.array_equal(by_state["x"].times, by_state["y"].times):
         axis.plot(by_state["y"].values, by_state["x"].values, ".", ms=2.5, color=style.READINGS)
-    axis.plot(predicted[:20, :, 1].T, predicted[:20, :, 0].T, color=style.POSTERIOR, lw=1.2)
+    axis.plot(tracks[:20, :, 1].T, tracks[:20, :, 0].T, color=style.POSTERIOR, lw=1.2)
     if truth is not None:
         axis.plot(truth[:, 1], truth[:, 0], color=style.TRUTH, lw=0.8)
-    axis.plot(predicted[0, 0, 1], predicted[0, 0, 0], "o", color=style.TRUTH, ms=4)
+    axis.plot(tracks[0, 0, 1], tracks[0, 0, 0], "o", color=style.TRUTH, ms=4)
     axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel("east (m)")
     axis.set_ylabel("north (m)")
     axis.set_title("track from above, starting at the dot", fontsize=9)
+
+
+def _draw_depth(axis, tracks, truth):
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tracks[0, :, :2], axis=0), axis=1))])
+    axis.plot(way, tracks[:20, :, 2].T, color=style.POSTERIOR, lw=1.2)
+    if truth is not None:
+        axis.plot(way, truth[:, 2], color=style.TRUTH, lw=0.8)
+    axis.invert_yaxis()
+    axis.set_xlabel("way over the ground (m)")
+    axis.set_ylabel("depth (m)")
 
 
 def draw_simulated(trajectory, name: str, path) -> None:

@@ -1,0 +1,169 @@
+"""Priors and noise models in study files."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import pandas as pd
+import pydantic
+
+from bayesub import coefficients, likelihoods, logs, priors
+from bayesub.errors import InputError
+from bayesub.inputs import Positive, Section
+from bayesub.sensors import Channel
+
+
+class PriorOfOne(Section):
+    """The prior of one parameter, in its unit: one of the pairs below, or a value that it is fixed at."""
+
+    mean: float | None = None
+    sd: Positive | None = None
+    lower: float | None = None
+    upper: float | None = None
+    median: float | None = None
+    log_sd: Positive | None = None
+    value: float | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_kind(self):
+        if tuple(self.model_dump(exclude_none=True)) not in _KINDS:
+            raise ValueError("a prior is mean and sd, lower and upper, median and log_sd, or a fixed value")
+        self.build()
+        return self
+
+    def build(self) -> priors.Prior | None:
+        """The prior; None for a fixed value."""
+        given = self.model_dump(exclude_none=True)
+        make = _KINDS[tuple(given)]
+        return make(**given) if make else None
+
+
+_KINDS = {
+    ("mean", "sd"): priors.normal,
+    ("lower", "upper"): priors.uniform,
+    ("median", "log_sd"): priors.log_normal,
+    ("value",): None,
+}
+
+
+class PriorSection(Section):
+    """The prior of the coefficients: a spread for all, and what is given of single ones.
+
+    given : coefficient -> its own prior, and table : CSV file of further ones with the columns coefficient, mean, sd,
+    of which an sd of zero fixes the coefficient
+    correlations : (coefficient, coefficient, correlation) of those given by mean and sd
+    """
+
+    kind: Literal["relative_normal", "relative_uniform", "relative_log_normal"]
+    sd: Positive | None = None
+    half_width: Positive | None = None
+    log_sd: Positive | None = None
+    centre: Literal["vehicle", "perturbed"] = "vehicle"
+    perturbation_sd: Positive = 0.25
+    given: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
+    table: str | None = None
+    correlations: tuple[tuple[str, str, float], ...] = ()
+
+    @pydantic.model_validator(mode="after")
+    def _its_own_spread(self):
+        wanted = {"relative_normal": "sd", "relative_uniform": "half_width", "relative_log_normal": "log_sd"}[self.kind]
+        given = [key for key in ("sd", "half_width", "log_sd") if getattr(self, key) is not None]
+        if given != [wanted]:
+            raise ValueError(f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}")
+        return self
+
+    def build(self, centre: np.ndarray) -> tuple[priors.Spread | priors.Given, dict[str, float]]:
+        """The prior about `centre` (101,), and the coefficients that are fixed with their values."""
+        spread = getattr(priors, self.kind)(self.sd or self.half_width or self.log_sd, centre)
+        given = ({} if self.table is None else _table(Path(self.table))) | self.given
+        fixed = {name: one.value for name, one in given.items() if one.value is not None}
+        built = {name: one.build() for name, one in given.items() if name not in fixed}
+        _known(fixed)
+        if not built and not self.correlations:
+            return spread, fixed
+        return priors.Given(spread, built, self.correlations), fixed
+
+
+def _known(names) -> None:
+    for name in names:
+        if name not in coefficients.INDEX:
+            raise InputError(f"prior: unknown coefficient '{name}'{coefficients.nearest(name, coefficients.NAMES)}")
+
+
+def _table(path: Path) -> dict[str, PriorOfOne]:
+    """Priors of a CSV file with the columns coefficient, mean, sd."""
+    try:
+        table = pd.read_csv(path, comment="#", skipinitialspace=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: is not a CSV file: {str(error).strip().splitlines()[-1]}") from None
+    if list(table.columns) != ["coefficient", "mean", "sd"]:
+        found = ",".join(map(str, table.columns))
+        raise InputError(f"{path}: columns must be coefficient,mean,sd, found {found}")
+    priors_of = {}
+    for line, (name, mean, sd) in enumerate(table.itertuples(index=False), start=2):
+        if name not in coefficients.INDEX:
+            near = coefficients.nearest(str(name), coefficients.NAMES)
+            raise InputError(f"{path}: row {line}: unknown coefficient '{name}'{near}")
+        if name in priors_of:
+            raise InputError(f"{path}: row {line}: coefficient '{name}' is given twice")
+        numbers = [pd.to_numeric(value, errors="coerce") for value in (mean, sd)]
+        if not np.isfinite(numbers).all() or numbers[1] < 0:
+            raise InputError(f"{path}: row {line}: mean and sd must be numbers and sd not negative, found {mean}, {sd}")
+        mean, sd = map(float, numbers)
+        priors_of[name] = PriorOfOne(mean=mean, sd=sd) if sd > 0 else PriorOfOne(value=mean)
+    return priors_of
+
+
+class NoiseSection(Section):
+    """What the noise models of a channel share; numbers are in the unit of its column.
+
+    sd : standard deviation, by default that of noise and rounding of the sensor together
+    """
+
+    sd: Positive | None = None
+
+    def build(self, channel: Channel) -> likelihoods.Gaussian:
+        """The noise model, in SI units."""
+        given = self.model_dump(exclude={"kind", "sd"})
+        factor = logs.COLUMNS[logs.HEADERS[channel.quantity]][1]
+        return _NOISES[self.kind](channel.total_sd if self.sd is None else factor * self.sd, **given)
+
+
+class NormalNoise(NoiseSection):
+    kind: Literal["normal"]
+
+
+class UnknownSdNoise(NoiseSection):
+    kind: Literal["unknown_sd"]
+
+
+class StudentTNoise(NoiseSection):
+    kind: Literal["student_t"]
+    dof: Positive
+
+
+class AR1Noise(NoiseSection):
+    kind: Literal["ar1"]
+    correlation_time_s: Positive
+
+
+_NOISES = {
+    "normal": likelihoods.Gaussian,
+    "unknown_sd": likelihoods.UnknownSd,
+    "student_t": likelihoods.StudentT,
+    "ar1": likelihoods.AR1,
+}
+AnyNoiseSection = Annotated[
+    NormalNoise | UnknownSdNoise | StudentTNoise | AR1Noise, pydantic.Field(discriminator="kind")
+]
+
+
+def noise_models(sections: dict[str, NoiseSection], channels) -> dict[str, object]:
+    """Channel name -> noise model, of sections by column; InputError for a column that no sensor reads."""
+    by_column = {logs.HEADERS[channel.quantity]: channel for channel in channels}
+    for column in sections:
+        if column not in by_column:
+            raise InputError(f"noise.{column}: no sensor reads that column{coefficients.nearest(column, by_column)}")
+    return {by_column[column].name: section.build(by_column[column]) for column, section in sections.items()}
