@@ -95,11 +95,12 @@ def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
 
 def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:
     """The keys of pydantic's `location`, without the tags of unions, and the keys valid where it ends."""
-    keys, models = [], [model]
+    keys, models, free = [], [model], False  # free: any key may follow
     for part in location[:-1]:
-        fields = [m.model_fields[part].annotation for m in models if part in m.model_fields]
-        if fields or isinstance(part, int):
+        fields = [] if free else [m.model_fields[part].annotation for m in models if part in m.model_fields]
+        if fields or free or isinstance(part, int):
             keys.append(str(part))
+        free = any(typing.get_origin(annotation) is dict for annotation in fields)
         if fields:
             models = [section for annotation in fields for section in _sections(annotation)]
     return [*keys, str(location[-1])], [key for m in models for key in m.model_fields]

@@ -9,7 +9,7 @@ _NAMES = {"x": "north", "y": "east", "z": "depth"}
 
 
 def draw(path, record, predicted, tracks, truth=None) -> None:
-    """Track from above, and below it the depth if that changes; the residual of every channel against time.
+    """Track from above, and below it from aside if the boat dives; the residual of every channel against time.
 
     Parameters
     ----------
@@ -21,12 +21,13 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
     channels = record.channels
     true_readings, true_track = truth if truth is not None else (None, None)
     dives = np.ptp(tracks[0, :, 2]) > 0.01 * np.ptp(tracks[0, :, :2], axis=0).max()
-    rows = [["depth" if dives and 3 * k >= 2 * len(channels) else "track", c.name] for k, c in enumerate(channels)]
+    below = len(channels) if not dives else -(-len(channels) // 2)
+    rows = [["from above" if k < below else "from aside", c.name] for k, c in enumerate(channels)]
     with style.figure(path, 9.0, max(4.6, 1.25 * len(channels))) as figure:
         axes = figure.subplot_mosaic(rows, width_ratios=[1.0, 1.15], empty_sentinel="")
-        _draw_path(axes["track"], record, tracks, true_track)
-        if "depth" in axes:
-            _draw_depth(axes["depth"], tracks, true_track)
+        _draw_path(axes["from above"], record, tracks, true_track)
+        if "from aside" in axes:
+            _draw_depth(axes["from aside"], tracks, true_track)
         ends = np.cumsum([len(channel.times) for channel in channels])
         for channel, end in zip(channels, ends, strict=True):
             part = slice(end - len(channel.times), end)
@@ -47,7 +48,7 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
         axes[channels[0].name].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
         axes[channels[-1].name].set_xlabel("time (s)")
         handles, labels = axes[channels[0].name].get_legend_handles_labels()
-        axes["track"].legend(handles, labels, loc="best", fontsize=8, markerscale=3)
+        axes["from above"].legend(handles, labels, loc="best", fontsize=8, markerscale=3)
 
 
 def _labelled(channel) -> tuple[str, float]:
