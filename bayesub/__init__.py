@@ -5,7 +5,7 @@ Public names in the order of the data flow: a vehicle and a manoeuvre give a tra
 record and a prior make a problem, and the problem goes to baselines, identifiability and sampling.
 """
 
-from bayesub import baselines, coefficients, identifiability, priors, sensors
+from bayesub import baselines, coefficients, identifiability, likelihoods, priors, sensors
 from bayesub.coefficients import regressors
 from bayesub.errors import InputError
 from bayesub.manoeuvres import Manoeuvre, load_manoeuvre, random_manoeuvre
@@ -30,6 +30,7 @@ __all__ = [
     "baselines",
     "coefficients",
     "identifiability",
+    "likelihoods",
     "load_manoeuvre",
     "load_vehicle",
     "observe",
