@@ -12,6 +12,8 @@ from bayesub.readings import Readings
 from bayesub.sensors.current import over_ground
 from bayesub.simulate import STATUS, Simulator, Trajectory
 
+SMOOTH = 0.1  # of the resolution: steep next to a rounding interval, and not flat across it
+
 
 class Problem:
     """Free coefficients of a vehicle and nuisance parameters, to be inferred from a record of a manoeuvre.
@@ -24,7 +26,8 @@ class Problem:
     prior : of the coefficients, from :mod:`bayesub.priors`
     nuisance : name (:mod:`bayesub.nuisance`) -> prior of one parameter, in the unit of its name
     noise : channel name -> noise model of :mod:`bayesub.likelihoods`, for channels that differ from what their sd and
-        resolution say: normal noise, or rounded normal noise with the exact probability of the rounding interval
+        resolution say: normal noise, rounded normal noise with the exact probability of the rounding interval, or
+        without an sd the interval itself, within which the prior is all there is to say
     xi : (101,) values of the coefficients that are not free; by default the vehicle's own
     dt : integration step, s; by default chosen for the vehicle and manoeuvre
 
@@ -211,6 +214,17 @@ class Problem:
             other.prior = self.prior.parts[0]
         return other
 
+    def smoothed(self, share: float = SMOOTH) -> "Problem":
+        """The same problem for searches: channels without noise get some, with `share` of their resolution as sd."""
+        other = copy.copy(self)
+        other.noises = tuple(
+            likelihoods.Rounded(share * noise.resolution, noise.resolution)
+            if isinstance(noise, likelihoods.SetMembership)
+            else noise
+            for noise in self.noises
+        )
+        return other
+
     @property
     def reference(self) -> np.ndarray:
         """(n_params,) the truth behind a synthetic record, otherwise the values of the vehicle and the manoeuvre.
@@ -287,7 +301,4 @@ def _noises(channels, given):
     noises = tuple(
         given.get(channel.name) or likelihoods.reading_noise(channel.sd, channel.resolution) for channel in channels
     )
-    for channel, noise in zip(channels, noises, strict=True):
-        if isinstance(noise, likelihoods.SetMembership):
-            raise InputError(f"channel '{channel.name}' has no noise to weigh it by; give its sensor an sd")
     return noises
