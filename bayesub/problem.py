@@ -298,7 +298,6 @@ def _noises(channels, given):
     for name in given:
         if name not in names:
             raise InputError(f"noise: there is no channel '{name}'{coefficients.nearest(name, names)}")
-    noises = tuple(
+    return tuple(
         given.get(channel.name) or likelihoods.reading_noise(channel.sd, channel.resolution) for channel in channels
     )
-    return noises

@@ -14,27 +14,22 @@ reduce the rank are known (thesis section 7.3). Vehicles stand in for the thesis
 """
 
 import json
-import tomllib
 from itertools import product
 
 import numpy as np
 
 import bayesub as bs
+from bayesub import thesis
 from bayesub.baselines import linear_least_squares, linear_programme, sqp, trust_region
 from bayesub.coefficients import INDEX, NAMES
-from bayesub.inputs import DATA
 from bayesub.linear_systems import linear_systems
+from bayesub.markdown import beside, table
 from bayesub.measured import measure
 from bayesub.plots import campaign as plots
+from bayesub.thesis import MANOEUVRES, SEED, VEHICLES, track_problem
 
-SEED = 2003
-VEHICLES = ("suboff", "auv690", "npsauv")
-MANOEUVRES = ("horizontal", "vertical", "coupled")
 N_STARTS, N_FREE_STARTS = 50, 5  # by the thesis's rule, and of each search to its own end
 MAX_ITERATIONS = 500
-TOLERANCES = (0.1, 0.01)  # the thesis's parTol and funcTol
-SUBOFF_TIME = 102.2606 / 7.5  # s to travel a ship length, to which the sampling interval refers
-WEIGHT = 10.0  # samples of the thesis to one of ours
 LOST = 0.1  # a coefficient is lost when its standard error is the spread of the starts
 CLOSE = 2e-3  # ship lengths off the track: centimetres for the AUVs, decimetres for the submarine
 WEAK_M = 0.02  # track noise that half the coefficients do not survive, where SQP cannot pin them down either
@@ -45,21 +40,19 @@ TOWED = ("Xuu", "Xvv", "Xuu_drdr", "Yuv", "Yv_absnu", "Yuu_dr", "Nuv", "Nv_absnu
 
 def run(folder, *, quick, progress):
     """Every case from its file or afresh; tables and figures beside the thesis's numbers."""
-    thesis = tomllib.loads((DATA / "thesis_results.toml").read_text())
-    held = thesis["rank"]["fixed_added_mass"]
     effort = (3, 1, 60) if quick else (N_STARTS, N_FREE_STARTS, MAX_ITERATIONS)
     pairs = [("suboff", "horizontal"), ("auv690", "vertical")] if quick else list(product(VEHICLES, MANOEUVRES))
     progress.stage("nine cases" if not quick else "two cases")
     cases = {}
     for n, (vehicle, manoeuvre) in enumerate(pairs):
         name = f"{vehicle} {manoeuvre}"
-        make = lambda: study_case(vehicle, manoeuvre, held[manoeuvre], *effort)  # noqa: B023, E731
+        make = lambda: study_case(vehicle, manoeuvre, *effort)  # noqa: B023, E731
         cases[name] = resumed(folder / f"{vehicle}_{manoeuvre}.json", make)
         progress.update((n + 1) / len(pairs), name)
     progress.stage("IFAC cases")
-    ifac = resumed(folder / "ifac.json", lambda: ifac_cases(held["horizontal"], effort[-1]))
+    ifac = resumed(folder / "ifac.json", lambda: ifac_cases(thesis.held("horizontal"), effort[-1]))
     draw(folder, cases, ifac, ("png",) if quick else ("png", "pdf"))
-    (folder / "baselines.md").write_text(tables(cases, ifac, thesis))
+    (folder / "baselines.md").write_text(tables(cases, ifac, thesis.published()))
     for name, case in cases.items():
         check(name, case)
     return {"cases": cases, "ifac": ifac}
@@ -74,36 +67,15 @@ def resumed(file, make):
     return json.loads(file.read_text())
 
 
-def track_problem(boat, manoeuvre, free, *, centre=None, xi=None, rng=None, sd=1.0):
-    """The track whose sum of squared residuals is the cost of model section 10 when `sd` (m and deg) is one."""
-    flown = bs.load_manoeuvre(manoeuvre, boat)
-    truth = bs.simulate(boat, flown)
-    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
-    sensor = bs.sensors.Track(sd / np.sqrt(WEIGHT), sd / np.sqrt(WEIGHT), interval)
-    record = bs.observe(truth, sensor, rng)
-    prior = bs.priors.relative_normal(0.25, boat.xi if centre is None else centre)
-    return bs.Problem(boat, flown, record, free=free, prior=prior, xi=xi, dt=truth.simulator.step)
-
-
-def study_case(vehicle, manoeuvre, held, n_starts, n_free, max_iterations):
+def study_case(vehicle, manoeuvre, n_starts, n_free, max_iterations):
     """All methods on one vehicle and manoeuvre."""
-    seed = [SEED, VEHICLES.index(vehicle), MANOEUVRES.index(manoeuvre)]
-    starts, noise = (np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(2))
-    boat = bs.load_vehicle(vehicle)
+    starts, noise = thesis.streams(vehicle, manoeuvre)
+    boat, held = bs.load_vehicle(vehicle), thesis.held(manoeuvre)
     flown = bs.simulate(boat, bs.load_manoeuvre(manoeuvre, boat))
     systems = linear_systems(flown)
-    known = [name for name in NAMES if boat.xi[INDEX[name]] == 0.0]
-    free = [n for system in systems.values() for n in system.names if n not in held and n not in known]
-    problem = track_problem(boat, manoeuvre, free)
+    problem = track_problem(boat, manoeuvre, thesis.free_coefficients(boat, manoeuvre))
     truth = boat.xi[problem.columns]
-    found = sqp(
-        problem,
-        rng=starts,
-        n_starts=n_starts,
-        gradients="forward",
-        tolerances=TOLERANCES,
-        max_iterations=max_iterations,
-    )
+    found = thesis.identify(problem, starts, n_starts, max_iterations)
     searches = {
         "trust_region": trust_region(problem, rng=starts, n_starts=n_free, bounds=None),
         "trust_region_bounded": trust_region(problem, rng=starts, n_starts=n_free),
@@ -255,12 +227,12 @@ def draw(folder, cases, ifac, suffixes):
         plots.draw_noise(folder / f"noise.{suffix}", cases)
 
 
-def tables(cases, ifac, thesis):
+def tables(cases, ifac, published):
     """Markdown, with the thesis's figure and the ratio of ours to it where it has one."""
     return "\n".join(
         [
             "SQP (thesis Tables 10-27; means over the starts; `ours / thesis = ratio`).\n",
-            *sqp_table(cases, thesis["sqp"]),
+            *sqp_table(cases, published["sqp"]),
             "\nOther searches: starts that find every coefficient to 1e-6; smallest error, smallest cost.\n",
             *search_table(cases),
             "\nLinear fits without noise (thesis Tables 34-39, Figures 89-96).\n",
@@ -268,29 +240,19 @@ def tables(cases, ifac, thesis):
             "\nNoise: coefficients lost (standard error above 10 %).\n",
             *noise_table(cases),
             "\nIFAC 2003 Table 1 (appendix G).\n",
-            *ifac_table(ifac, thesis["ifac_2003"]),
+            *ifac_table(ifac, published["ifac_2003"]),
             "",
         ]
     )
 
 
-def beside(ours, theirs):
-    """Our number, the thesis's and the ratio."""
-    return f"{ours:.3g}" if theirs is None else f"{ours:.3g} / {theirs:.3g} = {ours / theirs:.2g}"
-
-
-def rows(header, *lines):
-    """A Markdown table."""
-    return ["| " + " | ".join(header) + " |", "|---" * len(header) + "|", *("| " + " | ".join(x) + " |" for x in lines)]
-
-
-def sqp_table(cases, thesis):
+def sqp_table(cases, published):
     header = ("case", "m", "initial cost", "converged cost", "largest position error (mm)", "evaluations", "per m")
     header += ("seconds a start", "coefficients further than they began", "error of Xuu")
     lines = []
     for name, case in cases.items():
         vehicle, manoeuvre = name.split()
-        reference = thesis[manoeuvre]
+        reference = published[manoeuvre]
         theirs = lambda key: reference.get(key, [None] * 3)[VEHICLES.index(vehicle)]  # noqa: B023, E731
         found, m = case["sqp"], len(case["names"])
         efforts = np.mean(found["efforts"])
@@ -308,7 +270,7 @@ def sqp_table(cases, thesis):
                 "not free" if found["Xuu_error"] is None else f"{found['Xuu_error']:.1e}",
             )
         )
-    return rows(header, *lines)
+    return table(header, lines)
 
 
 def search_table(cases):
@@ -322,7 +284,7 @@ def search_table(cases):
             errors, costs = np.array(found["largest_error"]), np.array(found["costs"])
             cells.append(f"{np.sum(errors < 1e-6)} of {len(costs)}; {errors.min():.0e}, {costs.min():.0e}")
         lines.append((name, *cells))
-    return rows(("case", *kinds.values()), *lines)
+    return table(("case", *kinds.values()), lines)
 
 
 def linear_table(cases):
@@ -333,7 +295,7 @@ def linear_table(cases):
         cells += [f"{max(s.values()):.2g}, {sum(s.values()):.2g}" for s in map(seconds.get, ("LP", "LLS"))]
         lines.append((name, *cells))
     header = ("case", "LP: largest relative error", "LLS: largest relative error")
-    return rows((*header, "LP: seconds an axis at most, all axes", "LLS: seconds"), *lines)
+    return table((*header, "LP: seconds an axis at most, all axes", "LLS: seconds"), lines)
 
 
 def noise_table(cases):
@@ -353,20 +315,20 @@ def noise_table(cases):
             )
         )
     header = ("case", "lost at 1 mm and 0.001 deg", "errors above 10 % in one such fit", "lost first, half, all")
-    return rows((*header, "lost at 1 cm/s by linear least squares", "lost first, half"), *lines)
+    return table((*header, "lost at 1 cm/s by linear least squares", "lost first, half"), lines)
 
 
-def ifac_table(ifac, thesis):
+def ifac_table(ifac, published):
     lines = []
     for case, r in ifac.items():
         lines.append(
             (
                 case,
                 f"{len(r['names'])}",
-                beside(r["starting_cost"], thesis["starting_cost"].get(case)),
-                beside(r["converged_cost"], thesis["converged_cost"].get(case)),
-                beside(r["position_m"], thesis["max_position_error_m"].get(case)),
-                beside(r["cost_at_truth"], thesis["case3_cost_at_truth"]) if case == "case3" else "0",
+                beside(r["starting_cost"], published["starting_cost"].get(case)),
+                beside(r["converged_cost"], published["converged_cost"].get(case)),
+                beside(r["position_m"], published["max_position_error_m"].get(case)),
+                beside(r["cost_at_truth"], published["case3_cost_at_truth"]) if case == "case3" else "0",
                 f"{r['at_bounds']}",
             )
         )
@@ -379,7 +341,7 @@ def ifac_table(ifac, thesis):
         "cost at the truth",
         "at bounds",
     )
-    return rows(header, *lines)
+    return table(header, lines)
 
 
 def check(name, case):

@@ -1,0 +1,90 @@
+"""The thesis's nine identification cases, three boats on three manoeuvres, and its published numbers.
+
+Vehicles stand in for the classified boats in order: suboff for submarine 1, auv690 for 2, npsauv for 3.
+"""
+
+import tomllib
+
+import numpy as np
+
+from bayesub import baselines, priors
+from bayesub.coefficients import INDEX
+from bayesub.inputs import DATA
+from bayesub.linear_systems import linear_systems
+from bayesub.manoeuvres import load_manoeuvre
+from bayesub.problem import Problem
+from bayesub.sensors import Track, observe
+from bayesub.simulate import simulate
+from bayesub.vehicles import Vehicle, load_vehicle
+
+VEHICLES = ("suboff", "auv690", "npsauv")
+MANOEUVRES = ("horizontal", "vertical", "coupled")
+SEED = 2003
+TOLERANCES = (0.1, 0.01)  # parTol and funcTol (section 7.2.2)
+SUBOFF_TIME = 102.2606 / 7.5  # s to travel a ship length, to which the sampling interval refers
+WEIGHT = 10.0  # samples of the thesis to one of ours
+
+
+def published() -> dict:
+    """The thesis's numbers: table -> rows or columns, submarines 1 to 3 in order."""
+    return tomllib.loads((DATA / "thesis_results.toml").read_text(encoding="utf-8"))
+
+
+def held(manoeuvre: str) -> list[str]:
+    """The added masses that are held at the truth so that the other coefficients are unique (section 6.4)."""
+    return published()["rank"]["fixed_added_mass"][manoeuvre]
+
+
+def free_coefficients(boat: Vehicle, manoeuvre: str) -> list[str]:
+    """The coefficients identified in section 7.3: in the equations of the manoeuvre, not zero and not held."""
+    systems = linear_systems(simulate(boat, load_manoeuvre(manoeuvre, boat)))
+    return [
+        name
+        for system in systems.values()
+        for name in system.names
+        if name not in held(manoeuvre) and boat.xi[INDEX[name]] != 0.0
+    ]
+
+
+def track_problem(boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, rng=None, sd=1.0) -> Problem:
+    """The track whose sum of squared residuals is the cost of model section 10 when `sd` (m and degrees) is one.
+
+    It is sampled every second and weighted ten-fold, for the thesis's every 0.1 s; times scale with length over speed.
+    """
+    flown = load_manoeuvre(manoeuvre, boat)
+    truth = simulate(boat, flown)
+    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
+    sensor = Track(sd / np.sqrt(WEIGHT), sd / np.sqrt(WEIGHT), interval)
+    record = observe(truth, sensor, rng)
+    prior = priors.relative_normal(0.25, boat.xi if centre is None else centre)
+    return Problem(boat, flown, record, free=free, prior=prior, xi=xi, dt=truth.simulator.step)
+
+
+def streams(vehicle: str, manoeuvre: str) -> list[np.random.Generator]:
+    """Random numbers of a case: for the starts of searches, and for noise."""
+    seed = [SEED, VEHICLES.index(vehicle), MANOEUVRES.index(manoeuvre)]
+    return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(2)]
+
+
+def identify(problem: Problem, rng: np.random.Generator, n_starts: int, max_iterations: int = 500):
+    """SQP from random starts by the rules of section 7.2: forward differences and the thesis's tolerances."""
+    return baselines.sqp(
+        problem,
+        rng=rng,
+        n_starts=n_starts,
+        gradients="forward",
+        tolerances=TOLERANCES,
+        max_iterations=max_iterations,
+    )
+
+
+def identified(vehicle: str, manoeuvre: str, n_starts: int, max_iterations: int = 500):
+    """The problem of a case and the coefficient sets that SQP identifies from exact tracks, best first."""
+    boat = load_vehicle(vehicle)
+    problem = track_problem(boat, manoeuvre, free_coefficients(boat, manoeuvre))
+    return problem, identify(problem, streams(vehicle, manoeuvre)[0], n_starts, max_iterations)
+
+
+def column_of(vehicle: str) -> int:
+    """Place of a vehicle in the columns of the published tables."""
+    return VEHICLES.index(vehicle)
