@@ -8,7 +8,7 @@ import tomllib
 import numpy as np
 
 from bayesub import baselines, priors
-from bayesub.coefficients import INDEX
+from bayesub.coefficients import INDEX, NAMES
 from bayesub.inputs import DATA
 from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvres import load_manoeuvre
@@ -85,6 +85,18 @@ def identified(vehicle: str, manoeuvre: str, n_starts: int, max_iterations: int 
     return problem, identify(problem, streams(vehicle, manoeuvre)[0], n_starts, max_iterations)
 
 
-def column_of(vehicle: str) -> int:
-    """Place of a vehicle in the columns of the published tables."""
-    return VEHICLES.index(vehicle)
+def trial(vehicle: str, manoeuvre: str, *, sd: float = 0.25, free=None) -> Problem:
+    """What a tracking range makes of a case: every coefficient that is not zero, and the added masses, free.
+
+    Position to 0.5 m on suboff and to as many ship lengths on the others, attitude to 0.1 degrees, sampled as
+    :func:`track_problem`; the prior is normal with `sd` about a guess 15 % off.
+    """
+    boat = load_vehicle(vehicle)
+    flown = load_manoeuvre(manoeuvre, boat)
+    truth = simulate(boat, flown)
+    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
+    guess, noise = streams(vehicle, manoeuvre)
+    sensor = Track(0.5 * boat.length_m / load_vehicle("suboff").length_m, 0.1, interval)
+    prior = priors.relative_normal(sd, priors.perturbed(boat.xi, 0.15, guess))
+    record = observe(truth, sensor, noise)
+    return Problem(boat, flown, record, free=free or NAMES, prior=prior, dt=truth.simulator.step)

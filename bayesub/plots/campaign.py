@@ -43,21 +43,26 @@ def draw_coefficients(path, names, ratios, starts, bounds, *, label="SQP, conver
     ratios, starts : (n_starts, n_params)
     bounds : (low, high) ratios, or empty where they differ by coefficient
     """
+    draw_sets(path, names, (("start", starts, "o", "#909090"), (label, ratios, "o", style.SQP)), bounds)
+
+
+def draw_sets(path, names, groups, bounds=()) -> None:
+    """Ratios to the truth of groups of coefficient sets, side by side; up to forty coefficients a row.
+
+    groups : (label, ratios (n, n_params), marker, colour), and bounds : as :func:`draw_coefficients`
+    """
     n_rows = int(np.ceil(len(names) / _ROW))
     width = int(np.ceil(len(names) / n_rows))
+    shifts = np.linspace(-0.2, 0.2, len(groups))
     with style.figure(path, max(6.0, 0.22 * width + 1.4), 2.9 * n_rows + 0.3) as figure:
         panels = np.atleast_1d(figure.subplots(n_rows, 1))
         for row, panel in enumerate(panels):
             chosen = np.arange(row * width, min((row + 1) * width, len(names)))
             columns = np.arange(len(chosen))
-            for values, shift, size, colour, text in (
-                (starts, -0.2, 2.5, "#909090", "start"),
-                (ratios, 0.2, 3.0, style.SQP, label),
-            ):
+            for (text, values, marker, colour), shift in zip(groups, shifts, strict=True):
                 jitter = shift + np.linspace(-0.12, 0.12, len(values))[:, None] * (len(values) > 1)
-                panel.plot(
-                    (columns + jitter).ravel(), values[:, chosen].ravel(), "o", ms=size, mew=0, color=colour, label=text
-                )
+                x, size = (columns + jitter).ravel(), 3.0 if len(values) > 1 else 4.5
+                panel.plot(x, values[:, chosen].ravel(), marker, ms=size, mew=0, color=colour, label=text)
             panel.axhline(1.0, color=style.TRUTH, lw=0.7)
             for limit in bounds:
                 panel.axhline(limit, color=style.TRUTH, lw=0.7, ls="--", label="bound" if limit == bounds[0] else None)

@@ -13,6 +13,7 @@ PRIOR = "#C8C8C8"
 READINGS = "#56B4E9"
 WEAK = "#E69F00"
 NULL = "#CC79A7"
+VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 
 _SETTINGS = {
     "font.size": 9.0,
