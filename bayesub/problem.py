@@ -8,6 +8,7 @@ import numpy as np
 from bayesub import coefficients, likelihoods, logs
 from bayesub.errors import InputError
 from bayesub.kernels.mass import mass_matrix
+from bayesub.kernels.noise import gathered
 from bayesub.priors import Spread
 from bayesub.simulate import STATUS, Simulator, Trajectory
 
@@ -94,7 +95,7 @@ class Problem:
         self.evaluations += len(states)
         for code, word in enumerate(STATUS[1:], start=1):
             self.failures[word] += int(np.count_nonzero(status == code))
-        predicted = states.reshape(len(states), -1).take(self._position, axis=1)
+        predicted = gathered(states.reshape(len(states), -1), self._position)
         predicted[status != 0] = np.nan
         return predicted
 

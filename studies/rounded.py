@@ -40,7 +40,7 @@ PRESETS = {
     "autosub": bs.sensors.autosub,
 }
 PRIOR = bs.priors.relative_normal(0.25)
-N_TRIALS = 60
+N_TRIALS = 50
 N_FROM_CENTRE = 10  # trials of each case whose search is repeated from the centre of the prior
 FITS = ("rounded", "normal", "linear")
 SAMPLED = ("suboff", "horizontal")
