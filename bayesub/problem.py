@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub import coefficients, likelihoods, logs
+from bayesub import coefficients, likelihoods
 from bayesub.errors import InputError
 from bayesub.kernels.mass import mass_matrix
 from bayesub.kernels.noise import gathered
@@ -56,12 +56,14 @@ class Problem:
         self.noises = _noises(record.channels, noise or {})
         times = np.unique(np.concatenate([channel.times for channel in record.channels]))
         self.simulator = Simulator(vehicle, manoeuvre, times, dt=dt)
-        # Where each reading stands in the outputs of a simulation laid out in one row, and in the derivatives of those
-        # outputs that are measured.
+        # Where each reading stands in the measured outputs of a simulation laid out in one row.
         self._measured = tuple(dict.fromkeys(channel.state for channel in record.channels))
-        self._accelerations = not set(self._measured) <= set(logs.STATES)
-        self._position = self._positions(times, logs.OUTPUTS if self._accelerations else logs.STATES)
-        self._slope_position = self._positions(times, self._measured)
+        self._position = np.concatenate(
+            [
+                len(self._measured) * np.searchsorted(times, channel.times) + self._measured.index(channel.state)
+                for channel in record.channels
+            ]
+        )
         lengths = [len(channel.times) for channel in record.channels]
         ends = np.cumsum(lengths)
         self._slices = [slice(end - n, end) for n, end in zip(lengths, ends, strict=True)]
@@ -69,14 +71,6 @@ class Problem:
         self.sds = np.repeat([channel.total_sd for channel in record.channels], lengths)
         self.evaluations = self.jacobians = 0
         self.failures = dict.fromkeys(STATUS[1:], 0)
-
-    def _positions(self, times, states):
-        return np.concatenate(
-            [
-                len(states) * np.searchsorted(times, channel.times) + states.index(channel.state)
-                for channel in self.record.channels
-            ]
-        )
 
     @property
     def n_params(self) -> int:
@@ -91,7 +85,7 @@ class Problem:
 
     def predicted(self, parameters) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed."""
-        states, status = self.simulator.run(self.coefficient_sets(parameters), accelerations=self._accelerations)
+        states, status = self.simulator.run(self.coefficient_sets(parameters), outputs=self._measured)
         self.evaluations += len(states)
         for code, word in enumerate(STATUS[1:], start=1):
             self.failures[word] += int(np.count_nonzero(status == code))
@@ -132,7 +126,7 @@ class Problem:
         self.jacobians += 1
         (xi,) = self.coefficient_sets(parameters)
         slopes = self.simulator.sensitivities(xi, self.names, self._measured)
-        slopes = slopes.reshape(-1, self.n_params)[self._slope_position]
+        slopes = slopes.reshape(-1, self.n_params)[self._position]
         # Normal noise weighs the same wherever the prediction is, and needs no simulation for it.
         normal = all(isinstance(noise, likelihoods.Gaussian | likelihoods.AR1) for noise in self.noises)
         predicted = self.readings if normal else self.predicted(parameters)[0]

@@ -210,7 +210,6 @@ def cell(ratio, interval, chosen, n_trials):
         for fit, found in (("rounded", gauss_newton(problem, truth)), ("normal", gauss_newton(problem.naive(), truth))):
             errors[fit].append(found.values - truth)
             covariances[fit].append(found.covariance)
-    pairs = zip(covariances["normal"], covariances["rounded"], strict=True)
     result = {"ratio": ratio, "interval_s": interval, "n_readings": problem.record.n_readings, "n_trials": n_trials}
     widths = {}
     for fit in FITS[:2]:
@@ -225,8 +224,14 @@ def cell(ratio, interval, chosen, n_trials):
         }
     return result | {
         "width_ratio": float(np.median(widths["normal"] / widths["rounded"])),
-        "largest_width_ratio": float(np.median([np.sqrt(largest_ratio(*pair)) for pair in pairs])),
+        "largest_width_ratio": widest(covariances),
     }
+
+
+def widest(covariances):
+    """Median over trials of the ratio of the sds of both treatments in the direction in which it is largest."""
+    pairs = zip(covariances["normal"], covariances["rounded"], strict=True)
+    return float(np.median([np.sqrt(largest_ratio(*pair)) for pair in pairs]))
 
 
 def largest_ratio(covariance, other):
