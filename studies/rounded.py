@@ -2,8 +2,13 @@
 
 Question: three treatments of the same readings are compared: the exact probability of a rounding interval, normal noise
 with a twelfth of the squared step added, and linear least squares on the equations of motion.
-Claim: to be written from the measurement.
-Cost: twenty minutes on two cores.
+Claim: with the probability of the interval, 95 % intervals hold the truth as often as they say within the error of
+fifty trials, in twelve cases and for steps of 0.1 to 30 standard deviations. Normal noise does as well for the thesis's
+and Autosub's sensors at a reading a second, coefficient by coefficient. It fails where readings are so frequent that successive ones are rounded
+alike, so that their errors do not average out: at steps of thirty standard deviations four times a second it holds the
+truth two times in three, and is eleven times wider than need be in some direction as well. Least squares fails
+everywhere, because errors stand in its matrix.
+Cost: ten minutes on two cores; finished parts are read back from their files.
 
 In every trial the truth is a draw from the prior (25 % about the vehicle), so that Bayesian intervals ought to hold it
 as often as they say, in directions that the data do not see as well. Posteriors are Laplace approximations, and
@@ -59,7 +64,7 @@ def run(folder, *, quick, progress):
     """Twelve cases, the controlled experiment, and the Laplace approximation against sampling."""
     held = tomllib.loads((DATA / "thesis_results.toml").read_text())["rank"]["fixed_added_mass"]
     pairs = list(product(VEHICLES[2:] if quick else VEHICLES, MANOEUVRES[:1] if quick else MANOEUVRES, PRESETS))
-    n_trials, n_grid_trials = (8, 4) if quick else (N_TRIALS, N_GRID_TRIALS)
+    n_trials, n_grid_trials = (6, 3) if quick else (N_TRIALS, N_GRID_TRIALS)
     progress.stage("cases")
     cases = {}
     for n, (vehicle, manoeuvre, preset) in enumerate(pairs):
@@ -71,7 +76,7 @@ def run(folder, *, quick, progress):
         cases[f"{vehicle}, {manoeuvre}, {preset}"] = resumed(file, lambda: case.compare(rng, n_trials, known))  # noqa: B023
         progress.update((n + 1) / len(pairs), f"{vehicle}, {manoeuvre}, {preset}")
     progress.stage("steps and intervals")
-    cells = list(product(RATIOS[::4], INTERVALS[2:]) if quick else product(RATIOS, INTERVALS))
+    cells = list(product(RATIOS[::5], INTERVALS[3:]) if quick else product(RATIOS, INTERVALS))
     grid, chosen = [], determined()
     for n, (ratio, interval) in enumerate(cells):
         file = folder / f"step_{ratio:g}_interval_{interval:g}.json"
@@ -89,7 +94,8 @@ def run(folder, *, quick, progress):
     for suffix in ("png", "pdf"):
         plots.draw_cases(folder / f"cases.{suffix}", cases)
         plots.draw_grid(folder / f"when_rounding_matters.{suffix}", grid)
-    numbers = {"cases": cases, "grid": grid, "sampled": sampled}
+    names = np.array(grid_case(RATIOS[0], INTERVALS[0]).problem.names)[chosen].tolist()
+    numbers = {"cases": cases, "grid": grid, "determined": names, "sampled": sampled}
     (folder / "rounded.md").write_text(tables(numbers))
     check(numbers)
     return numbers
@@ -241,7 +247,31 @@ def largest_ratio(covariance, other):
 
 
 def check(numbers):
-    """The claims."""
+    """The claims. Means over coefficients are judged by their spread over the trials, four standard errors at most."""
+    for name, case in numbers["cases"].items():
+        for probability, key in ((0.95, "mean_coverage_95"), (0.5, "mean_coverage_50")):
+            pairs = {fit: case["fits"][fit][key] for fit in FITS}
+            off = deviation(pairs["rounded"], probability, case["n_params"] * case["n_trials"])
+            assert abs(off) < 4, f"{name}: coverage of {probability:.0%} intervals is {off:.1f} standard errors off"
+            change = pairs["normal"][0] - pairs["rounded"][0]
+            assert abs(change) < 4 * max(pairs["rounded"][1], 1e-2), f"{name}: normal noise changes coverage"
+            short = deviation(pairs["linear"], probability, case["n_params"] * case["n_trials"])
+            assert short < -4, f"{name}: intervals of least squares hold the truth"
+    n = len(numbers["determined"])
+    for c in numbers["grid"]:
+        place = f"step of {c['ratio']:g} sd every {c['interval_s']:g} s"
+        off, naive = (deviation(c[fit]["mean_coverage_95"], 0.95, n * c["n_trials"]) for fit in FITS[:2])
+        assert abs(off) < 4, f"{place}: coverage is {off:.1f} standard errors off"
+        if c["ratio"] <= 1:
+            assert c["largest_width_ratio"] < 1.01, f"{place}: fine rounding widens intervals"
+        if c["ratio"] >= 10 and c["interval_s"] == INTERVALS[0]:
+            assert naive < -4, f"{place}: normal noise holds the truth"
+
+
+def deviation(pair, probability, n):
+    """Mean coverage less what is claimed in standard errors, which are at least those of `n` independent intervals."""
+    mean, error = pair
+    return (mean - probability) / max(error, np.sqrt(probability * (1 - probability) / n))
 
 
 def tables(numbers):
@@ -266,6 +296,10 @@ def tables(numbers):
                 f"| {percent(r['mean_coverage_50'])} | {max(map(abs, r['bias_in_sd'])):.2f} "
                 f"| {np.median(r['rms_in_sd']):.2f}, {max(r['rms_in_sd']):.2f} | {r['joint']:.3g} | {width:.3g} |"
             )
+    for fit in FITS:
+        pairs = np.array([case["fits"][fit]["mean_coverage_95"] for case in numbers["cases"].values()])
+        pooled = pairs[:, 0].mean(), np.linalg.norm(pairs[:, 1]) / len(pairs)
+        lines.append(f"| all |  | {plots.WORDS[fit]} | {percent(pooled)} |  |  |  |  |  |")
     lines += ["\nSearches that meet their tolerance; that end as well from the centre of the prior.\n"]
     lines += ["| case | converged | same from the centre |", "|---" * 3 + "|"]
     for name, case in numbers["cases"].items():

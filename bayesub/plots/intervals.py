@@ -7,6 +7,7 @@ from bayesub.plots import style
 WORDS = {"rounded": "rounding interval", "normal": "normal noise", "linear": "linear least squares"}
 _COLOURS = {"rounded": style.POSTERIOR, "normal": style.SQP, "linear": style.LINEAR}
 _LINES = (style.POSTERIOR, style.LINEAR, style.WEAK, style.NULL)
+_DECADES, _SIZES = (0.1, 1, 10), (1, 2, 5, 10)
 
 
 def draw_cases(path, cases) -> None:
@@ -31,8 +32,8 @@ def draw_cases(path, cases) -> None:
         error.axhline(1, color=style.TRUTH, lw=0.8)
         error.set(ylabel="root mean square error\n(stated sd)", yscale="log")
         width.set(ylabel="stated sd over truth", yscale="log")
-        names = [name.replace(", ", "\n") for name in cases]
-        width.set_xticks(range(len(cases)), names, fontsize=7, rotation=45)
+        names = [name.replace(", ", "\n").replace("_", "\n") for name in cases]
+        width.set_xticks(range(len(cases)), names, fontsize=8)
         for panel in (coverage, error, width):
             panel.grid(axis="x", visible=False)
             panel.set_xlim(-0.6, len(cases) - 0.4)
@@ -67,4 +68,8 @@ def draw_grid(path, grid) -> None:
         width.axhline(1, color=style.TRUTH, lw=0.8)
         for panel in (coverage, joint, width):
             panel.set_xlabel("rounding step over noise sd")
+            panel.set_xticks(_DECADES, _DECADES)
+        for panel in (joint, width):
+            panel.set_yticks(_SIZES, _SIZES)
+            panel.minorticks_off()
         figure.legend(*coverage.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=7.5)
