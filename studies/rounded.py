@@ -3,12 +3,12 @@
 Question: three treatments of the same readings are compared: the exact probability of a rounding interval, normal noise
 with a twelfth of the squared step added, and linear least squares on the equations of motion.
 Claim: with the probability of the interval, 95 % intervals hold the truth as often as they say within the error of
-fifty trials, in twelve cases and for steps of 0.1 to 30 standard deviations. Normal noise does as well for the thesis's
-and Autosub's sensors at a reading a second, coefficient by coefficient. It fails where readings are so frequent that successive ones are rounded
-alike, so that their errors do not average out: at steps of thirty standard deviations four times a second it holds the
-truth two times in three, and is eleven times wider than need be in some direction as well. Least squares fails
-everywhere, because errors stand in its matrix.
-Cost: ten minutes on two cores; finished parts are read back from their files.
+fifty trials, in twelve cases and for steps of 0.1 to 30 standard deviations. Coefficient by coefficient, normal noise
+does as well for the thesis's and Autosub's sensors at a reading a second. It fails where readings are so frequent that
+successive ones are rounded alike, so that their errors do not average out: at steps of thirty standard deviations four
+times a second it holds the truth two times in three, and is eleven times wider than need be in some direction as well.
+Least squares fails everywhere, because errors stand in its matrix.
+Cost: about a quarter of an hour; finished parts are read back from their files.
 
 In every trial the truth is a draw from the prior (25 % about the vehicle), so that Bayesian intervals ought to hold it
 as often as they say, in directions that the data do not see as well. Posteriors are Laplace approximations, and
@@ -17,8 +17,7 @@ search from the centre of the prior ends elsewhere is counted apart. Linear leas
 the added masses that reduce the rank.
 
 The thesis rounds exact velocities and accelerations, which have no likelihood. Here they have noise of a tenth of the
-step first: little enough that nine readings in ten are what exact values would give, and of the size by which a motion
-that was filtered or interpolated before it was rounded differs from the true one.
+step first: little enough that nine readings in ten are what exact values would give.
 """
 
 import tomllib
