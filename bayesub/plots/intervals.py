@@ -27,6 +27,7 @@ def draw_cases(path, cases) -> None:
                     x = n + offset + np.linspace(-0.09, 0.09, len(values))
                     panel.plot(x, values, ".", ms=2.5, color=colour, alpha=0.7, label=WORDS[fit] if n == 0 else None)
                     panel.plot(n + offset, np.median(values), "_", ms=11, mew=2, color=style.TRUTH)
+        coverage.plot([], [], "_", ms=4, mew=1, color=style.TRUTH, label="median")
         coverage.axhline(95, color=style.TRUTH, lw=0.8)
         coverage.set(ylabel="95 % intervals that\nhold the truth (%)", ylim=(-3, 104))
         error.axhline(1, color=style.TRUTH, lw=0.8)
@@ -37,7 +38,7 @@ def draw_cases(path, cases) -> None:
         for panel in (coverage, error, width):
             panel.grid(axis="x", visible=False)
             panel.set_xlim(-0.6, len(cases) - 0.4)
-        figure.legend(*coverage.get_legend_handles_labels(), loc="outside upper center", ncols=3, markerscale=4)
+        figure.legend(*coverage.get_legend_handles_labels(), loc="outside upper center", ncols=4, markerscale=4)
 
 
 def draw_grid(path, grid) -> None:
