@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from functools import partial
 from math import cos, sin
 
 import numba
@@ -18,13 +19,16 @@ import numpy as np
 from rich.table import Table
 from scipy.integrate import solve_ivp
 
-from bayesub import coefficients
+from bayesub import coefficients, likelihoods
 from bayesub.kernels import integrate as kernel
 from bayesub.kernels import layout
 from bayesub.kernels.hydrodynamics import sgn
 from bayesub.kernels.mass import inverse, mass_matrix
 from bayesub.manoeuvres import load_manoeuvre
-from bayesub.simulate import STEP_TOLERANCE_M, Simulator
+from bayesub.priors import relative_normal
+from bayesub.problem import Problem
+from bayesub.sensors import Track, observe
+from bayesub.simulate import STEP_TOLERANCE_M, Simulator, simulate
 from bayesub.vehicles import load_vehicle
 
 PLAIN_STEP = 0.1  # s, the thesis's step
@@ -177,12 +181,18 @@ def arithmetic_limit(evaluations: int) -> dict:
 
 def _best(function, seconds: float, least: int = 3) -> float:
     """The shortest of repeated runs, s."""
-    durations = []
-    while len(durations) < least or sum(durations) < seconds:
-        began = time.perf_counter()
-        function()
-        durations.append(time.perf_counter() - began)
-    return min(durations)
+    return _alternately([function], seconds, least)[0]
+
+
+def _alternately(functions, seconds: float, least: int = 3) -> list[float]:
+    """The shortest run of each function (s), run in turn so that a slow moment of the machine falls on all alike."""
+    durations = [[] for _ in functions]
+    while len(durations[0]) < least or np.sum(durations) < seconds:
+        for function, taken in zip(functions, durations, strict=True):
+            began = time.perf_counter()
+            function()
+            taken.append(time.perf_counter() - began)
+    return [min(taken) for taken in durations]
 
 
 def _threads() -> list[int]:
@@ -316,6 +326,51 @@ def jacobians(seconds: float) -> list[dict]:
     return rows
 
 
+def log_likelihoods(seconds: float) -> list[dict]:
+    """Time (s) of a batch of log likelihoods of x, y and yaw, 600 readings each, by noise model and threads.
+
+    The first row of each number of threads has no noise: the same batch of simulations alone.
+    """
+    vehicle = load_vehicle("suboff")
+    manoeuvre = load_manoeuvre("horizontal", vehicle)
+    sensor = Track(position_sd_m=0.5, attitude_sd_deg=0.1, interval_s=1.0, channels=("x", "y", "yaw"))
+    record = observe(simulate(vehicle, manoeuvre), sensor, np.random.default_rng(0))
+    models = {
+        "normal": lambda sd: likelihoods.Gaussian(sd),
+        "normal, rounded to an sd": lambda sd: likelihoods.Rounded(sd, sd),
+        "normal, rounded to ten sd": lambda sd: likelihoods.Rounded(sd, 10.0 * sd),
+        "Student t": lambda sd: likelihoods.StudentT(sd, 4.0),
+        "autoregressive": lambda sd: likelihoods.AR1(sd, 10.0),
+    }
+    prior = relative_normal(0.25)
+    problems = [
+        Problem(
+            vehicle,
+            manoeuvre,
+            record,
+            free=coefficients.HORIZONTAL,
+            prior=prior,
+            noise={channel.name: model(channel.sd) for channel in record.channels},
+        )
+        for model in models.values()
+    ]
+    xi = _perturbed(vehicle, BATCH)
+    parameters = xi[:, problems[0].columns]
+    functions = [lambda: problems[0].simulator.run(xi)]
+    functions += [partial(problem.log_likelihood, parameters) for problem in problems]
+    rows = []
+    before = numba.get_num_threads()
+    for threads in _threads():
+        numba.set_num_threads(threads)
+        _alternately(functions, 0.0, least=1)
+        taken = _alternately(functions, 2.0 * seconds)
+        rows += [
+            {"noise": noise, "threads": threads, "seconds": t} for noise, t in zip((None, *models), taken, strict=True)
+        ]
+    numba.set_num_threads(before)
+    return rows
+
+
 def starts() -> dict:
     """Time (s) from starting Python to the end of a first simulation, with an empty cache and with a filled one."""
     script = (
@@ -337,6 +392,7 @@ def run(*, quick: bool = False) -> dict:
     numbers = compare(seconds)
     numbers["arithmetic"] = arithmetic_limit(numbers["evaluations"])
     numbers["jacobians"] = jacobians(seconds)
+    numbers["log_likelihoods"] = log_likelihoods(seconds)
     numbers |= growth((1, 8, 64) if quick else (1, 8, 64, 256, 1024), seconds)
     if not quick:
         numbers |= starts()
@@ -365,6 +421,14 @@ def tables(numbers: dict) -> list[Table | str]:
         worth = row["seconds"] / batch[row["threads"]]
         cells = (row["coefficients"], row["threads"], f"{1e3 * row['seconds']:.2f} ms", f"{worth:.0f}")
         slopes.add_row(*map(str, cells))
+    densities = Table(
+        "noise", "threads", "batch", "over the simulations alone", title=f"Log likelihoods, batch of {BATCH}"
+    )
+    for row in numbers["log_likelihoods"]:
+        if row["noise"] is None:
+            alone = row["seconds"]
+        cells = (f"{1e3 * row['seconds']:.2f} ms", f"{row['seconds'] / alone:.2f}")
+        densities.add_row(row["noise"] or "simulations alone", str(row["threads"]), *cells)
     limit = numbers["arithmetic"]
     one = ours[0]["seconds"]
     count = ", ".join(f"{n} {kind}" for kind, n in limit["instructions"].items())
@@ -376,4 +440,4 @@ def tables(numbers: dict) -> list[Table | str]:
     ]
     if "cold_s" in numbers:
         text.append(f"first simulation: {numbers['cold_s']:.1f} s with compilation, {numbers['warm_s']:.1f} s without")
-    return [methods, batches, pruned, slopes, "\n".join(text)]
+    return [methods, batches, pruned, slopes, densities, "\n".join(text)]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bayesub.errors import InputError
-from bayesub.kernels import actuators, integrate
+from bayesub.kernels import actuators, integrate, layout
 from bayesub.vehicles import Vehicle
 
 STERN_PLANE, BOW_PLANE = 2, 1
@@ -55,7 +55,15 @@ class Flight:
         following = np.concatenate([span[1:], span[-1:]])
         stages = np.stack([span, 0.5 * (span + following), following], axis=1)
         states, _ = integrate.integrate(
-            self._dimensional, self._body, self.state[None], stages, self.sample, elapsed[1:], np.inf
+            self._dimensional,
+            self._body,
+            self.state[None],
+            stages,
+            self.sample,
+            elapsed[1:],
+            np.inf,
+            False,
+            np.arange(layout.N_STATES),
         )
         return states[0]
 

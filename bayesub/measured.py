@@ -4,7 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.coefficients import ACCELERATIONS
+from bayesub.errors import InputError
+from bayesub.logs import HEADERS, STATES
 from bayesub.simulate import Simulator, Trajectory
+
+# What the equations of motion of a sub-problem see of a state; position and heading do not enter them.
+_SEEN = {
+    "horizontal": ("u", "v", "r"),
+    "vertical": ("theta", "u", "w", "q"),
+    None: ("phi", "theta", "u", "v", "w", "p", "q", "r"),
+}
 
 
 @dataclass(frozen=True)
@@ -58,3 +68,36 @@ def measure(
             values[...] = resolution * np.round(values / resolution)
     xi = trajectory.xi[member : member + 1]
     return Motion(trajectory.times, states, accelerations, trajectory.controls, trajectory.simulator, xi)
+
+
+def recorded(record, simulator: Simulator, xi) -> Motion:
+    """The motion that a record holds, taken as it was written down; what a sub-problem confines stays as it began.
+
+    Parameters
+    ----------
+    record : :class:`bayesub.sensors.Record` with readings at the same times of every velocity and
+        acceleration of the sub-problem, and of the roll and pitch that it has. Velocities over the ground count as
+        those through the water: there must be no current.
+    simulator : of the vehicle and manoeuvre
+    xi : (101,) coefficients, of which those that are not free count as known
+
+    Raises InputError if a channel is missing or has times of its own.
+    """
+    channels = {channel.state: channel for channel in record.channels}
+    seen = _SEEN[simulator.subproblem]
+    rates = tuple(f"{name}dot" for name in seen if f"{name}dot" in ACCELERATIONS)
+    times = record.channels[0].times
+    for name in (*seen, *rates):
+        if name not in channels:
+            raise InputError(f"record: has no readings of '{HEADERS[name]}', which the equations of motion need")
+        if not np.array_equal(channels[name].times, times):
+            raise InputError(f"record: the readings of '{HEADERS[name]}' have times of their own; give one interval")
+    states = np.repeat(simulator.manoeuvre.initial_state[None], len(times), axis=0)
+    accelerations = np.zeros((len(times), len(ACCELERATIONS)))
+    for name in seen:
+        states[:, STATES.index(name)] = channels[name].values
+    for name in rates:
+        accelerations[:, ACCELERATIONS.index(name)] = channels[name].values
+    simulator = simulator.at(times)
+    controls = simulator.trajectory(xi).controls
+    return Motion(times, states[None], accelerations[None], controls, simulator, np.atleast_2d(xi))

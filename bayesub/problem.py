@@ -84,25 +84,25 @@ class Problem:
             return parameters[:, self.n_coefficients :]
         return np.repeat(self._held[None], len(parameters), axis=0)
 
-    def _fly(self, parameters):
-        """States (n_batch, n_times, 12 or 18) in the water and status codes of parameters (n_batch, n_params)."""
+    def _fly(self, parameters, outputs):
+        """Outputs (n_batch, n_times, n_outputs) in the water and status codes of parameters (n_batch, n_params)."""
         values = self._nuisance_values(parameters)
         return self.simulator.run(
             self.coefficient_sets(parameters),
             body=self._nuisances.body(values),
             initial=self._nuisances.initial(values),
-            accelerations=self._readings.outputs is logs.OUTPUTS,
+            outputs=outputs,
         )
 
     def predicted(self, parameters) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed."""
         parameters = np.atleast_2d(parameters)
-        states, status = self._fly(parameters)
-        self.evaluations += len(states)
+        measured, status = self._fly(parameters, self._readings.measured)
+        self.evaluations += len(measured)
         for code, word in enumerate(STATUS[1:], start=1):
             self.failures[word] += int(np.count_nonzero(status == code))
         values = self._nuisance_values(parameters)
-        predicted = self._readings.of(states, self._nuisances.currents(values))
+        predicted = self._readings.of(measured, self._nuisances.currents(values))
         for channel, k, factor in self._nuisances.biases(self.record.channels):
             predicted[:, self._readings.slices[channel]] += factor * values[:, k : k + 1]
         predicted[status != 0] = np.nan
@@ -168,17 +168,17 @@ class Problem:
         current = first(self._nuisances.currents(values))
         moved, effects = ((), None) if self._held is not None else self._nuisances.on_motion()
         names = (*self.names[: self.n_coefficients], *moved)
-        states = None if current is None else self._fly(parameters)[0][0]
+        measured = None if current is None else self._fly(parameters, self._readings.measured)[0][0]
         (xi,) = self.coefficient_sets(parameters)
         sensitivities = self.simulator.sensitivities(xi, names, self._readings.measured, body=body, initial=initial)
-        slopes = self._readings.slopes(sensitivities, states, current)
+        slopes = self._readings.slopes(sensitivities, measured, current)
         if self._held is not None or not len(self._nuisances):
             return slopes
         own = np.zeros((len(slopes), len(self._nuisances)))
         if moved:
             own += slopes[:, self.n_coefficients :] @ effects
         for k, towards in self._nuisances.current_columns():
-            own[:, k] += self._readings.current_slopes(states)[:, towards]
+            own[:, k] += self._readings.current_slopes(measured)[:, towards]
         for channel, k, factor in self._nuisances.biases(self.record.channels):
             own[self._readings.slices[channel], k] += factor
         return np.hstack([slopes[:, : self.n_coefficients], own])
@@ -245,7 +245,7 @@ class Problem:
     def motion(self, parameters) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
         parameters = np.atleast_2d(parameters)
-        states = self._fly(parameters)[0][..., : len(logs.STATES)]
+        states, _ = self._fly(parameters, logs.STATES)
         currents = self._nuisances.currents(self._nuisance_values(parameters))
         if currents is None:
             return states

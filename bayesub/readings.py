@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub import logs
+from bayesub.kernels.noise import gathered
 from bayesub.sensors.current import carried, carried_slopes
 
 _ATTITUDE = ("phi", "theta", "psi")
@@ -13,7 +13,7 @@ class Readings:
 
     Attributes
     ----------
-    times : (n_times,) s, all at which a channel reads, and outputs : the states and accelerations that are needed
+    times : (n_times,) s, all at which a channel reads, and measured : the states and accelerations that are needed
     values, sds : (n_readings,) the measured values and their sd with rounding, SI units
     channels : those of the record, and slices : where each stands among the readings
     """
@@ -29,51 +29,51 @@ class Readings:
         self.carried = [c.over_ground and current for c in channels]
         turned = any(here and c.state in "uvw" for here, c in zip(self.carried, channels, strict=True))
         self.measured = tuple(dict.fromkeys([c.state for c in channels] + list(_ATTITUDE) * turned))
-        self.outputs = logs.STATES if set(self.measured) <= set(logs.STATES) else logs.OUTPUTS
+        self._attitude = [self.measured.index(name) for name in _ATTITUDE] if turned else []
         self._rows = [np.searchsorted(self.times, channel.times) for channel in channels]
-        self._position = self._positions(self.outputs)
-        self._slope_position = self._positions(self.measured)
+        # Where each reading stands in the measured outputs of all times, laid out in one row.
+        n = len(self.measured)
+        pairs = zip(self._rows, channels, strict=True)
+        self._position = np.concatenate([n * rows + self.measured.index(c.state) for rows, c in pairs])
 
-    def _positions(self, states):
-        """Where each reading stands in `states` of all times, laid out in one row."""
-        pairs = zip(self._rows, self.channels, strict=True)
-        return np.concatenate([len(states) * rows + states.index(channel.state) for rows, channel in pairs])
-
-    def of(self, states, currents=None) -> np.ndarray:
-        """(n_batch, n_readings) readings without noise and bias of states (n_batch, n_times, 12 or 18) in the water.
+    def of(self, outputs, currents=None) -> np.ndarray:
+        """(n_batch, n_readings) noise-free readings of measured outputs (n_batch, n_times, n) in the water.
 
         currents : (n_batch, 2) north and east, m/s, or None
         """
-        predicted = states.reshape(len(states), -1).take(self._position, axis=1)
-        for part, channel, attitude in self._in_current(states):
+        predicted = gathered(outputs.reshape(len(outputs), -1), self._position)
+        for part, channel, attitude in self._in_current(outputs):
             parts = carried(channel.state, channel.times, attitude)
-            predicted[:, part] += np.einsum("ijk,ik->ij", parts, currents)
+            predicted[:, part] += (parts @ currents[:, :, None])[..., 0]
         return predicted
 
-    def slopes(self, sensitivities, states=None, current=None) -> np.ndarray:
-        """(n_readings, n) derivatives of one member's readings, of the :attr:`measured` ones (n_times, n_measured, n).
+    def slopes(self, sensitivities, outputs=None, current=None) -> np.ndarray:
+        """(n_readings, n_params) derivatives of one member's readings, of the :attr:`measured` outputs.
 
-        states : (n_times, 12 or 18), and current : (2,), if there is a current
+        sensitivities : (n_times, n_measured, n_params)
+        outputs : (n_times, n_measured), and current : (2,), if there is a current
         """
-        slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._slope_position]
+        slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
         if current is not None:
-            for part, channel, attitude in self._in_current(states[None]):
+            for part, channel, attitude in self._in_current(outputs[None]):
                 if channel.state in "uvw":
                     turning = carried_slopes(channel.state, channel.times, attitude[0], current)
                     rows = np.searchsorted(self.times, channel.times)
-                    columns = [self.measured.index(name) for name in _ATTITUDE]
-                    slopes[part] += np.einsum("ik,ikn->in", turning, sensitivities[rows][:, columns])
+                    slopes[part] += np.einsum("ik,ikn->in", turning, sensitivities[rows][:, self._attitude])
         return slopes
 
-    def current_slopes(self, states) -> np.ndarray:
+    def current_slopes(self, outputs) -> np.ndarray:
         """(n_readings, 2) derivatives of one member's readings by the current to the north and to the east."""
         slopes = np.zeros((len(self.values), 2))
-        for part, channel, attitude in self._in_current(states[None]):
+        for part, channel, attitude in self._in_current(outputs[None]):
             slopes[part] = carried(channel.state, channel.times, attitude[0])
         return slopes
 
-    def _in_current(self, states):
-        """Slice, channel and attitude (n_batch, n, 3) of each channel that feels a current."""
+    def _in_current(self, outputs):
+        """Slice, channel and attitude (n_batch, n, 3) of each channel in a current; positions can do without."""
         for part, channel, rows, here in zip(self.slices, self.channels, self._rows, self.carried, strict=True):
             if here:
-                yield part, channel, states[:, rows, 3:6]
+                attitude = (
+                    outputs[:, rows][..., self._attitude] if channel.state in "uvw" else np.zeros((1, len(rows), 3))
+                )
+                yield part, channel, attitude

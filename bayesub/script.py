@@ -9,6 +9,7 @@ import ast
 import hashlib
 import importlib.util
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 from bayesub import inputs
@@ -44,3 +45,12 @@ def run(path: Path, folder: Path, *, quick: bool, progress) -> str:
         return str(error) or "a claim of the study does not hold"
     (folder / "numbers.json").write_text(json.dumps(numbers, indent=1), encoding="utf-8")
     return ""
+
+
+def resumed(file: Path, make: Callable[[], dict]) -> dict:
+    """The content of a finished part's JSON file, or what `make` returns, saved there."""
+    if not file.exists():
+        content = json.dumps(make())
+        file.with_suffix(".part").write_text(content, encoding="utf-8")
+        file.with_suffix(".part").replace(file)
+    return json.loads(file.read_text(encoding="utf-8"))

@@ -126,7 +126,7 @@ class Simulator:
             dimensional[:, unused] = 0.0
         return dimensional
 
-    def run(self, xi, *, body=None, initial=None, accelerations=False, parallel=True) -> tuple[np.ndarray, np.ndarray]:
+    def run(self, xi, *, body=None, initial=None, outputs=logs.STATES, parallel=True) -> tuple[np.ndarray, np.ndarray]:
         """Fly a batch of coefficient sets.
 
         Parameters
@@ -134,11 +134,11 @@ class Simulator:
         xi : (n_batch, 101)
         body : (n_batch, N_BODY) body vectors, SI units; by default the vehicle's
         initial : (n_batch, 12) states at the start; by default the manoeuvre's
-        accelerations : whether udot .. rdot follow the states
+        outputs : those of the states and accelerations that are wanted
 
         Returns
         -------
-        states (n_batch, n_times, 12 or 18) at the output times and status codes (n_batch,).
+        states (n_batch, n_times, n_outputs) at the output times and status codes (n_batch,).
         """
         dimensional = self.dimensional(xi)
         n_batch = len(dimensional)
@@ -152,10 +152,11 @@ class Simulator:
             self.times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
             self.attitude == "quaternion",
-            len(logs.OUTPUTS) if accelerations else len(logs.STATES),
+            np.array([logs.OUTPUTS.index(name) for name in outputs]),
         )
         if self.attitude == "quaternion":
-            states[..., 3:6] = np.unwrap(states[..., 3:6], axis=1)
+            angles = np.isin(outputs, ("phi", "theta", "psi"))
+            states[..., angles] = np.unwrap(states[..., angles], axis=1)
         return states, status
 
     def accelerations(self, xi, states) -> np.ndarray:

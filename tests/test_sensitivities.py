@@ -22,7 +22,7 @@ OFFSETS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 WEIGHTS = np.array([3.0, -32.0, 168.0, -672.0, 672.0, -168.0, 32.0, -3.0]) / 840.0
 
 
-def differences(simulator, names, relative=2e-3, accelerations=False):
+def differences(simulator, names, relative=2e-3, outputs=STATES):
     """Derivatives of the simulated motion by coefficients, (n_times, 12, n): slow, and independent of the kernel."""
     columns = []
     for name in names:
@@ -30,7 +30,7 @@ def differences(simulator, names, relative=2e-3, accelerations=False):
         step = relative * abs(simulator.vehicle.xi[k])
         sets = np.repeat(simulator.vehicle.xi[None], len(OFFSETS), axis=0)
         sets[:, k] += step * OFFSETS
-        states, _ = simulator.run(sets, accelerations=accelerations)
+        states, _ = simulator.run(sets, outputs=outputs)
         columns.append(np.tensordot(WEIGHTS, states, axes=1) / step)
     return np.stack(columns, axis=-1)
 
@@ -146,7 +146,7 @@ def test_accelerations_too(full, turning, times):
     """Accelerations, at the ends of steps and between them, have the derivatives of their differences."""
     simulator = Simulator(full, turning, times, dt=0.25)
     found = simulator.sensitivities(full.xi, NAMES, OUTPUTS)
-    error = relative_error(found, differences(simulator, NAMES, 0.01, accelerations=True))
+    error = relative_error(found, differences(simulator, NAMES, 0.01, outputs=OUTPUTS))
     # Between steps a rate is a difference of velocities over the step: their round-off, divided by the step.
     assert np.median(error[12:]) < 1e-9
     assert error.max() < 1e-5

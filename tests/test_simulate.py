@@ -9,6 +9,7 @@ from conftest import smooth_manoeuvre
 import bayesub as bs
 from bayesub.coefficients import AXES, HORIZONTAL, INDEX, NAMES, names_of_axis
 from bayesub.kernels.layout import BODY
+from bayesub.logs import OUTPUTS
 from bayesub.simulate import STEP_TOLERANCE_M, Simulator, choose_step
 
 # What changes sign when port and starboard are exchanged.
@@ -210,12 +211,22 @@ def test_accelerations_beside_the_states(full, coupled):
     on, between = np.arange(0.0, 48.5, 0.5), np.arange(0.25, 48.0, 0.5)
     for times, bound in ((on, 1e-13), (between, 2e-4)):
         simulator = Simulator(full, coupled, times, dt=0.5)
-        states, _ = simulator.run(full.xi, accelerations=True)
+        states, _ = simulator.run(full.xi, outputs=OUTPUTS)
         expected = simulator.accelerations(full.xi, np.ascontiguousarray(states[..., :12]))
         size = np.abs(expected).max(axis=(0, 1))
         errors = np.abs(states[..., 12:] - expected)[0]
         # A thrust branch that switches within a step is a jump, which no cubic follows.
         assert np.all(np.quantile(errors, 0.95, axis=0) < bound * size)
+
+
+def test_outputs_are_chosen_in_any_order(full, coupled):
+    """What is kept of a motion does not change it, in Euler angles and in quaternions."""
+    chosen = ("rdot", "psi", "x", "udot", "theta", "w")
+    columns = [OUTPUTS.index(name) for name in chosen]
+    for attitude in ("euler", "quaternion"):
+        simulator = Simulator(full, coupled, np.arange(0.25, 48.0, 0.5), dt=0.5, attitude=attitude)
+        everything, _ = simulator.run(full.xi, outputs=OUTPUTS)
+        np.testing.assert_array_equal(simulator.run(full.xi, outputs=chosen)[0], everything[..., columns])
 
 
 def test_each_member_may_have_its_own_body_and_start(full, coupled):

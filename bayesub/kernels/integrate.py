@@ -151,10 +151,10 @@ def hermite_rates(f, step):
 
 
 @inline
-def _emit(work, states, first, members, output, fraction, step, quaternions):
+def _emit(work, states, first, members, output, fraction, step, quaternions, rows):
     """Cubic Hermite interpolation at `fraction` of the last step into ``states[first:, output]``, in Euler angles.
 
-    Where there is room for them, the accelerations follow the states.
+    `rows` are those of the states and, from N_STATES on, accelerations that are wanted.
     """
     h00, h10, h01, h11 = hermite(fraction, step)
     for j in range(STATE_ROWS * LANES):
@@ -164,18 +164,23 @@ def _emit(work, states, first, members, output, fraction, step, quaternions):
             + h01 * work[STATE * LANES + j]
             + h11 * work[SLOPE * LANES + j]
         )
-    for i in range(members):
-        row = states[first + i, output]
-        for k in range(N_STATES):
-            row[k] = work[(OUTPUT + k) * LANES + i]
-        if quaternions:
-            row[3], row[4], row[5] = euler_angles(work[(OUTPUT + 12) * LANES + i], row[3], row[4], row[5])
-    if states.shape[2] > N_STATES:
-        h00, h10, h01, h11 = hermite_rates(fraction, step)
+    if quaternions:
         for i in range(members):
-            row = states[first + i, output]
-            for k in range(6, N_STATES):
-                row[6 + k] = (
+            vector = (OUTPUT + 3) * LANES + i
+            angles = euler_angles(
+                work[(OUTPUT + 12) * LANES + i], work[vector], work[vector + LANES], work[vector + 2 * LANES]
+            )
+            work[vector], work[vector + LANES], work[vector + 2 * LANES] = angles
+    h00, h10, h01, h11 = hermite_rates(fraction, step)
+    for i in range(members):
+        column = states[first + i, output]
+        for n in range(len(rows)):
+            k = rows[n]
+            if k < N_STATES:
+                column[n] = work[(OUTPUT + k) * LANES + i]
+            else:
+                k -= 6  # the velocity whose rate it is
+                column[n] = (
                     h00 * work[(PREVIOUS + k) * LANES + i]
                     + h10 * work[(PREVIOUS_SLOPE + k) * LANES + i]
                     + h01 * work[(STATE + k) * LANES + i]
@@ -204,7 +209,9 @@ def any_failed(work, max_speed2, quaternions):
 
 
 @jit
-def _integrate_block(block, coefficients, body, initial, stages, step, times, max_speed, quaternions, states, status):
+def _integrate_block(
+    block, coefficients, body, initial, stages, step, times, max_speed, quaternions, rows, states, status
+):
     """Integrate one block of members and write their `states` at `times`; see :func:`integrate`."""
     first = block * LANES
     members = min(LANES, coefficients.shape[0] - first)
@@ -236,7 +243,7 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
         now = step_index * step
         while output < n_times and (times[output] <= now or step_index == n_steps):
             fraction = 1.0 if step_index == 0 else 1.0 + (times[output] - now) / step
-            _emit(work, states, first, members, output, fraction, step, quaternions)
+            _emit(work, states, first, members, output, fraction, step, quaternions, rows)
             for i in range(members):
                 if status[first + i] != OK:
                     states[first + i, output, :] = np.nan
@@ -256,7 +263,7 @@ def _integrate_block(block, coefficients, body, initial, stages, step, times, ma
 
 
 @jit
-def integrate(coefficients, body, initial, stages, step, times, max_speed, quaternions=False, n_outputs=N_STATES):
+def integrate(coefficients, body, initial, stages, step, times, max_speed, quaternions, rows):
     """Simulate a batch.
 
     Parameters
@@ -269,33 +276,31 @@ def integrate(coefficients, body, initial, stages, step, times, max_speed, quate
     times : (n_times,) ascending output times from 0 to n_steps * step, s
     max_speed : a member that reaches this speed (m/s) has diverged
     quaternions : integrate the attitude as a quaternion, which knows no limit of pitch, instead of Euler angles
-    n_outputs : 12 for the states, or 18 for states and accelerations (udot .. rdot)
+    rows : (n_outputs,) which of the 12 states and, after them, the 6 accelerations (udot .. rdot) to keep
 
     Returns
     -------
     states (n_batch, n_times, n_outputs), not a number from the failure of a member on, and status (n_batch,).
     """
     n_batch = coefficients.shape[0]
-    states = np.empty((n_batch, times.shape[0], n_outputs))
+    states = np.empty((n_batch, times.shape[0], len(rows)))
     status = np.zeros(n_batch, dtype=np.int8)
     for block in range((n_batch + LANES - 1) // LANES):
         _integrate_block(
-            block, coefficients, body, initial, stages, step, times, max_speed, quaternions, states, status
+            block, coefficients, body, initial, stages, step, times, max_speed, quaternions, rows, states, status
         )
     return states, status
 
 
 @jit(parallel=True)
-def integrate_parallel(
-    coefficients, body, initial, stages, step, times, max_speed, quaternions=False, n_outputs=N_STATES
-):
+def integrate_parallel(coefficients, body, initial, stages, step, times, max_speed, quaternions, rows):
     """:func:`integrate` with the blocks shared among threads; bitwise the same."""
     n_batch = coefficients.shape[0]
-    states = np.empty((n_batch, times.shape[0], n_outputs))
+    states = np.empty((n_batch, times.shape[0], len(rows)))
     status = np.zeros(n_batch, dtype=np.int8)
     for block in prange((n_batch + LANES - 1) // LANES):
         _integrate_block(
-            block, coefficients, body, initial, stages, step, times, max_speed, quaternions, states, status
+            block, coefficients, body, initial, stages, step, times, max_speed, quaternions, rows, states, status
         )
     return states, status
 

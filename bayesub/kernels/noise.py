@@ -1,4 +1,4 @@
-"""Log densities of readings given predictions, a member of the batch at a time.
+"""Predicted readings and their log densities, a member of the batch at a time.
 
 Sums run in COLUMNS columns side by side, reading i in column i modulo COLUMNS, so that they are vectorised and do not
 depend on the batch or on the number of threads.
@@ -27,6 +27,16 @@ _ROOT_2_PI = math.sqrt(2.0 * math.pi)
 _N_SERIES = 9  # the first term left out is (cd)^18 / 19! < 1e-17
 _N_BACKWARD = 12  # steps of the recursion of e_j from zero; each divides its error by more than 2j / d^2
 _FAR = 1e4  # at larger a the information is one to 1/a^2, and its formula loses a^2 roundings
+
+
+@batched
+def gathered(outputs, positions):
+    """(n_batch, n) numbers at `positions` (n,) in each row of outputs (n_batch, m)."""
+    result = np.empty((len(outputs), len(positions)))
+    for member in prange(len(outputs)):
+        for i in range(len(positions)):
+            result[member, i] = outputs[member, positions[i]]
+    return result
 
 
 @jit
