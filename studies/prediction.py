@@ -200,57 +200,45 @@ def worst(result, flights):
 
 def tables(numbers, published):
     """Tables 29 to 32 beside the thesis's, and the posterior predictive."""
-    yield "Largest position error in m over all sets and manoeuvres (thesis Table 29; `ours / thesis = ratio`).\n"
-    place = VEHICLES.index
-    header = ("vehicle", "maximum", "mean", "median", "minimum", "on its own manoeuvre, mean")
-    yield from table(
-        header,
-        [
-            (
-                v,
-                *(beside(r["all"][key], published[key][place(v)]) for key in ("max", "mean", "median", "min")),
-                f"{r['own_manoeuvre_mean_m']:.3g}",
-            )
-            for v, r in numbers.items()
-        ],
-    )
-    yield "\nMean over the manoeuvres of the largest position error in m (Tables 30-32).\n"
-    keys = {
-        "simulation": "simulation_accuracy_mean",
-        "best": "best_set_mean",
-        "middle": "middle_set_mean",
-        "worst": "worst_set_mean",
-        "random": "ten_percent_random_mean",
-        "posterior": None,
-    }
-    yield from table(
-        ("vehicle", *keys),
-        [
-            (
-                v,
-                *(
-                    beside(r["kinds"][key]["mean"], published[name][place(v)] if name else None)
-                    for key, name in keys.items()
-                ),
-            )
-            for v, r in numbers.items()
-        ],
-    )
-    yield "\nShare of true positions inside central posterior predictive bands; shares of the variance of log errors.\n"
-    yield from table(
-        ("vehicle", "50 %", "90 %", "variance by set", "by manoeuvre", "failed predictions"),
-        [
-            (
-                v,
-                f"{r['coverage']['0.5']:.0%}",
-                f"{r['coverage']['0.9']:.0%}",
-                f"{r['variance_by_set']['set']:.0%}",
-                f"{r['variance_by_set']['manoeuvre']:.0%}",
-                r["failed"]["sets"],
-            )
-            for v, r in numbers.items()
-        ],
-    )
+    extremes = ("max", "mean", "median", "min")
+    yield "Largest position errors, `ours / thesis = ratio`, in m on a boat as long as suboff: those of the AUVs times"
+    yield "102.26 m over their length. Over all identified sets and manoeuvres (thesis Table 29):\n"
+    lines = [
+        (v, *(scaled(v, r["all"][key], published[key]) for key in extremes), scaled(v, r["own_manoeuvre_mean_m"]))
+        for v, r in numbers.items()
+    ]
+    yield from table(("vehicle", "maximum", "mean", "median", "minimum", "on its own manoeuvre, mean"), lines)
+    yield "\nMean over the manoeuvres (Tables 30-32):\n"
+    keys = {f"{key} set": f"{key}_set_mean" for key in ("best", "middle", "worst")}
+    keys |= {"simulation": "simulation_accuracy_mean", "random": "ten_percent_random_mean", "posterior": None}
+    lines = [
+        (
+            v,
+            *(
+                scaled(v, r["kinds"][key.removesuffix(" set")]["mean"], published.get(name))
+                for key, name in keys.items()
+            ),
+        )
+        for v, r in numbers.items()
+    ]
+    yield from table(("vehicle", *keys), lines)
+    yield "\nShare of true positions inside central posterior predictive bands; shares of the variance of log errors:\n"
+    lines = [
+        (
+            v,
+            *(f"{r['coverage'][level]:.0%}" for level in ("0.5", "0.9")),
+            *(f"{r['variance_by_set'][key]:.0%}" for key in ("set", "manoeuvre")),
+            r["failed"]["sets"],
+        )
+        for v, r in numbers.items()
+    ]
+    yield from table(("vehicle", "50 %", "90 %", "variance by set", "by manoeuvre", "failed predictions"), lines)
+
+
+def scaled(vehicle, metres, published=None):
+    """A length on a boat as long as suboff, beside the thesis's for submarines 1 to 3."""
+    ratio = bs.load_vehicle("suboff").length_m / bs.load_vehicle(vehicle).length_m
+    return beside(ratio * metres, published[VEHICLES.index(vehicle)] if published else None)
 
 
 def check(vehicle, result):
