@@ -35,7 +35,7 @@ class Problem:
     ----------
     names : the n_params free coefficients and after them the nuisance parameters
     n_coefficients : how many of them are coefficients, and columns : the positions of those in xi
-    prior : with mean and sd (n_params,)
+    prior : with mean and sd (n_params,), and spread : that of the coefficients as given
     readings, sds : (n_readings,) the measured values and their sd with rounding, SI units
     noises : the noise model of each channel
     evaluations, jacobians : simulations and Jacobians so far, and failures : simulations so far by status
@@ -52,7 +52,7 @@ class Problem:
             raise InputError(
                 "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
             )
-        self.n_coefficients = len(self.columns)
+        self.n_coefficients, self.spread = len(self.columns), prior
         self.noises = _noises(record.channels, noise or {})
         found = [find(name, vehicle, manoeuvre, record.channels, self.noises) for name in nuisance]
         self.names = (*(coefficients.NAMES[k] for k in self.columns), *nuisance)

@@ -1,0 +1,138 @@
+"""Several trials of one vehicle as one inference problem."""
+
+import numpy as np
+
+from bayesub import coefficients
+from bayesub.errors import InputError
+from bayesub.nuisance import BODY
+from bayesub.priors import Joint
+
+
+class JointProblem:
+    """The coefficients of a vehicle from several trials; see :class:`bayesub.problem.Problem` for the methods.
+
+    Coefficients, and nuisance parameters of the body, are the same in all trials. All other nuisance parameters are a
+    trial's own, and have its name in brackets: ``current_north_mps[first]``.
+
+    Parameters
+    ----------
+    problems : name of a trial -> Problem, of the same vehicle with the same `prior`
+
+    Attributes
+    ----------
+    names, n_coefficients, columns, prior, evaluations, failures : as those of a Problem
+    """
+
+    def __init__(self, problems: dict):
+        self.problems = dict(problems)
+        if not self.problems:
+            raise InputError("a joint problem needs at least one trial")
+        first, *others = self.problems.values()
+        for problem in others:
+            if problem.vehicle is not first.vehicle or problem.spread != first.spread:
+                raise InputError("the trials of a joint problem must have the same vehicle and the same prior")
+        self.vehicle = first.vehicle
+        self.columns = np.unique(np.concatenate([p.columns for p in self.problems.values()]))
+        self.n_coefficients = len(self.columns)
+        names = [coefficients.NAMES[k] for k in self.columns]
+        parts = [first.spread.on(self.columns, first.xi)]
+        self._places = {}
+        for trial, problem in self.problems.items():
+            own = [name if name in BODY else f"{name}[{trial}]" for name in problem.names[problem.n_coefficients :]]
+            for name, prior in zip(own, getattr(problem.prior, "parts", ())[1:], strict=False):
+                if name not in names:
+                    names.append(name)
+                    parts.append(prior)
+            shared = problem.names[: problem.n_coefficients]
+            self._places[trial] = np.array([names.index(name) for name in (*shared, *own)])
+        self.names = tuple(names)
+        positions = (np.arange(self.n_coefficients), *([k] for k in range(self.n_coefficients, len(names))))
+        self.prior = parts[0] if len(parts) == 1 else Joint(tuple(parts), tuple(map(np.array, positions)))
+
+    @property
+    def n_params(self) -> int:
+        return len(self.names)
+
+    @property
+    def evaluations(self) -> int:
+        return sum(problem.evaluations for problem in self.problems.values())
+
+    @property
+    def failures(self) -> dict[str, int]:
+        counts = [problem.failures for problem in self.problems.values()]
+        return {word: sum(count[word] for count in counts) for word in counts[0]}
+
+    @property
+    def reference(self) -> np.ndarray:
+        """(n_params,)"""
+        values = np.empty(self.n_params)
+        for problem, places in self._each():
+            values[places] = problem.reference
+        return values
+
+    def _each(self):
+        return zip(self.problems.values(), self._places.values(), strict=True)
+
+    def _of(self, method, parameters):
+        """What a method returns for each trial at parameters (n_batch, n_params)."""
+        parameters = np.atleast_2d(parameters)
+        return [getattr(problem, method)(parameters[:, places]) for problem, places in self._each()]
+
+    def coefficient_sets(self, parameters) -> np.ndarray:
+        """(n_batch, 101)"""
+        parameters = np.atleast_2d(parameters)
+        sets = np.repeat(next(iter(self.problems.values())).xi[None], len(parameters), axis=0)
+        sets[:, self.columns] = parameters[:, : self.n_coefficients]
+        return sets
+
+    def predicted(self, parameters) -> np.ndarray:
+        """(n_batch, n_readings), trial after trial."""
+        return np.concatenate(self._of("predicted", parameters), axis=1)
+
+    def residuals(self, parameters) -> np.ndarray:
+        """(n_batch, n_rows), trial after trial."""
+        return np.concatenate(self._of("residuals", parameters), axis=1)
+
+    def misfit(self, parameters) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n_batch, n_rows) and deviances (n_batch,)."""
+        residuals, deviances = zip(*self._of("misfit", parameters), strict=True)
+        return np.concatenate(residuals, axis=1), np.sum(deviances, axis=0)
+
+    def jacobian(self, parameters) -> np.ndarray:
+        """(n_rows, n_params), trial after trial."""
+        blocks = []
+        for problem, places in self._each():
+            block = problem.jacobian(np.asarray(parameters)[places])
+            blocks.append(np.zeros((len(block), self.n_params)))
+            blocks[-1][:, places] = block
+        return np.concatenate(blocks)
+
+    def smoothed(self, share: float) -> "JointProblem":
+        """As :meth:`bayesub.problem.Problem.smoothed`."""
+        return self._with({trial: problem.smoothed(share) for trial, problem in self.problems.items()})
+
+    def naive(self) -> "JointProblem":
+        """As :meth:`bayesub.problem.Problem.naive`."""
+        return JointProblem({trial: problem.naive() for trial, problem in self.problems.items()})
+
+    def _with(self, problems):
+        other = object.__new__(JointProblem)
+        vars(other).update(vars(self) | {"problems": problems})
+        return other
+
+    def log_prior(self, parameters) -> np.ndarray:
+        """(n_batch,)"""
+        return self.prior.log_density(np.atleast_2d(parameters))
+
+    def log_likelihood(self, parameters) -> np.ndarray:
+        """(n_batch,) the sum over the trials, whose noise is independent."""
+        return np.sum(self._of("log_likelihood", parameters), axis=0)
+
+    def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
+        """The contribution (n_batch,) of each channel of each trial, as ``yaw[first]``."""
+        found = zip(self.problems, self._of("log_likelihoods", parameters), strict=True)
+        return {f"{channel}[{trial}]": part for trial, parts in found for channel, part in parts.items()}
+
+    def log_prob(self, parameters) -> np.ndarray:
+        """(n_batch,)"""
+        return self.log_prior(parameters) + self.log_likelihood(parameters)
