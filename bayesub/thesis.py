@@ -14,7 +14,7 @@ from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvres import load_manoeuvre
 from bayesub.problem import Problem
 from bayesub.sensors import Track, observe
-from bayesub.simulate import simulate
+from bayesub.simulate import Simulator, simulate
 from bayesub.vehicles import Vehicle, load_vehicle
 
 VEHICLES = ("suboff", "auv690", "npsauv")
@@ -83,6 +83,22 @@ def identified(vehicle: str, manoeuvre: str, n_starts: int, max_iterations: int 
     boat = load_vehicle(vehicle)
     problem = track_problem(boat, manoeuvre, free_coefficients(boat, manoeuvre))
     return problem, identify(problem, streams(vehicle, manoeuvre)[0], n_starts, max_iterations)
+
+
+def unseen(boat: Vehicle, n: int, *, first: int = 0):
+    """Simulators of the first `n` random manoeuvres (section 8.2) from seed `first` on that the boat completes.
+
+    Output times are those of :func:`track_problem`; the manoeuvre's name has its seed.
+    """
+    seed, found = first, 0
+    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
+    while found < n:
+        manoeuvre = load_manoeuvre(f"random:{seed}", boat)
+        simulator = Simulator(boat, manoeuvre, np.arange(interval, manoeuvre.duration, interval))
+        seed += 1
+        if simulator.run(boat.xi)[1][0] == 0:
+            found += 1
+            yield simulator
 
 
 def trial(vehicle: str, manoeuvre: str, *, sd: float = 0.25, free=None) -> Problem:

@@ -77,18 +77,12 @@ def fly_all(problem, found, draws, n_manoeuvres, progress):
     groups = np.cumsum([0, 1, len(identified), len(random), len(draws)])
     keys = ("truth", "sets", "random", "posterior")
     errors, costs = ({key: [] for key in (*keys, "simulation")} for _ in range(2))
-    tracks, ranks, seeds, seed = [], [], [], 0
-    while len(seeds) < n_manoeuvres:
-        manoeuvre = bs.load_manoeuvre(f"random:{seed}", boat)
-        seed += 1
-        scale = boat.length_m / boat.speed_mps / SUBOFF_TIME
-        times = np.arange(scale, manoeuvre.duration, scale)
-        simulator = Simulator(boat, manoeuvre, times)
+    tracks, ranks, seeds = [], [], []
+    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
+    for simulator in thesis.unseen(boat, n_manoeuvres):
+        times, manoeuvre = simulator.times, simulator.manoeuvre
         states, status = simulator.run(sets)
-        if status[0] != 0:
-            continue
-        held, _ = Simulator(boat, manoeuvre, times, dt=HELD_STEP * scale, controls="hold").run(boat.xi)
-        seeds.append(seed - 1)
+        held, _ = Simulator(boat, manoeuvre, times, dt=HELD_STEP * interval, controls="hold").run(boat.xi)
         for key, first, last in zip(keys, groups[:-1], groups[1:], strict=True):
             store(errors[key], costs[key], states[first:last], states[0], status[first:last])
         store(errors["simulation"], costs["simulation"], held, states[0], np.zeros(1, int))
@@ -96,6 +90,7 @@ def fly_all(problem, found, draws, n_manoeuvres, progress):
         looks = np.linspace(0, len(times) - 1, N_LOOKS + 1).astype(int)[1:]
         flown = states[groups[3] :][status[groups[3] :] == 0][:, looks, :3]
         ranks.append(np.mean(flown < states[0, looks, :3], axis=0))
+        seeds.append(int(manoeuvre.name.partition(":")[2]))
         progress.update(len(seeds) / n_manoeuvres, f"{len(seeds)} of {n_manoeuvres} manoeuvres")
     stacked = {key: np.stack(values, axis=1) for key, values in errors.items()}
     return {

@@ -18,7 +18,7 @@ def linear_least_squares(systems, guess: dict[str, float], *, held=(), rcond: fl
 
     Parameters
     ----------
-    systems : from :func:`bayesub.problem.linear_systems`
+    systems : from :func:`bayesub.linear_systems.linear_systems`
     guess : coefficient name -> value
     held : names of coefficients that keep the value of the guess, such as the added masses that reduce the rank
 

@@ -25,7 +25,7 @@ def linear_programme(systems, guess: dict[str, float], *, held=(), bounds=None, 
 
     Parameters
     ----------
-    systems : from :func:`bayesub.problem.linear_systems`
+    systems : from :func:`bayesub.linear_systems.linear_systems`
     guess : coefficient name -> value
     held : names of coefficients that keep the value of the guess
     bounds : coefficient name -> (low, high), either of them None for no bound

@@ -90,7 +90,7 @@ class AxisRank:
 
 
 def rank(systems, prefer=(), accuracy: float = ACCURACY) -> dict[str, AxisRank]:
-    """Rank and null space of each axis of :func:`bayesub.problem.linear_systems`.
+    """Rank and null space of each axis of :func:`bayesub.linear_systems.linear_systems`.
 
     Columns are scaled to unit length, because the regressors differ by orders of magnitude. See :func:`round_off` for
     the threshold.
