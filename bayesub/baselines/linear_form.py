@@ -32,7 +32,7 @@ class Scaled:
 
 
 def scaled(systems, guess: dict[str, float], held=()) -> list[Scaled]:
-    """Each axis of :func:`bayesub.linear_systems.linear_systems` with the coefficients named in `held` kept at their guess.
+    """Each axis of the linear form with the coefficients named in `held` kept at their guess.
 
     Solving for the difference from a guess loses fewer digits than solving for the coefficients. Axes all of whose
     coefficients are held are left out.
