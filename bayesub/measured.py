@@ -19,7 +19,7 @@ _SEEN = {
 
 @dataclass(frozen=True)
 class Motion:
-    """Measured motion of one vehicle, which :func:`bayesub.linear_systems.linear_systems` takes in place of a trajectory.
+    """Measured motion of one vehicle, of which the linear form is taken as of a trajectory.
 
     Attributes
     ----------
