@@ -1,8 +1,13 @@
 """The command line."""
 
+import errno
 import json
+import shlex
 import sys
 import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +19,7 @@ from rich.table import Table
 
 from bayesub import coefficients, identifiability, inputs, logs, script, study
 from bayesub.errors import InputError
+from bayesub.files import reason
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
 from bayesub.problem import linear_systems
@@ -29,13 +35,15 @@ console = Console(highlight=False)
 def main() -> None:
     """Run the command line; an InputError is one line on standard error and exit status 2."""
     try:
-        sys.exit(app(prog_name="bayesub", standalone_mode=False))
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_: print(f"bayesub: {message}", file=sys.stderr)
+            sys.exit(app(prog_name="bayesub", standalone_mode=False))
     except InputError as error:
         _complain(str(error), BAD_INPUT)
     except click.ClickException as error:
         _complain(f"{error.format_message()}; see bayesub --help", BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
-        _complain("interrupted; a run continues with the same command and --resume", INTERRUPTED)
+        _complain("interrupted before anything was done; run the same command again", INTERRUPTED)
 
 
 def _complain(sentence: str, status: int) -> None:
@@ -236,15 +244,29 @@ def run(file: Path, output: Path | None, quick: bool, resume: bool, force: bool)
     loaded = study.load_study(file, quick=quick)
     folder = output or Path("runs") / loaded.name
     study.prepare(loaded)  # bad input shows before a folder is made
-    study.open_folder(folder, study.completed(loaded, quick=quick), resume=resume, force=force)
-    with _Bars() as bars:
+    with _held(file, folder, study.completed(loaded, quick=quick), resume, force), _Bars() as bars:
         converged = study.run(loaded, folder, progress=bars)
     _finish(folder, converged)
 
 
+@contextmanager
+def _held(file: Path, folder: Path, config: dict, resume: bool, force: bool) -> Iterator[None]:
+    """Work in a run folder; Ctrl-C ends it with the command that continues it."""
+    with study.open_folder(folder, config, resume=resume, force=force):
+        try:
+            yield
+        except KeyboardInterrupt:
+            quick = ["--quick"] if config["quick_run"] else []
+            command = shlex.join(["bayesub", "run", str(file), "-o", str(folder), *quick, "--resume"])
+            _complain(f"interrupted; what is done is saved, continue with: {command}", INTERRUPTED)
+        except OSError as error:
+            if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG):
+                raise
+            raise InputError(f"{folder}: {reason(error)}; what is done is saved, make room and use --resume") from None
+
+
 def _run_script(file: Path, folder: Path, quick: bool, resume: bool, force: bool) -> None:
-    study.open_folder(folder, script.config(file, quick=quick), resume=resume, force=force)
-    with _Bars() as bars:
+    with _held(file, folder, script.config(file, quick=quick), resume, force), _Bars() as bars:
         failed_claim = script.run(file, folder, quick=quick, progress=bars)
     console.print(f"figures and numbers: {folder}", soft_wrap=True)
     console.print(f"CLAIM FAILED: {failed_claim}" if failed_claim else "CLAIM HOLDS", soft_wrap=True, markup=False)

@@ -8,7 +8,7 @@ import jinja2
 import numpy as np
 
 from bayesub import coefficients, findings, identifiability
-from bayesub.errors import InputError
+from bayesub.files import write_text, writing
 from bayesub.inputs import DATA
 from bayesub.plots import coefficients as coefficient_plot
 from bayesub.plots import posterior as posterior_plots
@@ -39,13 +39,11 @@ def write_report(
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
     numbers["seconds"] = seconds or {}
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         figures = _draw(folder, problem, estimates, spectrum, posterior, numbers)
-        (folder / "numbers.json").write_text(json.dumps(numbers, indent=1), encoding="utf-8")
-        (folder / "report.html").write_text(_page(numbers, figures), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: report cannot be written: {(error.strerror or str(error)).lower()}") from None
+        write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
+        write_text(folder / "report.html", _page(numbers, figures))
 
 
 def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict]:

@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import time
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -18,6 +20,7 @@ import tomli_w
 
 from bayesub import baselines, coefficients, identifiability, inputs, priors, results
 from bayesub.errors import InputError
+from bayesub.files import LOCK, PARTIAL, locked, write_text, writing
 from bayesub.inputs import Positive, Section
 from bayesub.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.problem import Problem, linear_systems
@@ -30,6 +33,7 @@ from bayesub.simulate import Trajectory, simulate
 from bayesub.vehicles import Vehicle, load_vehicle
 
 COMPUTED = ("versions", "commit", "quick_run")  # keys of config.toml that a study file does not have
+STOPPING = tuple(f"sampler.{key}" for key in ("max_steps", "rhat", "ess", "taus"))  # may change before a run is resumed
 PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
 
 
@@ -136,11 +140,12 @@ def environment(*, quick: bool) -> dict:
     return {"quick_run": quick, "commit": _commit(), "versions": {"python": platform.python_version()} | versions}
 
 
-def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> None:
-    """Make the run folder and write ``config.toml`` into it before any work starts.
+@contextmanager
+def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> Iterator[None]:
+    """Make the run folder, hold it for this process, and write ``config.toml`` into it before any work starts.
 
-    An existing run is refused; `force` deletes it; `resume` continues it if its config is the same, and otherwise names
-    the first difference.
+    An existing run is refused; `force` deletes it; `resume` continues it if its config is the same but for the stopping
+    rule, and otherwise names the first difference.
     """
     file = folder / "config.toml"
     if resume:
@@ -149,34 +154,39 @@ def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> Non
         difference = _first_difference(inputs.read_toml_table(file), config)
         if difference:
             raise InputError(f"{folder}: cannot be resumed: {difference}; use --force to start afresh")
-        return
-    try:
-        if file.exists() and force:
-            shutil.rmtree(folder)
-        elif folder.exists() and any(folder.iterdir()):
-            kind = "a run" if file.exists() else "other files"
-            raise InputError(
-                f"{folder}: already holds {kind}; "
-                + ("use --resume to continue it or --force to replace it" if file.exists() else "choose another -o")
-            )
+    elif file.exists() and not force:
+        raise InputError(f"{folder}: already holds a run; use --resume to continue it or --force to replace it")
+    with writing(folder):
+        if folder.exists() and not file.exists() and _content(folder):
+            raise InputError(f"{folder}: already holds other files; choose another -o")
         folder.mkdir(parents=True, exist_ok=True)
-        file.write_text(tomli_w.dumps(config), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {(error.strerror or str(error)).lower()}") from None
+    with locked(folder):
+        with writing(folder):
+            for path in _content(folder) if force else ():
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+            write_text(file, tomli_w.dumps(config))
+        yield
+
+
+def _content(folder: Path) -> list[Path]:
+    """What is in a folder besides the traces of a run that was stopped before it began."""
+    return [path for path in folder.iterdir() if path.name != LOCK and not path.name.endswith(PARTIAL)]
 
 
 def _first_difference(saved: dict, config: dict) -> str:
-    wanted = tomllib.loads(tomli_w.dumps(config))
-    for key in sorted(saved.keys() | wanted.keys()):
-        if key in ("commit", "quick"):
-            continue
-        if saved.get(key) != wanted.get(key):
-            before, now = saved.get(key), wanted.get(key)
-            if isinstance(before, dict) and isinstance(now, dict):
-                inner = next(k for k in sorted(before.keys() | now.keys()) if before.get(k) != now.get(k))
-                return f"{key}.{inner} was {before.get(inner)!r} and is now {now.get(inner)!r}"
-            return f"{key} was {before!r} and is now {now!r}"
+    before, now = (_decisive(c) for c in (saved, tomllib.loads(tomli_w.dumps(config))))
+    for key in [key for key in before | now if before.get(key) != now.get(key)]:
+        return f"{key} was {before.get(key)!r} and is now {now.get(key)!r}"
     return ""
+
+
+def _decisive(config: dict) -> dict:
+    """The entries of a config on which the draws depend, with the keys of tables written as table.key."""
+    flat = {}
+    for key, value in config.items():
+        if key not in ("commit", "quick"):
+            flat |= {f"{key}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {key: value}
+    return {key: value for key, value in sorted(flat.items()) if key not in STOPPING}
 
 
 def run(study: Study, folder: Path, *, progress=None) -> bool:
@@ -222,12 +232,12 @@ def run(study: Study, folder: Path, *, progress=None) -> bool:
         n_walkers=sampler.n_walkers,
         max_steps=sampler.max_steps,
         criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
-        checkpoint=folder / "chain.h5",
+        checkpoint=folder / "chain",
         progress=progress.update,
     )
     seconds["sampling"] = posterior.seconds
     results.save(posterior, folder / "posterior.nc")
-    (folder / "estimates.json").write_text(json.dumps([e.to_json() for e in estimates], indent=1))
+    write_text(folder / "estimates.json", json.dumps([e.to_json() for e in estimates], indent=1))
     progress.stage("figures and report")
     spectrum = identifiability.fisher(problem, posterior.best)
     seconds["all before the report"] = time.perf_counter() - began
