@@ -39,7 +39,8 @@ def _split_rhat(chain):
 def autocorrelation_time(chain) -> np.ndarray:
     """(n_ensembles, n_params) integrated autocorrelation times in steps (Sokal 1997), window of five times tau.
 
-    The autocovariance is averaged over the walkers of an ensemble before it is normalised.
+    The autocovariance is averaged over the walkers of an ensemble before it is normalised. An ensemble that stands
+    still counts as correlated over all its length.
     """
     centred = chain - chain.mean(axis=(1, 2), keepdims=True)
     n_ensembles, n_steps, _, n_params = chain.shape
@@ -47,10 +48,11 @@ def autocorrelation_time(chain) -> np.ndarray:
     for e in range(n_ensembles):
         spectrum = fft.rfft(centred[e], n=fft.next_fast_len(2 * n_steps), axis=0)
         covariance = fft.irfft(np.mean(np.abs(spectrum) ** 2, axis=1), n=fft.next_fast_len(2 * n_steps), axis=0)
-        running = 2.0 * np.cumsum(covariance[:n_steps] / covariance[0], axis=0) - 1.0
+        still = covariance[0] <= 0.0
+        running = 2.0 * np.cumsum(covariance[:n_steps] / np.where(still, 1.0, covariance[0]), axis=0) - 1.0
         beyond = np.arange(n_steps)[:, None] >= 5.0 * running
         window = np.where(beyond.any(axis=0), beyond.argmax(axis=0), n_steps - 1)
-        taus[e] = running[window, np.arange(n_params)]
+        taus[e] = np.where(still, n_steps, running[window, np.arange(n_params)])
     return np.maximum(taus, 1.0)
 
 
@@ -85,9 +87,9 @@ def variance_trend(chain, scores=None) -> np.ndarray:
     return change / np.sqrt(4.0 * squares.var(axis=(0, 1, 2)) / ess(squares))
 
 
-def trend_threshold(n_params: int, false_alarms: float = 0.01) -> float:
-    """The size of :func:`variance_trend` that any of n_params parameters reaches with at most this probability.
+def threshold(n: int, false_alarms: float) -> float:
+    """The size that any of `n` standard normal numbers reaches with at most this probability (Bonferroni).
 
-    Bonferroni: 3.9 for a hundred parameters and one false alarm in a hundred looks, which costs a tenth more steps.
+    For the trends of a hundred parameters and one false alarm in a hundred looks 3.9; it costs a tenth more steps.
     """
-    return float(-special.ndtri(false_alarms / (2.0 * n_params)))
+    return float(-special.ndtri(false_alarms / (2.0 * n)))

@@ -11,6 +11,7 @@ from bayesub import coefficients, findings, identifiability
 from bayesub.files import write_text, writing
 from bayesub.inputs import DATA
 from bayesub.plots import coefficients as coefficient_plot
+from bayesub.plots import cross_check as cross_check_plot
 from bayesub.plots import posterior as posterior_plots
 from bayesub.plots import spectrum as spectrum_plot
 from bayesub.plots import track as track_plot
@@ -21,7 +22,7 @@ PREDICTIVE_DRAWS = 100
 
 
 def write_report(
-    folder, problem: Problem, estimates, spectrum, posterior: Posterior, *, study=None, seconds=None
+    folder, problem: Problem, estimates, spectrum, posterior: Posterior, *, study=None, seconds=None, check=None
 ) -> None:
     """Write ``numbers.json``, the figures (PNG and PDF) and ``report.html`` into `folder`.
 
@@ -31,6 +32,7 @@ def write_report(
     spectrum : from :func:`bayesub.identifiability.fisher`
     study : the study that asked, for its name and question, or None
     seconds : stage -> wall time, for the table of costs, or None
+    check : from :func:`bayesub.cross_check`, or None
     """
     folder = Path(folder)
     trajectory = problem.trajectory(posterior.best)
@@ -39,14 +41,17 @@ def write_report(
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
     numbers["seconds"] = seconds or {}
+    if check is not None:
+        numbers["cross_check"] = check.to_json()
+        numbers["verdict"]["cross_check"] = check.sentence
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        figures = _draw(folder, problem, estimates, spectrum, posterior, numbers)
+        figures = _draw(folder, problem, estimates, spectrum, posterior, check, numbers)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         write_text(folder / "report.html", _page(numbers, figures))
 
 
-def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict]:
+def _draw(folder, problem, estimates, spectrum, posterior, check, numbers) -> list[dict]:
     truth, synthetic = findings.reference(problem)
     word = "truth" if synthetic else "vehicle file"
     rng = np.random.default_rng(0)  # which draws are shown; nothing that is quoted depends on it
@@ -91,6 +96,16 @@ def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict
             f"(yellow), as ratios to the {word} (orange lines). Dashed curves are the prior.",
         ),
     ]
+    if check is not None:
+        figures.append(
+            (
+                "cross_check",
+                lambda path: cross_check_plot.draw(path, check),
+                "Above, mean and sd of each coefficient by the two samplers. Below, the differences of means, sds and "
+                "correlations in Monte Carlo standard errors of both; a correlation shows at both of its coefficients. "
+                "The grey band holds all of them in 99 of 100 comparisons of equal posteriors.",
+            )
+        )
     drawn = []
     for name, draw, caption in figures:
         for suffix in (".pdf", ".png"):

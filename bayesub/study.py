@@ -25,7 +25,7 @@ from bayesub.inputs import Positive, Section
 from bayesub.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.problem import Problem, linear_systems
 from bayesub.report import write_report
-from bayesub.sampling import sample
+from bayesub.sampling import CrossCheck, cross_check, sample
 from bayesub.sampling.posterior import Criteria
 from bayesub.sensor_files import AnySensorSection
 from bayesub.sensors import observe
@@ -34,6 +34,7 @@ from bayesub.vehicles import Vehicle, load_vehicle
 
 COMPUTED = ("versions", "commit", "quick_run")  # keys of config.toml that a study file does not have
 STOPPING = tuple(f"sampler.{key}" for key in ("max_steps", "rhat", "ess", "taus"))  # may change before a run is resumed
+CHECKED = "cross_check.json"
 PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
 
 
@@ -189,9 +190,10 @@ def _decisive(config: dict) -> dict:
     return {key: value for key, value in sorted(flat.items()) if key not in STOPPING}
 
 
-def run(study: Study, folder: Path, *, progress=None) -> bool:
-    """Do the work of a study in an opened folder; True if the posterior converged.
+def run(study: Study, folder: Path, *, check: bool = False, progress=None) -> bool:
+    """Do the work of a study in an opened folder; True if the posterior converged and the check agrees, if any.
 
+    check : sample with NUTS too and compare
     progress : object with ``stage(name)``, called when a stage begins, and ``update(fraction, text)``
     """
     began = time.perf_counter()
@@ -238,15 +240,21 @@ def run(study: Study, folder: Path, *, progress=None) -> bool:
     seconds["sampling"] = posterior.seconds
     results.save(posterior, folder / "posterior.nc")
     write_text(folder / "estimates.json", json.dumps([e.to_json() for e in estimates], indent=1))
+    checked = None
+    if check:
+        progress.stage("cross-check with NUTS")
+        rng = np.random.default_rng(np.random.SeedSequence(study.seed, spawn_key=(4,)))  # after those of `prepare`
+        checked = cross_check(problem, posterior, rng=rng, progress=progress.update)
+        write_text(folder / CHECKED, json.dumps(checked.to_json(), indent=1))
     progress.stage("figures and report")
     spectrum = identifiability.fisher(problem, posterior.best)
     seconds["all before the report"] = time.perf_counter() - began
-    write_report(folder, problem, estimates, spectrum, posterior, study=study, seconds=seconds)
-    return posterior.converged
+    write_report(folder, problem, estimates, spectrum, posterior, study=study, seconds=seconds, check=checked)
+    return posterior.converged and (checked is None or checked.verdict == "agree")
 
 
 def redraw(folder: Path) -> bool:
-    """Draw figures and report of a finished run again, from its saved results; True if its posterior converged."""
+    """Draw figures and report of a finished run again, from its saved results; as :func:`run` does."""
     file = folder / "config.toml"
     if not file.exists():
         raise InputError(f"{folder}: is not a run folder, config.toml is missing")
@@ -264,9 +272,11 @@ def redraw(folder: Path) -> bool:
         raise InputError(
             f"{folder}: estimates.json or numbers.json is damaged ({error}); run the study again"
         ) from None
+    file = folder / CHECKED
+    checked = CrossCheck.from_json(json.loads(file.read_text())) if file.exists() else None
     spectrum = identifiability.fisher(setup.problem, posterior.best)
-    write_report(folder, setup.problem, estimates, spectrum, posterior, study=study, seconds=seconds)
-    return posterior.converged
+    write_report(folder, setup.problem, estimates, spectrum, posterior, study=study, seconds=seconds, check=checked)
+    return posterior.converged and (checked is None or checked.verdict == "agree")
 
 
 class _Silent:

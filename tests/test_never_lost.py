@@ -13,8 +13,8 @@ from bayesub.sampling import checkpoint, sampler
 from bayesub.sampling.posterior import Criteria
 
 KILLS = int(os.environ.get("BAYESUB_KILLS", "6"))
-MAX_STEPS = 300
-WITHIN = 0.4  # s after the start; the whole run takes about as long as all lives together
+MAX_STEPS = 60 * KILLS
+WITHIN = 0.4  # s after the start, time for some 40 steps, so that the last life finds work too
 
 
 class Slow(Banana):

@@ -98,8 +98,8 @@ def test_the_trend_test_has_its_false_alarm_rate(rng):
     # to within 0.7 %.
     assert trends.std() == pytest.approx(1.0, abs=0.1)
     assert np.mean(np.abs(trends) > 2.0) == pytest.approx(0.0455, abs=0.025)
-    assert np.abs(trends).max() < diagnostics.trend_threshold(1000)
-    assert diagnostics.trend_threshold(100) == pytest.approx(3.89, abs=0.01)  # normal tables: 5e-5 on each side
+    assert np.abs(trends).max() < diagnostics.threshold(1000, 0.01)
+    assert diagnostics.threshold(100, 0.01) == pytest.approx(3.89, abs=0.01)  # normal tables: 5e-5 on each side
 
 
 def test_thinning_changes_no_verdict(rng):

@@ -80,6 +80,11 @@ class Geometry:
         t = self._standard(self.bent(y))
         return problem.log_likelihood(self.prior.parameters(t)) - 0.5 * np.einsum("ij,ij->i", t, t)
 
+    def log_prior(self, y) -> np.ndarray:
+        """Log prior density (n,) in the sampling coordinates, up to a constant."""
+        t = self._standard(self.bent(y))
+        return -0.5 * np.einsum("ij,ij->i", t, t)
+
     def _standard(self, z):
         return self.mode + z @ self.basis.T
 

@@ -152,7 +152,7 @@ class Posterior:
         )
         if short:  # the other criteria mean little on so short a chain
             return (f"{short}; {self._longer(wanted.taus / taus.min())}",)
-        trend, limit = self.variance_trend, diagnostics.trend_threshold(len(self.names), wanted.false_alarms)
+        trend, limit = self.variance_trend, diagnostics.threshold(len(self.names), wanted.false_alarms)
         apart = "if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
         drift = f"the variance changes by {{:.1f}} standard errors from first to second half, above {limit:.1f}"
         found = [

@@ -82,9 +82,7 @@ class _Run:
         self._mark()
         kept = None if saved is None else saved.load(settings)
         if kept is None:
-            progress(0.0, "posterior mode")
-            self.geometry = Geometry(problem, gauss_newton(problem).values)
-            self.geometry.straighten(problem, rng, lambda done: progress(0.0, f"straightening {done:.0%}"))
+            self.geometry = straightened(problem, rng, progress)
             coords, log_prob = _starts(problem, self.geometry, rng, n_ensembles * n_walkers)
             random_state = np.random.RandomState(rng.integers(2**32)).get_state()
             self.state = self._charged(store.State(coords, log_prob, random_state))
@@ -193,6 +191,14 @@ class _Run:
                 f"{self.saved.folder}: cannot be resumed: was made by another problem, whose log posterior differs; "
                 "remove it to start afresh"
             )
+
+
+def straightened(problem, rng: np.random.Generator, progress) -> Geometry:
+    """Sampling coordinates, whitened at the mode and straightened."""
+    progress(0.0, "posterior mode")
+    geometry = Geometry(problem, gauss_newton(problem).values)
+    geometry.straighten(problem, rng, lambda done: progress(0.0, f"straightening {done:.0%}"))
+    return geometry
 
 
 def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
