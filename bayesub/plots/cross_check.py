@@ -7,7 +7,7 @@ from bayesub.plots.coefficients import labels
 
 
 def draw(path, check) -> None:
-    """Means and 90 % ranges by both samplers, and the differences of all moments in Monte Carlo standard errors.
+    """Means and sds by both samplers, and the differences of all moments in Monte Carlo standard errors.
 
     Means and sds are standardised by those of the ensemble sampler, so that it stands at 0 with a bar of +-1.
     """
@@ -25,8 +25,7 @@ def draw(path, check) -> None:
 
         differences.axhspan(-check.threshold, check.threshold, color=style.PRIOR, alpha=0.35, lw=0)
         pairs = np.stack(np.triu_indices(n, 1))
-        for place in pairs:
-            label = "correlations" if place is pairs[0] else None
+        for place, label in zip(pairs, ("correlations", None), strict=True):
             differences.plot(place, check.correlation_z, ".", ms=3, color=style.READINGS, label=label)
         differences.plot(columns - 0.15, check.mean_z, "o", ms=4, color=style.POSTERIOR, label="mean")
         differences.plot(columns + 0.15, check.sd_z, "D", ms=4, color=style.SQP, label="sd")
