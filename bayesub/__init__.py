@@ -11,7 +11,7 @@ from bayesub.errors import InputError
 from bayesub.manoeuvres import Manoeuvre, load_manoeuvre, random_manoeuvre
 from bayesub.problem import Problem
 from bayesub.report import write_report
-from bayesub.sampling import Posterior, sample
+from bayesub.sampling import CrossCheck, Posterior, cross_check, sample
 from bayesub.sensors import Record, observe
 from bayesub.simulate import Trajectory, accelerations, simulate
 from bayesub.vehicles import Vehicle, load_vehicle
@@ -19,6 +19,7 @@ from bayesub.vehicles import Vehicle, load_vehicle
 __version__ = "0.1.0"
 
 __all__ = [
+    "CrossCheck",
     "InputError",
     "Manoeuvre",
     "Posterior",
@@ -29,6 +30,7 @@ __all__ = [
     "accelerations",
     "baselines",
     "coefficients",
+    "cross_check",
     "identifiability",
     "likelihoods",
     "load_manoeuvre",

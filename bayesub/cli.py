@@ -1,8 +1,13 @@
 """The command line."""
 
+import errno
 import json
+import shlex
 import sys
 import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -14,9 +19,11 @@ from rich.table import Table
 
 from bayesub import coefficients, identifiability, inputs, logs, script, study
 from bayesub.errors import InputError
+from bayesub.files import reason
 from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
+from bayesub.sampling.nuts import require_nutpie
 from bayesub.simulate import simulate as simulate_trial
 from bayesub.vehicles import VehicleFile, load_vehicle
 
@@ -29,13 +36,15 @@ console = Console(highlight=False)
 def main() -> None:
     """Run the command line; an InputError is one line on standard error and exit status 2."""
     try:
-        sys.exit(app(prog_name="bayesub", standalone_mode=False))
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_: print(f"bayesub: {message}", file=sys.stderr)
+            sys.exit(app(prog_name="bayesub", standalone_mode=False))
     except InputError as error:
         _complain(str(error), BAD_INPUT)
     except click.ClickException as error:
         _complain(f"{error.format_message()}; see bayesub --help", BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
-        _complain("interrupted; a run continues with the same command and --resume", INTERRUPTED)
+        _complain("interrupted before anything was done; run the same command again", INTERRUPTED)
 
 
 def _complain(sentence: str, status: int) -> None:
@@ -223,28 +232,47 @@ def rank(vehicle, manoeuvre, subproblem, as_json) -> None:
 @click.option("--quick", is_flag=True, help="The small version of the study's [quick] table.")
 @click.option("--resume", is_flag=True, help="Continue an interrupted run, bit for bit.")
 @click.option("--force", is_flag=True, help="Replace an existing run.")
-def run(file: Path, output: Path | None, quick: bool, resume: bool, force: bool) -> None:
+@click.option("--cross-check", "check", is_flag=True, help="Sample with NUTS too and compare; works with --resume.")
+def run(file: Path, output: Path | None, quick: bool, resume: bool, force: bool, check: bool) -> None:
     """Run a STUDY: TOML (simulate, fit, sample, report) or Python script (compare, draw, assert its claim).
 
-    Exit status 1 if the posterior has not converged or the claim does not hold.
+    Exit status 1 if the posterior has not converged, the cross-check does not agree, or the claim does not hold.
     """
     if resume and force:
         raise InputError("--resume and --force exclude each other")
+    if check:
+        if file.suffix == ".py":
+            raise InputError("--cross-check is for studies in TOML; a Python script says itself what it compares")
+        require_nutpie()
     if file.suffix == ".py":
         _run_script(file, output or Path("runs") / file.stem, quick, resume, force)
         return
     loaded = study.load_study(file, quick=quick)
     folder = output or Path("runs") / loaded.name
     study.prepare(loaded)  # bad input shows before a folder is made
-    study.open_folder(folder, study.completed(loaded, quick=quick), resume=resume, force=force)
-    with _Bars() as bars:
-        converged = study.run(loaded, folder, progress=bars)
+    with _held(file, folder, study.completed(loaded, quick=quick), resume, force, check), _Bars() as bars:
+        converged = study.run(loaded, folder, check=check, progress=bars)
     _finish(folder, converged)
 
 
+@contextmanager
+def _held(file: Path, folder: Path, config: dict, resume: bool, force: bool, check: bool = False) -> Iterator[None]:
+    """Work in a run folder; Ctrl-C ends it with the command that continues it."""
+    with study.open_folder(folder, config, resume=resume, force=force):
+        try:
+            yield
+        except KeyboardInterrupt:
+            options = [key for key, on in (("--quick", config["quick_run"]), ("--cross-check", check)) if on]
+            command = shlex.join(["bayesub", "run", str(file), "-o", str(folder), *options, "--resume"])
+            _complain(f"interrupted; what is done is saved, continue with: {command}", INTERRUPTED)
+        except OSError as error:
+            if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG):
+                raise
+            raise InputError(f"{folder}: {reason(error)}; what is done is saved, make room and use --resume") from None
+
+
 def _run_script(file: Path, folder: Path, quick: bool, resume: bool, force: bool) -> None:
-    study.open_folder(folder, script.config(file, quick=quick), resume=resume, force=force)
-    with _Bars() as bars:
+    with _held(file, folder, script.config(file, quick=quick), resume, force), _Bars() as bars:
         failed_claim = script.run(file, folder, quick=quick, progress=bars)
     console.print(f"figures and numbers: {folder}", soft_wrap=True)
     console.print(f"CLAIM FAILED: {failed_claim}" if failed_claim else "CLAIM HOLDS", soft_wrap=True, markup=False)
@@ -281,7 +309,8 @@ def _finish(folder: Path, converged: bool) -> None:
     for key, sentence in numbers["verdict"].items():
         console.print(f"{key.replace('_', ' ')}: {sentence}", soft_wrap=True, markup=False)
     console.print(f"report: {folder / 'report.html'}", soft_wrap=True)
-    console.print("CONVERGED" if converged else "NOT CONVERGED")
+    failed = "NOT CONFIRMED" if numbers["convergence"]["converged"] else "NOT CONVERGED"
+    console.print("CONVERGED" if converged else failed)
     if not converged:
         raise click.exceptions.Exit(FAILED)
 

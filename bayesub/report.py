@@ -8,10 +8,11 @@ import jinja2
 import numpy as np
 
 from bayesub import coefficients, findings, identifiability
-from bayesub.errors import InputError
+from bayesub.files import write_text, writing
 from bayesub.inputs import DATA
 from bayesub.linear_systems import linear_systems
 from bayesub.plots import coefficients as coefficient_plot
+from bayesub.plots import cross_check as cross_check_plot
 from bayesub.plots import posterior as posterior_plots
 from bayesub.plots import spectrum as spectrum_plot
 from bayesub.plots import track as track_plot
@@ -22,7 +23,7 @@ PREDICTIVE_DRAWS = 100
 
 
 def write_report(
-    folder, problem: Problem, estimates, spectrum, posterior: Posterior, *, study=None, seconds=None
+    folder, problem: Problem, estimates, spectrum, posterior: Posterior, *, study=None, seconds=None, check=None
 ) -> None:
     """Write ``numbers.json``, the figures (PNG and PDF) and ``report.html`` into `folder`.
 
@@ -32,6 +33,7 @@ def write_report(
     spectrum : from :func:`bayesub.identifiability.fisher`
     study : the study that asked, for its name and question, or None
     seconds : stage -> wall time, for the table of costs, or None
+    check : from :func:`bayesub.cross_check`, or None
     """
     folder = Path(folder)
     trajectory = problem.trajectory(posterior.best)
@@ -41,16 +43,17 @@ def write_report(
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
     numbers["seconds"] = seconds or {}
-    try:
+    if check is not None:
+        numbers["cross_check"] = check.to_json()
+        numbers["verdict"]["cross_check"] = check.sentence
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        figures = _draw(folder, problem, estimates, spectrum, posterior, numbers)
-        (folder / "numbers.json").write_text(json.dumps(numbers, indent=1), encoding="utf-8")
-        (folder / "report.html").write_text(_page(numbers, figures), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: report cannot be written: {(error.strerror or str(error)).lower()}") from None
+        figures = _draw(folder, problem, estimates, spectrum, posterior, check, numbers)
+        write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
+        write_text(folder / "report.html", _page(numbers, figures))
 
 
-def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict]:
+def _draw(folder, problem, estimates, spectrum, posterior, check, numbers) -> list[dict]:
     truth, synthetic = findings.reference(problem)
     word = "truth" if synthetic else "vehicle file"
     rng = np.random.default_rng(0)  # which draws are shown; nothing that is quoted depends on it
@@ -102,6 +105,16 @@ def _draw(folder, problem, estimates, spectrum, posterior, numbers) -> list[dict
                 lambda path: posterior_plots.draw_nuisance(path, posterior, problem.prior, truth),
                 "What else the readings depend on. Blue: posterior. Dashed: prior. Orange: the truth behind a "
                 "synthetic record or the value of the vehicle, manoeuvre and noise model.",
+            )
+        )
+    if check is not None:
+        figures.append(
+            (
+                "cross_check",
+                lambda path: cross_check_plot.draw(path, check),
+                "Above, mean and sd of each coefficient by the two samplers. Below, the differences of means, sds and "
+                "correlations in Monte Carlo standard errors of both; a correlation shows at both of its coefficients. "
+                "The grey band holds all of them in 99 of 100 comparisons of equal posteriors.",
             )
         )
     drawn = []

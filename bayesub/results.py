@@ -10,19 +10,17 @@ import numpy as np
 import xarray as xr
 
 from bayesub.errors import InputError
+from bayesub.files import replacing
 from bayesub.sampling.posterior import Criteria, Posterior
-
-KEPT_STEPS = 250  # of each ensemble in the file; the chain is thinned to about as many
 
 
 def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
     """The groups ``posterior``, ``sample_stats`` and ``convergence``, the first two with dimensions chain and draw."""
-    n_ensembles, n_steps, n_walkers, _ = posterior.chain.shape
-    thin = max(1, n_steps // KEPT_STEPS)
-    first = (n_steps - 1) % thin  # keep the last step
-    chain = posterior.chain[:, first::thin]
-    log_prob = posterior.log_prob[:, first::thin]
-    walker, step = np.meshgrid(np.arange(n_walkers), np.arange(first, n_steps, thin), indexing="ij")
+    judged = posterior.thinned()
+    chain, log_prob = judged.chain, judged.log_prob
+    n_ensembles, n_kept, n_walkers, _ = chain.shape
+    steps = posterior.n_steps - 1 - judged.thin * np.arange(n_kept)[::-1]
+    walker, step = np.meshgrid(np.arange(n_walkers), steps, indexing="ij")
 
     def flat(steps):
         return ("chain", "draw"), np.ascontiguousarray(np.swapaxes(steps, 1, 2)).reshape(n_ensembles, -1)
@@ -31,8 +29,8 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
     draws = xr.Dataset({name: flat(chain[..., k]) for k, name in enumerate(posterior.names)}, coords=coordinates)
     draws.attrs = {
         "n_warmup": posterior.n_warmup,
-        "n_steps": n_steps,
-        "thin": thin,
+        "n_steps": posterior.n_steps,
+        "thin": judged.thin,
         "n_walkers": n_walkers,
         "acceptance": posterior.acceptance,
         "evaluations": posterior.evaluations,
@@ -51,6 +49,7 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
             "rhat": ("parameter", posterior.rhat),
             "bulk_ess": ("parameter", posterior.bulk_ess),
             "tail_ess": ("parameter", posterior.tail_ess),
+            "variance_trend": ("parameter", posterior.variance_trend),
             "tau": (("ensemble", "parameter"), posterior.tau),
         },
         coords={"parameter": list(posterior.names)},
@@ -67,11 +66,12 @@ def to_arviz(posterior: Posterior):
 
 
 def save(posterior: Posterior, path: Path) -> None:
-    """Write ``posterior.nc``; the diagnostics of the whole chain go with the thinned draws."""
+    """Write ``posterior.nc``: the draws that convergence was judged by, and what they said."""
     tree = xr.DataTree.from_dict(to_datasets(posterior))
     try:
-        tree.to_netcdf(path, engine="h5netcdf")
-    except OSError as error:
+        with replacing(path) as partial:
+            tree.to_netcdf(partial, engine="h5netcdf")
+    except (OSError, RuntimeError) as error:  # HDF5 says RuntimeError when closing a file that it could not write
         raise InputError(f"{path}: cannot be written: {error}") from None
 
 
@@ -103,10 +103,11 @@ def load(path: Path) -> Posterior:
         criteria=Criteria(
             **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
         ),
+        thin=int(attrs["thin"]),
     )
-    # The diagnostics are those of the whole chain, not of the thinned draws: they take the place of cached properties.
+    # What has been computed once takes the place of cached properties.
     vars(posterior).update(
         n_steps=int(attrs["n_steps"]),
-        **{key: summary[key].values for key in ("tau", "rhat", "bulk_ess", "tail_ess")},
+        **{key: summary[key].values for key in ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")},
     )
     return posterior

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from bayesub import inputs
 from bayesub.errors import InputError
+from bayesub.files import write_text
 from bayesub.study import environment
 
 
@@ -43,7 +44,7 @@ def run(path: Path, folder: Path, *, quick: bool, progress) -> str:
         numbers = module.run(folder, quick=quick, progress=progress)
     except AssertionError as error:
         return str(error) or "a claim of the study does not hold"
-    (folder / "numbers.json").write_text(json.dumps(numbers, indent=1), encoding="utf-8")
+    write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
     return ""
 
 

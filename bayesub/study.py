@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import time
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -18,13 +20,14 @@ import tomli_w
 
 from bayesub import baselines, coefficients, identifiability, inputs, priors, results
 from bayesub.errors import InputError
+from bayesub.files import LOCK, PARTIAL, locked, write_text, writing
 from bayesub.inputs import Positive, Section
 from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.prior_files import AnyNoiseSection, PriorOfOne, PriorSection, noise_models
 from bayesub.problem import Problem
 from bayesub.report import write_report
-from bayesub.sampling import sample
+from bayesub.sampling import CrossCheck, cross_check, sample
 from bayesub.sampling.posterior import Criteria
 from bayesub.sensor_files import AnySensorSection
 from bayesub.sensors import observe
@@ -32,6 +35,8 @@ from bayesub.simulate import Trajectory, simulate
 from bayesub.vehicles import Vehicle, load_vehicle
 
 COMPUTED = ("versions", "commit", "quick_run")  # keys of config.toml that a study file does not have
+STOPPING = tuple(f"sampler.{key}" for key in ("max_steps", "rhat", "ess", "taus"))  # may change before a run is resumed
+CHECKED = "cross_check.json"
 PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
 
 
@@ -159,11 +164,12 @@ def environment(*, quick: bool) -> dict:
     return {"quick_run": quick, "commit": _commit(), "versions": {"python": platform.python_version()} | versions}
 
 
-def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> None:
-    """Make the run folder and write ``config.toml`` into it before any work starts.
+@contextmanager
+def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> Iterator[None]:
+    """Make the run folder, hold it for this process, and write ``config.toml`` into it before any work starts.
 
-    An existing run is refused; `force` deletes it; `resume` continues it if its config is the same, and otherwise names
-    the first difference.
+    An existing run is refused; `force` deletes it; `resume` continues it if its config is the same but for the stopping
+    rule, and otherwise names the first difference.
     """
     file = folder / "config.toml"
     if resume:
@@ -172,39 +178,45 @@ def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> Non
         difference = _first_difference(inputs.read_toml_table(file), config)
         if difference:
             raise InputError(f"{folder}: cannot be resumed: {difference}; use --force to start afresh")
-        return
-    try:
-        if file.exists() and force:
-            shutil.rmtree(folder)
-        elif folder.exists() and any(folder.iterdir()):
-            kind = "a run" if file.exists() else "other files"
-            raise InputError(
-                f"{folder}: already holds {kind}; "
-                + ("use --resume to continue it or --force to replace it" if file.exists() else "choose another -o")
-            )
+    elif file.exists() and not force:
+        raise InputError(f"{folder}: already holds a run; use --resume to continue it or --force to replace it")
+    with writing(folder):
+        if folder.exists() and not file.exists() and _content(folder):
+            raise InputError(f"{folder}: already holds other files; choose another -o")
         folder.mkdir(parents=True, exist_ok=True)
-        file.write_text(tomli_w.dumps(config), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {(error.strerror or str(error)).lower()}") from None
+    with locked(folder):
+        with writing(folder):
+            for path in _content(folder) if force else ():
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+            write_text(file, tomli_w.dumps(config))
+        yield
+
+
+def _content(folder: Path) -> list[Path]:
+    """What is in a folder besides the traces of a run that was stopped before it began."""
+    return [path for path in folder.iterdir() if path.name != LOCK and not path.name.endswith(PARTIAL)]
 
 
 def _first_difference(saved: dict, config: dict) -> str:
-    wanted = tomllib.loads(tomli_w.dumps(config))
-    for key in sorted(saved.keys() | wanted.keys()):
-        if key in ("commit", "quick"):
-            continue
-        if saved.get(key) != wanted.get(key):
-            before, now = saved.get(key), wanted.get(key)
-            if isinstance(before, dict) and isinstance(now, dict):
-                inner = next(k for k in sorted(before.keys() | now.keys()) if before.get(k) != now.get(k))
-                return f"{key}.{inner} was {before.get(inner)!r} and is now {now.get(inner)!r}"
-            return f"{key} was {before!r} and is now {now!r}"
+    before, now = (_decisive(c) for c in (saved, tomllib.loads(tomli_w.dumps(config))))
+    for key in [key for key in before | now if before.get(key) != now.get(key)]:
+        return f"{key} was {before.get(key)!r} and is now {now.get(key)!r}"
     return ""
 
 
-def run(study: Study, folder: Path, *, progress=None) -> bool:
-    """Do the work of a study in an opened folder; True if the posterior converged.
+def _decisive(config: dict) -> dict:
+    """The entries of a config on which the draws depend, with the keys of tables written as table.key."""
+    flat = {}
+    for key, value in config.items():
+        if key not in ("commit", "quick"):
+            flat |= {f"{key}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {key: value}
+    return {key: value for key, value in sorted(flat.items()) if key not in STOPPING}
 
+
+def run(study: Study, folder: Path, *, check: bool = False, progress=None) -> bool:
+    """Do the work of a study in an opened folder; True if the posterior converged and the check agrees, if any.
+
+    check : sample with NUTS too and compare
     progress : object with ``stage(name)``, called when a stage begins, and ``update(fraction, text)``
     """
     began = time.perf_counter()
@@ -246,21 +258,27 @@ def run(study: Study, folder: Path, *, progress=None) -> bool:
         n_walkers=sampler.n_walkers,
         max_steps=sampler.max_steps,
         criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
-        checkpoint=folder / "chain.h5",
+        checkpoint=folder / "chain",
         progress=progress.update,
     )
     seconds["sampling"] = posterior.seconds
     results.save(posterior, folder / "posterior.nc")
-    (folder / "estimates.json").write_text(json.dumps([e.to_json() for e in estimates], indent=1))
+    write_text(folder / "estimates.json", json.dumps([e.to_json() for e in estimates], indent=1))
+    checked = None
+    if check:
+        progress.stage("cross-check with NUTS")
+        rng = np.random.default_rng(np.random.SeedSequence(study.seed, spawn_key=(4,)))  # after those of `prepare`
+        checked = cross_check(problem, posterior, rng=rng, progress=progress.update)
+        write_text(folder / CHECKED, json.dumps(checked.to_json(), indent=1))
     progress.stage("figures and report")
     spectrum = identifiability.fisher(problem, posterior.best)
     seconds["all before the report"] = time.perf_counter() - began
-    write_report(folder, problem, estimates, spectrum, posterior, study=study, seconds=seconds)
-    return posterior.converged
+    write_report(folder, problem, estimates, spectrum, posterior, study=study, seconds=seconds, check=checked)
+    return posterior.converged and (checked is None or checked.verdict == "agree")
 
 
 def redraw(folder: Path) -> bool:
-    """Draw figures and report of a finished run again, from its saved results; True if its posterior converged."""
+    """Draw figures and report of a finished run again, from its saved results; as :func:`run` does."""
     file = folder / "config.toml"
     if not file.exists():
         raise InputError(f"{folder}: is not a run folder, config.toml is missing")
@@ -278,9 +296,11 @@ def redraw(folder: Path) -> bool:
         raise InputError(
             f"{folder}: estimates.json or numbers.json is damaged ({error}); run the study again"
         ) from None
+    file = folder / CHECKED
+    checked = CrossCheck.from_json(json.loads(file.read_text())) if file.exists() else None
     spectrum = identifiability.fisher(setup.problem, posterior.best)
-    write_report(folder, setup.problem, estimates, spectrum, posterior, study=study, seconds=seconds)
-    return posterior.converged
+    write_report(folder, setup.problem, estimates, spectrum, posterior, study=study, seconds=seconds, check=checked)
+    return posterior.converged and (checked is None or checked.verdict == "agree")
 
 
 class _Silent:

@@ -72,6 +72,14 @@ def test_autocorrelation_time(rng, a):
     np.testing.assert_allclose(tau.mean(axis=0), (1 + a) / (1 - a), rtol=0.1)
 
 
+def test_an_ensemble_that_stands_still_is_one_draw_a_walker(rng):
+    """Its autocorrelation time is its length, and its effective size the number of its walkers."""
+    chain = iid(rng, (2, 100, 4, 1))
+    chain[1] = 3.0
+    assert diagnostics.autocorrelation_time(chain)[1] == 100.0
+    assert diagnostics.ess(chain)[0] < 400 + 4 + 1e-9
+
+
 def test_ess_counts_independent_draws(rng):
     """Number of draws over autocorrelation time, whichever way the walkers are counted."""
     chain = autoregressive(rng, 0.8, (4, 4000, 8, 1))

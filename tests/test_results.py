@@ -7,6 +7,7 @@ import pytest
 
 from bayesub import InputError, results
 from bayesub.sampling import Posterior
+from bayesub.sampling.posterior import JUDGED_STEPS
 
 
 @pytest.fixture
@@ -47,7 +48,7 @@ def test_a_long_chain_is_thinned_to_its_last_step(posterior, tmp_path, rng):
     )
     results.save(long, tmp_path / "posterior.nc")
     loaded = results.load(tmp_path / "posterior.nc")
-    assert loaded.chain.shape[1] <= 2 * results.KEPT_STEPS
+    assert loaded.chain.shape[1] <= 2 * JUDGED_STEPS
     np.testing.assert_array_equal(loaded.chain[:, -1], long.chain[:, -1])
     assert loaded.n_steps == 1003
 

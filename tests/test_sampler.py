@@ -86,22 +86,6 @@ def test_samples_a_banana():
     assert disagreement(features) > AGREE
 
 
-def test_a_short_run_says_that_it_has_not_converged():
-    """Stopped early, the posterior lists what is missing and what to do."""
-    problem, _ = ill_conditioned()
-    few = bs.sample(problem, rng=np.random.default_rng(0), max_steps=30)
-    assert not few.converged
-    assert few.shortcomings == ("only 23 steps were kept; raise max_steps",)
-    short = bs.sample(problem, rng=np.random.default_rng(0), max_steps=100, criteria=Criteria(taus=500.0))
-    assert not short.converged
-    assert "autocorrelation times long, 500 are needed; raise max_steps to about" in short.shortcomings[0]
-    lonely = bs.sample(problem, rng=np.random.default_rng(0), n_ensembles=2, max_steps=100)
-    assert lonely.shortcomings == ("only 2 independent ensembles; at least 4 are needed for R-hat",)
-    strict = Criteria(rhat=1.0, ess=1e9, taus=1.0)
-    found = bs.sample(problem, rng=np.random.default_rng(0), max_steps=100, criteria=strict).shortcomings
-    assert [text.split(": ")[1].split()[0] for text in found] == ["R-hat", "bulk"]
-
-
 @pytest.mark.parametrize("n_walkers", [5, 7, 13, 10])
 def test_bad_numbers_of_walkers(n_walkers):
     """Walkers must be even in number, and at least twice as many as parameters."""
@@ -135,48 +119,6 @@ def test_failing_simulations_do_not_enter_the_chain():
     assert posterior.draws[:, 0].max() <= 1.0
     assert posterior.draws[:, 0].max() > 0.9
     assert np.isfinite(posterior.log_prob).all()
-
-
-def test_resuming_is_bit_identical(tmp_path):
-    """A run that was stopped, and stopped again, and resumed is the run that was not."""
-    path = tmp_path / "chain.h5"
-
-    def run(max_steps, checkpoint):
-        generator = np.random.default_rng(7)
-        return bs.sample(
-            Banana(), rng=generator, n_walkers=16, max_steps=max_steps, criteria=ENDLESS, checkpoint=checkpoint
-        )
-
-    run(130, path)
-    run(170, path)
-    resumed, straight = run(350, path), run(350, None)
-    np.testing.assert_array_equal(resumed.chain, straight.chain)
-    np.testing.assert_array_equal(resumed.log_prob, straight.log_prob)
-    assert resumed.acceptance == straight.acceptance
-    assert not list(tmp_path.glob("*.partial"))
-
-
-def test_a_checkpoint_of_another_problem_is_refused(tmp_path):
-    """So is one of another seed, and a file that is none; the file stays as it was."""
-    path = tmp_path / "chain.h5"
-
-    def run(problem, seed):
-        rng = np.random.default_rng(seed)
-        return bs.sample(problem, rng=rng, n_walkers=16, max_steps=20, criteria=ENDLESS, checkpoint=path)
-
-    run(Banana(), 7)
-    content = path.read_bytes()
-    for problem, seed in ((Banana(width=0.06), 7), (Banana(), 8)):
-        with pytest.raises(bs.InputError, match="was made by another problem, seed or library version; remove it"):
-            run(problem, seed)
-    assert path.read_bytes() == content
-    path.write_bytes(b"not a checkpoint")
-    with pytest.raises(bs.InputError, match="is not a readable checkpoint"):
-        run(Banana(), 7)
-    with pytest.raises(bs.InputError, match="checkpoint cannot be written"):
-        bs.sample(
-            Banana(), rng=np.random.default_rng(1), n_walkers=16, max_steps=5, checkpoint=tmp_path / "absent" / "x.h5"
-        )
 
 
 def test_samples_a_boat(suboff, spiral, spiral_track):

@@ -5,6 +5,7 @@ import pytest
 
 import bayesub as bs
 from bayesub import inputs, sensors, study
+from bayesub.baselines import posterior_mode
 
 STUDY = {
     "name": "small",
@@ -106,7 +107,19 @@ def test_a_study_of_states_by_any_sensor_is_a_problem():
     assert abs(np.mean(residuals**2) - 1) < 4 * np.sqrt(2 / n)
 
 
-def test_channels_that_cannot_be_fitted():
-    """Readings without any noise are refused by name: their likelihood has no slope to search along."""
-    with pytest.raises(bs.InputError, match="channel 'u' has no noise to weigh it by; give its sensor an sd"):
-        study.prepare(read({"kind": "sensor", "column": "u_mps", "resolution": 0.01}))
+def test_channels_without_noise():
+    """Readings that are rounded and have no noise admit what makes every one of them, and a search finds it."""
+    problem = study.prepare(read({"kind": "sensor", "column": "u_mps", "resolution": 0.01, "interval_s": 5.0})).problem
+    truth = problem.reference
+    other = truth * np.where([name == "Xuu" for name in problem.names], 1.2, 1.0)
+    np.testing.assert_array_equal(problem.log_likelihood(np.array([truth, other])), [0.0, -np.inf])
+    found = posterior_mode(problem)
+    assert problem.log_likelihood(found.values)[0] == 0.0
+
+
+def test_no_parameters_make_every_reading():
+    """A log that no coefficients explain to its rounding is refused by channel."""
+    problem = study.prepare(read({"kind": "sensor", "column": "u_mps", "resolution": 0.01, "interval_s": 5.0})).problem
+    problem.readings[3] += 0.5
+    with pytest.raises(bs.InputError, match=r"channel 'u': no parameters .* give the sensor an sd"):
+        posterior_mode(problem)

@@ -1,13 +1,18 @@
 """Studies from file to report, through the command line."""
 
+import errno
 import json
+import os
+import signal
 import sys
 import tomllib
 
 import numpy as np
 import pytest
+import tomli_w
 
 from bayesub import cli, logs, results, study
+from bayesub.sampling import sampler
 
 SMALL = """
 name = "small"
@@ -92,7 +97,8 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
 
 def test_resume_names_the_first_difference(bayesub, small, tmp_path):
     loaded = study.load_study(small)
-    study.open_folder(tmp_path / "run", study.completed(loaded, quick=False), resume=False, force=False)
+    with study.open_folder(tmp_path / "run", study.completed(loaded, quick=False), resume=False, force=False):
+        pass
     small.write_text(SMALL.replace("position_sd_m = 0.2", "position_sd_m = 0.3"))
     status, _, err = bayesub("run", small, "-o", tmp_path / "run", "--resume")
     assert status == 2
@@ -109,9 +115,8 @@ def test_an_interrupted_run_resumes_to_the_same_bits(bayesub, small, tmp_path):
     assert status == 1
     assert out.splitlines()[-1] == "NOT CONVERGED"
     assert "NOT CONVERGED" in (tmp_path / "part" / "report.html").read_text()
-    # As if killed after 100 steps: the checkpoint is all that is left, and the study asks for more.
-    small.write_text(SMALL)
-    (tmp_path / "part" / "config.toml").write_text((tmp_path / "whole" / "config.toml").read_text())
+    assert "resume with max_steps of about" in out
+    small.write_text(SMALL)  # the stopping rule may change
     assert bayesub("run", small, "-o", tmp_path / "part", "--resume")[0] == 0
     whole, part = (results.load(tmp_path / name / "posterior.nc") for name in ("whole", "part"))
     np.testing.assert_array_equal(whole.chain, part.chain)
@@ -208,3 +213,55 @@ def test_simulate_says_when_a_boat_leaves_the_envelope(bayesub, tmp_path):
     status, out, _ = bayesub("simulate", "npsauv", tmp_path / "loop.csv", "-o", tmp_path / "track.csv")
     assert status == 1
     assert "left_envelope" in out
+
+
+def test_ctrl_c_prints_the_command_that_continues(bayesub, small, tmp_path, monkeypatch):
+    """Before sampling and during it: one line, exit status 130, and the command works."""
+    folder = tmp_path / "a run"
+    command = f"bayesub run {small} -o '{folder}' --resume"
+
+    def press(*_, **__):
+        signal.raise_signal(signal.SIGINT)
+
+    with monkeypatch.context() as during:
+        during.setattr(study.baselines, "sqp", press)
+        status, _, err = bayesub("run", small, "-o", folder)
+    assert (status, err) == (130, f"bayesub: interrupted; what is done is saved, continue with: {command}\n")
+
+    with monkeypatch.context() as during:
+        during.setattr(sampler, "_describe", lambda _: (press(), (0.0, ""))[1])
+        status, _, err = bayesub("run", small, "-o", folder, "--resume")
+    assert (status, err.splitlines()[-1].endswith(command)) == (130, True)
+    assert len(list((folder / "chain").glob("[0-9]*.block"))) == 2  # up to the first look, and the step after it
+    status, out, _ = bayesub("run", small, "-o", folder, "--resume")
+    assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
+
+
+def test_a_folder_at_work_is_refused(bayesub, small, tmp_path):
+    """Also by --force, which leaves it as it is; a folder in which nothing was begun is not in the way."""
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "config.toml.partial").write_text("killed while writ")
+    with study.open_folder(tmp_path / "run", {"quick_run": False}, resume=False, force=False):
+        for option in ("--resume", "--force"):
+            config = study.completed(study.load_study(small), quick=False)
+            (tmp_path / "run" / "config.toml").write_text(tomli_w.dumps(config))
+            status, _, err = bayesub("run", small, "-o", tmp_path / "run", option)
+            assert status == 2
+            assert "another run is at work in it" in err
+            assert err.count("\n") == 1
+    assert (tmp_path / "run" / "config.toml").exists()
+
+
+def test_a_full_disk_is_one_line(bayesub, small, tmp_path, monkeypatch):
+    """Wherever in a study it happens."""
+
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(study.baselines, "sqp", full)
+    status, _, err = bayesub("run", small, "-o", tmp_path / "run")
+    assert status == 2
+    assert (
+        err
+        == f"bayesub: {tmp_path / 'run'}: no space left on device; what is done is saved, make room and use --resume\n"
+    )

@@ -2,10 +2,11 @@
 
 Those on the equations of motion take linear systems, one an axis: :func:`linear_least_squares`,
 :func:`total_least_squares`, :func:`linear_programme`. Those on the readings take a problem: :func:`sqp`,
-:func:`trust_region` and, with the prior, :func:`gauss_newton`.
+:func:`trust_region` and, with the prior, :func:`gauss_newton` and :func:`posterior_mode`.
 """
 
 from bayesub.baselines.estimate import Estimate
+from bayesub.baselines.feasible import posterior_mode
 from bayesub.baselines.gauss_newton import gauss_newton
 from bayesub.baselines.linear_least_squares import linear_least_squares, total_least_squares
 from bayesub.baselines.linear_programme import linear_programme
@@ -17,6 +18,7 @@ __all__ = [
     "gauss_newton",
     "linear_least_squares",
     "linear_programme",
+    "posterior_mode",
     "sqp",
     "total_least_squares",
     "trust_region",

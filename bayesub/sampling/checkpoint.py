@@ -1,65 +1,180 @@
-"""Checkpoints: the chain so far and the state of the random numbers, in one HDF5 file that is replaced whole."""
+"""Checkpoints: a folder of blocks, each written once and never touched again.
 
-from dataclasses import dataclass
+``start.block`` holds what the run began with: settings, geometry, and the state of the walkers (in two copies, as
+nothing could be continued without it). Each numbered block holds the steps since the one before and the state after
+them. A block appears whole or not at all and begins with its own checksum, so a kill costs the block in hand. If one is
+damaged later, those before it are used, and what follows is computed again, to the same bits.
+"""
+
+import hashlib
+import io
+import json
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from bayesub.errors import InputError
+from bayesub.files import locked, reason, replacing, writing
+
+_START = ("start.block", "start-copy.block")
+_DIGEST = hashlib.sha256().digest_size
 
 
 @dataclass
-class Progress:
-    """Everything that the next step depends on.
+class State:
+    """Everything that the next step depends on, and what the steps so far have cost.
 
-    coords : (n_steps, n_all_walkers, n_params) sampling coordinates, log_prob : (n_steps, n_all_walkers),
-    accepted : number of accepted proposals, random_state : of emcee's generator
+    coords : (n_all_walkers, n_params) sampling coordinates, log_prob : (n_all_walkers,)
+    random_state : of emcee's generator
+    accepted : proposals accepted in the kept steps
     """
 
     coords: np.ndarray
     log_prob: np.ndarray
-    accepted: int
     random_state: tuple
+    accepted: int = 0
+    evaluations: int = 0
+    seconds: float = 0.0
+    failures: dict[str, int] = field(default_factory=dict)
 
 
-def save(path: Path, progress: Progress, fingerprint: str) -> None:
-    """Write beside `path` and rename, so that a kill leaves the previous file; InputError if the disk is full."""
-    partial = path.with_suffix(".partial")
-    try:
-        with h5py.File(partial, "w") as file:
-            file["coords"] = progress.coords
-            file["log_prob"] = progress.log_prob
-            name, keys, position, has_gauss, gauss = progress.random_state
-            file["random_keys"] = keys
-            file.attrs.update(
-                generator=name,
-                position=position,
-                has_gauss=has_gauss,
-                gauss=gauss,
-                accepted=progress.accepted,
-                fingerprint=fingerprint,
-            )
-        partial.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: checkpoint cannot be written: {error}; the previous one is intact") from None
+@dataclass
+class Block:
+    """Kept steps and the state after them.
+
+    chain : (n_steps, n_all_walkers, n_params) parameters, log_prob : (n_steps, n_all_walkers)
+    """
+
+    chain: np.ndarray
+    log_prob: np.ndarray
+    state: State
 
 
-def load(path: Path, fingerprint: str) -> Progress:
-    """Read a checkpoint; InputError if it is unreadable or belongs to another problem, seed or library version."""
-    try:
-        with h5py.File(path, "r") as file:
-            attrs = dict(file.attrs)
-            random_state = (
-                attrs["generator"],
-                file["random_keys"][:],
-                int(attrs["position"]),
-                int(attrs["has_gauss"]),
-                float(attrs["gauss"]),
-            )
-            coords, log_prob = file["coords"][:], file["log_prob"][:]
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path}: is not a readable checkpoint ({error}); remove it to start afresh") from None
-    if attrs["fingerprint"] != fingerprint:
-        raise InputError(f"{path}: was made by another problem, seed or library version; remove it to start afresh")
-    return Progress(coords, log_prob, int(attrs["accepted"]), random_state)
+class Checkpoint:
+    """A folder that is held by this process; made by :func:`opened`."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.n_blocks = self.n_steps = 0
+
+    def begin(self, settings: dict, geometry: dict[str, np.ndarray], state: State) -> None:
+        """Keep what the run begins with."""
+        for name in _START:
+            self._write(name, {"settings": settings}, {"geometry_" + key: a for key, a in geometry.items()}, state)
+
+    def append(self, block: Block) -> None:
+        """Keep a further block; InputError if the disk is full, and then the earlier ones are intact."""
+        self._write(
+            self._name(self.n_blocks + 1), {}, {"chain": block.chain, "chain_log_prob": block.log_prob}, block.state
+        )
+        self.n_blocks += 1
+        self.n_steps += len(block.chain)
+
+    def load(self, settings: dict) -> tuple[dict[str, np.ndarray], State, list[Block]] | None:
+        """Geometry, first state and blocks of the run that is kept here; None if there is none.
+
+        InputError if it was begun with other settings, named in the message.
+        """
+        present = [name for name in _START if (self.folder / name).exists()]
+        begun = next((content for content in map(self._read, present) if content is not None), None)
+        if begun is None:
+            if present:
+                self._warn("its start is damaged: begun afresh")
+            return None
+        notes, arrays = begun
+        for key, before in notes["settings"].items():
+            if before != settings[key]:
+                raise InputError(
+                    f"{self.folder}: cannot be resumed: {key} was {before} and is now {settings[key]}; remove it to "
+                    "start afresh"
+                )
+        geometry = {key.removeprefix("geometry_"): a for key, a in arrays.items() if key.startswith("geometry_")}
+        blocks = list(self._blocks())
+        self.n_blocks, self.n_steps = len(blocks), sum(len(block.chain) for block in blocks)
+        return geometry, _state(notes, arrays), blocks
+
+    def _blocks(self) -> Iterator[Block]:
+        """The blocks up to the first that is missing or damaged; those after it are removed."""
+        existing = sorted(self.folder.glob("[0-9]*.block"))
+        for k, path in enumerate(existing, start=1):
+            content = self._read(path.name) if path.name == self._name(k) else None
+            if content is None:
+                self._warn(f"{self._name(k)} is damaged or missing: continued from block {k - 1}")
+                for later in existing[k - 1 :]:
+                    later.unlink()
+                return
+            notes, arrays = content
+            yield Block(arrays["chain"], arrays["chain_log_prob"], _state(notes, arrays))
+
+    def _name(self, k: int) -> str:
+        return f"{k:06d}.block"
+
+    def _write(self, name, notes, arrays, state):
+        generator, keys, position, has_gauss, gauss = state.random_state
+        notes |= {
+            "random": [generator, position, has_gauss, gauss],
+            "accepted": state.accepted,
+            "evaluations": state.evaluations,
+            "seconds": state.seconds,
+            "failures": state.failures,
+        }
+        content = io.BytesIO()
+        np.savez(
+            content, notes=json.dumps(notes), coords=state.coords, log_prob=state.log_prob, random_keys=keys, **arrays
+        )
+        try:
+            with replacing(self.folder / name) as partial, partial.open("wb") as file:
+                file.write(hashlib.sha256(content.getbuffer()).digest())
+                file.write(content.getbuffer())
+        except OSError as error:
+            raise InputError(
+                f"{self.folder}: checkpoint cannot be written: {reason(error)}; the {self.n_steps} steps before are "
+                "safe and a resumed run continues from them"
+            ) from None
+
+    def _read(self, name):
+        """Notes and arrays of a block, or None if its checksum is not that of its content."""
+        try:
+            content = (self.folder / name).read_bytes()
+        except OSError as error:
+            raise InputError(f"{self.folder / name}: cannot be read: {reason(error)}") from None
+        if hashlib.sha256(content[_DIGEST:]).digest() != content[:_DIGEST]:
+            return None
+        with np.load(io.BytesIO(content[_DIGEST:])) as file:
+            arrays = dict(file)
+        return json.loads(str(arrays.pop("notes"))), arrays
+
+    def _warn(self, sentence):
+        warnings.warn(f"{self.folder}: {sentence}", UserWarning, stacklevel=2)
+
+
+def _state(notes, arrays) -> State:
+    generator, position, has_gauss, gauss = notes["random"]
+    return State(
+        arrays["coords"],
+        arrays["log_prob"],
+        (generator, arrays["random_keys"], position, has_gauss, gauss),
+        notes["accepted"],
+        notes["evaluations"],
+        notes["seconds"],
+        notes["failures"],
+    )
+
+
+@contextmanager
+def opened(path: str | Path | None) -> Iterator[Checkpoint | None]:
+    """The checkpoint in a folder, made if need be and held until the block ends; None for no path."""
+    if path is None:
+        yield None
+        return
+    folder = Path(path)
+    if folder.is_file():
+        raise InputError(f"{folder}: is a file, not the folder of a checkpoint; remove it or choose another")
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder):
+        yield Checkpoint(folder)

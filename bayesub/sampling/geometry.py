@@ -15,7 +15,6 @@ by substitution and its Jacobian is a constant: sampling in y is exact whatever 
 nearer the density is to N(0, I). (Triangular transport maps: Parno & Marzouk 2018.)
 """
 
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,6 +80,11 @@ class Geometry:
         t = self._standard(self.bent(y))
         return problem.log_likelihood(self.prior.parameters(t)) - 0.5 * np.einsum("ij,ij->i", t, t)
 
+    def log_prior(self, y) -> np.ndarray:
+        """Log prior density (n,) in the sampling coordinates, up to a constant."""
+        t = self._standard(self.bent(y))
+        return -0.5 * np.einsum("ij,ij->i", t, t)
+
     def _standard(self, z):
         return self.mode + z @ self.basis.T
 
@@ -122,9 +126,20 @@ class Geometry:
         residuals = problem.residuals(self.prior.parameters(t))
         return ((residuals @ self.left) * self.singular_values + t @ self.directions.T) * self.widths
 
-    def fingerprint(self) -> str:
-        """A hash that tells one geometry from another."""
-        digest = hashlib.sha256(self.mode.tobytes() + self.basis.tobytes())
-        for i, bend in sorted(self.bends.items()):
-            digest.update(bytes([i % 256]) + bend.linear.tobytes() + bend.quadratic.tobytes())
-        return digest.hexdigest()[:16]
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Everything that the map consists of but the prior, to be stored."""
+        bends = {f"bend_{i}_{key}": np.asarray(a) for i, bend in self.bends.items() for key, a in vars(bend).items()}
+        return {"mode": self.mode, "singular_values": self.singular_values, "basis": self.basis} | bends
+
+    @classmethod
+    def restored(cls, prior, arrays: dict[str, np.ndarray]) -> "Geometry":
+        """The map that :meth:`arrays` describe, bit for bit; it can no longer be straightened."""
+        self = cls.__new__(cls)
+        self.prior = prior
+        self.mode, self.singular_values, self.basis = (arrays[k] for k in ("mode", "singular_values", "basis"))
+        bent = {int(key.split("_")[1]) for key in arrays if key.startswith("bend_")}
+        self.bends = {
+            i: Bend(**{key: arrays[f"bend_{i}_{key}"] for key in ("constant", "linear", "quadratic", "scale")})
+            for i in bent
+        }
+        return self

@@ -1,6 +1,6 @@
 """What sampling returns: the chain of every ensemble, and what it says about itself."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,25 +10,37 @@ from bayesub import diagnostics
 
 @dataclass(frozen=True)
 class Criteria:
-    """When a posterior counts as converged; every parameter must meet all of them."""
+    """When a posterior counts as converged; every parameter must meet all of them.
+
+    rhat : upper limit of rank-normalised split R-hat across at least four ensembles
+    ess : lower limit of bulk and tail effective sample size
+    taus : lower limit of the length of every ensemble, in its autocorrelation times
+    false_alarms : probability that a stationary chain is said to have a trend in its variance
+    """
 
     rhat: float = 1.01
     ess: float = 400.0
     taus: float = 25.0
+    false_alarms: float = 0.01
 
 
 STANDARD = Criteria()
+JUDGED_STEPS = 250  # of each ensemble at least; the chain is thinned to at most twice as many before it is judged
+N_ENSEMBLES = 4  # at least, for R-hat
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Draws from the posterior after warm-up.
+    """Draws from the posterior after warm-up, and what they say of their convergence.
+
+    Convergence is judged by a chain that is thinned to a few hundred steps; as an ensemble must be 25 autocorrelation
+    times long, ten or more steps are left to each of them, and thinning loses next to nothing.
 
     Attributes
     ----------
     names : (n_params,) free coefficients
-    chain : (n_ensembles, n_steps, n_walkers, n_params) non-dimensional coefficients
-    log_prob : (n_ensembles, n_steps, n_walkers) up to a constant, in coordinates in which the prior is standard normal
+    chain : (n_ensembles, n_kept, n_walkers, n_params) non-dimensional coefficients, every `thin`-th step
+    log_prob : (n_ensembles, n_kept, n_walkers) up to a constant, in coordinates in which the prior is standard normal
     prior_mean, prior_sd : (n_params,)
     n_warmup : steps discarded before the first kept one
     acceptance : fraction of proposals accepted
@@ -47,11 +59,19 @@ class Posterior:
     seconds: float
     failures: dict[str, int]
     criteria: Criteria = STANDARD
+    thin: int = 1
 
     @cached_property
     def n_steps(self) -> int:
-        """Steps of each ensemble that were kept."""
-        return self.chain.shape[1]
+        """Steps of each ensemble after warm-up."""
+        return self.chain.shape[1] * self.thin
+
+    def thinned(self) -> "Posterior":
+        """The same posterior with the draws that convergence is judged by."""
+        every = max(1, self.chain.shape[1] // JUDGED_STEPS)
+        first = (self.chain.shape[1] - 1) % every  # keep the last step
+        chain, log_prob = self.chain[:, first::every], self.log_prob[:, first::every]
+        return replace(self, chain=chain, log_prob=log_prob, thin=every * self.thin)
 
     @property
     def draws(self) -> np.ndarray:
@@ -86,50 +106,77 @@ class Posterior:
         return np.quantile(self.draws, probabilities, axis=0)
 
     @cached_property
+    def _judged(self) -> "Posterior":
+        return self.thinned()
+
+    @cached_property
+    def _scores(self) -> np.ndarray:
+        return diagnostics.rank_normalised(self._judged.chain)
+
+    @cached_property
     def tau(self) -> np.ndarray:
         """(n_ensembles, n_params) autocorrelation times, steps."""
-        return diagnostics.autocorrelation_time(self.chain)
+        return diagnostics.autocorrelation_time(self._judged.chain) * self._judged.thin
 
     @cached_property
     def rhat(self) -> np.ndarray:
         """(n_params,) rank-normalised split R-hat across the ensembles."""
-        return diagnostics.rhat(self.chain)
+        return diagnostics.rhat(self._judged.chain, self._scores)
 
     @cached_property
     def bulk_ess(self) -> np.ndarray:
         """(n_params,)"""
-        return diagnostics.bulk_ess(self.chain)
+        return diagnostics.bulk_ess(self._judged.chain, self._scores)
 
     @cached_property
     def tail_ess(self) -> np.ndarray:
         """(n_params,)"""
-        return diagnostics.tail_ess(self.chain)
+        return diagnostics.tail_ess(self._judged.chain)
+
+    @cached_property
+    def variance_trend(self) -> np.ndarray:
+        """(n_params,) change of the variance from first to second half, in standard errors."""
+        return diagnostics.variance_trend(self._judged.chain, self._scores)
 
     @cached_property
     def shortcomings(self) -> tuple[str, ...]:
-        """The criteria that are not met, each with the parameter that is worst and what to do; empty if converged."""
-        n_ensembles, n_steps = len(self.chain), self.n_steps
-        if n_ensembles < 4:
-            return (f"only {n_ensembles} independent ensembles; at least 4 are needed for R-hat",)
-        if n_steps < 50:
-            return (f"only {n_steps} steps were kept; raise max_steps",)
-        found = []
-        longest = self.tau.max(axis=0)
-        k = int(np.argmax(longest))
-        if not n_steps >= self.criteria.taus * longest[k]:
-            found.append(
-                f"{self.names[k]}: ensembles are {n_steps / longest[k]:.1f} autocorrelation times long, "
-                f"{self.criteria.taus:g} are needed; raise max_steps to about "
-                f"{int(1.5 * (self.n_warmup + self.criteria.taus * longest[k])):d}"
-            )
-            return tuple(found)  # the other two mean little on so short a chain, and cost more
-        k = int(np.argmax(self.rhat))
-        if not self.rhat[k] < self.criteria.rhat:
-            found.append(f"{self.names[k]}: R-hat {self.rhat[k]:.4f} is not below {self.criteria.rhat:g}; run longer")
-        k = int(np.argmin(self.bulk_ess))
-        if not self.bulk_ess[k] >= self.criteria.ess:
-            found.append(f"{self.names[k]}: bulk ESS {self.bulk_ess[k]:.0f} is below {self.criteria.ess:g}; run longer")
-        return tuple(found)
+        """The criteria that are not met, each with the parameters and what to do; empty if converged."""
+        if len(self.chain) < N_ENSEMBLES:
+            return (f"only {len(self.chain)} independent ensembles; at least {N_ENSEMBLES} are needed for R-hat",)
+        if self.chain.shape[1] < 50:
+            return (f"only {self.n_steps} steps were kept; raise max_steps",)
+        wanted = self.criteria
+        taus = self.n_steps / self.tau.max(axis=0)
+        short = self._missed(
+            taus, taus >= wanted.taus, f"ensembles are {{:.1f}} autocorrelation times long, {wanted.taus:g} are needed"
+        )
+        if short:  # the other criteria mean little on so short a chain
+            return (f"{short}; {self._longer(wanted.taus / taus.min())}",)
+        trend, limit = self.variance_trend, diagnostics.threshold(len(self.names), wanted.false_alarms)
+        apart = "if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
+        drift = f"the variance changes by {{:.1f}} standard errors from first to second half, above {limit:.1f}"
+        found = [
+            (self._missed(-self.rhat, self.rhat < wanted.rhat, f"R-hat {{:.4f}} is not below {wanted.rhat:g}"),
+             f"{self._longer(2.0)}; {apart}"),
+            (self._missed(self.bulk_ess, self.bulk_ess >= wanted.ess, f"bulk ESS {{:.0f}} is below {wanted.ess:g}"),
+             self._longer(wanted.ess / self.bulk_ess.min())),
+            (self._missed(self.tail_ess, self.tail_ess >= wanted.ess, f"tail ESS {{:.0f}} is below {wanted.ess:g}"),
+             self._longer(wanted.ess / self.tail_ess.min())),
+            (self._missed(-np.abs(trend), np.abs(trend) < limit, drift), self._longer(2.0)),
+        ]  # fmt: skip
+        return tuple(f"{missed}; {remedy}" for missed, remedy in found if missed)
+
+    def _missed(self, merit, met, sentence) -> str:
+        """What the parameter of least merit misses and how many others do; empty if `met` holds for all."""
+        if np.all(met):
+            return ""
+        k = int(np.argmin(np.where(np.isnan(merit), -np.inf, merit)))
+        others = np.count_nonzero(~met) - 1
+        return f"{self.names[k]}{f' and {others} more' if others else ''}: {sentence.format(abs(merit[k]))}"
+
+    def _longer(self, factor) -> str:
+        steps = 1.2 * factor * (self.n_warmup + self.n_steps)
+        return f"resume with max_steps of about {np.ceil(steps / 100) * 100:.0f}"
 
     @property
     def converged(self) -> bool:

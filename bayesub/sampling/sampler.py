@@ -1,7 +1,11 @@
-"""Sample a posterior until independent ensembles agree."""
+"""Sample a posterior until independent ensembles agree, and keep what has been sampled."""
 
+import hashlib
+import importlib.metadata
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 import emcee
@@ -9,6 +13,7 @@ import numpy as np
 
 from bayesub.baselines import gauss_newton
 from bayesub.errors import InputError
+from bayesub.interruption import deferred
 from bayesub.sampling import checkpoint as store
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import DifferentialEvolution, LaplacePCN, Snooker
@@ -16,9 +21,11 @@ from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
 
 PCN_STEPS = (0.2, 0.5, 1.0)
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
-LOOK = 100  # steps before the first look at convergence
+LOOK = 100  # kept steps before the first look at convergence
 WARMUP = 0.25  # fraction of the steps so far that is discarded
-_SAVE_SHARE = 20.0  # a checkpoint is due when this many times the last one's cost has passed
+BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
+STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
+_SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
 
 def sample(
@@ -41,100 +48,192 @@ def sample(
 
     Parameters
     ----------
-    problem : anything with names, n_params, prior, residuals, jacobian and log_likelihood
+    problem : anything with names, n_params, prior, residuals, jacobian, log_likelihood, evaluations and failures
     rng : source of all random numbers
     n_walkers : of each ensemble; by default the smallest multiple of 16 above three times n_params
-    checkpoint : file to continue from if it exists and to save to after each block
+    checkpoint : folder to continue from if it holds this very run, and to save to every ten seconds; with it, Ctrl-C
+        lets the step in hand be finished and saved, and a second Ctrl-C does not
     progress : called with the fraction done and a line of text
     """
     if n_ensembles < 1 or (n_walkers is not None and (n_walkers < 2 * problem.n_params or n_walkers % 2)):
         raise InputError(
             f"sampler: n_walkers must be even and at least twice the {problem.n_params} parameters, found {n_walkers}"
         )
-    began, evaluations = time.perf_counter(), problem.evaluations
     n_walkers = n_walkers or 16 * (1 + 3 * problem.n_params // 16)
+    with store.opened(checkpoint) as saved:
+        run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress)
+        with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
+            while True:
+                if run.n_kept and (run.n_kept * run.thin >= max_steps or run.n_kept in _looks(run.n_kept)):
+                    posterior = run.posterior(criteria)
+                    progress(*_describe(posterior))
+                    if run.n_kept * run.thin >= max_steps or posterior.converged:
+                        return posterior
+                look = next(k for k in _looks() if k > run.n_kept)
+                run.advance(min(look, -(-max_steps // run.thin)), interrupted)
+
+
+class _Run:
+    """The steps so far, and what the next one needs; begun, or continued from a checkpoint."""
+
+    def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress):
+        self.problem, self.n_ensembles, self.saved = problem, n_ensembles, saved
+        settings = _settings(problem, rng, n_ensembles, n_walkers)
+        self._mark()
+        kept = None if saved is None else saved.load(settings)
+        if kept is None:
+            self.geometry = straightened(problem, rng, progress)
+            coords, log_prob = _starts(problem, self.geometry, rng, n_ensembles * n_walkers)
+            random_state = np.random.RandomState(rng.integers(2**32)).get_state()
+            self.state = self._charged(store.State(coords, log_prob, random_state))
+            self.blocks = []
+            if saved is not None:
+                saved.begin(settings, self.geometry.arrays(), self.state)
+        else:
+            arrays, self.state, self.blocks = kept
+            self.geometry = Geometry.restored(problem.prior, arrays)
+            if self.blocks:
+                self.state = self.blocks[-1].state
+            self._check()
+            self._mark()
+        self.thin = -(-self.state.coords.nbytes // STEP_BYTES)
+        self.sampler = emcee.EnsembleSampler(
+            n_ensembles * n_walkers,
+            problem.n_params,
+            lambda y: self.geometry.log_prob(problem, y),
+            moves=[
+                (LaplacePCN(PCN_STEPS), 0.8),
+                (DifferentialEvolution(n_ensembles), 0.15),
+                (Snooker(n_ensembles), 0.05),
+            ],
+            vectorize=True,
+        )
+
+    @property
+    def n_kept(self) -> int:
+        return sum(len(block.chain) for block in self.blocks)
+
+    def advance(self, n_kept: int, interrupted) -> None:
+        """Sample until `n_kept` steps are kept, block by block; KeyboardInterrupt after the block in hand."""
+        while self.n_kept < n_kept:
+            block = self._block(n_kept - self.n_kept, interrupted)
+            self.blocks.append(block)
+            self.state = block.state
+            if self.saved is not None:
+                self.saved.append(block)
+            if interrupted():
+                raise KeyboardInterrupt
+
+    def _block(self, n_kept, interrupted) -> store.Block:
+        """At most `n_kept` further kept steps; fewer when the time of a block is over."""
+        began = time.perf_counter()
+        state = emcee.State(self.state.coords, log_prob=self.state.log_prob, random_state=self.state.random_state)
+        self.sampler.reset()
+        steps = self.sampler.sample(state, iterations=n_kept, thin_by=self.thin, skip_initial_state_check=True)
+        for _ in steps:
+            if interrupted() or time.perf_counter() - began > BLOCK_SECONDS:
+                break
+        after = self.sampler.get_last_sample()
+        coords = self.sampler.get_chain()
+        parameters = self.geometry.parameters(coords.reshape(-1, coords.shape[-1])).reshape(coords.shape)
+        state = replace(
+            self.state,
+            coords=after.coords.copy(),
+            log_prob=after.log_prob.copy(),
+            random_state=after.random_state,
+            accepted=self.state.accepted + int(self.sampler.backend.accepted.sum()),
+        )
+        return store.Block(parameters, self.sampler.get_log_prob(), self._charged(state))
+
+    def posterior(self, criteria: Criteria) -> Posterior:
+        """What the steps so far say."""
+        if len(self.blocks) > 1:
+            chain, log_prob = (np.concatenate([getattr(b, key) for b in self.blocks]) for key in ("chain", "log_prob"))
+            self.blocks = [store.Block(chain, log_prob, self.state)]
+        (whole,) = self.blocks
+        n_warmup = int(WARMUP * self.n_kept)
+        return Posterior(
+            names=self.problem.names,
+            chain=_by_ensemble(whole.chain[n_warmup:], self.n_ensembles),
+            log_prob=_by_ensemble(whole.log_prob[n_warmup:], self.n_ensembles),
+            prior_mean=self.problem.prior.mean,
+            prior_sd=self.problem.prior.sd,
+            n_warmup=n_warmup * self.thin,
+            acceptance=self.state.accepted / whole.log_prob.size,
+            evaluations=self.state.evaluations,
+            seconds=self.state.seconds,
+            failures=self.state.failures,
+            criteria=criteria,
+            thin=self.thin,
+        )
+
+    def _mark(self):
+        """Count costs from here."""
+        self.marked = time.perf_counter(), self.problem.evaluations, dict(self.problem.failures)
+
+    def _charged(self, state) -> store.State:
+        """The state with what has been spent since the last mark."""
+        began, evaluations, failures = self.marked
+        self._mark()
+        now, total, failed = self.marked
+        return replace(
+            state,
+            seconds=state.seconds + now - began,
+            evaluations=state.evaluations + total - evaluations,
+            failures={k: state.failures.get(k, 0) + failed[k] - failures[k] for k in failed},
+        )
+
+    def _check(self):
+        """InputError if the log posterior of the walkers is not what it was when they were saved."""
+        log_prob = self.geometry.log_prob(self.problem, self.state.coords)
+        if not np.allclose(log_prob, self.state.log_prob, rtol=1e-9, atol=_SAME):
+            raise InputError(
+                f"{self.saved.folder}: cannot be resumed: was made by another problem, whose log posterior differs; "
+                "remove it to start afresh"
+            )
+
+
+def straightened(problem, rng: np.random.Generator, progress) -> Geometry:
+    """Sampling coordinates, whitened at the mode and straightened."""
     progress(0.0, "posterior mode")
     geometry = Geometry(problem, gauss_newton(problem).values)
-    geometry.straighten(problem, rng, lambda fraction: progress(0.0, f"straightening {fraction:.0%}"))
+    geometry.straighten(problem, rng, lambda done: progress(0.0, f"straightening {done:.0%}"))
+    return geometry
 
-    sampler = emcee.EnsembleSampler(
-        n_ensembles * n_walkers,
-        problem.n_params,
-        lambda y: geometry.log_prob(problem, y),
-        moves=[
-            (LaplacePCN(PCN_STEPS), 0.8),
-            (DifferentialEvolution(n_ensembles), 0.15),
-            (Snooker(n_ensembles), 0.05),
-        ],
-        vectorize=True,
-    )
-    starts = _starts(problem, geometry, rng, n_ensembles * n_walkers)
-    random_state = np.random.RandomState(rng.integers(2**32)).get_state()
-    path = None if checkpoint is None else Path(checkpoint)
-    if path is not None and path.exists():
-        done = store.load(path, geometry.fingerprint())
-    else:
-        done = store.Progress(np.empty((0, *starts.shape)), np.empty((0, len(starts))), 0, random_state)
-    chain = np.empty((0, *starts.shape))
-    last_save, save_seconds = -np.inf, 0.0
-    while True:
-        fresh = done.coords[len(chain) :]
-        chain = np.concatenate([chain, geometry.parameters(fresh.reshape(-1, problem.n_params)).reshape(fresh.shape)])
-        n_steps = len(chain)
-        if n_steps > 0:
-            n_warmup = int(WARMUP * n_steps)
-            posterior = Posterior(
-                names=problem.names,
-                chain=_by_ensemble(chain[n_warmup:], n_ensembles),
-                log_prob=_by_ensemble(done.log_prob[n_warmup:], n_ensembles),
-                prior_mean=problem.prior.mean,
-                prior_sd=problem.prior.sd,
-                n_warmup=n_warmup,
-                acceptance=done.accepted / (n_steps * len(starts)),
-                evaluations=problem.evaluations - evaluations,
-                seconds=time.perf_counter() - began,
-                failures=dict(problem.failures),
-                criteria=criteria,
-            )
-            progress(*_describe(posterior))
-            if n_steps >= max_steps or posterior.converged:
-                break
-        _advance(sampler, starts, done, min(_next_look(n_steps), max_steps) - n_steps)
-        if path is not None and time.perf_counter() - last_save > _SAVE_SHARE * save_seconds:
-            last_save = time.perf_counter()
-            store.save(path, done, geometry.fingerprint())
-            save_seconds = time.perf_counter() - last_save
-    if path is not None:
-        store.save(path, done, geometry.fingerprint())
-    return posterior
+
+def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
+    """What a run must have in common with the one it continues."""
+    prior = hashlib.sha256(problem.prior.mean.tobytes() + problem.prior.sd.tobytes()).hexdigest()[:12]
+    seed = hashlib.sha256(repr(rng.bit_generator.state).encode()).hexdigest()[:12]
+    return {
+        "parameters": ", ".join(problem.names),
+        "n_ensembles": n_ensembles,
+        "n_walkers": n_walkers,
+        "prior": prior,
+        "seed": seed,
+        **{f"{name} version": importlib.metadata.version(name) for name in ("bayesub", "emcee", "numpy")},
+    }
 
 
 def _starts(problem, geometry, rng, n):
-    """(n, n_params) over-dispersed starts with a finite log posterior."""
-    starts = np.empty((0, problem.n_params))
+    """Over-dispersed starts (n, n_params) with a finite log posterior, and that (n,)."""
+    starts, log_prob = np.empty((0, problem.n_params)), np.empty(0)
     for _ in range(100):
         y = DISPERSION * rng.standard_normal((n, problem.n_params))
-        starts = np.concatenate([starts, y[np.isfinite(geometry.log_prob(problem, y))]])
+        found = geometry.log_prob(problem, y)
+        finite = np.isfinite(found)
+        starts, log_prob = np.concatenate([starts, y[finite]]), np.concatenate([log_prob, found[finite]])
         if len(starts) >= n:
-            return starts[:n]
+            return starts[:n], log_prob[:n]
     raise InputError("nearly every simulation around the posterior mode fails; narrow the prior")
 
 
-def _advance(sampler, starts, done, n_steps):
-    """Append `n_steps` steps to `done`."""
-    coords, log_prob = (done.coords[-1], done.log_prob[-1]) if len(done.coords) else (starts, None)
-    sampler.reset()
-    state = emcee.State(coords, log_prob=log_prob, random_state=done.random_state)
-    state = sampler.run_mcmc(state, n_steps, skip_initial_state_check=True)
-    done.coords = np.concatenate([done.coords, sampler.get_chain()])
-    done.log_prob = np.concatenate([done.log_prob, sampler.get_log_prob()])
-    done.accepted += int(sampler.backend.accepted.sum())
-    done.random_state = state.random_state
-
-
-def _next_look(n_steps):
-    """The step after `n_steps` at which convergence is judged: every 100 at first, then every tenth of the chain."""
-    return LOOK * max(n_steps // LOOK + 1, int(np.ceil(1.1 * n_steps / LOOK)))
+def _looks(up_to: int | None = None) -> Iterator[int]:
+    """The numbers of kept steps at which convergence is judged: every 100 at first, then every tenth of the chain."""
+    look = LOOK
+    while up_to is None or look <= up_to:
+        yield look
+        look = LOOK * max(look // LOOK + 1, int(np.ceil(1.1 * look / LOOK)))
 
 
 def _by_ensemble(steps, n_ensembles):
@@ -144,9 +243,9 @@ def _by_ensemble(steps, n_ensembles):
 
 def _describe(posterior):
     """Fraction done, judged by the length of the chain, and a line of text."""
-    n_steps = posterior.chain.shape[1]
+    n_steps = posterior.n_steps
     text = f"{posterior.n_warmup + n_steps} steps, acceptance {posterior.acceptance:.0%}"
-    if n_steps < 50:
+    if posterior.chain.shape[1] < 50:
         return 0.0, text
     needed = posterior.criteria.taus * posterior.tau.max()
     return min(0.99, n_steps / needed), f"{text}, longest tau {posterior.tau.max():.0f}"

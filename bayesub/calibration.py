@@ -1,0 +1,55 @@
+"""Simulation-based calibration: does a posterior hold the truth as often as it says?
+
+If the truth is a draw from the prior and the data are simulated from it, then the rank of the truth among independent
+draws of its posterior is uniform (Talts et al. 2018), for every parameter and every other quantity, such as the
+log likelihood (Modrak et al. 2023).
+"""
+
+import numpy as np
+from scipy import stats
+
+N_DRAWS = 199  # of the posterior for a rank; with them the central 50, 90 and 95 % are whole numbers of ranks
+INTERVALS = (0.5, 0.9, 0.95)
+_SIMULATED = 20_000  # sets of uniform ranks that set the band
+
+
+def independent_draws(posterior, rng: np.random.Generator, n: int = N_DRAWS) -> np.ndarray:
+    """(n, n_params) draws, each from another walker and at a random step; there must be `n` walkers in all."""
+    n_ensembles, n_steps, n_walkers = posterior.log_prob.shape
+    walkers = rng.choice(n_ensembles * n_walkers, n, replace=False)
+    return posterior.chain[walkers // n_walkers, rng.integers(n_steps, size=n), walkers % n_walkers]
+
+
+def rank(truth, draws) -> np.ndarray:
+    """Number of draws (n_draws, ...) below the truth (...), 0 to n_draws."""
+    return np.count_nonzero(draws < truth, axis=0)
+
+
+def ecdf(ranks, n_draws: int = N_DRAWS) -> np.ndarray:
+    """(n_draws,) fractions of ranks (n_trials,) that are at most 0, 1, .., n_draws - 1."""
+    return np.searchsorted(np.sort(ranks), np.arange(n_draws), side="right") / len(ranks)
+
+
+def band(n_trials: int, false_alarms: float, rng: np.random.Generator, n_draws: int = N_DRAWS) -> tuple:
+    """Lower and upper limits (n_draws,) that the whole ECDF of uniform ranks crosses with probability `false_alarms`.
+
+    At each point they are equal quantiles of its binomial law; which ones is simulated (Saeilynoja et al. 2022). The
+    false alarms must be some that are seen among 20,000 simulated sets, thus 1e-4 or more.
+    """
+    points = np.arange(1, n_draws + 1) / (n_draws + 1)
+    ranks = np.sort(rng.integers(n_draws + 1, size=(_SIMULATED, n_trials)), axis=1)
+    level = np.full(_SIMULATED, 1.0)
+    for k, p in enumerate(points):
+        count = np.count_nonzero(ranks <= k, axis=1)
+        tails = np.minimum(stats.binom.cdf(count, n_trials, p), stats.binom.sf(count - 1, n_trials, p))
+        level = np.minimum(level, tails)
+    quantile = np.quantile(level, false_alarms, method="lower")
+    lower, upper = stats.binom.ppf(quantile, n_trials, points), stats.binom.isf(quantile, n_trials, points)
+    return lower / n_trials, upper / n_trials
+
+
+def coverage(ranks, n_draws: int = N_DRAWS) -> dict[float, float]:
+    """Fraction of ranks (n_trials,) within the central 50, 90 and 95 % of those possible."""
+    outside = {level: round((n_draws + 1) * (1 - level) / 2) for level in INTERVALS}
+    ranks = np.asarray(ranks)
+    return {level: float(np.mean((ranks >= cut) & (ranks <= n_draws - cut))) for level, cut in outside.items()}

@@ -1,0 +1,47 @@
+"""Ranks of the truth among posterior draws."""
+
+import numpy as np
+
+from bayesub.coefficients import INDEX
+from bayesub.plots import style
+from bayesub.plots.coefficients import labels
+
+COLUMNS = 6
+BINS = 20
+
+
+def _grid(path, quantities, title, draw):
+    """A panel for each quantity."""
+    rows = -(-len(quantities) // COLUMNS)
+    with style.figure(path, 1.8 * COLUMNS, 1.45 * rows + 0.6) as figure:
+        panels = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
+        for panel, (name, values) in zip(panels, quantities.items(), strict=False):
+            draw(panel, values)
+            panel.set_title(labels([name])[0] if name in INDEX else name, fontsize=8)
+        for panel in panels[len(quantities) :]:
+            panel.set_visible(False)
+        figure.supxlabel("rank of the truth among posterior draws, as a fraction", fontsize=9)
+        figure.supylabel(title, fontsize=9)
+
+
+def draw_ecdf(path, quantities: dict, limits) -> None:
+    """ECDF minus uniform, from ECDFs (n_draws,) by name, within the band of limits (lower, upper)."""
+    lower, upper = limits
+    points = np.arange(1, len(lower) + 1) / (len(lower) + 1)
+
+    def panel(axis, values):
+        axis.fill_between(points, lower - points, upper - points, color=style.PRIOR, alpha=0.5, lw=0)
+        inside = np.all((values >= lower) & (values <= upper))
+        axis.plot(points, values - points, color=style.POSTERIOR if inside else style.SQP, lw=1.2)
+
+    _grid(path, quantities, "ECDF minus uniform", panel)
+
+
+def draw_histograms(path, quantities: dict, n_draws: int, expected) -> None:
+    """Histograms of ranks (n_trials,) by name; expected : (low, high) counts of uniform ranks in a bin."""
+
+    def panel(axis, ranks):
+        axis.axhspan(*expected, color=style.PRIOR, alpha=0.5, lw=0)
+        axis.hist(np.asarray(ranks) / (n_draws + 1), np.linspace(0, 1, BINS + 1), color=style.POSTERIOR)
+
+    _grid(path, quantities, "trials in a bin", panel)

@@ -1,0 +1,211 @@
+"""An independent sampler on the same posterior: NUTS with exact gradients (nutpie), compared within Monte Carlo error.
+
+It shares with :func:`bayesub.sample` the log posterior and its coordinates, exact whatever their fit, and nothing that
+decides what is drawn: no moves, no ensembles, no stopping rule.
+"""
+
+import warnings
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from bayesub import diagnostics
+from bayesub.errors import InputError
+from bayesub.sampling.posterior import Posterior
+from bayesub.sampling.sampler import straightened
+
+FALSE_ALARMS = 0.01  # probability that two samplers of one posterior are said to disagree
+LEAST_ESS = 400.0  # of every parameter, for standard errors to mean what they say
+MOST_RHAT = 1.01
+_DIFFERENCE = 1e-3  # of sampling coordinates, in which the posterior has an sd of about 1
+
+
+@dataclass(frozen=True)
+class CrossCheck:
+    """Posterior moments by two samplers.
+
+    means, sds : (2, n_params), of the ensemble sampler and of NUTS
+    mean_z, sd_z : (n_params,) and correlation_z : (n_pairs,) their differences in Monte Carlo standard errors of both
+    pairs : the pairs of parameters, in the order of correlation_z
+    threshold : the |z| that any of them reaches in one of a hundred comparisons of equal posteriors (Bonferroni)
+    rhat, ess : largest and smallest of NUTS, over parameters; divergences of its trajectories; gradients it took
+    """
+
+    names: tuple[str, ...]
+    means: np.ndarray
+    sds: np.ndarray
+    mean_z: np.ndarray
+    sd_z: np.ndarray
+    correlation_z: np.ndarray
+    threshold: float
+    rhat: float
+    ess: float
+    divergences: int
+    gradients: int
+
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        rows, columns = np.triu_indices(len(self.names), 1)
+        return [(self.names[i], self.names[j]) for i, j in zip(rows, columns, strict=True)]
+
+    @property
+    def verdict(self) -> str:
+        """``agree``, ``disagree``, or ``inconclusive`` where NUTS itself has not converged."""
+        if not (self.rhat < MOST_RHAT and self.ess >= LEAST_ESS):
+            return "inconclusive"
+        return "agree" if self._worst()[0] < self.threshold else "disagree"
+
+    def _worst(self):
+        """The largest |z|, and of what."""
+        found = [(abs(z), f"the {what} of {name}") for what, zs in (("mean", self.mean_z), ("sd", self.sd_z))
+                 for name, z in zip(self.names, zs, strict=True)]  # fmt: skip
+        found += [
+            (abs(z), f"the correlation of {first} with {second}")
+            for (first, second), z in zip(self.pairs, self.correlation_z, strict=True)
+        ]
+        return max(found)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        largest, of = self._worst()
+        n = len(self.names)
+        difference = f"the largest difference is {largest:.1f} Monte Carlo standard errors, in {of}"
+        if self.verdict == "inconclusive":
+            return (
+                f"NUTS has not converged itself (R-hat {self.rhat:.4f}, ESS {self.ess:.0f}), so that nothing follows; "
+                f"{difference}."
+            )
+        verb = "agrees within" if self.verdict == "agree" else "disagrees beyond"
+        return (
+            f"NUTS with exact gradients {verb} Monte Carlo error in {n} means, {n} sds and {len(self.correlation_z)} "
+            f"correlations: {difference}, {self.threshold:.1f} are allowed."
+        )
+
+    def to_json(self) -> dict:
+        content = {key: np.asarray(value).tolist() for key, value in asdict(self).items()}
+        return content | {"verdict": self.verdict, "sentence": self.sentence}
+
+    @classmethod
+    def from_json(cls, content: dict) -> "CrossCheck":
+        arrays = ("means", "sds", "mean_z", "sd_z", "correlation_z")
+        fields = {key: content[key] for key in cls.__dataclass_fields__}
+        return cls(**fields | {key: np.array(content[key]) for key in arrays} | {"names": tuple(content["names"])})
+
+
+def cross_check(
+    problem,
+    posterior: Posterior,
+    *,
+    rng: np.random.Generator,
+    n_draws: int = 1000,
+    n_tune: int = 500,
+    n_chains: int = 4,
+    progress=lambda *_: None,
+) -> CrossCheck:
+    """Sample the posterior of a problem with NUTS too, and compare.
+
+    n_draws, n_tune : of each chain, kept and for adaptation
+    progress : called with the fraction done and a line of text
+
+    InputError if nutpie is not installed.
+    """
+    chain, divergences, gradients = sample_nuts(
+        problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress
+    )
+    return compare(posterior, chain, divergences, gradients)
+
+
+def compare(posterior: Posterior, chain, divergences: int = 0, gradients: int = 0) -> CrossCheck:
+    """Means, sds and correlations of a posterior beside those of chain (n_chains, n_draws, n_params) of NUTS.
+
+    Each is the mean of a feature of the standardised draws, x, x^2 and x y, whose Monte Carlo error follows from the
+    effective sample size of the feature.
+    """
+    chains = posterior.thinned().chain, chain[:, :, None]
+    flat = [c.reshape(-1, c.shape[-1]) for c in chains]
+    centre = 0.5 * (flat[0].mean(axis=0) + flat[1].mean(axis=0))
+    scale = np.sqrt(0.5 * (flat[0].var(axis=0) + flat[1].var(axis=0)))
+    first, second = ((c - centre) / scale for c in chains)
+    n_params = len(posterior.names)
+    correlations = [_z(first[..., [i]] * first[..., i + 1 :], second[..., [i]] * second[..., i + 1 :])
+                    for i in range(n_params - 1)]  # fmt: skip
+    return CrossCheck(
+        names=posterior.names,
+        means=np.stack([f.mean(axis=0) for f in flat]),
+        sds=np.stack([f.std(axis=0) for f in flat]),
+        mean_z=_z(first, second),
+        sd_z=_z(first**2, second**2),
+        correlation_z=np.concatenate([np.empty(0), *correlations]),
+        threshold=diagnostics.threshold(n_params * (n_params + 3) // 2, FALSE_ALARMS),
+        rhat=float(diagnostics.rhat(chains[1]).max()),
+        ess=float(min(diagnostics.bulk_ess(chains[1]).min(), diagnostics.tail_ess(chains[1]).min())),
+        divergences=int(divergences),
+        gradients=int(gradients),
+    )
+
+
+def _z(first, second) -> np.ndarray:
+    """Difference of the means of two chains of features, in standard errors."""
+    variances = sum(f.var(axis=(0, 1, 2)) / diagnostics.ess(f) for f in (first, second))
+    return (first.mean(axis=(0, 1, 2)) - second.mean(axis=(0, 1, 2))) / np.sqrt(variances)
+
+
+def require_nutpie():
+    """The module, or an InputError that says how to install it."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor
+            import nutpie
+            import nutpie.compiled_pyfunc
+    except ImportError:
+        raise InputError("the cross-check needs nutpie; install it with: pip install 'bayesub[cross-check]'") from None
+    return nutpie
+
+
+def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress) -> tuple[np.ndarray, int, int]:
+    """Draws (n_chains, n_draws, n_params) of NUTS, divergent trajectories among them, and gradients taken."""
+    nutpie = require_nutpie()
+    geometry = straightened(problem, rng, progress)
+    n = problem.n_params
+    counts = {"draws": 0, "gradients": 0}
+    shifts = _DIFFERENCE * np.concatenate([np.eye(n), -np.eye(n)])
+
+    def log_prob(y):
+        counts["gradients"] += 1
+        value = geometry.log_prob(problem, y[None])[0]
+        if not np.isfinite(value):
+            return -np.inf, np.zeros(n)
+        parameters = geometry.parameters(y[None])
+        likelihood = -problem.jacobian(parameters[0]).T @ problem.residuals(parameters)[0]
+        around = y + shifts  # the coordinates are polynomials: their differences are exact but for round-off
+        slopes = (geometry.parameters(around[:n]) - geometry.parameters(around[n:])) / (2.0 * _DIFFERENCE)
+        prior = (geometry.log_prior(around[:n]) - geometry.log_prior(around[n:])) / (2.0 * _DIFFERENCE)
+        return value, slopes @ likelihood + prior
+
+    def draw(y):
+        counts["draws"] += 1
+        done = counts["draws"] / (n_chains * (n_draws + n_tune))
+        progress(min(done, 1.0), f"NUTS, {counts['gradients']} gradients")
+        return {"parameters": geometry.parameters(y[None])[0]}
+
+    model = nutpie.compiled_pyfunc.from_pyfunc(
+        n,
+        lambda: log_prob,
+        lambda *_: draw,
+        [np.dtype(float)],
+        [(n,)],
+        ["parameters"],
+        make_initial_point_fn=lambda seed: np.random.default_rng(seed).standard_normal(n),
+    )
+    trace = nutpie.sample(
+        model,
+        draws=n_draws,
+        tune=n_tune,
+        chains=n_chains,
+        cores=1,
+        seed=int(rng.integers(2**31)),
+        progress_bar=False,
+    )
+    divergences = int(np.count_nonzero(trace.sample_stats["diverging"].values))
+    return np.asarray(trace.posterior["parameters"].values), divergences, counts["gradients"]
