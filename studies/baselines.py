@@ -13,7 +13,6 @@ speed. Starts are uniform within 10 % of the truth and bounds 75 %; coefficients
 reduce the rank are known (thesis section 7.3). Vehicles stand in for the thesis's classified boats in order.
 """
 
-import json
 from itertools import product
 
 import numpy as np
@@ -26,6 +25,7 @@ from bayesub.linear_systems import linear_systems
 from bayesub.markdown import beside, table
 from bayesub.measured import measure
 from bayesub.plots import campaign as plots
+from bayesub.script import resumed
 from bayesub.thesis import MANOEUVRES, SEED, VEHICLES, track_problem
 
 N_STARTS, N_FREE_STARTS = 50, 5  # by the thesis's rule, and of each search to its own end
@@ -56,15 +56,6 @@ def run(folder, *, quick, progress):
     for name, case in cases.items():
         check(name, case)
     return {"cases": cases, "ifac": ifac}
-
-
-def resumed(file, make):
-    """The content of a finished case's file, or what `make` returns, saved there."""
-    if not file.exists():
-        content = json.dumps(make())
-        file.with_suffix(".part").write_text(content)
-        file.with_suffix(".part").replace(file)
-    return json.loads(file.read_text())
 
 
 def study_case(vehicle, manoeuvre, n_starts, n_free, max_iterations):

@@ -53,7 +53,7 @@ def posterior_draws(folder, vehicle, quick, progress):
         posterior = bs.sample(
             problem,
             rng=np.random.default_rng(thesis.SEED),
-            checkpoint=folder / f"chain_{vehicle}.h5",
+            checkpoint=folder / f"chain_{vehicle}",
             progress=progress.update,
         )
         assert posterior.converged, f"{vehicle}: {'; '.join(posterior.shortcomings)}"

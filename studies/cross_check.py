@@ -1,0 +1,69 @@
+"""Does an independent sampler with exact gradients find the same posteriors?
+
+Question: the ensemble sampler straightens, whitens and proposes by rules of our own. Does NUTS, which shares the log
+posterior and nothing of these rules, find the same means, standard deviations and correlations in all nine cases?
+Claim: yes, within Monte Carlo error, wherever NUTS itself converges.
+Cost: about two hours on two cores, most of it NUTS; a finished case is read back from its file.
+"""
+
+from itertools import product
+
+import numpy as np
+
+import bayesub as bs
+from bayesub import thesis
+from bayesub.markdown import table
+from bayesub.plots import cross_check as plots
+from bayesub.sampling import CrossCheck, cross_check
+from bayesub.script import resumed
+from bayesub.thesis import MANOEUVRES, VEHICLES
+
+N_DRAWS, N_TUNE = 1000, 500  # of each of four chains of NUTS
+QUICK = {"npsauv horizontal": ("Xuu", "Yuv", "Nuv")}
+
+
+def run(folder, *, quick, progress):
+    """Both samplers on every case, and the differences of their moments."""
+    cases = QUICK if quick else {f"{vehicle} {plane}": None for plane, vehicle in product(MANOEUVRES, VEHICLES)}
+    numbers = {}
+    for case, free in cases.items():
+        progress.stage(case)
+        file = folder / f"{case.replace(' ', '_')}.json"
+        numbers[case] = resumed(file, lambda: compared(case, free, quick, progress))  # noqa: B023
+        for suffix in ("png",) if quick else ("png", "pdf"):
+            plots.draw(file.with_suffix(f".{suffix}"), CrossCheck.from_json(numbers[case]["check"]))
+    (folder / "cross_check.md").write_text("\n".join(tables(numbers)) + "\n")
+    for case, result in numbers.items():
+        assert result["check"]["verdict"] != "disagree", f"{case}: {result['check']['sentence']}"
+    return numbers
+
+
+def compared(case, free, quick, progress):
+    """The posterior of a case by both samplers."""
+    vehicle, manoeuvre = case.split()
+    problem = thesis.trial(vehicle, manoeuvre, free=free)
+    rng = np.random.default_rng(thesis.SEED)
+    posterior = bs.sample(problem, rng=rng, progress=progress.update)
+    assert posterior.converged, f"{case}: {'; '.join(posterior.shortcomings)}"
+    n_draws, n_tune = (200, 200) if quick else (N_DRAWS, N_TUNE)
+    check = cross_check(problem, posterior, rng=rng, n_draws=n_draws, n_tune=n_tune, progress=progress.update)
+    return {
+        "n_params": problem.n_params,
+        "evaluations": posterior.evaluations,
+        "seconds": posterior.seconds,
+        "min_ess": float(posterior.bulk_ess.min()),
+        "check": check.to_json(),
+    }
+
+
+def tables(numbers):
+    """A row a case."""
+    header = ("case", "parameters", "largest difference of a mean (standard errors)", "of an sd", "of a correlation")
+    header += ("allowed", "verdict", "NUTS: gradients", "R-hat", "ESS", "divergences")
+    lines = []
+    for case, result in numbers.items():
+        check = result["check"]
+        worst = [f"{np.max(np.abs(check[key])):.1f}" for key in ("mean_z", "sd_z", "correlation_z")]
+        costs = (check["gradients"], f"{check['rhat']:.4f}", f"{check['ess']:.0f}", check["divergences"])
+        lines.append((case, result["n_params"], *worst, f"{check['threshold']:.1f}", check["verdict"], *costs))
+    yield from table(header, lines)
