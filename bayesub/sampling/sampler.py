@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import emcee
@@ -11,10 +12,12 @@ from bayesub.baselines import gauss_newton
 from bayesub.errors import InputError
 from bayesub.sampling import checkpoint as store
 from bayesub.sampling.geometry import Geometry
-from bayesub.sampling.moves import DifferentialEvolution, LaplacePCN, Snooker
+from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
+from bayesub.sampling.surrogate import STEPS, learn
 
 PCN_STEPS = (0.2, 0.5, 1.0)
+SWEEPS = (5, 20, 80)
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
 LOOK = 100  # steps before the first look at convergence
 WARMUP = 0.25  # fraction of the steps so far that is discarded
@@ -52,23 +55,22 @@ def sample(
             f"sampler: n_walkers must be even and at least twice the {problem.n_params} parameters, found {n_walkers}"
         )
     began, evaluations = time.perf_counter(), problem.evaluations
-    n_walkers = n_walkers or 16 * (1 + 3 * problem.n_params // 16)
+    n_walkers = n_walkers or 16
     progress(0.0, "posterior mode")
     geometry = Geometry(problem, gauss_newton(problem).values)
-    geometry.straighten(problem, rng, lambda fraction: progress(0.0, f"straightening {fraction:.0%}"))
+    surrogate, draws = learn(problem, geometry, rng)
 
     sampler = emcee.EnsembleSampler(
         n_ensembles * n_walkers,
         problem.n_params,
         lambda y: geometry.log_prob(problem, y),
         moves=[
-            (LaplacePCN(PCN_STEPS), 0.8),
-            (DifferentialEvolution(n_ensembles), 0.15),
-            (Snooker(n_ensembles), 0.05),
+            *((SurrogateTransition(surrogate.log_prob, STEPS, n), 0.9 / len(SWEEPS)) for n in SWEEPS),
+            (LaplacePCN(PCN_STEPS), 0.1),
         ],
         vectorize=True,
     )
-    starts = _starts(problem, geometry, rng, n_ensembles * n_walkers)
+    starts = _starts(problem, geometry, surrogate, draws, rng, n_ensembles * n_walkers)
     random_state = np.random.RandomState(rng.integers(2**32)).get_state()
     path = None if checkpoint is None else Path(checkpoint)
     if path is not None and path.exists():
@@ -109,12 +111,15 @@ def sample(
     return posterior
 
 
-def _starts(problem, geometry, rng, n):
-    """(n, n_params) over-dispersed starts with a finite log posterior."""
-    starts = np.empty((0, problem.n_params))
+def _starts(problem, geometry, surrogate, draws, rng, n):
+    """(n, n_params) starts with a finite log posterior: draws of the surrogate with its likelihood tempered."""
+    random = np.random.RandomState(rng.integers(2**32))
+    density = partial(surrogate.log_prob, temperature=DISPERSION**2)
+    starts, y = np.empty((0, problem.n_params)), draws
     for _ in range(100):
-        y = DISPERSION * rng.standard_normal((n, problem.n_params))
-        starts = np.concatenate([starts, y[np.isfinite(geometry.log_prob(problem, y))]])
+        y, _, _ = crank_nicolson(density, y, density(y), STEPS, 50, random)
+        some = y[random.permutation(len(y))[:n]]
+        starts = np.concatenate([starts, some[np.isfinite(geometry.log_prob(problem, some))]])
         if len(starts) >= n:
             return starts[:n]
     raise InputError("nearly every simulation around the posterior mode fails; narrow the prior")

@@ -1,0 +1,77 @@
+"""A surrogate of the posterior density that costs a hundredth of a simulation.
+
+In whitened coordinates z the residuals are emulated by a polynomial, linear in all coordinates and quadratic along the
+active directions, fitted by least squares to simulations at draws from near the posterior. The surrogate posterior
+density is that of the emulated residuals, with the misfit of the fit as additional noise (Kaipio & Somersalo 2007):
+where the emulator is poor the surrogate is wide. The prior is exact.
+
+The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
+where the posterior is a thin and bent one. Each round brings them nearer, until surrogate and posterior agree.
+"""
+
+import numpy as np
+
+from bayesub.sampling.geometry import Geometry, features
+from bayesub.sampling.moves import crank_nicolson
+
+STEPS = (0.1, 0.2, 0.4, 0.8)  # of the Crank-Nicolson sweeps on the surrogate
+_ROUNDS = 3
+_SWEEPS = 20  # over all draws, three times before the sheet is straightened and once after
+_SPAN = 0.03  # posterior sd; directions of the residuals that vary less are left out
+_SPANNING = 300  # simulations that show which
+_BATCH = 512
+
+
+class Surrogate:
+    """Emulated posterior density.
+
+    Parameters
+    ----------
+    geometry : its whitening and active directions stay as they are; its bends may change later
+    z : (n, n_params) whitened coordinates of the residuals (n, n_readings), and at_mode (n_readings,) those at the mode
+    """
+
+    def __init__(self, geometry: Geometry, z, residuals, at_mode):
+        self.geometry = geometry
+        changes = residuals - at_mode
+        some = changes[:_SPANNING]
+        _, s, vt = np.linalg.svd(some, full_matrices=False)
+        span = vt[s > _SPAN * np.sqrt(len(some))]
+        known = features(z, geometry.active)
+        coefficients = np.linalg.lstsq(known, changes @ span.T)[0]
+        misfit = changes @ span.T - known @ coefficients
+        noise = np.eye(len(span)) + misfit.T @ misfit / (len(z) - known.shape[1])
+        coefficients[0] += span @ at_mode
+        self.coefficients = np.linalg.solve(np.linalg.cholesky(noise), coefficients.T).T
+
+    def log_prob(self, y, temperature: float = 1.0) -> np.ndarray:
+        """(n,) log densities at sampling coordinates y (n, n_params), the likelihood to the power 1 / temperature."""
+        z = self.geometry.bent(y)
+        residuals = features(z, self.geometry.active) @ self.coefficients
+        log_prior = self.geometry.prior.log_density(self.geometry.whitened_parameters(z))
+        return log_prior - 0.5 / temperature * np.einsum("ij,ij->i", residuals, residuals)
+
+
+def learn(problem, geometry: Geometry, rng: np.random.Generator, progress=lambda _: None) -> tuple[Surrogate, np.ndarray]:
+    """Find the active directions, fit a surrogate and straighten the geometry; the surrogate, and draws (n, n_params)."""
+    random = np.random.RandomState(rng.integers(2**32))
+    geometry.find_active(problem, random)
+    (at_mode,) = problem.residuals(geometry.mode[None])
+    n_features = features(np.zeros((1, geometry.n_params)), geometry.active).shape[1]
+    y = geometry.draws(random, 2 * n_features + 300)
+    for n in range(_ROUNDS):
+        progress(n / _ROUNDS)
+        z = geometry.bent(y)
+        parameters = geometry.whitened_parameters(z)
+        chunks = [parameters[first : first + _BATCH] for first in range(0, len(y), _BATCH)]
+        residuals = np.concatenate([problem.residuals(chunk) for chunk in chunks])
+        done = np.isfinite(residuals).all(axis=1)
+        surrogate = Surrogate(geometry, z[done], residuals[done], at_mode)
+        log_prob, seen = surrogate.log_prob(y), []
+        for _ in range(3):
+            y, log_prob, _ = crank_nicolson(surrogate.log_prob, y, log_prob, STEPS, _SWEEPS, random)
+            seen.append(geometry.bent(y))
+        geometry.straighten(np.concatenate(seen))
+        y = geometry.straightened(seen[-1])
+        y, _, _ = crank_nicolson(surrogate.log_prob, y, surrogate.log_prob(y), STEPS, _SWEEPS, random)
+    return surrogate, y
