@@ -16,9 +16,10 @@ from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicols
 from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
 from bayesub.sampling.surrogate import STEPS, learn
 
+N_WALKERS = 16
 PCN_STEPS = (0.2, 0.5, 1.0)
-SWEEPS = (5, 20, 80)
-DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
+SWEEPS = (10, 50, 200)  # on the surrogate before each simulation
+DISPERSION = 2.0  # of the starts: the surrogate is drawn from with readings of so many times their sd
 LOOK = 100  # steps before the first look at convergence
 WARMUP = 0.25  # fraction of the steps so far that is discarded
 _SAVE_SHARE = 20.0  # a checkpoint is due when this many times the last one's cost has passed
@@ -46,19 +47,17 @@ def sample(
     ----------
     problem : anything with names, n_params, prior, residuals, jacobian and log_likelihood
     rng : source of all random numbers
-    n_walkers : of each ensemble; by default the smallest multiple of 16 above three times n_params
+    n_walkers : of each ensemble, 16 by default; they do not see each other
     checkpoint : file to continue from if it exists and to save to after each block
     progress : called with the fraction done and a line of text
     """
-    if n_ensembles < 1 or (n_walkers is not None and (n_walkers < 2 * problem.n_params or n_walkers % 2)):
-        raise InputError(
-            f"sampler: n_walkers must be even and at least twice the {problem.n_params} parameters, found {n_walkers}"
-        )
+    n_walkers = N_WALKERS if n_walkers is None else n_walkers
+    if n_ensembles < 1 or n_walkers < 2:
+        raise InputError(f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}")
     began, evaluations = time.perf_counter(), problem.evaluations
-    n_walkers = n_walkers or 16
     progress(0.0, "posterior mode")
     geometry = Geometry(problem, gauss_newton(problem).values)
-    surrogate, draws = learn(problem, geometry, rng)
+    surrogate, draws = learn(problem, geometry, rng, lambda fraction: progress(0.0, f"surrogate {fraction:.0%}"))
 
     sampler = emcee.EnsembleSampler(
         n_ensembles * n_walkers,

@@ -1,12 +1,15 @@
 """A surrogate of the posterior density that costs a hundredth of a simulation.
 
-In whitened coordinates z the residuals are emulated by a polynomial, linear in all coordinates and quadratic along the
-active directions, fitted by least squares to simulations at draws from near the posterior. The surrogate posterior
-density is that of the emulated residuals, with the misfit of the fit as additional noise (Kaipio & Somersalo 2007):
-where the emulator is poor the surrogate is wide. The prior is exact.
+In whitened coordinates z the residuals are emulated by a polynomial (:func:`bayesub.sampling.geometry.features`),
+fitted by least squares to simulations at draws from near the posterior. With the misfit of the fit as additional noise
+(Kaipio & Somersalo 2007) the k emulated residuals r are standard normal, but for the emulator's own errors, which are
+larger in the tails. Their density is therefore that of a t distribution of nu = 30 + 3 k degrees of freedom,
+
+    log S = log prior - (nu + k) / 2 log(1 + |r|^2 / nu).
 
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
-where the posterior is a thin and bent one. Each round brings them nearer, until surrogate and posterior agree.
+where the posterior is a thin and bent one. Each round brings them nearer. All but the last are drawn at twice the
+variance of the readings, so that the surrogate holds in the tails as well.
 """
 
 import numpy as np
@@ -15,8 +18,10 @@ from bayesub.sampling.geometry import Geometry, features
 from bayesub.sampling.moves import crank_nicolson
 
 STEPS = (0.1, 0.2, 0.4, 0.8)  # of the Crank-Nicolson sweeps on the surrogate
-_ROUNDS = 3
+_ROUNDS = 4
+_HOT = 2.0  # temperature of the draws that the surrogate is fitted to
 _SWEEPS = 20  # over all draws, three times before the sheet is straightened and once after
+_FREEDOM = (30.0, 3.0)  # degrees of freedom, and those for each emulated residual
 _SPAN = 0.03  # posterior sd; directions of the residuals that vary less are left out
 _SPANNING = 300  # simulations that show which
 _BATCH = 512
@@ -49,10 +54,14 @@ class Surrogate:
         z = self.geometry.bent(y)
         residuals = features(z, self.geometry.active) @ self.coefficients
         log_prior = self.geometry.prior.log_density(self.geometry.whitened_parameters(z))
-        return log_prior - 0.5 / temperature * np.einsum("ij,ij->i", residuals, residuals)
+        n_degrees = _FREEDOM[0] + _FREEDOM[1] * residuals.shape[1]
+        excess = np.log1p(np.einsum("ij,ij->i", residuals, residuals) / n_degrees)
+        return log_prior - 0.5 / temperature * (n_degrees + residuals.shape[1]) * excess
 
 
-def learn(problem, geometry: Geometry, rng: np.random.Generator, progress=lambda _: None) -> tuple[Surrogate, np.ndarray]:
+def learn(
+    problem, geometry: Geometry, rng: np.random.Generator, progress=lambda _: None
+) -> tuple[Surrogate, np.ndarray]:
     """Find the active directions, fit a surrogate and straighten the geometry; the surrogate, and draws (n, n_params)."""
     random = np.random.RandomState(rng.integers(2**32))
     geometry.find_active(problem, random)
@@ -67,11 +76,20 @@ def learn(problem, geometry: Geometry, rng: np.random.Generator, progress=lambda
         residuals = np.concatenate([problem.residuals(chunk) for chunk in chunks])
         done = np.isfinite(residuals).all(axis=1)
         surrogate = Surrogate(geometry, z[done], residuals[done], at_mode)
-        log_prob, seen = surrogate.log_prob(y), []
-        for _ in range(3):
-            y, log_prob, _ = crank_nicolson(surrogate.log_prob, y, log_prob, STEPS, _SWEEPS, random)
-            seen.append(geometry.bent(y))
-        geometry.straighten(np.concatenate(seen))
-        y = geometry.straightened(seen[-1])
-        y, _, _ = crank_nicolson(surrogate.log_prob, y, surrogate.log_prob(y), STEPS, _SWEEPS, random)
+        y = _settled(geometry, surrogate, y, _HOT if n < _ROUNDS - 1 else 1.0, random)
     return surrogate, y
+
+
+def _settled(geometry, surrogate, y, temperature, random):
+    """Draws of the surrogate at a temperature from draws y (n, n_params) of another one, geometry straightened."""
+
+    def log_prob(y):
+        return surrogate.log_prob(y, temperature)
+
+    density, seen = log_prob(y), []
+    for _ in range(3):
+        y, density, _ = crank_nicolson(log_prob, y, density, STEPS, _SWEEPS, random)
+        seen.append(geometry.bent(y))
+    geometry.straighten(np.concatenate(seen))
+    y = geometry.straightened(seen[-1])
+    return crank_nicolson(log_prob, y, log_prob(y), STEPS, _SWEEPS, random)[0]
