@@ -51,8 +51,8 @@ def features(z, active) -> np.ndarray:
     It is quadratic in the components along `active` (n_after, n_active) and cubic in the first of them.
     """
     along = z @ active
-    (i, j), (k, l, m) = _products(active.shape[1], min(_CUBIC, active.shape[1]))
-    cubes = along[:, k] * along[:, l] * along[:, m]
+    (i, j), (k, h, m) = _products(active.shape[1], min(_CUBIC, active.shape[1]))
+    cubes = along[:, k] * along[:, h] * along[:, m]
     return np.hstack([np.ones((len(z), 1)), z, along[:, i] * along[:, j], cubes])
 
 

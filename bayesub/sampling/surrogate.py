@@ -62,7 +62,12 @@ class Surrogate:
 def learn(
     problem, geometry: Geometry, rng: np.random.Generator, progress=lambda _: None
 ) -> tuple[Surrogate, np.ndarray]:
-    """Find the active directions, fit a surrogate and straighten the geometry; the surrogate, and draws (n, n_params)."""
+    """Find the active directions, straighten the geometry and fit a surrogate.
+
+    Returns
+    -------
+    the surrogate, and draws of it (n, n_params) in sampling coordinates. `progress` is called with the fraction done.
+    """
     random = np.random.RandomState(rng.integers(2**32))
     geometry.find_active(problem, random)
     (at_mode,) = problem.residuals(geometry.mode[None])
