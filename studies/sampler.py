@@ -38,7 +38,7 @@ MAX_STEPS = 1500
 BUDGET = 60_000  # simulations of a rival
 POSITION_SD_M, ROUNDED_SD = 0.5, (0.001, 0.0001)  # on suboff; m/s and m/s^2
 N_JACOBIANS = 12
-UNSEEN = 1e-3  # singular value, in prior sd: the data take a millionth off the variance
+UNSEEN = 0.05  # singular value, in prior sd: the data take a thousandth off the sd
 GOAL = 50.0  # simulations an effective sample
 COLOURS = {OURS: style.POSTERIOR, "stretch": style.SQP, "DE and snooker": style.LINEAR}
 
@@ -153,7 +153,7 @@ def unseen(problem, posterior):
     # At one point every motion that fits has directions which it alone does not see: take several.
     some = posterior.draws[:: len(posterior.draws) // N_JACOBIANS]
     jacobians = [problem.jacobian(parameters) * problem.prior.sd for parameters in some]
-    _, s, vt = np.linalg.svd(np.concatenate(jacobians), full_matrices=False)
+    _, s, vt = np.linalg.svd(np.concatenate(jacobians) / np.sqrt(len(some)), full_matrices=False)
     along = (posterior.chain - problem.prior.mean) / problem.prior.sd @ vt[s < UNSEEN].T
     if not along.shape[-1]:
         return {"n": 0, "departure": 0.0}

@@ -102,15 +102,16 @@ def test_resume_names_the_first_difference(bayesub, small, tmp_path):
 
 
 def test_an_interrupted_run_resumes_to_the_same_bits(bayesub, small, tmp_path):
+    longer = SMALL + "[sampler]\ness = 20000.0\n"
+    small.write_text(longer)
     assert bayesub("run", small, "-o", tmp_path / "whole")[0] == 0
-    short = SMALL + "[sampler]\nmax_steps = 60\n"
-    small.write_text(short)
+    small.write_text(longer + "max_steps = 100\n")
     status, out, _ = bayesub("run", small, "-o", tmp_path / "part")
     assert status == 1
     assert out.splitlines()[-1] == "NOT CONVERGED"
     assert "NOT CONVERGED" in (tmp_path / "part" / "report.html").read_text()
-    # As if killed after 60 steps: the checkpoint is all that is left, and the study asks for more.
-    small.write_text(SMALL)
+    # As if killed after 100 steps: the checkpoint is all that is left, and the study asks for more.
+    small.write_text(longer)
     (tmp_path / "part" / "config.toml").write_text((tmp_path / "whole" / "config.toml").read_text())
     assert bayesub("run", small, "-o", tmp_path / "part", "--resume")[0] == 0
     whole, part = (results.load(tmp_path / name / "posterior.nc") for name in ("whole", "part"))
