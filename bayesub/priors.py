@@ -33,6 +33,25 @@ class Prior:
         """Derivatives with respect to t (n_params,) of what has the Jacobian (n, n_params) in the parameters."""
         raise NotImplementedError
 
+    def scaled(self, parameters) -> np.ndarray:
+        """Parameters (..., n_params) in units in which the prior has a standard deviation of one.
+
+        They are the standard coordinates, but linear in a uniform parameter: those would bend where a bound is near.
+        """
+        return self.standard(parameters)
+
+    def unscaled(self, x) -> np.ndarray:
+        """Parameters (..., n_params) of such coordinates x."""
+        return self.parameters(x)
+
+    def scaled_chain(self, jacobian, x) -> np.ndarray:
+        """As :meth:`chain`, with respect to such coordinates x (n_params,)."""
+        return self.chain(jacobian, x)
+
+    def scaled_log_density(self, x) -> np.ndarray:
+        """(n_batch,) log densities in such coordinates x (n_batch, n_params), up to a constant."""
+        return -0.5 * np.sum(x**2, axis=-1)
+
     def log_density(self, parameters) -> np.ndarray:
         """(n_batch,) log densities of parameters (n_batch, n_params); -inf outside the support."""
         raise NotImplementedError
@@ -131,6 +150,18 @@ class Uniform(Prior):
     def chain(self, jacobian, t):
         return jacobian * ((self.upper - self.lower) * np.exp(-0.5 * t**2) / np.sqrt(2.0 * np.pi))
 
+    def scaled(self, parameters):
+        return (parameters - self.mean) / self.sd
+
+    def unscaled(self, x):
+        return self.mean + self.sd * x
+
+    def scaled_chain(self, jacobian, x):  # noqa: ARG002
+        return jacobian * self.sd
+
+    def scaled_log_density(self, x):
+        return np.where(np.all(np.abs(x) <= np.sqrt(3.0), axis=-1), 0.0, -np.inf)
+
     def log_density(self, parameters):
         inside = np.all((parameters >= self.lower) & (parameters <= self.upper), axis=-1)
         return np.where(inside, -np.log(self.upper - self.lower).sum(), -np.inf)
@@ -197,6 +228,19 @@ class Joint(Prior):
     def chain(self, jacobian, t):
         pairs = zip(self.parts, self.positions, strict=True)
         return self._gathered([part.chain(jacobian[..., p], t[p]) for part, p in pairs])
+
+    def scaled(self, parameters):
+        return self._gathered(self._each("scaled", np.asarray(parameters)))
+
+    def unscaled(self, x):
+        return self._gathered(self._each("unscaled", np.asarray(x)))
+
+    def scaled_chain(self, jacobian, x):
+        pairs = zip(self.parts, self.positions, strict=True)
+        return self._gathered([part.scaled_chain(jacobian[..., p], x[p]) for part, p in pairs])
+
+    def scaled_log_density(self, x):
+        return sum(self._each("scaled_log_density", np.asarray(x)))
 
     def log_density(self, parameters):
         return sum(self._each("log_density", np.asarray(parameters)))

@@ -12,8 +12,6 @@ from bayesub.readings import Readings
 from bayesub.sensors.current import over_ground
 from bayesub.simulate import STATUS, Simulator, Trajectory
 
-SMOOTH = 0.1  # of the resolution: steep next to a rounding interval, and not flat across it
-
 
 class Problem:
     """Free coefficients of a vehicle and nuisance parameters, to be inferred from a record of a manoeuvre.
@@ -214,8 +212,10 @@ class Problem:
             other.prior = self.prior.parts[0]
         return other
 
-    def smoothed(self, share: float = SMOOTH) -> "Problem":
+    def smoothed(self, share: float) -> "Problem":
         """The same problem for searches: channels without noise get some, with `share` of their resolution as sd."""
+        if not any(isinstance(noise, likelihoods.SetMembership) for noise in self.noises):
+            return self
         other = copy.copy(self)
         other.noises = tuple(
             likelihoods.Rounded(share * noise.resolution, noise.resolution)

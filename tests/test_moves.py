@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from toys import second_moments, standardised
 
-from bayesub.sampling.moves import DifferentialEvolution, LaplacePCN, Snooker
+from bayesub.sampling.moves import DifferentialEvolution, LaplacePCN, Snooker, SurrogateTransition
 
 # So many that an acceptance ratio wrong by a tenth shows: moments are then known to 0.7 %.
 N_ENSEMBLES, N_WALKERS, N_PARAMS = 1500, 12, 3
@@ -13,6 +13,7 @@ MOVES = {
     "pcn": lambda _: LaplacePCN([0.2, 0.5, 1.0]),
     "de": DifferentialEvolution,
     "snooker": Snooker,
+    "surrogate": lambda _: SurrogateTransition(rough, [0.2, 0.5, 1.0], 5),
 }
 SD = np.array([0.4, 1.0, 1.7])
 CORRELATION = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, -0.5], [0.0, -0.5, 1.0]])
@@ -21,6 +22,11 @@ COVARIANCE = CORRELATION * np.outer(SD, SD)
 
 def log_prob(coords, covariance=COVARIANCE):
     return -0.5 * np.einsum("ij,ij->i", coords, np.linalg.solve(covariance, coords.T).T)
+
+
+def rough(coords):
+    """A surrogate that is half as wide again, off centre and less correlated."""
+    return log_prob(coords - 0.2, 1.5**2 * (COVARIANCE + 0.1 * np.eye(N_PARAMS)))
 
 
 def moved(move, coords, n_steps, seed=0, density=log_prob):
@@ -61,7 +67,7 @@ def test_leaves_a_correlated_normal_invariant(draws, name):
     assert np.mean(np.all(after != draws, axis=1)) > 0.95
 
 
-@pytest.mark.parametrize(("name", "n_steps"), [("pcn", 1600), ("de", 200), ("snooker", 200)])
+@pytest.mark.parametrize(("name", "n_steps"), [("pcn", 1600), ("de", 200), ("snooker", 200), ("surrogate", 250)])
 def test_goes_to_the_normal_from_elsewhere(draws, name, n_steps):
     """Ensembles that start too wide end where they should; Crank-Nicolson slowly, for the normal is not its own."""
     wide = 1.5 * draws[: 400 * N_WALKERS]
@@ -76,11 +82,11 @@ def test_the_check_fails_against_a_wrong_normal(draws, name):
     assert disagreement(after) > 4 * LIMIT
 
 
-@pytest.mark.parametrize("name", ["pcn", "snooker"])
+@pytest.mark.parametrize("name", ["pcn", "snooker", "surrogate"])
 def test_the_check_fails_without_the_proposal_factor(draws, name, monkeypatch):
     """Negative control: a move that forgets how its proposals are weighted does not pass."""
     move = MOVES[name](N_ENSEMBLES)
-    attribute = "get_proposal" if name == "pcn" else "proposal"
+    attribute = "proposal" if name == "snooker" else "get_proposal"
     original = getattr(move, attribute)
 
     def forgetful(*arguments):

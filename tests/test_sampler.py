@@ -86,11 +86,11 @@ def test_samples_a_banana():
     assert disagreement(features) > AGREE
 
 
-@pytest.mark.parametrize("n_walkers", [5, 7, 13, 10])
-def test_bad_numbers_of_walkers(n_walkers):
-    """Walkers must be even in number, and at least twice as many as parameters."""
-    with pytest.raises(bs.InputError, match=f"n_walkers must be even and at least twice the 6.*found {n_walkers}"):
-        bs.sample(ill_conditioned()[0], rng=np.random.default_rng(0), n_walkers=n_walkers)
+@pytest.mark.parametrize(("n_ensembles", "n_walkers"), [(0, 16), (4, 1), (4, 0)])
+def test_bad_numbers_of_walkers(n_ensembles, n_walkers):
+    """There must be an ensemble, and walkers in it."""
+    with pytest.raises(bs.InputError, match=f"two walkers is needed, found {n_ensembles} of {n_walkers}"):
+        bs.sample(ill_conditioned()[0], rng=np.random.default_rng(0), n_ensembles=n_ensembles, n_walkers=n_walkers)
 
 
 def test_the_same_seed_gives_the_same_chain():

@@ -20,7 +20,10 @@ class Toy:
         return residuals, np.nan_to_num(np.einsum("ij,ij->i", residuals, residuals), nan=np.inf)
 
     def log_likelihood(self, parameters):
-        return -0.5 * self.misfit(parameters)[1]
+        return -0.5 * self.misfit(np.atleast_2d(parameters))[1]
+
+    def smoothed(self, _):
+        return self
 
 
 class Linear(Toy):

@@ -1,43 +1,90 @@
 """Coordinates in which an ill-conditioned, bent posterior looks like a standard normal.
 
-*Whitening.* In coordinates t, in which the prior is standard normal, the residuals have at the mode the Jacobian
-``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (t - t_mode)`` the Laplace approximation is N(0, I); they run from
-the stiffest to the sloppiest, and a null direction keeps its prior.
+*Whitening.* In the units x of the prior (:meth:`bayesub.priors.Prior.scaled`), in which its standard deviations are
+one, the residuals have at the mode the Jacobian ``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (x - x_mode)`` the Laplace
+approximation is N(0, I); coordinates run from the stiffest to the sloppiest.
 
 *Straightening.* The posterior is a thin sheet around a curved surface: far along the sloppy coordinates the stiff
-ones sit many of their own standard deviations away from the mode. Each stiff coordinate is therefore measured from
-a quadratic in the sloppier ones,
+ones sit many of their own standard deviations away from the mode. The stiff coordinates z_B of one decade of singular
+values are therefore measured from a polynomial in all that follow,
 
-    z_i = q_i(z_{i+1}, .., z_n) + scale_i y_i,
+    z_B = q_B(z_after) + L_B y_B,
 
-fitted to where the posterior is highest along z_1 .. z_i with the others held. The map is triangular, so it is inverted
-by substitution and its Jacobian is a constant: sampling in y is exact whatever the fit, and the better the fit the
-nearer the density is to N(0, I). (Triangular transport maps: Parno & Marzouk 2018.)
+fitted by least squares to draws from near the sheet. The map is block triangular, so it is inverted by substitution
+and its Jacobian is a constant: sampling in y is exact whatever the fit, and the better the fit the nearer the density
+is to N(0, I). (Triangular transport maps: Parno & Marzouk 2018.)
+
+*Active directions.* Of all directions few bend the sheet: those along which the Jacobian changes (the active subspace
+of Constantine 2015, for what is not linear). Only these have squares and products in the polynomial.
 """
 
 from dataclasses import dataclass
+from functools import cache
+from itertools import combinations_with_replacement
 
 import numpy as np
+from scipy import linalg
 
 from bayesub.linalg import complete_svd
+from bayesub.sampling.moves import crank_nicolson
 
-_NEWTON_STEPS = 6
-_MAX_STEP = 50.0  # posterior sd
-_STIFF = 1.5  # straighten coordinates whose data are this much sharper than the prior ..
-_BENT = 0.1  # .. and whose conditional mode wanders by more than this many of their sd
+_STIFF = 1.0  # singular value above which the data say more than the prior
+_DECADE = 10.0  # ratio of singular values within which coordinates do not bend one another
+_ACTIVE = 0.1  # change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic
+_CUBIC = 6  # of the most active directions that are worth a cubic too
+_JACOBIANS = 24  # that show in which directions they change
+_STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to draws of the Laplace approximation
+_STORED = ("mode", "singular_values", "basis", "active")
+_RIDGE = 1e-9  # relative; keeps the normal equations regular when draws repeat
+
+
+@cache
+def _products(n: int, n_cubic: int):
+    """Positions of the factors of all squares and products of n numbers, and of all cubes of the first n_cubic."""
+    triples = np.array(list(combinations_with_replacement(range(n_cubic), 3)), dtype=int).reshape(-1, 3)
+    return np.triu_indices(n), triples.T
+
+
+def features(z, active) -> np.ndarray:
+    """(n, n_features): a polynomial of z (n, n_after) that is linear in all coordinates.
+
+    It is quadratic in the components along `active` (n_after, n_active) and cubic in the first of them.
+    """
+    along = z @ active
+    (i, j), (k, h, m) = _products(active.shape[1], min(_CUBIC, active.shape[1]))
+    cubes = along[:, k] * along[:, h] * along[:, m]
+    return np.hstack([np.ones((len(z), 1)), z, along[:, i] * along[:, j], cubes])
+
+
+def _active(changes) -> np.ndarray:
+    """(n, n_active) eigenvectors of changes (n, n) whose root eigenvalue is worth a quadratic, largest first."""
+    values, vectors = np.linalg.eigh(changes)
+    return vectors[:, values > _ACTIVE**2][:, ::-1]
 
 
 @dataclass(frozen=True)
 class Bend:
-    """``q_i = constant + linear . rest + rest' quadratic rest`` with rest the coordinates after i."""
+    """``z_B = features(z_after) coefficients + factor y_B`` for the coordinates ``start .. stop``."""
 
-    constant: float
-    linear: np.ndarray
-    quadratic: np.ndarray
-    scale: float
+    start: int
+    stop: int
+    active: np.ndarray
+    coefficients: np.ndarray
+    factor: np.ndarray
 
-    def __call__(self, rest):
-        return self.constant + np.einsum("ij,ij->i", rest @ self.quadratic + self.linear, rest)
+    def __call__(self, z) -> np.ndarray:
+        """The curved surface q_B (n, stop - start) under whitened coordinates z (n, n_params)."""
+        return features(z[:, self.stop :], self.active) @ self.coefficients
+
+    @classmethod
+    def fitted(cls, z, start, stop, active):
+        """The bend of draws z (n, n_params)."""
+        known = features(z[:, stop:], active)
+        gram = known.T @ known
+        gram[np.diag_indices(len(gram))] *= 1.0 + _RIDGE
+        coefficients = linalg.solve(gram, known.T @ z[:, start:stop], assume_a="pos")
+        misfit = z[:, start:stop] - known @ coefficients
+        return cls(start, stop, active, coefficients, np.linalg.cholesky(misfit.T @ misfit / (len(z) - len(gram))))
 
 
 class Geometry:
@@ -45,20 +92,22 @@ class Geometry:
 
     Attributes
     ----------
-    mode : (n_params,) posterior mode, in coordinates t with a standard normal prior
-    singular_values : (n_params,) of the Jacobian in these coordinates, stiffest first
-    basis : (n_params, n_params); column i is the step in t for a unit of z_i
-    bends : coordinate -> :class:`Bend`
+    mode : (n_params,) posterior mode, in the units of the prior
+    singular_values : (n_params,) of the Jacobian in these units, stiffest first
+    basis : (n_params, n_params); column i is the step in these units for a unit of z_i
+    changes : (n_params, n_params) mean of C'C with C the change of the Jacobian between the mode and a draw
+    active : (n_params, n_active) orthonormal directions in z along which the Jacobian changes, most active first
+    bends : one :class:`Bend` for each decade of stiff coordinates, stiffest first
     """
 
     def __init__(self, problem, mode):
         self.prior = problem.prior
-        self.mode = self.prior.standard(np.asarray(mode, dtype=float))
-        jacobian = self.prior.chain(problem.jacobian(mode), self.mode)
-        self.left, self.singular_values, self.directions = complete_svd(jacobian)
-        self.widths = 1.0 / np.sqrt(self.singular_values**2 + 1.0)
-        self.basis = self.directions.T * self.widths
-        self.bends: dict[int, Bend] = {}
+        self.mode = self.prior.scaled(np.asarray(mode, dtype=float))
+        jacobian = self.prior.scaled_chain(problem.jacobian(mode), self.mode)
+        _, self.singular_values, directions = complete_svd(jacobian)
+        self.basis = directions.T / np.sqrt(self.singular_values**2 + 1.0)
+        self.changes, self.active = np.zeros((self.n_params, self.n_params)), np.zeros((self.n_params, 0))
+        self.bends: list[Bend] = []
 
     @property
     def n_params(self) -> int:
@@ -67,79 +116,98 @@ class Geometry:
     def bent(self, y) -> np.ndarray:
         """Whitened coordinates z (n, n_params) of sampling coordinates y (n, n_params)."""
         z = np.array(y, dtype=float)
-        for i in sorted(self.bends, reverse=True):
-            z[:, i] = self.bends[i](z[:, i + 1 :]) + self.bends[i].scale * z[:, i]
+        for bend in reversed(self.bends):
+            block = slice(bend.start, bend.stop)
+            z[:, block] = bend(z) + z[:, block] @ bend.factor.T
         return z
+
+    def straightened(self, z) -> np.ndarray:
+        """Sampling coordinates y (n, n_params) of whitened coordinates z (n, n_params)."""
+        y = np.array(z, dtype=float)
+        for bend in self.bends:
+            block = slice(bend.start, bend.stop)
+            y[:, block] = linalg.solve_triangular(bend.factor, (z[:, block] - bend(z)).T, lower=True).T
+        return y
+
+    def scaled(self, z) -> np.ndarray:
+        """Whitened coordinates z (n, n_params) in the units of the prior."""
+        return self.mode + z @ self.basis.T
 
     def parameters(self, y) -> np.ndarray:
         """Parameters (n, n_params) of sampling coordinates y (n, n_params)."""
-        return self.prior.parameters(self._standard(self.bent(y)))
-
-    def log_prob(self, problem, y) -> np.ndarray:
-        """Log posterior density (n,) in the sampling coordinates, up to a constant."""
-        t = self._standard(self.bent(y))
-        return problem.log_likelihood(self.prior.parameters(t)) - 0.5 * np.einsum("ij,ij->i", t, t)
+        return self.prior.unscaled(self.scaled(self.bent(y)))
 
     def log_prior(self, y) -> np.ndarray:
         """Log prior density (n,) in the sampling coordinates, up to a constant."""
-        t = self._standard(self.bent(y))
-        return -0.5 * np.einsum("ij,ij->i", t, t)
+        return self.prior.scaled_log_density(self.scaled(self.bent(y)))
 
-    def _standard(self, z):
-        return self.mode + z @ self.basis.T
+    def log_prob(self, problem, y) -> np.ndarray:
+        """Log posterior density (n,) in the sampling coordinates y (n, n_params), up to a constant.
 
-    def straighten(self, problem, rng: np.random.Generator, progress=None) -> None:
-        """Fit the bends, from the sloppiest of the stiff coordinates to the stiffest."""
-        stiff = int(np.count_nonzero(self.singular_values > _STIFF))
-        for i in range(stiff - 1, -1, -1):
-            bend = self._fit(problem, i, rng)
-            if bend is not None:
-                self.bends[i] = bend
-            if progress is not None:
-                progress(1.0 - i / stiff)
+        Nothing is simulated outside the support of the prior.
+        """
+        x = self.scaled(self.bent(y))
+        log_prob = self.prior.scaled_log_density(x)
+        inside = np.isfinite(log_prob)
+        if inside.any():
+            log_prob[inside] += problem.log_likelihood(self.prior.unscaled(x[inside]))
+        return log_prob
 
-    def _fit(self, problem, i, rng):
-        n_rest = self.n_params - i - 1
-        rows, columns = np.triu_indices(n_rest)
-        n_features = 1 + n_rest + len(rows)
-        z = self.bent(rng.standard_normal((4 * n_features + 100, self.n_params)))
-        z[:, : i + 1] = 0.0
-        active = slice(0, i + 1)
-        for _ in range(_NEWTON_STEPS):
-            gradient = self._gradient(problem, z)[:, active]
-            length = np.linalg.norm(gradient, axis=1, keepdims=True)
-            z[:, active] -= np.nan_to_num(gradient * np.minimum(1.0, _MAX_STEP / np.maximum(length, 1e-300)))
-        settled = length[:, 0] < 0.3  # of a posterior sd; not a number where the simulation failed
-        if np.count_nonzero(settled) < 2 * n_features or np.std(z[settled, i]) < _BENT:
-            return None
-        rest = z[settled, i + 1 :]
-        features = np.hstack([np.ones((len(rest), 1)), rest, rest[:, rows] * rest[:, columns]])
-        solution = np.linalg.lstsq(features, z[settled, i])[0]
-        quadratic = np.zeros((n_rest, n_rest))
-        quadratic[rows, columns] = solution[1 + n_rest :]
-        misfit = np.std(z[settled, i] - features @ solution)
-        return Bend(solution[0], solution[1 : 1 + n_rest], quadratic, np.sqrt(1.0 + misfit**2))
+    def draws(self, random: np.random.RandomState, n: int) -> np.ndarray:
+        """Sampling coordinates (n, n_params): standard normal draws within the support of the prior."""
 
-    def _gradient(self, problem, z):
-        """Gradient of minus the log posterior in z with the Jacobian of the mode: the step of a chord Newton method."""
-        t = self._standard(z)
-        residuals = problem.residuals(self.prior.parameters(t))
-        return ((residuals @ self.left) * self.singular_values + t @ self.directions.T) * self.widths
+        def log_prob(y):
+            inside = np.isfinite(self.log_prior(y))
+            return np.where(inside, -0.5 * np.einsum("ij,ij->i", y, y), -np.inf)
+
+        mode = np.zeros((n, self.n_params))
+        return crank_nicolson(log_prob, mode, log_prob(mode), _STEPS, _SWEEPS, random)[0]
+
+    def find_active(self, problem, random: np.random.RandomState) -> None:
+        """Find the active directions from Jacobians at draws of the Laplace approximation."""
+        at_mode = self._slopes(problem, self.mode)
+        gram = np.zeros((self.n_params, self.n_params))
+        for x in self.scaled(self.bent(self.draws(random, _JACOBIANS))):
+            change = np.nan_to_num(self._slopes(problem, x) - at_mode)
+            gram += change.T @ change / _JACOBIANS
+        self.changes, self.active = gram, _active(gram)
+
+    def _slopes(self, problem, x) -> np.ndarray:
+        """(n_rows, n_params) derivatives of the residuals by z at x (n_params,) in the units of the prior."""
+        return self.prior.scaled_chain(problem.jacobian(self.prior.unscaled(x)), x) @ self.basis
+
+    def straighten(self, z) -> None:
+        """Fit the bends to draws z (n, n_params) from near the posterior, in whitened coordinates."""
+        self.bends = [
+            Bend.fitted(z, start, stop, _active(self.changes[stop:, stop:])) for start, stop in self._decades()
+        ]
+
+    def _decades(self):
+        """(start, stop) of the stiff coordinates of each decade."""
+        start, n_stiff = 0, int(np.count_nonzero(self.singular_values > _STIFF))
+        while start < n_stiff:
+            length = np.count_nonzero(self.singular_values[start:n_stiff] > self.singular_values[start] / _DECADE)
+            yield start, start + int(length)
+            start += int(length)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Everything that the map consists of but the prior, to be stored."""
-        bends = {f"bend_{i}_{key}": np.asarray(a) for i, bend in self.bends.items() for key, a in vars(bend).items()}
-        return {"mode": self.mode, "singular_values": self.singular_values, "basis": self.basis} | bends
+        own = {key: getattr(self, key) for key in _STORED}
+        bends = {f"bend_{n}_{key}": np.asarray(a) for n, bend in enumerate(self.bends) for key, a in vars(bend).items()}
+        return own | bends
 
     @classmethod
     def restored(cls, prior, arrays: dict[str, np.ndarray]) -> "Geometry":
         """The map that :meth:`arrays` describe, bit for bit; it can no longer be straightened."""
         self = cls.__new__(cls)
         self.prior = prior
-        self.mode, self.singular_values, self.basis = (arrays[k] for k in ("mode", "singular_values", "basis"))
-        bent = {int(key.split("_")[1]) for key in arrays if key.startswith("bend_")}
-        self.bends = {
-            i: Bend(**{key: arrays[f"bend_{i}_{key}"] for key in ("constant", "linear", "quadratic", "scale")})
-            for i in bent
-        }
+        vars(self).update({key: arrays[key] for key in _STORED})
+        n_bends = len([key for key in arrays if key.startswith("bend_") and key.endswith("_start")])
+        self.bends = [
+            Bend(
+                *(int(arrays[f"bend_{n}_{key}"]) for key in ("start", "stop")),
+                *(arrays[f"bend_{n}_{key}"] for key in ("active", "coefficients", "factor")),
+            )
+            for n in range(n_bends)
+        ]
         return self

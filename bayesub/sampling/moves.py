@@ -26,9 +26,46 @@ class LaplacePCN(emcee.moves.MHMove):
         super().__init__(self._propose)
 
     def _propose(self, coords, random):
-        step = self.steps[random.randint(len(self.steps), size=(len(coords), 1))]
-        proposed = np.sqrt(1.0 - step**2) * coords + step * random.standard_normal(coords.shape)
-        return proposed, 0.5 * (np.sum(proposed**2, axis=1) - np.sum(coords**2, axis=1))
+        return _crank_nicolson(coords, self.steps, random)
+
+
+def crank_nicolson(density, coords, log_prob, steps, n_sweeps, random):
+    """Sweeps of preconditioned Crank-Nicolson steps over all walkers.
+
+    Every walker draws its step from `steps` at each sweep. Returns coords, log_prob and the fraction accepted (n,).
+    """
+    steps = np.array(steps, dtype=float)
+    coords, log_prob, accepted = coords.copy(), log_prob.copy(), np.zeros(len(coords))
+    for _ in range(n_sweeps):
+        proposed, factors = _crank_nicolson(coords, steps, random)
+        new = density(proposed)
+        taken = np.log(random.random_sample(len(coords))) < new - log_prob + factors
+        coords[taken], log_prob[taken] = proposed[taken], new[taken]
+        accepted += taken / n_sweeps
+    return coords, log_prob, accepted
+
+
+def _crank_nicolson(coords, steps, random):
+    step = steps[random.randint(len(steps), size=(len(coords), 1))]
+    proposed = np.sqrt(1.0 - step**2) * coords + step * random.standard_normal(coords.shape)
+    return proposed, 0.5 * (np.sum(proposed**2, axis=1) - np.sum(coords**2, axis=1))
+
+
+class SurrogateTransition(emcee.moves.MHMove):
+    """Many Crank-Nicolson steps on a surrogate density, then one acceptance on the true one.
+
+    The steps leave the surrogate density S invariant and are reversible, so that S(y) q(y, y') = S(y') q(y', y) and the
+    acceptance ratio is ``p(y') S(y) / (p(y) S(y'))`` (Liu 2001, section 9.4.3; Christen & Fox 2005).
+    """
+
+    def __init__(self, density, steps, n_sweeps: int):
+        self.density, self.steps, self.n_sweeps = density, steps, n_sweeps
+        super().__init__(self._propose)
+
+    def _propose(self, coords, random):
+        before = self.density(coords)
+        proposed, after, _ = crank_nicolson(self.density, coords, before, self.steps, self.n_sweeps, random)
+        return proposed, before - after
 
 
 class _Halves(emcee.moves.Move):

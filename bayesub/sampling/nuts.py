@@ -166,7 +166,7 @@ def require_nutpie():
 def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress) -> tuple[np.ndarray, int, int]:
     """Draws (n_chains, n_draws, n_params) of NUTS, divergent trajectories among them, and gradients taken."""
     nutpie = require_nutpie()
-    geometry = straightened(problem, rng, progress)
+    geometry, *_ = straightened(problem, rng, progress)
     n = problem.n_params
     counts = {"draws": 0, "gradients": 0}
     shifts = _DIFFERENCE * np.concatenate([np.eye(n), -np.eye(n)])

@@ -6,22 +6,27 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import emcee
 import numpy as np
 
-from bayesub.baselines import gauss_newton
+from bayesub.baselines import posterior_mode
 from bayesub.errors import InputError
 from bayesub.interruption import deferred
 from bayesub.sampling import checkpoint as store
 from bayesub.sampling.geometry import Geometry
-from bayesub.sampling.moves import DifferentialEvolution, LaplacePCN, Snooker
+from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
+from bayesub.sampling.surrogate import STEPS, Surrogate, learn
 
+N_WALKERS = 16
 PCN_STEPS = (0.2, 0.5, 1.0)
+SWEEPS = (10, 50, 200)  # on the surrogate before each simulation
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
 LOOK = 100  # kept steps before the first look at convergence
+SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
 WARMUP = 0.25  # fraction of the steps so far that is discarded
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
@@ -48,18 +53,16 @@ def sample(
 
     Parameters
     ----------
-    problem : anything with names, n_params, prior, residuals, jacobian, log_likelihood, evaluations and failures
+    problem : anything with the attributes and methods that inference sees of a :class:`bayesub.problem.Problem`
     rng : source of all random numbers
-    n_walkers : of each ensemble; by default the smallest multiple of 16 above three times n_params
+    n_walkers : of each ensemble, 16 by default; they do not see each other
     checkpoint : folder to continue from if it holds this very run, and to save to every ten seconds; with it, Ctrl-C
         lets the step in hand be finished and saved, and a second Ctrl-C does not
     progress : called with the fraction done and a line of text
     """
-    if n_ensembles < 1 or (n_walkers is not None and (n_walkers < 2 * problem.n_params or n_walkers % 2)):
-        raise InputError(
-            f"sampler: n_walkers must be even and at least twice the {problem.n_params} parameters, found {n_walkers}"
-        )
-    n_walkers = n_walkers or 16 * (1 + 3 * problem.n_params // 16)
+    n_walkers = N_WALKERS if n_walkers is None else n_walkers
+    if n_ensembles < 1 or n_walkers < 2:
+        raise InputError(f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}")
     with store.opened(checkpoint) as saved:
         run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
@@ -82,16 +85,17 @@ class _Run:
         self._mark()
         kept = None if saved is None else saved.load(settings)
         if kept is None:
-            self.geometry = straightened(problem, rng, progress)
-            coords, log_prob = _starts(problem, self.geometry, rng, n_ensembles * n_walkers)
+            self.geometry, surrogate, draws = straightened(problem, rng, progress)
+            coords, log_prob = _starts(problem, surrogate, draws, rng, n_ensembles * n_walkers)
             random_state = np.random.RandomState(rng.integers(2**32)).get_state()
             self.state = self._charged(store.State(coords, log_prob, random_state))
             self.blocks = []
             if saved is not None:
-                saved.begin(settings, self.geometry.arrays(), self.state)
+                saved.begin(settings, self.geometry.arrays() | surrogate.arrays(), self.state)
         else:
             arrays, self.state, self.blocks = kept
             self.geometry = Geometry.restored(problem.prior, arrays)
+            surrogate = Surrogate.restored(self.geometry, arrays)
             if self.blocks:
                 self.state = self.blocks[-1].state
             self._check()
@@ -102,9 +106,8 @@ class _Run:
             problem.n_params,
             lambda y: self.geometry.log_prob(problem, y),
             moves=[
-                (LaplacePCN(PCN_STEPS), 0.8),
-                (DifferentialEvolution(n_ensembles), 0.15),
-                (Snooker(n_ensembles), 0.05),
+                *((SurrogateTransition(surrogate.log_prob, STEPS, n), 0.9 / len(SWEEPS)) for n in SWEEPS),
+                (LaplacePCN(PCN_STEPS), 0.1),
             ],
             vectorize=True,
         )
@@ -193,12 +196,13 @@ class _Run:
             )
 
 
-def straightened(problem, rng: np.random.Generator, progress) -> Geometry:
-    """Sampling coordinates, whitened at the mode and straightened."""
+def straightened(problem, rng: np.random.Generator, progress) -> tuple[Geometry, Surrogate, np.ndarray]:
+    """Sampling coordinates, whitened at the mode and straightened, a surrogate of the posterior, and draws of that."""
     progress(0.0, "posterior mode")
-    geometry = Geometry(problem, gauss_newton(problem).values)
-    geometry.straighten(problem, rng, lambda done: progress(0.0, f"straightening {done:.0%}"))
-    return geometry
+    smooth = problem.smoothed(SMOOTH)
+    geometry = Geometry(smooth, posterior_mode(problem).values)
+    surrogate, draws = learn(smooth, geometry, rng, lambda done: progress(0.0, f"surrogate {done:.0%}"))
+    return geometry, surrogate, draws
 
 
 def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
@@ -215,14 +219,17 @@ def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
     }
 
 
-def _starts(problem, geometry, rng, n):
-    """Over-dispersed starts (n, n_params) with a finite log posterior, and that (n,)."""
-    starts, log_prob = np.empty((0, problem.n_params)), np.empty(0)
+def _starts(problem, surrogate, draws, rng, n):
+    """Starts (n, n_params) with a finite log posterior, and that (n,): draws of the surrogate, over-dispersed."""
+    random = np.random.RandomState(rng.integers(2**32))
+    density = partial(surrogate.log_prob, temperature=DISPERSION**2)
+    starts, log_prob, y = np.empty((0, problem.n_params)), np.empty(0), draws
     for _ in range(100):
-        y = DISPERSION * rng.standard_normal((n, problem.n_params))
-        found = geometry.log_prob(problem, y)
+        y, _, _ = crank_nicolson(density, y, density(y), STEPS, 50, random)
+        some = y[random.permutation(len(y))[:n]]
+        found = surrogate.geometry.log_prob(problem, some)
         finite = np.isfinite(found)
-        starts, log_prob = np.concatenate([starts, y[finite]]), np.concatenate([log_prob, found[finite]])
+        starts, log_prob = np.concatenate([starts, some[finite]]), np.concatenate([log_prob, found[finite]])
         if len(starts) >= n:
             return starts[:n], log_prob[:n]
     raise InputError("nearly every simulation around the posterior mode fails; narrow the prior")
