@@ -1,4 +1,4 @@
-"""Posterior sampling: emcee in coordinates that are whitened at the mode and straightened along its bends."""
+"""Posterior sampling: emcee in straightened coordinates, with proposals from a surrogate and exact acceptance."""
 
 from bayesub.sampling.nuts import CrossCheck, cross_check
 from bayesub.sampling.posterior import Posterior

@@ -40,7 +40,7 @@ class Posterior:
     ----------
     names : (n_params,) free coefficients
     chain : (n_ensembles, n_kept, n_walkers, n_params) non-dimensional coefficients, every `thin`-th step
-    log_prob : (n_ensembles, n_kept, n_walkers) up to a constant, in coordinates in which the prior is standard normal
+    log_prob : (n_ensembles, n_kept, n_walkers) up to a constant, in the units of :meth:`bayesub.priors.Prior.scaled`
     prior_mean, prior_sd : (n_params,)
     n_warmup : steps discarded before the first kept one
     acceptance : fraction of proposals accepted
