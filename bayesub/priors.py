@@ -52,6 +52,10 @@ class Prior:
         """(n_batch,) log densities in such coordinates x (n_batch, n_params), up to a constant."""
         return -0.5 * np.sum(x**2, axis=-1)
 
+    def scaled_slope(self, x) -> np.ndarray:
+        """(n_batch, n_params) gradient of :meth:`scaled_log_density` within the support."""
+        return -x
+
     def log_density(self, parameters) -> np.ndarray:
         """(n_batch,) log densities of parameters (n_batch, n_params); -inf outside the support."""
         raise NotImplementedError
@@ -162,6 +166,9 @@ class Uniform(Prior):
     def scaled_log_density(self, x):
         return np.where(np.all(np.abs(x) <= np.sqrt(3.0), axis=-1), 0.0, -np.inf)
 
+    def scaled_slope(self, x):
+        return np.zeros_like(x)
+
     def log_density(self, parameters):
         inside = np.all((parameters >= self.lower) & (parameters <= self.upper), axis=-1)
         return np.where(inside, -np.log(self.upper - self.lower).sum(), -np.inf)
@@ -241,6 +248,9 @@ class Joint(Prior):
 
     def scaled_log_density(self, x):
         return sum(self._each("scaled_log_density", np.asarray(x)))
+
+    def scaled_slope(self, x):
+        return self._gathered(self._each("scaled_slope", np.asarray(x)))
 
     def log_density(self, parameters):
         return sum(self._each("log_density", np.asarray(parameters)))

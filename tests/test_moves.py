@@ -1,11 +1,20 @@
 """Each move alone: what it leaves invariant, and whom it sees."""
 
+from functools import partial
+
 import emcee
 import numpy as np
 import pytest
 from toys import second_moments, standardised
 
-from bayesub.sampling.moves import DifferentialEvolution, LaplacePCN, Snooker, SurrogateTransition
+from bayesub.sampling.moves import (
+    DifferentialEvolution,
+    LaplacePCN,
+    Snooker,
+    SurrogateTransition,
+    crank_nicolson,
+    hamiltonian,
+)
 
 # So many that an acceptance ratio wrong by a tenth shows: moments are then known to 0.7 %.
 N_ENSEMBLES, N_WALKERS, N_PARAMS = 1500, 12, 3
@@ -13,7 +22,12 @@ MOVES = {
     "pcn": lambda _: LaplacePCN([0.2, 0.5, 1.0]),
     "de": DifferentialEvolution,
     "snooker": Snooker,
-    "surrogate": lambda _: SurrogateTransition(rough, [0.2, 0.5, 1.0], 5),
+    "surrogate, sweeps": lambda _: SurrogateTransition(
+        rough, partial(crank_nicolson, rough, steps=[0.2, 0.5, 1.0], n_sweeps=5)
+    ),
+    "surrogate, flights": lambda _: SurrogateTransition(
+        rough, partial(hamiltonian, rough, slope, steps=[0.1, 0.3], n_leaps=4, n_flights=2)
+    ),
 }
 SD = np.array([0.4, 1.0, 1.7])
 CORRELATION = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, -0.5], [0.0, -0.5, 1.0]])
@@ -27,6 +41,11 @@ def log_prob(coords, covariance=COVARIANCE):
 def rough(coords):
     """A surrogate that is half as wide again, off centre and less correlated."""
     return log_prob(coords - 0.2, 1.5**2 * (COVARIANCE + 0.1 * np.eye(N_PARAMS)))
+
+
+def slope(coords):
+    """Gradient of the rough surrogate."""
+    return -np.linalg.solve(1.5**2 * (COVARIANCE + 0.1 * np.eye(N_PARAMS)), (coords - 0.2).T).T
 
 
 def moved(move, coords, n_steps, seed=0, density=log_prob):
@@ -67,7 +86,10 @@ def test_leaves_a_correlated_normal_invariant(draws, name):
     assert np.mean(np.all(after != draws, axis=1)) > 0.95
 
 
-@pytest.mark.parametrize(("name", "n_steps"), [("pcn", 1600), ("de", 200), ("snooker", 200), ("surrogate", 250)])
+@pytest.mark.parametrize(
+    ("name", "n_steps"),
+    [("pcn", 1600), ("de", 200), ("snooker", 200), ("surrogate, sweeps", 250), ("surrogate, flights", 250)],
+)
 def test_goes_to_the_normal_from_elsewhere(draws, name, n_steps):
     """Ensembles that start too wide end where they should; Crank-Nicolson slowly, for the normal is not its own."""
     wide = 1.5 * draws[: 400 * N_WALKERS]
@@ -82,7 +104,7 @@ def test_the_check_fails_against_a_wrong_normal(draws, name):
     assert disagreement(after) > 4 * LIMIT
 
 
-@pytest.mark.parametrize("name", ["pcn", "snooker", "surrogate"])
+@pytest.mark.parametrize("name", ["pcn", "snooker", "surrogate, sweeps", "surrogate, flights"])
 def test_the_check_fails_without_the_proposal_factor(draws, name, monkeypatch):
     """Negative control: a move that forgets how its proposals are weighted does not pass."""
     move = MOVES[name](N_ENSEMBLES)

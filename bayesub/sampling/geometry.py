@@ -56,6 +56,24 @@ def features(z, active) -> np.ndarray:
     return np.hstack([np.ones((len(z), 1)), z, along[:, i] * along[:, j], cubes])
 
 
+def features_pullback(z, active, slopes) -> np.ndarray:
+    """(n, n_after) gradient by z of what has the gradient slopes (n, n_features) by the features of z."""
+    along = z @ active
+    n, n_active = along.shape
+    (i, j), (k, h, m) = _products(n_active, min(_CUBIC, n_active))
+    n_linear = 1 + z.shape[1]
+    squares, cubes = np.split(slopes[:, n_linear:], [len(i)], axis=1)
+    matrix = np.zeros((n, n_active, n_active))
+    matrix[:, i, j] += squares
+    matrix[:, j, i] += squares
+    inner = np.einsum("nij,nj->ni", matrix, along)
+    for first, second, third in ((k, h, m), (h, k, m), (m, k, h)):
+        part = cubes * along[:, second] * along[:, third]
+        for c in range(min(_CUBIC, n_active)):
+            inner[:, c] += part[:, first == c].sum(axis=1)
+    return slopes[:, 1:n_linear] + inner @ active.T
+
+
 def _active(changes) -> np.ndarray:
     """(n, n_active) eigenvectors of changes (n, n) whose root eigenvalue is worth a quadratic, largest first."""
     values, vectors = np.linalg.eigh(changes)
@@ -129,6 +147,16 @@ class Geometry:
             y[:, block] = linalg.solve_triangular(bend.factor, (z[:, block] - bend(z)).T, lower=True).T
         return y
 
+    def pullback(self, z, slopes) -> np.ndarray:
+        """(n, n_params) gradient by the sampling coordinates of what has the gradient slopes (n, n_params) by z."""
+        slopes = slopes.copy()
+        for bend in self.bends:
+            block, after = slice(bend.start, bend.stop), slice(bend.stop, None)
+            by_features = slopes[:, block] @ bend.coefficients.T
+            slopes[:, after] += features_pullback(z[:, after], bend.active, by_features)
+            slopes[:, block] = slopes[:, block] @ bend.factor
+        return slopes
+
     def scaled(self, z) -> np.ndarray:
         """Whitened coordinates z (n, n_params) in the units of the prior."""
         return self.mode + z @ self.basis.T
@@ -161,7 +189,7 @@ class Geometry:
             return np.where(inside, -0.5 * np.einsum("ij,ij->i", y, y), -np.inf)
 
         mode = np.zeros((n, self.n_params))
-        return crank_nicolson(log_prob, mode, log_prob(mode), _STEPS, _SWEEPS, random)[0]
+        return crank_nicolson(log_prob, mode, log_prob(mode), random, steps=_STEPS, n_sweeps=_SWEEPS)[0]
 
     def find_active(self, problem, random: np.random.RandomState) -> None:
         """Find the active directions from Jacobians at draws of the Laplace approximation."""

@@ -19,11 +19,11 @@ from bayesub.sampling import checkpoint as store
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
-from bayesub.sampling.surrogate import STEPS, Surrogate, learn
+from bayesub.sampling.surrogate import STEPS, Surrogate, flown, learn
 
 N_WALKERS = 16
 PCN_STEPS = (0.2, 0.5, 1.0)
-SWEEPS = (10, 50, 200)  # on the surrogate before each simulation
+SWEEPS, FLIGHTS = (20, 80), (1, 4)  # on the surrogate before each simulation
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
 LOOK = 100  # kept steps before the first look at convergence
 SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
@@ -105,10 +105,7 @@ class _Run:
             n_ensembles * n_walkers,
             problem.n_params,
             lambda y: self.geometry.log_prob(problem, y),
-            moves=[
-                *((SurrogateTransition(surrogate.log_prob, STEPS, n), 0.9 / len(SWEEPS)) for n in SWEEPS),
-                (LaplacePCN(PCN_STEPS), 0.1),
-            ],
+            moves=[*_transitions(surrogate), (LaplacePCN(PCN_STEPS), 0.1)],
             vectorize=True,
         )
 
@@ -205,6 +202,14 @@ def straightened(problem, rng: np.random.Generator, progress) -> tuple[Geometry,
     return geometry, surrogate, draws
 
 
+def _transitions(surrogate):
+    """Moves that walk on the surrogate, by sweeps and by flights of different lengths, and their weights."""
+    sweep = partial(crank_nicolson, surrogate.log_prob, steps=STEPS)
+    walks = [partial(sweep, n_sweeps=n) for n in SWEEPS]
+    walks += [lambda y, _, random, n=n: flown(surrogate, y, random, n) for n in FLIGHTS]
+    return [(SurrogateTransition(surrogate.log_prob, walk), 0.9 / len(walks)) for walk in walks]
+
+
 def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
     """What a run must have in common with the one it continues."""
     prior = hashlib.sha256(problem.prior.mean.tobytes() + problem.prior.sd.tobytes()).hexdigest()[:12]
@@ -225,7 +230,7 @@ def _starts(problem, surrogate, draws, rng, n):
     density = partial(surrogate.log_prob, temperature=DISPERSION**2)
     starts, log_prob, y = np.empty((0, problem.n_params)), np.empty(0), draws
     for _ in range(100):
-        y, _, _ = crank_nicolson(density, y, density(y), STEPS, 50, random)
+        y, *_ = crank_nicolson(density, y, density(y), random, steps=STEPS, n_sweeps=50)
         some = y[random.permutation(len(y))[:n]]
         found = surrogate.geometry.log_prob(problem, some)
         finite = np.isfinite(found)

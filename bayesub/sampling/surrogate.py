@@ -8,16 +8,21 @@ larger in the tails. Their density is therefore that of a t distribution of nu =
     log S = log prior - (nu + k) / 2 log(1 + |r|^2 / nu).
 
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
-where the posterior is a thin and bent one. Each round brings them nearer. All but the last are drawn at twice the
-variance of the readings, so that the surrogate holds in the tails as well.
+where the posterior is a thin and bent one. Each round brings them nearer, and in the end it is fitted once more to many
+of them. It is fitted to draws at twice the variance of the readings, so that it holds in the tails as well.
 """
+
+from functools import partial
 
 import numpy as np
 
-from bayesub.sampling.geometry import Geometry, features
-from bayesub.sampling.moves import crank_nicolson
+from bayesub.sampling.geometry import Geometry, features, features_pullback
+from bayesub.sampling.moves import crank_nicolson, hamiltonian
 
 STEPS = (0.1, 0.2, 0.4, 0.8)  # of the Crank-Nicolson sweeps on the surrogate
+LEAPS, LEAP_STEPS = 8, (0.1, 0.2, 0.4)  # of the flights on it, which are about a quarter of a turn long
+_DRAWS, _LAST_DRAWS = 2, 6  # simulations for each feature of the polynomial, in the rounds and in the end
+_LAST_FLIGHTS = 4
 _ROUNDS = 4
 _HOT = 2.0  # temperature of the draws that the surrogate is fitted to
 _SWEEPS = 20  # over all draws, three times before the sheet is straightened and once after
@@ -69,6 +74,17 @@ class Surrogate:
         excess = np.log1p(np.einsum("ij,ij->i", residuals, residuals) / n_degrees)
         return log_prior - 0.5 / temperature * (n_degrees + residuals.shape[1]) * excess
 
+    def gradient(self, y, temperature: float = 1.0) -> np.ndarray:
+        """(n, n_params) gradient of :meth:`log_prob` within the support of the prior."""
+        z = self.geometry.bent(y)
+        residuals = features(z, self.geometry.active) @ self.coefficients
+        n_degrees = _FREEDOM[0] + _FREEDOM[1] * residuals.shape[1]
+        weights = (n_degrees + residuals.shape[1]) / (n_degrees + np.einsum("ij,ij->i", residuals, residuals))
+        by_features = -(weights[:, None] / temperature * residuals) @ self.coefficients.T
+        slopes = features_pullback(z, self.geometry.active, by_features)
+        slopes += self.geometry.prior.scaled_slope(self.geometry.scaled(z)) @ self.geometry.basis
+        return self.geometry.pullback(z, slopes)
+
 
 def learn(
     problem, geometry: Geometry, rng: np.random.Generator, progress=lambda _: None
@@ -83,17 +99,33 @@ def learn(
     geometry.find_active(problem, random)
     (at_mode,) = problem.residuals(geometry.prior.unscaled(geometry.mode[None]))
     n_features = features(np.zeros((1, geometry.n_params)), geometry.active).shape[1]
-    y = geometry.draws(random, 2 * n_features + 300)
+    y = geometry.draws(random, _DRAWS * n_features + 300)
     for n in range(_ROUNDS):
-        progress(n / _ROUNDS)
-        z = geometry.bent(y)
-        parameters = geometry.prior.unscaled(geometry.scaled(z))
-        chunks = [parameters[first : first + _BATCH] for first in range(0, len(y), _BATCH)]
-        residuals = np.concatenate([problem.residuals(chunk) for chunk in chunks])
-        done = np.isfinite(residuals).all(axis=1)
-        surrogate = Surrogate(geometry, z[done], residuals[done], at_mode)
+        progress(n / (_ROUNDS + 1))
+        surrogate = _fitted(problem, geometry, y, at_mode)
         y = _settled(geometry, surrogate, y, _HOT if n < _ROUNDS - 1 else 1.0, random)
-    return surrogate, y
+    progress(_ROUNDS / (_ROUNDS + 1))
+    y = y[random.randint(len(y), size=_LAST_DRAWS * n_features + 300)]
+    surrogate = _fitted(problem, geometry, flown(surrogate, y, random, _LAST_FLIGHTS, _HOT)[0], at_mode)
+    return surrogate, flown(surrogate, y, random, _LAST_FLIGHTS)[0]
+
+
+def flown(surrogate, y, random, n_flights: int, temperature: float = 1.0):
+    """Draws y (n, n_params) of a surrogate after flights on it, their log densities and the fraction accepted."""
+    density, gradient = (partial(f, temperature=temperature) for f in (surrogate.log_prob, surrogate.gradient))
+    return hamiltonian(density, gradient, y, density(y), random, steps=LEAP_STEPS, n_leaps=LEAPS, n_flights=n_flights)
+
+
+def _fitted(problem, geometry, y, at_mode) -> Surrogate:
+    """The surrogate fitted to simulations at y (n, n_params), in batches; those that fail are left out."""
+    z = geometry.bent(y)
+    parameters = geometry.prior.unscaled(geometry.scaled(z))
+    inside = np.isfinite(geometry.prior.scaled_log_density(geometry.scaled(z)))
+    z, parameters = z[inside], parameters[inside]
+    chunks = [parameters[first : first + _BATCH] for first in range(0, len(z), _BATCH)]
+    residuals = np.concatenate([problem.residuals(chunk) for chunk in chunks])
+    done = np.isfinite(residuals).all(axis=1)
+    return Surrogate(geometry, z[done], residuals[done], at_mode)
 
 
 def _settled(geometry, surrogate, y, temperature, random):
@@ -104,8 +136,8 @@ def _settled(geometry, surrogate, y, temperature, random):
 
     density, seen = log_prob(y), []
     for _ in range(3):
-        y, density, _ = crank_nicolson(log_prob, y, density, STEPS, _SWEEPS, random)
+        y, density, _ = crank_nicolson(log_prob, y, density, random, steps=STEPS, n_sweeps=_SWEEPS)
         seen.append(geometry.bent(y))
     geometry.straighten(np.concatenate(seen))
     y = geometry.straightened(seen[-1])
-    return crank_nicolson(log_prob, y, log_prob(y), STEPS, _SWEEPS, random)[0]
+    return crank_nicolson(log_prob, y, log_prob(y), random, steps=STEPS, n_sweeps=_SWEEPS)[0]
