@@ -19,11 +19,10 @@ from bayesub.sampling import checkpoint as store
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
-from bayesub.sampling.surrogate import STEPS, Surrogate, flown, learn
+from bayesub.sampling.surrogate import STEPS, Surrogate, learn, walks
 
 N_WALKERS = 16
 PCN_STEPS = (0.2, 0.5, 1.0)
-SWEEPS, FLIGHTS = (20, 80), (1, 4)  # on the surrogate before each simulation
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
 LOOK = 100  # kept steps before the first look at convergence
 SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
@@ -105,7 +104,10 @@ class _Run:
             n_ensembles * n_walkers,
             problem.n_params,
             lambda y: self.geometry.log_prob(problem, y),
-            moves=[*_transitions(surrogate), (LaplacePCN(PCN_STEPS), 0.1)],
+            moves=[
+                *((SurrogateTransition(surrogate.log_prob, walk), 0.9) for walk in walks(surrogate)),
+                (LaplacePCN(PCN_STEPS), 0.1 * len(walks(surrogate))),
+            ],
             vectorize=True,
         )
 
@@ -200,14 +202,6 @@ def straightened(problem, rng: np.random.Generator, progress) -> tuple[Geometry,
     geometry = Geometry(smooth, posterior_mode(problem).values)
     surrogate, draws = learn(smooth, geometry, rng, lambda done: progress(0.0, f"surrogate {done:.0%}"))
     return geometry, surrogate, draws
-
-
-def _transitions(surrogate):
-    """Moves that walk on the surrogate, by sweeps and by flights of different lengths, and their weights."""
-    sweep = partial(crank_nicolson, surrogate.log_prob, steps=STEPS)
-    walks = [partial(sweep, n_sweeps=n) for n in SWEEPS]
-    walks += [lambda y, _, random, n=n: flown(surrogate, y, random, n) for n in FLIGHTS]
-    return [(SurrogateTransition(surrogate.log_prob, walk), 0.9 / len(walks)) for walk in walks]
 
 
 def _settings(problem, rng, n_ensembles, n_walkers) -> dict:

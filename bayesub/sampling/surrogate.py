@@ -23,6 +23,10 @@ STEPS = (0.1, 0.2, 0.4, 0.8)  # of the Crank-Nicolson sweeps on the surrogate
 LEAPS, LEAP_STEPS = 8, (0.1, 0.2, 0.4)  # of the flights on it, which are about a quarter of a turn long
 _DRAWS, _LAST_DRAWS = 2, 6  # simulations for each feature of the polynomial, in the rounds and in the end
 _LAST_FLIGHTS = 4
+_FLIGHTS, _WALKS = (1, 2, 4), (100, 400)  # flights, or sweeps, before each simulation
+_EXPLORERS, _EXPLORATIONS, _STEPS_OF_EXPLORERS, _VISITS = 256, 3, 20, 5
+_GOOD = 0.6  # acceptance of explorers with which there is nothing left to explore
+_FLYING = 0.5  # acceptance on the surrogate below which flights end outside bounds too often
 _ROUNDS = 4
 _HOT = 2.0  # temperature of the draws that the surrogate is fitted to
 _SWEEPS = 20  # over all draws, three times before the sheet is straightened and once after
@@ -39,6 +43,10 @@ class Surrogate:
     ----------
     geometry : its whitening and active directions stay as they are; its bends may change later
     z : (n, n_params) whitened coordinates of the residuals (n, n_readings), and at_mode (n_readings,) those at the mode
+
+    Attributes
+    ----------
+    flies : whether flights on it are worth their gradients; bounds stop them
     """
 
     def __init__(self, geometry: Geometry, z, residuals, at_mode):
@@ -52,17 +60,18 @@ class Surrogate:
         misfit = changes @ span.T - known @ coefficients
         noise = np.eye(len(span)) + misfit.T @ misfit / (len(z) - known.shape[1])
         coefficients[0] += span @ at_mode
+        self.flies = True
         self.coefficients = np.linalg.solve(np.linalg.cholesky(noise), coefficients.T).T
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What it consists of besides its geometry, to be stored."""
-        return {"surrogate": self.coefficients}
+        return {"surrogate": self.coefficients, "flies": np.array(self.flies)}
 
     @classmethod
     def restored(cls, geometry: Geometry, arrays: dict[str, np.ndarray]) -> "Surrogate":
         """The surrogate that :meth:`arrays` describe, bit for bit."""
         self = cls.__new__(cls)
-        self.geometry, self.coefficients = geometry, arrays["surrogate"]
+        self.geometry, self.coefficients, self.flies = geometry, arrays["surrogate"], bool(arrays["flies"])
         return self
 
     def log_prob(self, y, temperature: float = 1.0) -> np.ndarray:
@@ -106,8 +115,49 @@ def learn(
         y = _settled(geometry, surrogate, y, _HOT if n < _ROUNDS - 1 else 1.0, random)
     progress(_ROUNDS / (_ROUNDS + 1))
     y = y[random.randint(len(y), size=_LAST_DRAWS * n_features + 300)]
-    surrogate = _fitted(problem, geometry, flown(surrogate, y, random, _LAST_FLIGHTS, _HOT)[0], at_mode)
-    return surrogate, flown(surrogate, y, random, _LAST_FLIGHTS)[0]
+    hot, *_ = flown(surrogate, y, random, _LAST_FLIGHTS, _HOT)
+    seen, explorers = [hot], y[:_EXPLORERS]
+    surrogate = _fitted(problem, geometry, hot, at_mode)
+    draws, _, accepted = flown(surrogate, hot, random, _LAST_FLIGHTS)
+    flies = surrogate.flies = bool(np.mean(accepted) > _FLYING)
+    for _ in range(_EXPLORATIONS):
+        explorers, visited, accepted = _explored(problem, surrogate, explorers, random)
+        seen += visited
+        surrogate = _fitted(problem, geometry, np.concatenate(seen), at_mode)
+        surrogate.flies = flies
+        if accepted > _GOOD:
+            break
+    return surrogate, draws
+
+
+def _explored(problem, surrogate, y, random):
+    """Walkers y (n, n_params) after steps that leave the posterior itself invariant, where they were, the acceptance.
+
+    They stay long where the surrogate is too low, which is where it must be fitted better.
+    """
+    walk, *_ = walks(surrogate)
+    density, visited, accepted = surrogate.geometry.log_prob(problem, y), [], []
+    for n in range(1, _STEPS_OF_EXPLORERS + 1):
+        proposed, after, _ = walk(y, surrogate.log_prob(y), random)
+        new = surrogate.geometry.log_prob(problem, proposed)
+        with np.errstate(invalid="ignore"):  # a walker may start where the simulation fails
+            ratio = new - after - (density - surrogate.log_prob(y))
+        taken = np.log(random.random_sample(len(y))) < ratio
+        y, density = np.where(taken[:, None], proposed, y), np.where(taken, new, density)
+        accepted.append(np.mean(taken))
+        if n % _VISITS == 0:
+            visited.append(y)
+    return y, visited, np.mean(accepted)
+
+
+def walks(surrogate) -> list:
+    """Walks on a surrogate, of different lengths: flights, or sweeps where it does not fly.
+
+    Each takes coordinates (n, n_params), their log densities and a source of random numbers.
+    """
+    if surrogate.flies:
+        return [lambda y, _, random, n=n: flown(surrogate, y, random, n) for n in _FLIGHTS]
+    return [partial(crank_nicolson, surrogate.log_prob, steps=STEPS, n_sweeps=n) for n in _WALKS]
 
 
 def flown(surrogate, y, random, n_flights: int, temperature: float = 1.0):
