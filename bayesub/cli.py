@@ -12,8 +12,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from bayesub import coefficients, identifiability, inputs, logs, script, study
+from bayesub import coefficients, identifiability, inputs, logs, script, study, templates
 from bayesub.errors import InputError
+from bayesub.hulls import load_hull
 from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
@@ -74,6 +75,44 @@ def _entries(kind: str) -> list[tuple[str, str]]:
     return [(name, read(path).description) for name, path in inputs.built_in(kind).items()]
 
 
+@app.group()
+def new() -> None:
+    """Write a commented template: a vehicle of your own, or the geometry of its hull.
+
+    Example: bayesub new vehicle myboat
+    """
+
+
+@new.command(epilog="Example: bayesub new vehicle myboat --geometry myboat_hull.toml")
+@click.argument("name")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
+@click.option("--from", "source", metavar="VEHICLE", help="Start from a copy of this vehicle (built-in name or TOML).")
+@click.option("--geometry", type=PATH, metavar="HULL", help="Estimate added masses from this geometry file.")
+def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None) -> None:
+    """Write a vehicle file with every key and all 101 coefficients; what is unknown is zero.
+
+    With a geometry, added masses and what follows from them are estimated, each with its uncertainty and source.
+    """
+    if source and geometry:
+        raise InputError("--from and --geometry exclude each other")
+    text = templates.copied(name, source) if source else templates.vehicle(name, geometry and load_hull(geometry))
+    _written(output or Path(f"{name}.toml"), text, "bayesub check says what it lacks")
+
+
+@new.command("geometry", epilog="Example: bayesub new geometry myboat -o myboat_hull.toml")
+@click.argument("name")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME_hull.toml if left out.")
+def new_geometry(name: str, output: Path | None) -> None:
+    """Write a hull geometry file, to be filled in and given to `bayesub new vehicle --geometry`."""
+    path = output or Path(f"{name}_hull.toml")
+    _written(path, templates.geometry(name), f"fill it in, then bayesub new vehicle {name} --geometry {path}")
+
+
+def _written(path: Path, text: str, advice: str) -> None:
+    templates.write_new(path, text)
+    console.print(f"{path}: {advice}", soft_wrap=True, markup=False)
+
+
 @app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml")
 @click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
 def check(files: tuple[Path, ...]) -> None:
@@ -97,13 +136,17 @@ def _checked(path: Path) -> str:
         return (
             f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of 101 coefficients not zero"
         )
+    if "hull" in keys:
+        hull = load_hull(path)
+        return f"geometry of a hull of {hull.file.hull.length_m:g} m that displaces {hull.mass_kg:.4g} kg"
     if "kind" in keys:
         file = read_manoeuvre(path)
         return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s"
     if "vehicle" in keys:
         return _cost(study.prepare(study.load_study(path)))
     raise InputError(
-        f"{path}: is neither a vehicle (no 'coefficients'), a manoeuvre (no 'kind') nor a study (no 'vehicle')"
+        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind') nor a study "
+        "(no 'vehicle')"
     )
 
 
