@@ -12,7 +12,17 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from bayesub import coefficients, identifiability, inputs, logs, script, study, templates
+from bayesub import (
+    coefficients,
+    identifiability,
+    inputs,
+    logs,
+    script,
+    study,
+    templates,
+    vehicle_check,
+    vehicle_lines,
+)
 from bayesub.errors import InputError
 from bayesub.hulls import load_hull
 from bayesub.linear_systems import linear_systems
@@ -113,15 +123,51 @@ def _written(path: Path, text: str, advice: str) -> None:
     console.print(f"{path}: {advice}", soft_wrap=True, markup=False)
 
 
-@app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml")
+@app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
 @click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
-def check(files: tuple[Path, ...]) -> None:
-    """Validate vehicles, manoeuvres, studies (TOML, Python) and logs (CSV); say what a study costs, but run nothing."""
+@click.option("--card", type=PATH, help="Draw the card of the one vehicle among the files into this PNG or PDF.")
+@click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")
+def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
+    """Validate vehicles, geometries, manoeuvres, studies (TOML, Python) and logs (CSV); say what a study costs.
+
+    Of a vehicle it prints a card: balance, stability, turning circle, answer to the planes, mass matrix, and warnings
+    with a remedy. FILE may be the name of a built-in vehicle.
+    """
+    found = {}
     for path in files:
-        console.print(f"{path}: {_checked(path)}", soft_wrap=True)
+        text, vehicle_card = _checked(inputs.built_in("vehicles").get(str(path), path))
+        found[str(path)] = (text, vehicle_card)
+        if not as_json:
+            console.print(f"{path}: {text}", soft_wrap=True, markup=False)
+            for line in vehicle_lines.lines(vehicle_card) if vehicle_card else ():
+                console.print(line, soft_wrap=True, markup=False)
+    if as_json:
+        contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in found.items()}
+        click.echo(json.dumps(contents, indent=2, allow_nan=False))
+    if card is not None:
+        cards = [c for _, c in found.values() if c]
+        if len(cards) != 1:
+            raise InputError(f"--card draws one vehicle, found {len(cards)} among the files")
+        from bayesub.plots import vehicle_card as drawing
+
+        drawing.draw(cards[0], card)
 
 
-def _checked(path: Path) -> str:
+def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:
+    """What a file is, and the card of a vehicle."""
+    if path.suffix == ".py" or path.suffix.lower() == ".csv":
+        return _described(path), None
+    keys = inputs.read_toml_table(path)
+    if "coefficients" in keys:
+        boat = load_vehicle(path)
+        used = int((boat.xi != 0).sum())
+        size = f"{boat.length_m:g} m at {boat.speed_mps:g} m/s"
+        text = f"vehicle '{boat.name}', {size}, {used} of 101 coefficients not zero"
+        return text, vehicle_check.check(boat)
+    return _described(path), None
+
+
+def _described(path: Path) -> str:
     if path.suffix == ".py":
         return f"study script: {script.question(path)}"
     if path.suffix.lower() == ".csv":
@@ -130,12 +176,6 @@ def _checked(path: Path) -> str:
         columns = ", ".join(logs.HEADERS[name] for name in log)
         return f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {columns}"
     keys = inputs.read_toml_table(path)
-    if "coefficients" in keys:
-        boat = load_vehicle(path)
-        used = int((boat.xi != 0).sum())
-        return (
-            f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of 101 coefficients not zero"
-        )
     if "hull" in keys:
         hull = load_hull(path)
         return f"geometry of a hull of {hull.file.hull.length_m:g} m that displaces {hull.mass_kg:.4g} kg"
@@ -145,8 +185,8 @@ def _checked(path: Path) -> str:
     if "vehicle" in keys:
         return _cost(study.prepare(study.load_study(path)))
     raise InputError(
-        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind') nor a study "
-        "(no 'vehicle')"
+        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind') nor a "
+        "study (no 'vehicle')"
     )
 
 

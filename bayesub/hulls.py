@@ -21,6 +21,7 @@ SURGE_SD = 0.25  # relative: ellipsoid against Munk's hull with pointed ends (th
 FIN_SD = 0.30  # relative: strips and span correction; plates of aspect ratio one are known no better
 ROLL_SD = 0.50  # relative: cruciform, plate and finned circle differ by this (thesis figure 5)
 MUNK_SD = 0.50  # relative: fins and viscosity take away about half of the Munk moment
+ROUND_OFF = 1e-14  # non-dimensional, of sums that vanish by symmetry; coefficients are above 1e-7
 CENTRE_SD = 0.01  # of the length: where the added mass of the hull is centred
 
 
@@ -146,10 +147,11 @@ class Hull:
         variances[munk] = (MUNK_SD * values[munk]) ** 2
         factors = dimensional_factors(self.file.hull.length_m, self.file.water_density_kgm3)
         scale = self.file.water_density_kgm3 / factors
+        values[np.abs(values * scale) < ROUND_OFF] = 0.0
         return {
             term.name: Estimate(float(value), float(sd), _source(term))
             for term, value, sd in zip(TERMS, values * scale, np.sqrt(variances) * scale, strict=True)
-            if sd > 0.0 and (term.name in ("Muw", "Nuv") or "u" not in term.symbols)
+            if sd > ROUND_OFF and (term.name in ("Muw", "Nuv") or "u" not in term.symbols)
         }
 
 

@@ -19,7 +19,7 @@ FORCES = {
 
 
 def vehicle(name: str, hull: Hull | None = None) -> str:
-    """The text of a vehicle file with every key; with a `hull`, its dimensions and the estimates of its coefficients."""
+    """The text of a vehicle file with every key; with a `hull`, its dimensions and what is estimated from it."""
     _check(name)
     text = (inputs.DATA / "templates" / "vehicle.toml").read_text(encoding="utf-8")
     return text.format(name=name, **_body(hull)) + _coefficients({} if hull is None else hull.estimates)
