@@ -116,14 +116,20 @@ class HullFile(Section):
     hull: Annotated[EllipsoidHull | TorpedoHull | OffsetsHull, pydantic.Field(discriminator="shape")]
     fins: tuple[FinsSection, ...] = ()
 
-    @pydantic.model_validator(mode="after")
-    def _fins_reach_out(self):
-        for fins in self.fins:
-            breadth, height = (radius.min() for radius in self.hull.half_widths(nodes(fins.from_m, fins.to_m)[0]))
+    @pydantic.field_validator("fins")
+    @classmethod
+    def _reach_out(cls, given: tuple[FinsSection, ...], info: pydantic.ValidationInfo) -> tuple[FinsSection, ...]:
+        if "hull" not in info.data:
+            return given
+        for fins in given:
+            at = nodes(fins.from_m, fins.to_m)[0]
+            breadth, height = (radius.min() for radius in info.data["hull"].half_widths(at))
             for key, radius in (("top_m", height), ("bottom_m", height), ("side_m", breadth)):
                 if 0.0 < getattr(fins, key) <= radius:
-                    raise ValueError(f"fins '{fins.name}': {key} must exceed the radius of the hull there, {radius:g}")
-        return self
+                    raise ValueError(
+                        f"fins '{fins.name}': {key} must exceed the radius of the hull there, {radius:.3g}"
+                    )
+        return given
 
 
 def nodes(first: float, last: float) -> tuple[np.ndarray, np.ndarray]:

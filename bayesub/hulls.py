@@ -22,7 +22,9 @@ FIN_SD = 0.30  # relative: strips and span correction; plates of aspect ratio on
 ROLL_SD = 0.50  # relative: cruciform, plate and finned circle differ by this (thesis figure 5)
 MUNK_SD = 0.50  # relative: fins and viscosity take away about half of the Munk moment
 ROUND_OFF = 1e-14  # non-dimensional, of sums that vanish by symmetry; coefficients are above 1e-7
-CENTRE_SD = 0.01  # of the length: where the added mass of the hull is centred
+CENTRE_SD = (
+    0.04  # of the length: where the added mass is centred; built-in vehicles have Yrdot/Yvdot and the like to 0.065
+)
 
 
 @dataclass(frozen=True)
