@@ -60,8 +60,9 @@ def stability_indices(vehicle: Vehicle) -> dict[str, float | None]:
     moment = mass * vehicle.body[layout.XG] / vehicle.length_m
     yv, yr, nv, nr = (vehicle.xi[INDEX[name]] for name in ("Yuv", "Yur", "Nuv", "Nur"))
     zw, zq, mw, mq = (vehicle.xi[INDEX[name]] for name in ("Zuw", "Zuq", "Muw", "Muq"))
-    horizontal = 1.0 - nv * (yr - mass) / (yv * (nr - moment))
-    vertical = 1.0 - mw * (zq + mass) / (zw * (mq - moment))
+    with np.errstate(all="ignore"):
+        horizontal = 1.0 - nv * (yr - mass) / (yv * (nr - moment))
+        vertical = 1.0 - mw * (zq + mass) / (zw * (mq - moment))
     return {
         "horizontal_G_h": number_or_none(horizontal) if yv < 0.0 and nr - moment < 0.0 else None,
         "vertical_G_v": number_or_none(vertical) if zw < 0.0 and mq - moment < 0.0 else None,

@@ -139,7 +139,7 @@ def _as_section(given):
         return given
     number = isinstance(given, int | float) and not isinstance(given, bool)
     if not number or not abs(given) < math.inf:
-        raise PydanticCustomError("coefficient", "should be a finite number or {{ value = .., sd = .. }}")
+        raise PydanticCustomError("coefficient", "should be a finite number or { value = .., sd = .. }")
     return {"value": given}
 
 

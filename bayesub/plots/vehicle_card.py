@@ -6,6 +6,7 @@ from bayesub.coefficients import AXES, INDEX, TERMS
 from bayesub.plots import style
 from bayesub.vehicles import load_vehicle
 
+SMALLEST, LARGEST = 1e-10, 1e4  # sizes drawn; beyond them a coefficient sits at the edge
 _OTHERS = {"suboff": "o", "auv690": "s", "npsauv": "^"}
 
 
@@ -73,7 +74,7 @@ def _draw_coefficients(figure, boat):
     """Sizes of the coefficients, axis by axis; those that are zero at the foot."""
     others = {name: load_vehicle(name).xi for name in _OTHERS if name != boat.name}
     sizes = np.abs([boat.xi, *others.values()])
-    positive = sizes[sizes > 0.0]
+    positive = np.clip(sizes[sizes > 0.0], SMALLEST, LARGEST)
     bottom, top = 10.0 ** np.floor(np.log10(positive.min()) - 1.0), 3.0 * positive.max()
     panels = figure.subplots(2, 3, sharey=True)
     for axis, panel in zip(AXES, panels.flat, strict=True):
@@ -88,9 +89,8 @@ def _draw_coefficients(figure, boat):
         for sign, marker in ((1.0, "+"), (-1.0, "_")):
             chosen = np.sign(values) == sign
             label = f"{boat.name}, {'positive' if sign > 0 else 'negative'}"
-            panel.plot(
-                places[chosen], np.abs(values[chosen]), marker, ms=9, mew=2.0, color=style.TRUTH, ls="", label=label
-            )
+            drawn = np.clip(np.abs(values[chosen]), SMALLEST, LARGEST)
+            panel.plot(places[chosen], drawn, marker, ms=9, mew=2.0, color=style.TRUTH, ls="", label=label)
         zero = values == 0.0
         panel.plot(places[zero], np.full(zero.sum(), 2.0 * bottom), "x", ms=4, color=style.NULL, ls="", label="zero")
         panel.set_yscale("log")
