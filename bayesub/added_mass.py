@@ -33,9 +33,14 @@ def ellipsoid(a: float, b: float, c: float) -> tuple[np.ndarray, np.ndarray]:
     return alpha / (2.0 - alpha), inertia
 
 
-def munk_surge(radius: float) -> float:
-    """Surge added mass of an airship hull, a quarter of a sphere of its largest radius (thesis section 3.5.1), m^3."""
-    return np.pi / 3.0 * radius**3
+def long_ovoid(radius: float) -> float:
+    """Surge added mass of a long Rankine ovoid, whose ends are blunter than an ellipsoid's: half a sphere, m^3.
+
+    It does not depend on the length (the model of Munk 1923 in thesis section 3.5.1). The momentum of a source and a
+    sink, flux times distance, is that of the displaced and the added mass together (Newman section 4.14), and each end
+    of the ovoid holds (pi/3) r^3 less than a cylinder that ends at the source.
+    """
+    return 2.0 * np.pi / 3.0 * radius**3
 
 
 def section(radius, top, bottom):
@@ -78,13 +83,6 @@ def _roll(radius, top, bottom, power):
     distance = np.where(on_plate > 2.0 * radius, on_fin, radius)
     amplitudes = fft.dct(distance**power) / N_ANGLES
     return np.pi / 4.0 * np.sum(np.arange(N_ANGLES) * amplitudes**2)
-
-
-def finned_circle_roll(radius: float, tip: float) -> float:
-    """Newman's closed form (table 4.3) of :func:`section_roll` with two equal fins, m^4."""
-    alpha = np.pi - np.arcsin(2.0 * radius * tip / (radius**2 + tip**2))
-    bracket = 2.0 * alpha**2 - alpha * np.sin(4.0 * alpha) + 0.5 * np.sin(2.0 * alpha) ** 2
-    return radius**4 * (bracket / (np.pi * np.sin(alpha) ** 4) - 0.5 * np.pi)
 
 
 def finite_span(span: float, chord: float) -> float:

@@ -162,7 +162,9 @@ def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:
         boat = load_vehicle(path)
         used = int((boat.xi != 0).sum())
         size = f"{boat.length_m:g} m at {boat.speed_mps:g} m/s"
-        text = f"vehicle '{boat.name}', {size}, {used} of 101 coefficients not zero"
+        known = int(np.isfinite(boat.sd).sum())
+        told = f", {known} with a standard deviation" if known else ""
+        text = f"vehicle '{boat.name}', {size}, {used} of 101 coefficients not zero{told}"
         return text, vehicle_check.check(boat)
     return _described(path), None
 

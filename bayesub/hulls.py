@@ -17,14 +17,11 @@ from bayesub.errors import InputError
 from bayesub.hull_files import FinsSection, HullFile, nodes
 
 HULL_SD = 0.10  # relative: hulls against the ellipsoid of the same slenderness
-SURGE_SD = 0.25  # relative: ellipsoid against Munk's hull with pointed ends (thesis figure 4)
 FIN_SD = 0.30  # relative: strips and span correction; plates of aspect ratio one are known no better
 ROLL_SD = 0.50  # relative: cruciform, plate and finned circle differ by this (thesis figure 5)
 MUNK_SD = 0.50  # relative: fins and viscosity take away about half of the Munk moment
 ROUND_OFF = 1e-14  # non-dimensional, of sums that vanish by symmetry; coefficients are above 1e-7
-CENTRE_SD = (
-    0.04  # of the length: where the added mass is centred; built-in vehicles have Yrdot/Yvdot and the like to 0.065
-)
+CENTRE_SD = 0.04  # of the length: where added mass is centred; Yrdot/Yvdot and the like are 0.007 to 0.065 if measured
 
 
 @dataclass(frozen=True)
@@ -74,7 +71,8 @@ class Hull:
         """The parts of the added-mass matrix, each with its error of one standard deviation, all (6, 6) per density.
 
         Parts err independently, but what belongs to one part errs together, so that what vanishes by symmetry stays
-        zero. The fourth part is nothing but an error, that of where the added mass of the hull is centred.
+        zero. The last part is nothing but an error, that of where the added mass of the hull is centred; the first, in
+        surge, may be off by as much as a hull with the ends of Rankine's ovoid differs from an ellipsoid.
         """
         hull = self.file.hull
         widest = [2.0 * half.max() for half in hull.half_widths(np.array(hull.joints))]
@@ -82,8 +80,9 @@ class Hull:
         surge, sway, heave = along * self.volume
         turning = np.diag([0.0, 0.0, 0.0, *about * self.displaced_inertia])
         shift = CENTRE_SD * hull.length_m
+        ahead = np.diag([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        blunter = added_mass.long_ovoid(0.5 * np.sqrt(widest[0] * widest[1])) - surge
         parts = [
-            (np.diag([surge, 0.0, 0.0, 0.0, 0.0, 0.0]), SURGE_SD),
             (_crosswise(sway, heave, self.origin - self.centre), HULL_SD),
             (turning, HULL_SD),
         ]
@@ -92,7 +91,8 @@ class Hull:
             parts += [(crosswise, FIN_SD), (rolling, ROLL_SD)]
         off_centre = _crosswise(sway, heave, shift) - _crosswise(sway, heave, 0.0)
         off_centre[[4, 5], [4, 5]] = 0.0  # second order
-        return [(part, sd * part) for part, sd in parts] + [(np.zeros((6, 6)), off_centre)]
+        surging = surge * ahead, np.hypot(HULL_SD * surge, blunter) * ahead
+        return [surging, *((part, sd * part) for part, sd in parts), (np.zeros((6, 6)), off_centre)]
 
     def _fins(self, fins: FinsSection) -> tuple[np.ndarray, np.ndarray]:
         """What fins add to the added-mass matrix: by moving crosswise, and by rolling."""

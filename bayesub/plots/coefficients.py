@@ -68,4 +68,4 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
         first = [k for k in range(1, n) if names[k][0] != names[k - 1][0]]
         for k in first:
             axis.axvline(k - 0.5, color=style.TRUTH, lw=0.5, ls=":")
-        axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8)
+        axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5 if n > 20 else 3, fontsize=8)
