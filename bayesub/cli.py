@@ -150,7 +150,10 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
             raise InputError(f"--card draws one vehicle, found {len(cards)} among the files")
         from bayesub.plots import vehicle_card as drawing
 
-        drawing.draw(cards[0], card)
+        try:
+            drawing.draw(cards[0], card)
+        except (OSError, ValueError) as error:
+            raise InputError(f"{card}: cannot be drawn: {str(error).splitlines()[0]}") from None
 
 
 def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:

@@ -21,9 +21,7 @@ STRAY_DEG = 1.0  # heading, pitch and roll of straight flight
 STRAY_LENGTHS = 0.1  # depth, in ship lengths
 ASYMMETRY = 0.5  # of the larger of two added masses that are one in ideal fluid
 GROWTH = 1e-3  # per ship length: round-off and motions that neither grow nor decay stay below
-DECADE = (
-    10.0  # on either side of the built-in vehicles: most degrees for radians and wrong powers of the length are outside
-)
+DECADE = 10.0  # either side of the built-in vehicles; most degrees for radians and wrong powers of length are outside
 DIAMETERS = (1.0, 20.0)  # of turning circles with 15 degrees of rudder, ship lengths
 RADII = (0.15, 0.35)  # radius of gyration in pitch and yaw; a homogeneous cylinder has 0.29, an ellipsoid 0.22
 
