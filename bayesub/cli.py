@@ -17,9 +17,20 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from bayesub import coefficients, identifiability, inputs, logs, script, study
+from bayesub import (
+    coefficients,
+    identifiability,
+    inputs,
+    logs,
+    script,
+    study,
+    templates,
+    vehicle_check,
+    vehicle_lines,
+)
 from bayesub.errors import InputError
 from bayesub.files import reason
+from bayesub.hulls import load_hull
 from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
@@ -83,15 +94,94 @@ def _entries(kind: str) -> list[tuple[str, str]]:
     return [(name, read(path).description) for name, path in inputs.built_in(kind).items()]
 
 
-@app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml")
+@app.group()
+def new() -> None:
+    """Write a commented template: a vehicle of your own, or the geometry of its hull.
+
+    Example: bayesub new vehicle myboat
+    """
+
+
+@new.command(epilog="Example: bayesub new vehicle myboat --geometry myboat_hull.toml")
+@click.argument("name")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
+@click.option("--from", "source", metavar="VEHICLE", help="Start from a copy of this vehicle (built-in name or TOML).")
+@click.option("--geometry", type=PATH, metavar="HULL", help="Estimate added masses from this geometry file.")
+def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None) -> None:
+    """Write a vehicle file with every key and all 101 coefficients; what is unknown is zero.
+
+    With a geometry, added masses and what follows from them are estimated, each with its uncertainty and source.
+    """
+    if source and geometry:
+        raise InputError("--from and --geometry exclude each other")
+    text = templates.copied(name, source) if source else templates.vehicle(name, geometry and load_hull(geometry))
+    _written(output or Path(f"{name}.toml"), text, "bayesub check says what it lacks")
+
+
+@new.command("geometry", epilog="Example: bayesub new geometry myboat -o myboat_hull.toml")
+@click.argument("name")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME_hull.toml if left out.")
+def new_geometry(name: str, output: Path | None) -> None:
+    """Write a hull geometry file, to be filled in and given to `bayesub new vehicle --geometry`."""
+    path = output or Path(f"{name}_hull.toml")
+    _written(path, templates.geometry(name), f"fill it in, then bayesub new vehicle {name} --geometry {path}")
+
+
+def _written(path: Path, text: str, advice: str) -> None:
+    templates.write_new(path, text)
+    console.print(f"{path}: {advice}", soft_wrap=True, markup=False)
+
+
+@app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
 @click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
-def check(files: tuple[Path, ...]) -> None:
-    """Validate vehicles, manoeuvres, studies (TOML, Python) and logs (CSV); say what a study costs, but run nothing."""
+@click.option("--card", type=PATH, help="Draw the card of the one vehicle among the files into this PNG or PDF.")
+@click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")
+def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
+    """Validate vehicles, geometries, manoeuvres, studies (TOML, Python) and logs (CSV); say what a study costs.
+
+    Of a vehicle it prints a card: balance, stability, turning circle, answer to the planes, mass matrix, and warnings
+    with a remedy. FILE may be the name of a built-in vehicle.
+    """
+    found = {}
     for path in files:
-        console.print(f"{path}: {_checked(path)}", soft_wrap=True)
+        text, vehicle_card = _checked(inputs.built_in("vehicles").get(str(path), path))
+        found[str(path)] = (text, vehicle_card)
+        if not as_json:
+            console.print(f"{path}: {text}", soft_wrap=True, markup=False)
+            for line in vehicle_lines.lines(vehicle_card) if vehicle_card else ():
+                console.print(line, soft_wrap=True, markup=False)
+    if as_json:
+        contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in found.items()}
+        click.echo(json.dumps(contents, indent=2, allow_nan=False))
+    if card is not None:
+        cards = [c for _, c in found.values() if c]
+        if len(cards) != 1:
+            raise InputError(f"--card draws one vehicle, found {len(cards)} among the files")
+        from bayesub.plots import vehicle_card as drawing
+
+        try:
+            drawing.draw(cards[0], card)
+        except (OSError, ValueError) as error:
+            raise InputError(f"{card}: cannot be drawn: {str(error).splitlines()[0]}") from None
 
 
-def _checked(path: Path) -> str:
+def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:
+    """What a file is, and the card of a vehicle."""
+    if path.suffix == ".py" or path.suffix.lower() == ".csv":
+        return _described(path), None
+    keys = inputs.read_toml_table(path)
+    if "coefficients" in keys:
+        boat = load_vehicle(path)
+        used = int((boat.xi != 0).sum())
+        size = f"{boat.length_m:g} m at {boat.speed_mps:g} m/s"
+        known = int(np.isfinite(boat.sd).sum())
+        told = f", {known} with a standard deviation" if known else ""
+        text = f"vehicle '{boat.name}', {size}, {used} of 101 coefficients not zero{told}"
+        return text, vehicle_check.check(boat)
+    return _described(path), None
+
+
+def _described(path: Path) -> str:
     if path.suffix == ".py":
         return f"study script: {script.question(path)}"
     if path.suffix.lower() == ".csv":
@@ -100,19 +190,17 @@ def _checked(path: Path) -> str:
         columns = ", ".join(logs.HEADERS[name] for name in log)
         return f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {columns}"
     keys = inputs.read_toml_table(path)
-    if "coefficients" in keys:
-        boat = load_vehicle(path)
-        used = int((boat.xi != 0).sum())
-        return (
-            f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of 101 coefficients not zero"
-        )
+    if "hull" in keys:
+        hull = load_hull(path)
+        return f"geometry of a hull of {hull.file.hull.length_m:g} m that displaces {hull.mass_kg:.4g} kg"
     if "kind" in keys:
         file = read_manoeuvre(path)
         return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s"
     if "vehicle" in keys:
         return _cost(study.prepare(study.load_study(path)))
     raise InputError(
-        f"{path}: is neither a vehicle (no 'coefficients'), a manoeuvre (no 'kind') nor a study (no 'vehicle')"
+        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind') nor a "
+        "study (no 'vehicle')"
     )
 
 

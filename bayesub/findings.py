@@ -105,8 +105,8 @@ def _baseline(problem, estimate, truth) -> dict:
     plain = problem.naive()
     place = [estimate.names.index(name) for name in plain.names]
     solutions, truth = estimate.solutions[:, place], truth[: plain.n_params]
-    error = np.abs(solutions / truth - 1.0)
-    start = np.abs(plain.prior.mean / truth - 1.0)
+    error = np.abs(solutions - truth)
+    start = np.abs(plain.prior.mean - truth)
     return {
         "method": estimate.method,
         "costs": estimate.costs.tolist(),
@@ -117,7 +117,9 @@ def _baseline(problem, estimate, truth) -> dict:
         "further_than_guess": np.count_nonzero(error > start, axis=1).tolist(),
         "n_params": len(truth),
         "chi_square_per_reading": _chi_square(plain, solutions),
-        "ratios": (solutions / truth).tolist(),
+        "ratios": [
+            [x / t if t else None for x, t in zip(row, truth.tolist(), strict=True)] for row in solutions.tolist()
+        ],
     }
 
 

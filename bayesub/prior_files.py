@@ -11,6 +11,7 @@ from bayesub import coefficients, likelihoods, logs, priors
 from bayesub.errors import InputError
 from bayesub.inputs import Positive, Section
 from bayesub.sensors import Channel
+from bayesub.vehicles import Vehicle
 
 
 class PriorOfOne(Section):
@@ -49,12 +50,13 @@ _KINDS = {
 class PriorSection(Section):
     """The prior of the coefficients: a spread for all, and what is given of single ones.
 
+    kind : "vehicle" takes the standard deviations in the vehicle file; `sd`, if given, is the relative one of the rest
     given : coefficient -> its own prior, and table : CSV file of further ones with the columns coefficient, mean, sd,
     of which an sd of zero fixes the coefficient
     correlations : (coefficient, coefficient, correlation) of those given by mean and sd
     """
 
-    kind: Literal["relative_normal", "relative_uniform", "relative_log_normal"]
+    kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "vehicle"]
     sd: Positive | None = None
     half_width: Positive | None = None
     log_sd: Positive | None = None
@@ -66,22 +68,35 @@ class PriorSection(Section):
 
     @pydantic.model_validator(mode="after")
     def _its_own_spread(self):
-        wanted = {"relative_normal": "sd", "relative_uniform": "half_width", "relative_log_normal": "log_sd"}[self.kind]
+        wanted = {"relative_uniform": "half_width", "relative_log_normal": "log_sd"}.get(self.kind, "sd")
         given = [key for key in ("sd", "half_width", "log_sd") if getattr(self, key) is not None]
-        if given != [wanted]:
+        if given != [wanted] and (given or self.kind != "vehicle"):
             raise ValueError(f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}")
         return self
 
-    def build(self, centre: np.ndarray) -> tuple[priors.Spread | priors.Given, dict[str, float]]:
+    def build(self, centre: np.ndarray, vehicle: Vehicle) -> tuple[priors.Spread | priors.Given, dict[str, float]]:
         """The prior about `centre` (101,), and the coefficients that are fixed with their values."""
-        spread = getattr(priors, self.kind)(self.sd or self.half_width or self.log_sd, centre)
+        spread, of_vehicle = self._spread(centre, vehicle)
         given = ({} if self.table is None else _table(Path(self.table))) | self.given
         fixed = {name: one.value for name, one in given.items() if one.value is not None}
-        built = {name: one.build() for name, one in given.items() if name not in fixed}
+        built = of_vehicle | {name: one.build() for name, one in given.items() if name not in fixed}
         _known(fixed)
         if not built and not self.correlations:
             return spread, fixed
         return priors.Given(spread, built, self.correlations), fixed
+
+    def _spread(self, centre, vehicle) -> tuple[priors.Spread, dict[str, priors.Prior]]:
+        """The spread of all coefficients, and the priors that the vehicle file gives."""
+        if self.kind != "vehicle":
+            return getattr(priors, self.kind)(self.sd or self.half_width or self.log_sd, centre), {}
+        if self.sd is None and not np.isfinite(vehicle.sd).any():
+            raise InputError(
+                f"prior: vehicle '{vehicle.name}' gives no coefficient an sd; write {{ value = .., sd = .. }} in its "
+                "file, or add the relative 'sd' of all"
+            )
+        otherwise = None if self.sd is None else priors.relative_normal(self.sd, centre)
+        prior = priors.from_vehicle(vehicle, otherwise, centre)
+        return prior.others, prior.priors
 
 
 def _known(names) -> None:

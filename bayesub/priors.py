@@ -319,9 +319,12 @@ class Given:
         """The prior of the coefficients at `columns`; raises InputError if the correlations contradict each other."""
         names = [coefficients.NAMES[k] for k in columns]
         related = {name for *pair, _ in self.correlations for name in pair}
+        single = {name for name in self.priors if name not in related}
+        normal = {name for name in single if isinstance(self.priors[name], Normal)}
         groups = {
             "others": [k for k, name in enumerate(names) if name not in self.priors],
             "related": [k for k, name in enumerate(names) if name in related],
+            "normal": [k for k, name in enumerate(names) if name in normal],
         }
         parts, positions = [], []
         if groups["others"]:
@@ -330,11 +333,18 @@ class Given:
         if groups["related"]:
             positions.append(np.array(groups["related"]))
             parts.append(self._correlated([names[k] for k in groups["related"]]))
+        if groups["normal"]:
+            positions.append(np.array(groups["normal"]))
+            parts.append(Normal(*self._moments([names[k] for k in groups["normal"]])))
         for k, name in enumerate(names):
-            if name in self.priors and name not in related:
+            if name in single - normal:
                 positions.append(np.array([k]))
                 parts.append(self.priors[name])
         return Joint(tuple(parts), tuple(positions))
+
+    def _moments(self, names) -> list[np.ndarray]:
+        """Means and standard deviations, both (n,)."""
+        return [np.concatenate([getattr(self.priors[name], key) for name in names]) for key in ("mean", "sd")]
 
     def _correlated(self, names) -> CorrelatedNormal:
         matrix = np.eye(len(names))
@@ -342,7 +352,7 @@ class Given:
             if first in names and second in names:
                 i, j = names.index(first), names.index(second)
                 matrix[i, j] = matrix[j, i] = correlation
-        mean, sd = (np.concatenate([getattr(self.priors[name], key) for name in names]) for key in ("mean", "sd"))
+        mean, sd = self._moments(names)
         try:
             factor = np.linalg.cholesky(matrix)
         except np.linalg.LinAlgError:
@@ -378,6 +388,20 @@ def relative_log_normal(log_sd: float, centre=None) -> Spread:
 def _spread(kind, key, value, centre):
     _positive(key, value)
     return Spread(kind, float(value), None if centre is None else np.asarray(centre, dtype=float))
+
+
+def from_vehicle(vehicle, otherwise: Spread | None = None, centre=None) -> Given:
+    """Normal priors with the standard deviations of a vehicle file, and `otherwise` for what has none.
+
+    Parameters
+    ----------
+    vehicle : has `xi` and `sd`, both (101,); an sd that is not a number is not given
+    otherwise : such as ``relative_normal(0.25)``; without it a coefficient that has no sd has no scale and stays fixed
+    centre : (101,) means of what has an sd; by default the vehicle's `xi`
+    """
+    mean = vehicle.xi if centre is None else np.asarray(centre, dtype=float)
+    given = {coefficients.NAMES[k]: normal(mean[k], vehicle.sd[k]) for k in np.flatnonzero(np.isfinite(vehicle.sd))}
+    return Given(otherwise or relative_normal(1.0, np.zeros(len(mean))), given)
 
 
 def normal(mean: float, sd: float) -> Normal:

@@ -130,7 +130,7 @@ def prepare(study: Study) -> Setup:
     centre = vehicle.xi
     if study.prior.centre == "perturbed":
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
-    prior, fixed = study.prior.build(centre)
+    prior, fixed = study.prior.build(centre, vehicle)
     xi = vehicle.xi.copy()
     xi[coefficients.columns(fixed)] = list(fixed.values())
     problem = Problem(

@@ -1,13 +1,16 @@
 """Vehicles: the non-dimensional coefficients, the rigid body, the propulsion and the actuators, from a TOML file."""
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 import pydantic
+from pydantic_core import PydanticCustomError
 
 from bayesub import coefficients, inputs
+from bayesub.errors import InputError
 from bayesub.inputs import Positive, Section
 from bayesub.kernels import layout
 
@@ -123,6 +126,23 @@ class ActuatorsSection(Section):
     plane_limit_deg: Positive
 
 
+class CoefficientSection(Section):
+    """A non-dimensional coefficient with its standard deviation, if that is known."""
+
+    value: float
+    sd: Positive | None = None
+
+
+def _as_section(given):
+    """A plain number is a coefficient without a standard deviation."""
+    if isinstance(given, dict | CoefficientSection):
+        return given
+    number = isinstance(given, int | float) and not isinstance(given, bool)
+    if not number or not abs(given) < math.inf:
+        raise PydanticCustomError("coefficient", "should be a finite number or { value = .., sd = .. }")
+    return {"value": given}
+
+
 class VehicleFile(Section):
     """The content of a vehicle file; every key carries its unit."""
 
@@ -138,11 +158,11 @@ class VehicleFile(Section):
         pydantic.Discriminator(_model_of),
     ]
     actuators: ActuatorsSection
-    coefficients: dict[str, float]
+    coefficients: dict[str, Annotated[CoefficientSection, pydantic.BeforeValidator(_as_section)]]
 
     @pydantic.field_validator("coefficients")
     @classmethod
-    def _all_named(cls, given: dict[str, float]) -> dict[str, float]:
+    def _all_named(cls, given: dict[str, CoefficientSection]) -> dict[str, CoefficientSection]:
         for name in given:
             if name not in coefficients.INDEX:
                 raise ValueError(f"unknown coefficient '{name}'{coefficients.nearest(name, coefficients.NAMES)}")
@@ -157,8 +177,9 @@ class VehicleFile(Section):
 class Vehicle:
     """A vehicle in SI units and radians.
 
-    `xi` (101,) holds the non-dimensional coefficients in the order of :data:`bayesub.coefficients.NAMES`; `body`
-    holds everything else that moves the boat, in the order of :data:`bayesub.kernels.layout.BODY`.
+    `xi` (101,) holds the non-dimensional coefficients in the order of :data:`bayesub.coefficients.NAMES`, and `sd`
+    (101,) their standard deviations, not a number where the file gives none; `body` holds everything else that moves
+    the boat, in the order of :data:`bayesub.kernels.layout.BODY`.
     """
 
     name: str
@@ -174,9 +195,10 @@ class Vehicle:
     plane_limits_rad: np.ndarray  # rudder, bow plane, stern plane
     body: np.ndarray
     xi: np.ndarray
+    sd: np.ndarray
 
     def __post_init__(self):
-        for array in (self.plane_limits_rad, self.body, self.xi):
+        for array in (self.plane_limits_rad, self.body, self.xi, self.sd):
             array.setflags(write=False)
 
     @property
@@ -213,12 +235,30 @@ class Vehicle:
 
 def load_vehicle(name: str | Path) -> Vehicle:
     """Load a built-in vehicle by name or a vehicle file by path; InputError names file, key and remedy."""
-    file = inputs.read_toml(inputs.find(str(name), "vehicles"), VehicleFile)
+    path = inputs.find(str(name), "vehicles")
+    file = inputs.read_toml(path, VehicleFile)
+    try:
+        with np.errstate(all="ignore"):
+            vehicle = _built(file)
+            sizes = [*vehicle.body, *(vehicle.xi * vehicle.dimensional_factors), vehicle.rpm_per_mps]
+    except OverflowError:
+        sizes = [math.inf]
+    if not np.isfinite(sizes).all() or not vehicle.rpm_per_mps > 0.0 or not vehicle.dimensional_factors.all():
+        raise InputError(
+            f"{path}: masses, forces or thrust are too large, too small or undefined; check the units in [body], the "
+            "sign of Xuu (negative) and the size of the coefficients"
+        )
+    return vehicle
+
+
+def _built(file: VehicleFile) -> Vehicle:
     body, trial, propulsion, actuators = file.body, file.trial, file.propulsion, file.actuators
+    values = {name: given.value for name, given in file.coefficients.items()}
+    sds = {name: math.nan if given.sd is None else given.sd for name, given in file.coefficients.items()}
     weight = body.mass_kg * GRAVITY_MPS2
     thrust_factor = 0.5 * body.water_density_kgm3 * body.length_m**2
     kn1, kn2 = propulsion.torque
-    thrust, rpm_per_mps = propulsion.thrust(body.length_m, -file.coefficients["Xuu"])
+    thrust, rpm_per_mps = propulsion.thrust(body.length_m, -values["Xuu"])
     row = {
         "mass": body.mass_kg,
         **body.inertia_kgm2.model_dump(),
@@ -245,5 +285,6 @@ def load_vehicle(name: str | Path) -> Vehicle:
         plane_time_constant_s=actuators.time_constant_s,
         plane_limits_rad=np.radians(limits),
         body=np.array([row[key] for key in layout.BODY]),
-        xi=np.array([file.coefficients[key] for key in coefficients.NAMES]),
+        xi=np.array([values[key] for key in coefficients.NAMES]),
+        sd=np.array([sds[key] for key in coefficients.NAMES]),
     )

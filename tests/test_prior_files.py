@@ -1,5 +1,7 @@
 """Priors and noise models in study files."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -90,9 +92,46 @@ def test_nuisance_and_current(prepared):
     np.testing.assert_allclose(problem.reference[-3:], [0.3, 0.2, 0.0], atol=1e-15)
 
 
+@pytest.fixture
+def own_boat(tmp_path, suboff_file):
+    """The path of a suboff whose file gives three standard deviations, one of them of a coefficient that is zero."""
+    text = suboff_file
+    for name, value, sd in (("Yuv", -0.03238, 0.003), ("Nuv", -0.012107, 0.002), ("Nuu", 0.0, 1e-5)):
+        text = re.sub(rf"(?m)^{name} .*$", f"{name} = {{ value = {value}, sd = {sd} }}", text)
+    path = tmp_path / "own.toml"
+    path.write_text(text)
+    return path
+
+
+def test_prior_of_the_vehicle_file(tmp_path, own_boat):
+    """kind "vehicle": its own sds; a relative one for the rest, or the rest fixed; single priors go first."""
+
+    def prepared(text):
+        path = tmp_path / "study.toml"
+        head = HEAD.replace('"suboff"', f'"{own_boat}"').replace('"Nur"]', '"Nur", "Nuu"]')
+        path.write_text(head + '[prior]\nkind = "vehicle"\n' + text)
+        return study.prepare(study.load_study(path)).problem
+
+    problem = prepared("")
+    assert problem.names == ("Yuv", "Nuv", "Nuu")
+    np.testing.assert_array_equal(problem.prior.sd, [0.003, 0.002, 1e-5])
+    np.testing.assert_array_equal(problem.prior.mean, [-0.03238, -0.012107, 0.0])
+    problem = prepared(
+        'sd = 0.1\ncorrelations = [["Yuv", "Nuv", 0.5]]\n[prior.given]\nYuv = { mean = -0.03, sd = 0.001 }\n'
+    )
+    assert problem.names == ("Xuu", "Yuv", "Nuv", "Nur", "Nuu")
+    np.testing.assert_allclose(problem.prior.sd, [1e-4, 0.001, 0.002, 0.0005911, 1e-5])
+    assert problem.prior.mean[1] == -0.03
+    problem = prepared('centre = "perturbed"\n')
+    assert problem.prior.mean[0] != -0.03238
+    np.testing.assert_array_equal(problem.prior.sd, [0.003, 0.002, 1e-5])
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
+        ('[prior]\nkind = "vehicle"\n', "vehicle 'suboff' gives no coefficient an sd"),
+        ('[prior]\nkind = "vehicle"\nlog_sd = 0.3\n', "a vehicle prior needs 'sd', found log_sd"),
         ('[prior]\nkind = "relative_uniform"\nsd = 0.25\n', "needs 'half_width', found sd"),
         ('[prior]\nkind = "relative_normal"\n', "needs 'sd', found nothing"),
         (NORMAL + "[prior.given]\nXu = { mean = 1.0, sd = 1.0 }\n", "unknown coefficient 'Xu'"),

@@ -38,6 +38,22 @@ def test_arrays_are_read_only(full):
             array[0] = 1.0
 
 
+def test_standard_deviations_stand_beside_values(boat, vehicle_with):
+    """A coefficient with an sd has the same value; the others have none, in any number format."""
+    plain = vehicle_with(boat)
+    given = {"Yuv": {"value": -0.032, "sd": 0.003}, "Xuu": {"value": -1}, "Nuu": {"value": 0, "sd": 1e-5}}
+    vehicle = vehicle_with(boat | {"coefficients": boat["coefficients"] | given})
+    found = {name: (x, sd) for name, x, sd in zip(NAMES, vehicle.xi, vehicle.sd, strict=True)}
+    assert found["Yuv"] == (-0.032, 0.003)
+    assert found["Nuu"] == (0.0, 1e-5)
+    assert found["Xuu"][0] == -1.0
+    assert np.isnan(found["Xuu"][1])
+    assert np.isnan(plain.sd).all()
+    assert np.isfinite(vehicle.sd).sum() == 2
+    others = [k for k, name in enumerate(NAMES) if name not in given]
+    np.testing.assert_array_equal(vehicle.xi[others], plain.xi[others])
+
+
 REFUSED = [
     (r"length_m = 102.2606\n", "", "key 'body.length_m' is missing"),
     (r"\[actuators\]", "[actuator]", r"unknown key 'actuator': did you mean 'actuators'\?"),
@@ -53,6 +69,19 @@ REFUSED = [
     (r"centre_of_gravity_m = \[0.0, ", "centre_of_gravity_m = [", "key 'body.centre_of_gravity_m"),
     (r"b = \[-0.00072709, ", "b = [", "key 'propulsion.b'"),
     (r"Xrp        = 6.05e-05", "Xrp        = nan", "key 'coefficients.Xrp'"),
+    (
+        r"Xrp        = 6.05e-05",
+        'Xrp = "small"',
+        "key 'coefficients.Xrp': should be a finite number or { value = .., sd = .. }",
+    ),
+    (r"Xrp        = 6.05e-05", "Xrp = true", "key 'coefficients.Xrp'.*found True"),
+    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, sd = -1e-5 }", "key 'coefficients.Xrp.sd'.*found -1e-05"),
+    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, sd = 0 }", "key 'coefficients.Xrp.sd'"),
+    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, std = 1e-5 }", "unknown key 'coefficients.Xrp.std'"),
+    (r"Xrp        = 6.05e-05", "Xrp = { sd = 1e-5 }", "key 'coefficients.Xrp.value' is missing"),
+    (r"Xrp        = 6.05e-05", "Xrp = 1e300", "too large, too small or undefined; check the units"),
+    (r"length_m = 102.2606", "length_m = 1e200", "too large, too small or undefined; check the units"),
+    (r"length_m = 102.2606", "length_m = 1e-200", "too large, too small or undefined; check the units"),
     (r"Xrp        = 6.05e-05", "", r"1 of the 101 coefficients missing \(Xrp\)"),
     (r"Xrp        = 6.05e-05", "Xrpp       = 6.05e-05", "unknown coefficient 'Xrpp': did you mean 'Xrp'"),
     (r"neutrally_buoyant = true", "neutrally_buoyant = false", "neutrally_buoyant = false with buoyancy_n"),

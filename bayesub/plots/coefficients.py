@@ -1,5 +1,7 @@
 """The coefficient picture of the thesis (Figures 33 to 59): a column a coefficient, its ratio to the truth upwards."""
 
+from functools import partial
+
 import numpy as np
 
 from bayesub.coefficients import INDEX, TERMS
@@ -9,6 +11,19 @@ from bayesub.plots import style
 def labels(names) -> list[str]:
     """LaTeX labels of coefficients; other parameters by name and unit."""
     return [TERMS[INDEX[name]].label if name in INDEX else style.with_unit(name) for name in names]
+
+
+def ratios(values, reference, prior) -> np.ndarray:
+    """Values (.., n or more) as ratios to a reference (n,); where that is zero, one plus the value in prior sds."""
+    n = len(reference)
+    values = np.asarray(values)[..., :n]
+    absent = reference == 0.0
+    return np.where(absent, 1.0 + values / prior.sd[:n], values / np.where(absent, 1.0, reference))
+
+
+def starred(names, reference) -> list[str]:
+    """Labels of coefficients (n,), with a star where the reference (n,) is zero."""
+    return [label + ("*" if zero else "") for label, zero in zip(labels(names), reference == 0.0, strict=True)]
 
 
 def draw(path, posterior, prior, reference, estimates, reference_word: str) -> None:
@@ -23,7 +38,7 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
     n = len(reference)
     names = posterior.names[:n]
     columns = np.arange(n)
-    ratio = lambda values: np.asarray(values)[..., :n] / reference  # noqa: E731
+    ratio = partial(ratios, reference=reference, prior=prior)
     with style.figure(path, max(6.0, 0.42 * n + 1.0), 4.6) as figure:
         axis = figure.subplots()
         bottom, top = np.sort([ratio(prior.quantiles(p)) for p in (0.025, 0.975)], axis=0)
@@ -43,13 +58,14 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
             else:
                 values = ratio(estimate.values[place])
                 axis.plot(columns + 0.36, values, "x", ms=4.5, color=style.LINEAR, label=f"{estimate.method}, no noise")
-        axis.set_xticks(columns, labels(names), rotation=60, ha="right", rotation_mode="anchor")
+        axis.set_xticks(columns, starred(names, reference), rotation=60, ha="right", rotation_mode="anchor")
         axis.set_xlim(-0.7, n - 0.3)
         lowest, highest = min(bottom.min(), low.min()), max(top.max(), high.max())
         axis.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
-        axis.set_ylabel(f"ratio to {reference_word}")
+        star = "" if np.all(reference) else "\n* zero there: 1 + value / prior sd"
+        axis.set_ylabel(f"ratio to {reference_word}{star}")
         axis.grid(axis="x", visible=False)
         first = [k for k in range(1, n) if names[k][0] != names[k - 1][0]]
         for k in first:
             axis.axvline(k - 0.5, color=style.TRUTH, lw=0.5, ls=":")
-        axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8)
+        axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5 if n > 20 else 3, fontsize=8)

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from bayesub.coefficients import INDEX
 from bayesub.plots import style
-from bayesub.plots.coefficients import labels
+from bayesub.plots.coefficients import labels, ratios, starred
 
 PRIOR_PROBABILITIES = np.linspace(0.001, 0.999, 400)
 CORNER_PARAMETERS = 12
@@ -42,19 +42,19 @@ def corner_parameters(posterior, n: int) -> np.ndarray:
 def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> None:
     """Joint marginals of the best and the worst known coefficients as ratios to `reference` (n_coefficients,)."""
     chosen = corner_parameters(posterior, len(reference))
-    draws = posterior.draws[:, chosen] / reference[chosen]
+    draws = ratios(posterior.draws, reference, prior)[:, chosen]
     draws = draws[rng.choice(len(draws), min(CORNER_DRAWS, len(draws)), replace=False)]
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
     margin = 0.05 * (high - low)
     n = len(chosen)
-    prior_quantiles = np.array([prior.quantiles(p) for p in PRIOR_PROBABILITIES])[:, : len(reference)] / reference
+    prior_quantiles = ratios([prior.quantiles(p) for p in PRIOR_PROBABILITIES], reference, prior)
     with mpl.rc_context({"font.size": 8.0}):
         figure = Figure(figsize=(0.95 * n + 1.2, 0.95 * n + 1.2), dpi=130)
         corner.corner(
             draws,
             bins=25,
             range=list(zip(np.minimum(low, 1.0) - margin, np.maximum(high, 1.0) + margin, strict=True)),
-            labels=labels(np.array(posterior.names)[chosen]),
+            labels=starred(np.array(posterior.names)[chosen], reference[chosen]),
             truths=np.ones(n),
             truth_color=style.SQP,
             color=style.POSTERIOR,

@@ -1,0 +1,104 @@
+"""The card of a vehicle: turning circle, answer to the planes, coefficients beside those of the built-in vehicles."""
+
+import numpy as np
+
+from bayesub.coefficients import AXES, INDEX, TERMS
+from bayesub.plots import style
+from bayesub.vehicles import load_vehicle
+
+SMALLEST, LARGEST = 1e-10, 1e4  # sizes drawn; beyond them a coefficient sits at the edge
+_OTHERS = {"suboff": "o", "auv690": "s", "npsauv": "^"}
+
+
+def draw(card, path) -> None:
+    """One page of what :func:`bayesub.vehicle_check.check` found."""
+    boat = card.vehicle
+    with style.figure(path, 11.7, 8.3) as figure:
+        flights, below = figure.subfigures(2, 1, height_ratios=[1.0, 1.55])
+        axes = flights.subplot_mosaic([["turn", "yaw", "pitch"], ["turn", "speed", "depth"]])
+        _draw_turn(axes, card)
+        _draw_dive(axes, card)
+        _draw_coefficients(below, boat)
+        n = len(card.warnings)
+        told = "no warnings" if n == 0 else f"{n} warning{'s' if n > 1 else ''}"
+        figure.suptitle(f"{boat.name}: {boat.length_m:g} m at {boat.speed_mps:g} m/s, {told}", fontsize=11)
+
+
+def _way(card, key) -> np.ndarray:
+    """Ship lengths travelled at the trial speed."""
+    return card.flights[key].times * card.vehicle.speed_mps / card.vehicle.length_m
+
+
+def _draw_turn(axes, card):
+    boat, found = card.vehicle, card.numbers["turning_circle"]
+    for key, label in (("turn", "north (ship lengths)"), ("yaw", "yaw rate\n(deg/length)"), ("speed", "speed\n(%)")):
+        axes[key].set_ylabel(label)
+    axes["turn"].set_xlabel("east (ship lengths)")
+    axes["speed"].set_xlabel("ship lengths at trial speed")
+    axes["yaw"].tick_params(labelbottom=False)
+    axes["yaw"].set_title("in the turn", fontsize=9)
+    axes["turn"].set_title("turning circle: not simulated" if found is None else _turn_title(found), fontsize=9)
+    if "turn" not in card.flights:
+        return
+    states, way = card.flights["turn"].states[0], _way(card, "turn")
+    axes["turn"].plot(states[:, 1] / boat.length_m, states[:, 0] / boat.length_m, color=style.POSTERIOR)
+    axes["turn"].plot(0.0, 0.0, "o", color=style.TRUTH, ms=4)
+    axes["turn"].set_aspect("equal", adjustable="datalim")
+    axes["yaw"].plot(way, np.degrees(states[:, 11]) * boat.length_m / boat.speed_mps, color=style.POSTERIOR)
+    speed = np.linalg.norm(states[:, 6:9], axis=1) / boat.speed_mps
+    axes["speed"].plot(way, 100.0 * speed, color=style.POSTERIOR)
+
+
+def _turn_title(found) -> str:
+    if found["diameter_lengths"] is None:
+        return f"turning circle: no answer to {found['rudder_deg']:g} deg of rudder"
+    return f"{found['rudder_deg']:g} deg of rudder: {found['diameter_lengths']:.3g} ship lengths"
+
+
+def _draw_dive(axes, card):
+    boat, found = card.vehicle, card.numbers["stern_plane"]
+    axes["pitch"].set_ylabel("pitch\n(deg)")
+    axes["pitch"].tick_params(labelbottom=False)
+    axes["depth"].set(ylabel="deeper\n(ship lengths)", xlabel="ship lengths at trial speed")
+    axes["depth"].invert_yaxis()
+    title = "stern planes: not simulated" if found is None else f"{found['angle_deg']:+g} deg of stern planes"
+    axes["pitch"].set_title(title, fontsize=9)
+    if "dive" not in card.flights:
+        return
+    states, way = card.flights["dive"].states[0], _way(card, "dive")
+    axes["pitch"].plot(way, np.degrees(states[:, 4]), color=style.POSTERIOR)
+    axes["depth"].plot(way, (states[:, 2] - states[0, 2]) / boat.length_m, color=style.POSTERIOR)
+
+
+def _draw_coefficients(figure, boat):
+    """Sizes of the coefficients, axis by axis; those that are zero at the foot."""
+    others = {name: load_vehicle(name).xi for name in _OTHERS if name != boat.name}
+    sizes = np.abs([boat.xi, *others.values()])
+    positive = np.clip(sizes[sizes > 0.0], SMALLEST, LARGEST)
+    bottom, top = 10.0 ** np.floor(np.log10(positive.min()) - 1.0), 3.0 * positive.max()
+    panels = figure.subplots(2, 3, sharey=True)
+    for axis, panel in zip(AXES, panels.flat, strict=True):
+        terms = [term for term in TERMS if term.axis == axis]
+        rows, places = [INDEX[term.name] for term in terms], np.arange(len(terms))
+        for name, xi in others.items():
+            values = np.abs(xi[rows])
+            drawn = np.where(values > 0.0, values, np.nan)
+            colour = style.VEHICLES[name]
+            panel.plot(places, drawn, _OTHERS[name], ms=4.5, mfc="none", mec=colour, mew=0.9, label=name)
+        values = boat.xi[rows]
+        for sign, marker in ((1.0, "+"), (-1.0, "_")):
+            chosen = np.sign(values) == sign
+            label = f"{boat.name}, {'positive' if sign > 0 else 'negative'}"
+            drawn = np.clip(np.abs(values[chosen]), SMALLEST, LARGEST)
+            panel.plot(places[chosen], drawn, marker, ms=9, mew=2.0, color=style.TRUTH, ls="", label=label)
+        zero = values == 0.0
+        panel.plot(places[zero], np.full(zero.sum(), 2.0 * bottom), "x", ms=4, color=style.NULL, ls="", label="zero")
+        panel.set_yscale("log")
+        panel.set_ylim(bottom, top)
+        panel.set_xlim(-0.7, len(terms) - 0.3)
+        panel.set_xticks(places, [term.name for term in terms], rotation=90, fontsize=7.5)
+        panel.grid(axis="x", visible=False)
+    for panel in panels[:, 0]:
+        panel.set_ylabel("size of coefficient")
+    handles, labels = panels[0, 1].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=6, fontsize=8)
