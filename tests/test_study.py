@@ -108,7 +108,7 @@ def test_resume_names_the_first_difference(bayesub, small, tmp_path):
 
 
 def test_an_interrupted_run_resumes_to_the_same_bits(bayesub, small, tmp_path):
-    longer = SMALL + "[sampler]\ness = 20000.0\n"
+    longer = SMALL + "[sampler]\ness = 6000.0\n"
     small.write_text(longer)
     assert bayesub("run", small, "-o", tmp_path / "whole")[0] == 0
     small.write_text(longer + "max_steps = 100\n")
@@ -218,7 +218,7 @@ def test_simulate_says_when_a_boat_leaves_the_envelope(bayesub, tmp_path):
 
 def test_ctrl_c_prints_the_command_that_continues(bayesub, small, tmp_path, monkeypatch):
     """Before sampling and during it: one line, exit status 130, and the command works."""
-    small.write_text(SMALL + "[sampler]\ness = 20000.0\n")  # more than the first look finds
+    small.write_text(SMALL + "[sampler]\ness = 6000.0\n")  # more than the first look finds
     folder = tmp_path / "a run"
     command = f"bayesub run {small} -o '{folder}' --resume"
 
