@@ -8,9 +8,7 @@ import pytest
 from toys import second_moments, standardised
 
 from bayesub.sampling.moves import (
-    DifferentialEvolution,
     LaplacePCN,
-    Snooker,
     SurrogateTransition,
     crank_nicolson,
     hamiltonian,
@@ -18,17 +16,6 @@ from bayesub.sampling.moves import (
 
 # So many that an acceptance ratio wrong by a tenth shows: moments are then known to 0.7 %.
 N_ENSEMBLES, N_WALKERS, N_PARAMS = 1500, 12, 3
-MOVES = {
-    "pcn": lambda _: LaplacePCN([0.2, 0.5, 1.0]),
-    "de": DifferentialEvolution,
-    "snooker": Snooker,
-    "surrogate, sweeps": lambda _: SurrogateTransition(
-        rough, partial(crank_nicolson, rough, steps=[0.2, 0.5, 1.0], n_sweeps=5)
-    ),
-    "surrogate, flights": lambda _: SurrogateTransition(
-        rough, partial(hamiltonian, rough, slope, steps=[0.1, 0.3], n_leaps=4, n_flights=2)
-    ),
-}
 SD = np.array([0.4, 1.0, 1.7])
 CORRELATION = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, -0.5], [0.0, -0.5, 1.0]])
 COVARIANCE = CORRELATION * np.outer(SD, SD)
@@ -46,6 +33,15 @@ def rough(coords):
 def slope(coords):
     """Gradient of the rough surrogate."""
     return -np.linalg.solve(1.5**2 * (COVARIANCE + 0.1 * np.eye(N_PARAMS)), (coords - 0.2).T).T
+
+
+MOVES = {
+    "pcn": LaplacePCN([0.2, 0.5, 1.0]),
+    "surrogate, sweeps": SurrogateTransition(rough, partial(crank_nicolson, rough, steps=[0.2, 0.5, 1.0], n_sweeps=5)),
+    "surrogate, flights": SurrogateTransition(
+        rough, partial(hamiltonian, rough, slope, steps=[0.1, 0.3], n_leaps=4, n_flights=2)
+    ),
+}
 
 
 def moved(move, coords, n_steps, seed=0, density=log_prob):
@@ -79,7 +75,7 @@ def draws():
 @pytest.mark.parametrize("name", MOVES)
 def test_leaves_a_correlated_normal_invariant(draws, name):
     """Exact draws are still draws of the same normal after 50 steps, most of which moved them."""
-    after, accepted = moved(MOVES[name](N_ENSEMBLES), draws, 50)
+    after, accepted = moved(MOVES[name], draws, 50)
     assert disagreement(draws) < LIMIT
     assert disagreement(after) < LIMIT
     assert accepted > 0.15
@@ -88,57 +84,45 @@ def test_leaves_a_correlated_normal_invariant(draws, name):
 
 @pytest.mark.parametrize(
     ("name", "n_steps"),
-    [("pcn", 1600), ("de", 200), ("snooker", 200), ("surrogate, sweeps", 250), ("surrogate, flights", 250)],
+    [("pcn", 1600), ("surrogate, sweeps", 250), ("surrogate, flights", 250)],
 )
 def test_goes_to_the_normal_from_elsewhere(draws, name, n_steps):
     """Ensembles that start too wide end where they should; Crank-Nicolson slowly, for the normal is not its own."""
     wide = 1.5 * draws[: 400 * N_WALKERS]
     assert disagreement(wide) > 4 * LIMIT
-    assert disagreement(moved(MOVES[name](400), wide, n_steps)[0]) < LIMIT
+    assert disagreement(moved(MOVES[name], wide, n_steps)[0]) < LIMIT
 
 
 @pytest.mark.parametrize("name", MOVES)
 def test_the_check_fails_against_a_wrong_normal(draws, name):
     """Negative control: 50 steps toward a normal with other standard deviations do not pass."""
-    after, _ = moved(MOVES[name](N_ENSEMBLES), draws, 50, density=lambda x: log_prob(x, 1.5**2 * COVARIANCE))
+    after, _ = moved(MOVES[name], draws, 50, density=lambda x: log_prob(x, 1.5**2 * COVARIANCE))
     assert disagreement(after) > 4 * LIMIT
 
 
-@pytest.mark.parametrize("name", ["pcn", "snooker", "surrogate, sweeps", "surrogate, flights"])
+@pytest.mark.parametrize("name", ["pcn", "surrogate, sweeps", "surrogate, flights"])
 def test_the_check_fails_without_the_proposal_factor(draws, name, monkeypatch):
     """Negative control: a move that forgets how its proposals are weighted does not pass."""
-    move = MOVES[name](N_ENSEMBLES)
-    attribute = "proposal" if name == "snooker" else "get_proposal"
-    original = getattr(move, attribute)
+    move = MOVES[name]
+    original = move.get_proposal
 
     def forgetful(*arguments):
         proposed, factors = original(*arguments)
         return proposed, np.zeros_like(factors)
 
-    monkeypatch.setattr(move, attribute, forgetful)
+    monkeypatch.setattr(move, "get_proposal", forgetful)
     assert disagreement(moved(move, draws, 50)[0]) > 2 * LIMIT
 
 
 @pytest.mark.parametrize("name", MOVES)
-def test_ensembles_never_see_each_other(draws, name):
-    """With the same random numbers, another start of ensemble 0 leaves every other ensemble bitwise unchanged."""
-    n_ensembles, n_walkers = 5, 12
-    coords = draws[: n_ensembles * n_walkers]
+def test_walkers_never_see_each_other(draws, name):
+    """With the same random numbers, another start of one walker leaves every other walker bitwise unchanged."""
+    coords = draws[:60]
     other = coords.copy()
-    other[:n_walkers] = 3.0 * other[:n_walkers] + 1.0
-    first, second = (moved(MOVES[name](n_ensembles), start, 40)[0] for start in (coords, other))
-    np.testing.assert_array_equal(first[n_walkers:], second[n_walkers:])
-    assert np.any(first[:n_walkers] != second[:n_walkers])
-
-
-@pytest.mark.parametrize("name", ["de", "snooker"])
-def test_walkers_of_an_ensemble_do(draws, name):
-    """Negative control: within an ensemble, another start of one walker changes the others."""
-    other = draws[:60].copy()
-    other[0] += 1.0
-    first, second = (moved(MOVES[name](5), start, 40)[0] for start in (draws[:60], other))
-    assert np.any(first[1:12] != second[1:12])
-    np.testing.assert_array_equal(first[12:], second[12:])
+    other[0] = 3.0 * other[0] + 1.0
+    first, second = (moved(MOVES[name], start, 40)[0] for start in (coords, other))
+    np.testing.assert_array_equal(first[1:], second[1:])
+    assert np.any(first[0] != second[0])
 
 
 def test_impossible_proposals_are_refused(draws):
@@ -149,7 +133,7 @@ def test_impossible_proposals_are_refused(draws):
 
     inside = draws.copy()
     inside[:, 0] = np.abs(inside[:, 0])
-    for make in MOVES.values():
-        after, accepted = moved(make(N_ENSEMBLES), inside, 10, density=half_space)
+    for move in MOVES.values():
+        after, accepted = moved(move, inside, 10, density=half_space)
         assert np.all(after[:, 0] > 0)
         assert 0.05 < accepted < 0.9

@@ -1,8 +1,4 @@
-"""Proposal moves for several independent ensembles of walkers inside one emcee sampler.
-
-The walkers of one emcee sampler are arranged as ``(n_ensembles, n_walkers)``. A move proposes for all ensembles in one
-vectorised call and never lets one ensemble see another, so that their comparison (R-hat) is one of independent chains.
-"""
+"""Proposal moves for emcee, in which no walker sees another: their comparison (R-hat) is one of independent chains."""
 
 import emcee
 import numpy as np
@@ -91,69 +87,3 @@ class SurrogateTransition(emcee.moves.MHMove):
         before = self.density(coords)
         proposed, after, *_ = self.walk(coords, before, random)
         return proposed, before - after
-
-
-class _Halves(emcee.moves.Move):
-    """Moves one half of each ensemble with the help of the other half, then the other way round."""
-
-    def __init__(self, n_ensembles: int):
-        self.n_ensembles = n_ensembles
-
-    def proposal(self, moving, resting, random):
-        """Proposed coordinates (n_ensembles, n_moving, n_params) and log factors (n_ensembles, n_moving)."""
-        raise NotImplementedError
-
-    def propose(self, model, state):
-        n_walkers, n_params = len(state.coords) // self.n_ensembles, state.coords.shape[1]
-        order = model.random.random_sample((self.n_ensembles, n_walkers)).argsort(axis=1)
-        order += n_walkers * np.arange(self.n_ensembles)[:, None]
-        halves = order[:, : n_walkers // 2], order[:, n_walkers // 2 :]
-        accepted = np.zeros(len(state.coords), dtype=bool)
-        for moving, resting in (halves, halves[::-1]):
-            proposed, factors = self.proposal(state.coords[moving], state.coords[resting], model.random)
-            proposed, subset = proposed.reshape(-1, n_params), moving.ravel()
-            log_prob, _ = model.compute_log_prob_fn(proposed)
-            ratio = log_prob - state.log_prob[subset] + factors.ravel()
-            taken = np.log(model.random.random_sample(len(subset))) < ratio
-            accepted[subset[taken]] = True
-            state.coords[subset[taken]] = proposed[taken]
-            state.log_prob[subset[taken]] = log_prob[taken]
-        return state, accepted
-
-
-class DifferentialEvolution(_Halves):
-    """Step along the difference of two resting walkers (ter Braak 2006), scaled by 2.38 / sqrt(2 n_params)."""
-
-    def proposal(self, moving, resting, random):
-        n_ensembles, n_moving, n_params = moving.shape
-        first, second = _distinct(random, n_ensembles, n_moving, resting.shape[1], 2)
-        ensemble = np.arange(n_ensembles)[:, None]
-        scale = 2.38 / np.sqrt(2 * n_params) * (1.0 + 0.1 * random.standard_normal((n_ensembles, n_moving, 1)))
-        return moving + scale * (resting[ensemble, first] - resting[ensemble, second]), np.zeros(
-            (n_ensembles, n_moving)
-        )
-
-
-class Snooker(_Halves):
-    """Step along the line to a resting walker, by the projected difference of two more (ter Braak & Vrugt 2008)."""
-
-    def proposal(self, moving, resting, random):
-        n_ensembles, n_moving, n_params = moving.shape
-        pivot, first, second = _distinct(random, n_ensembles, n_moving, resting.shape[1], 3)
-        ensemble = np.arange(n_ensembles)[:, None]
-        pivot = resting[ensemble, pivot]
-        line = moving - pivot
-        distance = np.linalg.norm(line, axis=2, keepdims=True)
-        line /= distance
-        shift = np.sum(line * (resting[ensemble, first] - resting[ensemble, second]), axis=2, keepdims=True)
-        proposed = moving + 1.7 * shift * line
-        ratio = np.linalg.norm(proposed - pivot, axis=2) / distance[..., 0]
-        return proposed, (n_params - 1) * np.log(ratio)
-
-
-def _distinct(random, n_ensembles, n_moving, n_resting, n):
-    """`n` arrays (n_ensembles, n_moving) of positions in the resting half that differ from each other."""
-    picks = random.random_sample((n_ensembles, n_moving, n_resting)).argpartition(n, axis=2)[..., :n]
-    # argpartition orders within the first n by size in part, which no rule may depend on: rotate them at random.
-    turn = random.randint(n, size=(n_ensembles, n_moving, 1))
-    return np.moveaxis(np.take_along_axis(picks, (np.arange(n) + turn) % n, axis=2), 2, 0)
