@@ -42,7 +42,7 @@ class Readings:
         currents : (n_batch, 2) north and east, m/s, or None
         """
         predicted = gathered(outputs.reshape(len(outputs), -1), self._position)
-        for part, channel, attitude in self._in_current(outputs):
+        for part, channel, _, attitude in self._in_current(outputs):
             parts = carried(channel.state, channel.times, attitude)
             predicted[:, part] += (parts @ currents[:, :, None])[..., 0]
         return predicted
@@ -55,25 +55,25 @@ class Readings:
         """
         slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
         if current is not None:
-            for part, channel, attitude in self._in_current(outputs[None]):
+            for part, channel, rows, attitude in self._in_current(outputs[None]):
                 if channel.state in "uvw":
                     turning = carried_slopes(channel.state, channel.times, attitude[0], current)
-                    rows = np.searchsorted(self.times, channel.times)
                     slopes[part] += np.einsum("ik,ikn->in", turning, sensitivities[rows][:, self._attitude])
         return slopes
 
     def current_slopes(self, outputs) -> np.ndarray:
         """(n_readings, 2) derivatives of one member's readings by the current to the north and to the east."""
         slopes = np.zeros((len(self.values), 2))
-        for part, channel, attitude in self._in_current(outputs[None]):
+        for part, channel, _, attitude in self._in_current(outputs[None]):
             slopes[part] = carried(channel.state, channel.times, attitude[0])
         return slopes
 
     def _in_current(self, outputs):
-        """Slice, channel and attitude (n_batch, n, 3) of each channel in a current; positions can do without."""
+        """Slice, channel, rows among the times and attitude (n_batch, n, 3), which positions can do without, of each
+        channel in a current."""
         for part, channel, rows, here in zip(self.slices, self.channels, self._rows, self.carried, strict=True):
             if here:
                 attitude = (
                     outputs[:, rows][..., self._attitude] if channel.state in "uvw" else np.zeros((1, len(rows), 3))
                 )
-                yield part, channel, attitude
+                yield part, channel, rows, attitude

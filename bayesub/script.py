@@ -51,7 +51,5 @@ def run(path: Path, folder: Path, *, quick: bool, progress) -> str:
 def resumed(file: Path, make: Callable[[], dict]) -> dict:
     """The content of a finished part's JSON file, or what `make` returns, saved there."""
     if not file.exists():
-        content = json.dumps(make())
-        file.with_suffix(".part").write_text(content, encoding="utf-8")
-        file.with_suffix(".part").replace(file)
+        write_text(file, json.dumps(make()))
     return json.loads(file.read_text(encoding="utf-8"))

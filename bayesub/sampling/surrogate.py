@@ -138,10 +138,11 @@ def _explored(problem, surrogate, y, random):
     walk, *_ = walks(surrogate)
     density, visited, accepted = surrogate.geometry.log_prob(problem, y), [], []
     for n in range(1, _STEPS_OF_EXPLORERS + 1):
-        proposed, after, _ = walk(y, surrogate.log_prob(y), random)
+        before = surrogate.log_prob(y)
+        proposed, after, _ = walk(y, before, random)
         new = surrogate.geometry.log_prob(problem, proposed)
         with np.errstate(invalid="ignore"):  # a walker may start where the simulation fails
-            ratio = new - after - (density - surrogate.log_prob(y))
+            ratio = new - after - (density - before)
         taken = np.log(random.random_sample(len(y))) < ratio
         y, density = np.where(taken[:, None], proposed, y), np.where(taken, new, density)
         accepted.append(np.mean(taken))
@@ -156,7 +157,8 @@ def walks(surrogate) -> list:
     Each takes coordinates (n, n_params), their log densities and a source of random numbers.
     """
     if surrogate.flies:
-        return [lambda y, _, random, n=n: flown(surrogate, y, random, n) for n in _FLIGHTS]
+        fly = partial(hamiltonian, surrogate.log_prob, surrogate.gradient, steps=LEAP_STEPS, n_leaps=LEAPS)
+        return [partial(fly, n_flights=n) for n in _FLIGHTS]
     return [partial(crank_nicolson, surrogate.log_prob, steps=STEPS, n_sweeps=n) for n in _WALKS]
 
 
