@@ -19,59 +19,21 @@ of Constantine 2015, for what is not linear). Only these have squares and produc
 """
 
 from dataclasses import dataclass
-from functools import cache
-from itertools import combinations_with_replacement
 
 import numpy as np
 from scipy import linalg
 
 from bayesub.linalg import complete_svd
 from bayesub.sampling.moves import crank_nicolson
+from bayesub.sampling.polynomial import features, pullback
 
 _STIFF = 1.0  # singular value above which the data say more than the prior
 _DECADE = 10.0  # ratio of singular values within which coordinates do not bend one another
 _ACTIVE = 0.1  # change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic
-_CUBIC = 6  # of the most active directions that are worth a cubic too
 _JACOBIANS = 24  # that show in which directions they change
 _STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to draws of the Laplace approximation
 _STORED = ("mode", "singular_values", "basis", "active")
 _RIDGE = 1e-9  # relative; keeps the normal equations regular when draws repeat
-
-
-@cache
-def _products(n: int, n_cubic: int):
-    """Positions of the factors of all squares and products of n numbers, and of all cubes of the first n_cubic."""
-    triples = np.array(list(combinations_with_replacement(range(n_cubic), 3)), dtype=int).reshape(-1, 3)
-    return np.triu_indices(n), triples.T
-
-
-def features(z, active) -> np.ndarray:
-    """(n, n_features): a polynomial of z (n, n_after) that is linear in all coordinates.
-
-    It is quadratic in the components along `active` (n_after, n_active) and cubic in the first of them.
-    """
-    along = z @ active
-    (i, j), (k, h, m) = _products(active.shape[1], min(_CUBIC, active.shape[1]))
-    cubes = along[:, k] * along[:, h] * along[:, m]
-    return np.hstack([np.ones((len(z), 1)), z, along[:, i] * along[:, j], cubes])
-
-
-def features_pullback(z, active, slopes) -> np.ndarray:
-    """(n, n_after) gradient by z of what has the gradient slopes (n, n_features) by the features of z."""
-    along = z @ active
-    n, n_active = along.shape
-    (i, j), (k, h, m) = _products(n_active, min(_CUBIC, n_active))
-    n_linear = 1 + z.shape[1]
-    squares, cubes = np.split(slopes[:, n_linear:], [len(i)], axis=1)
-    matrix = np.zeros((n, n_active, n_active))
-    matrix[:, i, j] += squares
-    matrix[:, j, i] += squares
-    inner = np.einsum("nij,nj->ni", matrix, along)
-    for first, second, third in ((k, h, m), (h, k, m), (m, k, h)):
-        part = cubes * along[:, second] * along[:, third]
-        for c in range(min(_CUBIC, n_active)):
-            inner[:, c] += part[:, first == c].sum(axis=1)
-    return slopes[:, 1:n_linear] + inner @ active.T
 
 
 def _active(changes) -> np.ndarray:
@@ -153,7 +115,7 @@ class Geometry:
         for bend in self.bends:
             block, after = slice(bend.start, bend.stop), slice(bend.stop, None)
             by_features = slopes[:, block] @ bend.coefficients.T
-            slopes[:, after] += features_pullback(z[:, after], bend.active, by_features)
+            slopes[:, after] += pullback(z[:, after], bend.active, by_features)
             slopes[:, block] = slopes[:, block] @ bend.factor
         return slopes
 

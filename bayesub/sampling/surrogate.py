@@ -1,6 +1,6 @@
 """A surrogate of the posterior density that costs a hundredth of a simulation.
 
-In whitened coordinates z the residuals are emulated by a polynomial (:func:`bayesub.sampling.geometry.features`),
+In whitened coordinates z the residuals are emulated by a polynomial (:mod:`bayesub.sampling.polynomial`),
 fitted by least squares to simulations at draws from near the posterior. With the misfit of the fit as additional noise
 (Kaipio & Somersalo 2007) the k emulated residuals r are standard normal, but for the emulator's own errors, which are
 larger in the tails. Their density is therefore that of a t distribution of nu = 30 + 3 k degrees of freedom,
@@ -16,8 +16,9 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.sampling.geometry import Geometry, features, features_pullback
+from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import crank_nicolson, hamiltonian
+from bayesub.sampling.polynomial import features, n_features, pullback
 
 STEPS = (0.1, 0.2, 0.4, 0.8)  # of the Crank-Nicolson sweeps on the surrogate
 LEAPS, LEAP_STEPS = 8, (0.1, 0.2, 0.4)  # of the flights on it, which are about a quarter of a turn long
@@ -29,7 +30,7 @@ _GOOD = 0.6  # acceptance of explorers with which there is nothing left to explo
 _FLYING = 0.5  # acceptance on the surrogate below which flights end outside bounds too often
 _ROUNDS = 4
 _HOT = 2.0  # temperature of the draws that the surrogate is fitted to
-_SWEEPS = 20  # over all draws, three times before the sheet is straightened and once after
+_SWEEPS = 200  # over all draws, three times before the sheet is straightened and once after
 _FREEDOM = (30.0, 3.0)  # degrees of freedom, and those for each emulated residual
 _SPAN = 0.03  # posterior sd; directions of the residuals that vary less are left out
 _SPANNING = 300  # simulations that show which
@@ -90,7 +91,7 @@ class Surrogate:
         n_degrees = _FREEDOM[0] + _FREEDOM[1] * residuals.shape[1]
         weights = (n_degrees + residuals.shape[1]) / (n_degrees + np.einsum("ij,ij->i", residuals, residuals))
         by_features = -(weights[:, None] / temperature * residuals) @ self.coefficients.T
-        slopes = features_pullback(z, self.geometry.active, by_features)
+        slopes = pullback(z, self.geometry.active, by_features)
         slopes += self.geometry.prior.scaled_slope(self.geometry.scaled(z)) @ self.geometry.basis
         return self.geometry.pullback(z, slopes)
 
@@ -107,14 +108,14 @@ def learn(
     random = np.random.RandomState(rng.integers(2**32))
     geometry.find_active(problem, random)
     (at_mode,) = problem.residuals(geometry.prior.unscaled(geometry.mode[None]))
-    n_features = features(np.zeros((1, geometry.n_params)), geometry.active).shape[1]
-    y = geometry.draws(random, _DRAWS * n_features + 300)
+    n_terms = n_features(*geometry.active.shape)
+    y = geometry.draws(random, _DRAWS * n_terms + 300)
     for n in range(_ROUNDS):
         progress(n / (_ROUNDS + 1))
         surrogate = _fitted(problem, geometry, y, at_mode)
         y = _settled(geometry, surrogate, y, _HOT if n < _ROUNDS - 1 else 1.0, random)
     progress(_ROUNDS / (_ROUNDS + 1))
-    y = y[random.randint(len(y), size=_LAST_DRAWS * n_features + 300)]
+    y = y[random.randint(len(y), size=_LAST_DRAWS * n_terms + 300)]
     hot, *_ = flown(surrogate, y, random, _LAST_FLIGHTS, _HOT)
     seen, explorers = [hot], y[:_EXPLORERS]
     surrogate = _fitted(problem, geometry, hot, at_mode)
