@@ -4,7 +4,7 @@ Question: what does an effective sample of the worst known coefficient cost on e
 Claim: with a 25 % normal prior every planar problem converges, for at most 50 simulations an effective sample, while
 emcee's stretch move and its differential evolution have not converged when their simulations are spent. Directions that
 the data do not see are sampled, and have the prior's spread.
-Cost: at most an hour on two cores, most of it for the problems that stop at MAX_STEPS.
+Cost: about an hour on two cores. A killed run continues with --resume after the last problem.
 
 Tracks have position noise of 0.5 m on a boat of suboff's length, in proportion to the length, and attitude noise of
 0.1 degrees; sampling intervals scale with length over speed. The rivals do what a user would: they work in coordinates
@@ -13,6 +13,7 @@ which counts among its simulations. Of a chain that has not converged the effect
 large.
 """
 
+import json
 import time
 from itertools import product
 
@@ -22,6 +23,7 @@ import numpy as np
 import bayesub as bs
 from bayesub import diagnostics
 from bayesub.coefficients import NAMES, SUBPROBLEMS
+from bayesub.files import write_text
 from bayesub.plots import style
 from bayesub.sampling import Posterior
 
@@ -48,8 +50,11 @@ def run(folder, *, quick, progress):
     cases = [("suboff", "vertical", "normal")] if quick else list(product(VEHICLES, MANOEUVRES, VARIANTS))
     budget = 4000 if quick else BUDGET
     progress.stage("problems")
-    numbers = {}
+    done = folder / "cases.json"
+    numbers = json.loads(done.read_text()) if done.exists() else {}
     for n, case in enumerate(cases):
+        if " ".join(case) in numbers:
+            continue
         problem = make_problem(*case)
         posterior = bs.sample(problem, rng=np.random.default_rng([SEED, n]), max_steps=MAX_STEPS)
         result = {OURS: cost(posterior) | {"unseen": unseen(problem, posterior)}}
@@ -57,6 +62,7 @@ def run(folder, *, quick, progress):
             for name, moves in RIVALS.items():
                 result[name] = cost(rival(make_problem(*case), moves, np.random.default_rng([SEED, n]), budget))
         numbers[" ".join(case)] = {"n_params": problem.n_params} | result
+        write_text(done, json.dumps(numbers))
         progress.update((n + 1) / len(cases), " ".join(case))
     for suffix in ("png", "pdf"):
         draw(folder / f"sampler.{suffix}", numbers)

@@ -57,14 +57,15 @@ class Bend:
         return features(z[:, self.stop :], self.active) @ self.coefficients
 
     @classmethod
-    def fitted(cls, z, start, stop, active):
-        """The bend of draws z (n, n_params)."""
+    def fitted(cls, z, n_independent, start, stop, active):
+        """The bend of draws z (n, n_params), of which so many are `n_independent`."""
         known = features(z[:, stop:], active)
         gram = known.T @ known
         gram[np.diag_indices(len(gram))] *= 1.0 + _RIDGE
         coefficients = linalg.solve(gram, known.T @ z[:, start:stop], assume_a="pos")
         misfit = z[:, start:stop] - known @ coefficients
-        return cls(start, stop, active, coefficients, np.linalg.cholesky(misfit.T @ misfit / (len(z) - len(gram))))
+        covariance = misfit.T @ misfit / len(z) / (1.0 - len(gram) / n_independent)
+        return cls(start, stop, active, coefficients, np.linalg.cholesky(covariance))
 
 
 class Geometry:
@@ -166,10 +167,11 @@ class Geometry:
         """(n_rows, n_params) derivatives of the residuals by z at x (n_params,) in the units of the prior."""
         return self.prior.scaled_chain(problem.jacobian(self.prior.unscaled(x)), x) @ self.basis
 
-    def straighten(self, z) -> None:
-        """Fit the bends to draws z (n, n_params) from near the posterior, in whitened coordinates."""
+    def straighten(self, z, n_independent: int) -> None:
+        """Fit the bends to draws z (n, n_params) from near the posterior, `n_independent` of them from one another."""
         self.bends = [
-            Bend.fitted(z, start, stop, _active(self.changes[stop:, stop:])) for start, stop in self._decades()
+            Bend.fitted(z, n_independent, start, stop, _active(self.changes[stop:, stop:]))
+            for start, stop in self._decades()
         ]
 
     def _decades(self):

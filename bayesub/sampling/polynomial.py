@@ -35,41 +35,58 @@ def pullback(z, active, slopes) -> np.ndarray:
     return slopes[:, 1:n_linear] + by_along @ active.T
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _products(a, n_cubic, terms):
     """Write a_i a_j for i <= j, then a_i a_j a_k for i <= j <= k < n_cubic."""
     n, n_active = a.shape
     for m in range(n):
-        row, out, t = a[m], terms[m], 0
+        row, first = a[m], 0
         for i in range(n_active):
-            for j in range(i, n_active):
-                out[t + j - i] = row[i] * row[j]
-            t += n_active - i
+            first = _multiples(row[i], row[i:], terms[m], first)
         for i in range(n_cubic):
             for j in range(i, n_cubic):
-                both = row[i] * row[j]
-                for k in range(j, n_cubic):
-                    out[t + k - j] = both * row[k]
-                t += n_cubic - j
+                first = _multiples(row[i] * row[j], row[j:n_cubic], terms[m], first)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
+def _multiples(factor, values, terms, first):
+    """Write factor * values from `first` on; the position after them.
+
+    A loop over slices from zero is what the compiler makes vector instructions of.
+    """
+    last = first + len(values)
+    part = terms[first:last]
+    for k in range(len(values)):
+        part[k] = factor * values[k]
+    return last
+
+
+@numba.njit(cache=True, nogil=True)
 def _products_pullback(a, n_cubic, slopes, by_a):
     """Add to by_a (n, n_active) the gradient of what has the gradient slopes by the products."""
     n, n_active = a.shape
     for m in range(n):
-        row, given, out, t = a[m], slopes[m], by_a[m], 0
+        row, given, out, first = a[m], slopes[m], by_a[m], 0
         for i in range(n_active):
-            for j in range(i, n_active):
-                slope = given[t + j - i]
-                out[i] += slope * row[j]
-                out[j] += slope * row[i]
-            t += n_active - i
+            by_factor = _multiples_pullback(row[i], row[i:], given, first, out[i:])
+            out[i] += by_factor
+            first += n_active - i
         for i in range(n_cubic):
             for j in range(i, n_cubic):
-                for k in range(j, n_cubic):
-                    slope = given[t + k - j]
-                    out[i] += slope * row[j] * row[k]
-                    out[j] += slope * row[i] * row[k]
-                    out[k] += slope * row[i] * row[j]
-                t += n_cubic - j
+                by_both = _multiples_pullback(row[i] * row[j], row[j:n_cubic], given, first, out[j:n_cubic])
+                out[i] += by_both * row[j]
+                out[j] += by_both * row[i]
+                first += n_cubic - j
+
+
+@numba.njit(cache=True, nogil=True)
+def _multiples_pullback(factor, values, slopes, first, by_values):
+    """Add to by_values the gradient of what has the gradient slopes, from `first` on, by factor * values.
+
+    Returns the derivative by the factor.
+    """
+    part, by_factor = slopes[first : first + len(values)], 0.0
+    for k in range(len(values)):
+        by_values[k] += factor * part[k]
+        by_factor += part[k] * values[k]
+    return by_factor

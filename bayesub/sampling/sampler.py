@@ -11,6 +11,7 @@ from pathlib import Path
 
 import emcee
 import numpy as np
+import threadpoolctl
 
 from bayesub.baselines import posterior_mode
 from bayesub.errors import InputError
@@ -62,7 +63,7 @@ def sample(
     n_walkers = N_WALKERS if n_walkers is None else n_walkers
     if n_ensembles < 1 or n_walkers < 2:
         raise InputError(f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}")
-    with store.opened(checkpoint) as saved:
+    with store.opened(checkpoint) as saved, threadpoolctl.threadpool_limits(1, "blas"):
         run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
             while True:

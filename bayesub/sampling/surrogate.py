@@ -8,12 +8,15 @@ larger in the tails. Their density is therefore that of a t distribution of nu =
     log S = log prior - (nu + k) / 2 log(1 + |r|^2 / nu).
 
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
-where the posterior is a thin and bent one. Each round brings them nearer, and in the end it is fitted once more to many
-of them. It is fitted to draws at twice the variance of the readings, so that it holds in the tails as well.
+where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread, and in the end
+it is fitted once more to many of them. It is fitted to draws at twice the variance of the readings, so that it holds in
+the tails as well.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
+import numba
 import numpy as np
 
 from bayesub.sampling.geometry import Geometry
@@ -23,18 +26,21 @@ from bayesub.sampling.polynomial import features, n_features, pullback
 STEPS = (0.1, 0.2, 0.4, 0.8)  # of the Crank-Nicolson sweeps on the surrogate
 LEAPS, LEAP_STEPS = 8, (0.1, 0.2, 0.4)  # of the flights on it, which are about a quarter of a turn long
 _DRAWS, _LAST_DRAWS = 2, 6  # simulations for each feature of the polynomial, in the rounds and in the end
-_LAST_FLIGHTS = 4
+_MORE = 300  # walkers and simulations besides
 _FLIGHTS, _WALKS = (1, 2, 4), (100, 400)  # flights, or sweeps, before each simulation
 _EXPLORERS, _EXPLORATIONS, _STEPS_OF_EXPLORERS, _VISITS = 256, 3, 20, 5
 _GOOD = 0.6  # acceptance of explorers with which there is nothing left to explore
 _FLYING = 0.5  # acceptance on the surrogate below which flights end outside bounds too often
-_ROUNDS = 4
+_ROUNDS, _MAX_ROUNDS = 3, 12
+_STEADY = 1.2  # growth of the draws' spread in one coordinate while they walk on, below which rounds may end
 _HOT = 2.0  # temperature of the draws that the surrogate is fitted to
-_SWEEPS = 200  # over all draws, three times before the sheet is straightened and once after
+_WALKERS = 4  # for each feature, which find the draws
+_SWEEPS, _STOPS = 100, 3  # of a walk; walks in a round that show how the sheet bends
 _FREEDOM = (30.0, 3.0)  # degrees of freedom, and those for each emulated residual
 _SPAN = 0.03  # posterior sd; directions of the residuals that vary less are left out
 _SPANNING = 300  # simulations that show which
 _BATCH = 512
+_FEW = 128  # walkers whose polynomials fit into a processor's cache
 
 
 class Surrogate:
@@ -109,17 +115,21 @@ def learn(
     geometry.find_active(problem, random)
     (at_mode,) = problem.residuals(geometry.prior.unscaled(geometry.mode[None]))
     n_terms = n_features(*geometry.active.shape)
-    y = geometry.draws(random, _DRAWS * n_terms + 300)
-    for n in range(_ROUNDS):
-        progress(n / (_ROUNDS + 1))
-        surrogate = _fitted(problem, geometry, y, at_mode)
-        y = _settled(geometry, surrogate, y, _HOT if n < _ROUNDS - 1 else 1.0, random)
-    progress(_ROUNDS / (_ROUNDS + 1))
-    y = y[random.randint(len(y), size=_LAST_DRAWS * n_terms + 300)]
-    hot, *_ = flown(surrogate, y, random, _LAST_FLIGHTS, _HOT)
-    seen, explorers = [hot], y[:_EXPLORERS]
-    surrogate = _fitted(problem, geometry, hot, at_mode)
-    draws, _, accepted = flown(surrogate, hot, random, _LAST_FLIGHTS)
+    n_fitted, n_last = _DRAWS * n_terms + _MORE, _LAST_DRAWS * n_terms + _MORE
+    y = geometry.draws(random, _WALKERS * n_terms + _MORE)
+    for n in range(_MAX_ROUNDS):
+        progress(n / (n + _ROUNDS))
+        surrogate = _fitted(problem, geometry, y[:n_fitted], at_mode)
+        y, growth = _straightened(surrogate, y, _HOT, random)
+        if n + 1 >= _ROUNDS and growth < _STEADY:
+            break
+    surrogate = _fitted(problem, geometry, y[:n_fitted], at_mode)
+    y, _ = _straightened(surrogate, y, 1.0, random)
+    progress(0.9)
+    seen = [np.concatenate(_wandered(surrogate, y, 2, _HOT, random))[-n_last:]]
+    surrogate = _fitted(problem, geometry, seen[0], at_mode)
+    draws = _wandered(surrogate, y, 2, 1.0, random)[-1]
+    explorers, accepted = _flown(surrogate, draws[:_EXPLORERS], random)
     flies = surrogate.flies = bool(np.mean(accepted) > _FLYING)
     for _ in range(_EXPLORATIONS):
         explorers, visited, accepted = _explored(problem, surrogate, explorers, random)
@@ -163,10 +173,11 @@ def walks(surrogate) -> list:
     return [partial(crank_nicolson, surrogate.log_prob, steps=STEPS, n_sweeps=n) for n in _WALKS]
 
 
-def flown(surrogate, y, random, n_flights: int, temperature: float = 1.0):
-    """Draws y (n, n_params) of a surrogate after flights on it, their log densities and the fraction accepted."""
-    density, gradient = (partial(f, temperature=temperature) for f in (surrogate.log_prob, surrogate.gradient))
-    return hamiltonian(density, gradient, y, density(y), random, steps=LEAP_STEPS, n_leaps=LEAPS, n_flights=n_flights)
+def _flown(surrogate, y, random):
+    """Where walkers y (n, n_params) are after one flight on a surrogate, and the fraction accepted (n,)."""
+    fly = walks(surrogate)[0]
+    y, _, accepted = fly(y, surrogate.log_prob(y), random)
+    return y, accepted
 
 
 def _fitted(problem, geometry, y, at_mode) -> Surrogate:
@@ -181,16 +192,34 @@ def _fitted(problem, geometry, y, at_mode) -> Surrogate:
     return Surrogate(geometry, z[done], residuals[done], at_mode)
 
 
-def _settled(geometry, surrogate, y, temperature, random):
-    """Draws of the surrogate at a temperature from draws y (n, n_params) of another one, geometry straightened."""
+def _straightened(surrogate, y, temperature, random):
+    """Draws (n, n_params) of a surrogate at a temperature from draws of another, in coordinates straightened by them.
 
-    def log_prob(y):
-        return surrogate.log_prob(y, temperature)
+    And by how much they have spread in one coordinate since these were.
+    """
+    geometry = surrogate.geometry
+    z = [geometry.bent(stop) for stop in _wandered(surrogate, y, _STOPS, temperature, random)]
+    geometry.straighten(np.concatenate(z), len(y))
+    before = geometry.straightened(z[-1])
+    (y,) = _wandered(surrogate, before, 1, temperature, random)
+    return y, np.max(np.std(y, axis=0) / np.std(before, axis=0))
 
-    density, seen = log_prob(y), []
-    for _ in range(3):
-        y, density, _ = crank_nicolson(log_prob, y, density, random, steps=STEPS, n_sweeps=_SWEEPS)
-        seen.append(geometry.bent(y))
-    geometry.straighten(np.concatenate(seen))
-    y = geometry.straightened(seen[-1])
-    return crank_nicolson(log_prob, y, log_prob(y), random, steps=STEPS, n_sweeps=_SWEEPS)[0]
+
+def _wandered(surrogate, y, n_stops, temperature, random):
+    """Where walkers y (n, n_params) stop after each of some walks on a surrogate at a temperature: (n, n_params).
+
+    A few at a time in each thread, with random numbers of their own, so that the number of threads changes nothing.
+    """
+    log_prob = partial(surrogate.log_prob, temperature=temperature)
+
+    def walked(few, seed):
+        own, density, stops = np.random.RandomState(seed), log_prob(few), []
+        for _ in range(n_stops):
+            few, density, _ = crank_nicolson(log_prob, few, density, own, steps=STEPS, n_sweeps=_SWEEPS)
+            stops.append(few)
+        return stops
+
+    parts = np.array_split(y, -(-len(y) // _FEW))
+    with ThreadPoolExecutor(numba.get_num_threads()) as threads:
+        stops = list(threads.map(walked, parts, random.randint(2**31, size=len(parts))))
+    return [np.concatenate(stop) for stop in zip(*stops, strict=True)]
