@@ -166,7 +166,8 @@ class Problem:
         current = first(self._nuisances.currents(values))
         moved, effects = ((), None) if self._held is not None else self._nuisances.on_motion()
         names = (*self.names[: self.n_coefficients], *moved)
-        measured = None if current is None else self._fly(parameters, self._readings.measured)[0][0]
+        moving = current is not None or self._readings.displaced
+        measured = self._fly(parameters, self._readings.measured)[0][0] if moving else None
         (xi,) = self.coefficient_sets(parameters)
         sensitivities = self.simulator.sensitivities(xi, names, self._readings.measured, body=body, initial=initial)
         slopes = self._readings.slopes(sensitivities, measured, current)
