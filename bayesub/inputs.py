@@ -2,6 +2,8 @@
 
 import tomllib
 import typing
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, TypeVar
@@ -10,6 +12,7 @@ import pydantic
 
 from bayesub.coefficients import nearest
 from bayesub.errors import InputError
+from bayesub.files import reason
 
 DATA = resources.files("bayesub") / "data"
 
@@ -45,10 +48,23 @@ def find(name: str, kind: str) -> Path:
 
 def read_text(path: Path) -> str:
     """The text of a file, or an InputError that says why not."""
-    try:
+    with reading(path):
         return path.read_text(encoding="utf-8-sig")
+
+
+def read_line(path: Path) -> str:
+    """The first line of a text file without the spaces around it, or an InputError that says why not."""
+    with reading(path), path.open(encoding="utf-8-sig") as file:
+        return file.readline().strip()
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """What cannot be read or is not UTF-8 text inside the block is an InputError that names `path`."""
+    try:
+        yield
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"{path}: cannot be read: {reason(error)}") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not UTF-8 text") from None
 
