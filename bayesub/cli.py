@@ -213,10 +213,21 @@ def _cost(setup: study.Setup) -> str:
     for _ in range(4):
         problem.log_prob(batch)
     rate = 4 * len(batch) / (time.perf_counter() - began)
+    told = "; ".join(_trial(name, p, setup.trials[name]) for name, p, _ in problem.each_trial(batch))
     return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {setup.manoeuvre.name}, {problem.n_params} free "
-        f"coefficients, {problem.record.n_readings} readings, step {problem.simulator.step:g} s; "
+        f"study '{setup.study.name}': {setup.vehicle.name}, {told}; "
         f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
+    )
+
+
+def _trial(name: str, problem, trial) -> str:
+    """A trial of a study in words."""
+    besides = problem.n_params - problem.n_coefficients
+    unknown = f"{problem.n_coefficients} free coefficients" + (f" and {besides} other parameters" if besides else "")
+    left_out = f" ({trial.n_left_out} outside the controls left out)" if trial.n_left_out else ""
+    return (
+        f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
+        f"step {problem.simulator.step:g} s"
     )
 
 

@@ -93,7 +93,7 @@ def validate(content: dict, model: type[Model], source: str) -> Model:
 def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
     # A mistyped key is both unknown and missing; the unknown one tells more.
     first, *others = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
-    keys, siblings = _followed(first["loc"], model)
+    keys, siblings = _followed(first["loc"], model) if first["loc"] else ([], [])
     if first["type"] == "value_error" and siblings and keys[-1] not in siblings and not keys[-1].isdigit():
         keys.pop()  # the tag of a section that is wrong as a whole
     key = ".".join(keys)
@@ -103,6 +103,8 @@ def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
     if first["type"] == "extra_forbidden":
         return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}"
     message = first["msg"].removeprefix("Value error, ")
+    if not keys:
+        return f"{message}{more}"
     found = repr(first["input"])
     told = found in message or isinstance(first["input"], dict)
     shown = "" if told or len(found) >= 80 else f", found {found}"
