@@ -24,6 +24,7 @@ KINDS = {
 }
 
 
+PRESETS = ("autosub", "thesis_rounding", "tracking_range")
 PLACED = ("lever_arm_m", "clock_offset_s")
 FAULTS = ("dropout", "gaps", "outlier_probability", "outlier_scale", "bias")
 

@@ -5,13 +5,14 @@ from typing import ClassVar, Literal
 
 import pydantic
 
-from bayesub import priors
+from bayesub import inputs, priors
+from bayesub.coefficients import nearest
 from bayesub.errors import InputError
 from bayesub.inputs import Positive, Section
 from bayesub.manoeuvres import load_manoeuvre
 from bayesub.nuisance import BODY, INITIAL
 from bayesub.prior_files import PriorOfOne
-from bayesub.sensor_files import FAULTS, AnySensorSection
+from bayesub.sensor_files import FAULTS, PRESETS, AnySensorSection
 from bayesub.sensors import observe
 from bayesub.simulate import simulate
 from bayesub.trials import Trial, read_trial
@@ -65,8 +66,8 @@ class TrialKeys(Section):
             for key in FAULTS:
                 if getattr(section, key, None):
                     raise InputError(
-                        f"sensors.{k}.{key}: is of simulated readings, and contradicts 'data', which has what faults it "
-                        "has; a bias is for [nuisance], outliers are for [noise]"
+                        f"sensors.{k}.{key}: is of simulated readings, and contradicts 'data'; leave it out (an unknown "
+                        "bias is for [nuisance], outliers are for [noise])"
                     )
         known = {name: one.value for name, one in nuisance.items() if one.value is not None and name in INITIAL}
         return read_trial(
@@ -100,6 +101,24 @@ class TrialSection(TrialKeys):
             if name in BODY:
                 raise ValueError(f"nuisance '{name}' is of the body, the same in all trials; give it in [nuisance]")
         return self
+
+
+class InstrumentsFile(Section):
+    """The instruments of a boat, and the current in which it flies, for ``bayesub simulate --sensors``."""
+
+    sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
+    truth: TruthSection = TruthSection()
+
+
+def read_instruments(name: str | Path) -> InstrumentsFile:
+    """The instruments of a file, or of a preset (:mod:`bayesub.sensors.presets`) with its own defaults."""
+    if name in PRESETS:
+        return InstrumentsFile.model_validate({"sensors": [{"kind": name}]})
+    if not Path(name).suffix:
+        raise InputError(
+            f"no instruments '{name}'{nearest(str(name), PRESETS)}; expected {', '.join(PRESETS)} or a file"
+        )
+    return inputs.read_toml(Path(name), InstrumentsFile)
 
 
 def _varying(name: str, section: PriorOfOne) -> priors.Prior:

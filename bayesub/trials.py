@@ -1,4 +1,4 @@
-"""A user's own log as a trial: the controls that were flown, what the sensors read, and what is unknown of the start."""
+"""A log as a trial: the controls that were flown, what the sensors read, and what is unknown of the start."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path

@@ -38,7 +38,7 @@ def test_a_sensor_reads_the_motion_of_its_point_of_a_rigid_body(coupled_track):
 
 
 def test_the_acceleration_of_an_accelerometer(coupled_track):
-    """a + omega_dot x l + omega x (omega x l) of the point is udot_s + omega x v_s, and v_s is the rate of its place."""
+    """a + omega_dot x l + omega x (omega x l) of the point is udot_s + omega x v_s, with all of the point."""
     track = coupled_track.resampled(np.arange(1.0, 49.0))
     states, rates = track.states[0], track.accelerations[0]
     at = readings(coupled_track, ARM)
