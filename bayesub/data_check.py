@@ -131,7 +131,7 @@ def _channel(name, channel, whitened) -> ChannelCard:
 
 
 def _information(whitened) -> tuple[int, np.ndarray]:
-    """Directions sharper than the prior, and posterior sd over prior sd (n,), of a Jacobian in prior sds (n_rows, n)."""
+    """Directions sharper than the prior, and posterior sd over prior sd (n,), of a whitened Jacobian (n_rows, n)."""
     _, s, vt = np.linalg.svd(whitened, full_matrices=False)
     gained = vt**2 * (s**2 / (1.0 + s**2))[:, None]
     return int(np.count_nonzero(s > 1.0)), np.sqrt(np.clip(1.0 - gained.sum(axis=0), 0.0, 1.0))

@@ -126,8 +126,9 @@ def _track(name, problem, draws, synthetic):
         f"track_{name}" if name else "track",
         lambda path: track_plot.draw(path, problem.record, predicted, tracks, true_motion),
         f"The trial {f'{name} ' if name else ''}and {PREDICTIVE_DRAWS} draws from the posterior, too close to tell "
-        "apart on the left. On the right the readings minus the posterior mean: pure noise if the model fits. The blue "
-        "band is the posterior's own uncertainty of the track, far thinner than the noise, whatever the coefficients do.",
+        "apart on the left. On the right the readings minus the posterior mean: pure noise if the model fits. The "
+        "blue band is the posterior's own uncertainty of the track, far thinner than the noise, whatever the "
+        "coefficients do.",
     )
 
 

@@ -98,8 +98,8 @@ class Study(TrialKeys):
                 raise ValueError(f"give at least one of [[sensors]]{of}")
             if trial.data is not None and self.prior.centre == "perturbed":
                 raise ValueError(
-                    "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'; the centre is "
-                    "the vehicle file"
+                    "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'; leave it "
+                    "out, the centre is then the vehicle file"
                 )
         return self
 

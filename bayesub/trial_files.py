@@ -66,8 +66,8 @@ class TrialKeys(Section):
             for key in FAULTS:
                 if getattr(section, key, None):
                     raise InputError(
-                        f"sensors.{k}.{key}: is of simulated readings, and contradicts 'data'; leave it out (an unknown "
-                        "bias is for [nuisance], outliers are for [noise])"
+                        f"sensors.{k}.{key}: is of simulated readings, and contradicts 'data'; leave it out (an "
+                        "unknown bias is for [nuisance], outliers are for [noise])"
                     )
         known = {name: one.value for name, one in nuisance.items() if one.value is not None and name in INITIAL}
         return read_trial(

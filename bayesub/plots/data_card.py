@@ -19,7 +19,7 @@ def draw(card, path) -> None:
 
 def _draw_coverage(axis, card):
     n_trials = len(card.durations)
-    for k, (trial, duration) in enumerate(card.durations.items()):
+    for k, duration in enumerate(card.durations.values()):
         axis.barh(k, duration, height=0.5, color=style.PRIOR)
         axis.text(1.01, k, f"{duration:.4g} s", transform=axis.get_yaxis_transform(), va="center", fontsize=8)
     for k, channel in enumerate(card.channels, start=n_trials):
