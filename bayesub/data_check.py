@@ -138,7 +138,7 @@ def _information(whitened) -> tuple[int, np.ndarray]:
 
 
 def outlier_candidates(times, values, sd: float) -> np.ndarray:
-    """Positions of readings that are far from the cubic through the two on either side.
+    """Positions of single readings that are far from the cubic through the two on either side.
 
     Far is beyond what normal noise does once in a hundred channels, in standard deviations of `sd` or of the robust
     spread of the channel itself (1.4826 median absolute deviations), if that is larger; of neighbours that are far only

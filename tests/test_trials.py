@@ -33,7 +33,7 @@ def flight(suboff):
 def rewritten(tmp_path, flight, rng):
     """rewritten(change): a log of the flight, after `change` of its columns."""
 
-    def write(change=lambda _: None):
+    def write(change=dict):
         record = bs.observe(flight, INSTRUMENTS, rng)
         record.save(tmp_path / "log.csv", flight)
         log = logs.read_log(tmp_path / "log.csv")
@@ -74,7 +74,7 @@ def test_a_clock_offset_recovers_the_times(rewritten, suboff):
     np.testing.assert_allclose(own.record.channels[2].times % 4.0, 0.0, atol=1e-9)
 
 
-def test_the_start_is_unknown_and_its_prior_holds_the_truth(rewritten, suboff, flight):
+def test_the_start_is_unknown_and_its_prior_holds_the_truth(rewritten, suboff):
     """Every state that the readings depend on, also that nobody read; wider than the readings alone would have it."""
     trial = read_trial(rewritten(), suboff, INSTRUMENTS, subproblem="horizontal")
     assert list(trial.nuisance) == list(KNOWN)
@@ -125,8 +125,8 @@ REFUSED = [
     (lambda log: [log.pop(n) for n in (*logs.CONTROLS, "rpm")], {}, "has no control column; expected some of rudder"),
     (blank("u_ground", -1, 1000), {}, "'u_ground_mps' has no readings"),
     (lambda log: log.update(z=log["x"]), {}, "'z_m' has no sensor"),
-    (lambda log: None, {"ignore": ("z_m",)}, "ignore names 'z_m', no column"),
-    (lambda log: None, {"known": {"z0_m": 1.0}}, "nuisance.z0_m: a value is for the start, of a state"),
+    (dict, {"ignore": ("z_m",)}, "ignore names 'z_m', no column"),
+    (dict, {"known": {"z0_m": 1.0}}, "nuisance.z0_m: a value is for the start, of a state"),
     (lambda log: log.pop("r"), {}, "'r_degps' is missing; add it or leave out its sensor"),
 ]
 
