@@ -142,8 +142,8 @@ def outlier_candidates(times, values, sd: float) -> np.ndarray:
 
     Far is beyond what normal noise does once in a hundred channels, in standard deviations of `sd` or of the robust
     spread of the channel itself (1.4826 median absolute deviations), if that is larger; of neighbours that are far only
-    the farthest counts. Where readings are missing nothing is said. Motion that bends between readings, as after a step of
-    the rudder, makes candidates too if the sensor is that good.
+    the farthest counts. Where readings are missing nothing is said. Motion that bends between readings,
+    as after a step of the rudder, makes candidates too if the sensor is that good.
 
     Parameters
     ----------
