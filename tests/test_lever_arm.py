@@ -58,7 +58,7 @@ def test_velocity_is_the_rate_of_change_of_position(coupled_track):
     moving = np.stack([(record[n][:, 2] - record[n][:, 0]) / (2 * h) for n in ("x", "y", "depth")], axis=-1)
     attitude = coupled_track.resampled(t).states[0, :, [5, 4, 3]].T
     velocity = Rotation.from_euler("ZYX", attitude).inv().apply(moving)
-    # Positions have a round-off of 1e-13 m, over 2 h; h^2 times the third derivative is smaller: 1e-9 m/s was seen.
+    # Round-off of positions, 1e-13 m, over 2 h, and h^2 times the third derivative: 1e-9 m/s was seen.
     for name, expected in zip(("u", "v_ground", "w"), velocity.T, strict=True):
         np.testing.assert_allclose(record[name][:, 1], expected, atol=1e-7)
 
