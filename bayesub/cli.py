@@ -19,9 +19,11 @@ from rich.table import Table
 
 from bayesub import (
     coefficients,
+    data_check,
     identifiability,
     inputs,
     logs,
+    priors,
     script,
     study,
     templates,
@@ -35,7 +37,9 @@ from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
 from bayesub.sampling.nuts import require_nutpie
+from bayesub.sensors import flat, observe
 from bayesub.simulate import simulate as simulate_trial
+from bayesub.trial_files import read_instruments
 from bayesub.vehicles import VehicleFile, load_vehicle
 
 PATH = click.Path(path_type=Path)
@@ -134,21 +138,22 @@ def _written(path: Path, text: str, advice: str) -> None:
 
 @app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
 @click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
-@click.option("--card", type=PATH, help="Draw the card of the one vehicle among the files into this PNG or PDF.")
+@click.option("--card", type=PATH, help="Draw the card of the one vehicle or study in the files into this PNG or PDF.")
 @click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")
 def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     """Validate vehicles, geometries, manoeuvres, studies (TOML, Python) and logs (CSV); say what a study costs.
 
     Of a vehicle it prints a card: balance, stability, turning circle, answer to the planes, mass matrix, and warnings
-    with a remedy. FILE may be the name of a built-in vehicle.
+    with a remedy; of the data of a study, what each channel covers in time and informs. FILE may be the name of a
+    built-in vehicle.
     """
     found = {}
     for path in files:
-        text, vehicle_card = _checked(inputs.built_in("vehicles").get(str(path), path))
-        found[str(path)] = (text, vehicle_card)
+        text, found_card = _checked(inputs.built_in("vehicles").get(str(path), path))
+        found[str(path)] = (text, found_card)
         if not as_json:
             console.print(f"{path}: {text}", soft_wrap=True, markup=False)
-            for line in vehicle_lines.lines(vehicle_card) if vehicle_card else ():
+            for line in _lines(found_card):
                 console.print(line, soft_wrap=True, markup=False)
     if as_json:
         contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in found.items()}
@@ -156,17 +161,24 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     if card is not None:
         cards = [c for _, c in found.values() if c]
         if len(cards) != 1:
-            raise InputError(f"--card draws one vehicle, found {len(cards)} among the files")
-        from bayesub.plots import vehicle_card as drawing
+            raise InputError(f"--card draws one vehicle or study, found {len(cards)} among the files")
+        from bayesub.plots import data_card, vehicle_card
 
+        drawing = data_card if isinstance(cards[0], data_check.DataCard) else vehicle_card
         try:
             drawing.draw(cards[0], card)
         except (OSError, ValueError) as error:
             raise InputError(f"{card}: cannot be drawn: {str(error).splitlines()[0]}") from None
 
 
-def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:
-    """What a file is, and the card of a vehicle."""
+def _lines(card: vehicle_check.Card | data_check.DataCard | None) -> list[str]:
+    if card is None:
+        return []
+    return card.lines() if isinstance(card, data_check.DataCard) else vehicle_lines.lines(card)
+
+
+def _checked(path: Path) -> tuple[str, vehicle_check.Card | data_check.DataCard | None]:
+    """What a file is, and the card of a vehicle or of the data of a study."""
     if path.suffix == ".py" or path.suffix.lower() == ".csv":
         return _described(path), None
     keys = inputs.read_toml_table(path)
@@ -178,6 +190,9 @@ def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:
         told = f", {known} with a standard deviation" if known else ""
         text = f"vehicle '{boat.name}', {size}, {used} of 101 coefficients not zero{told}"
         return text, vehicle_check.check(boat)
+    if "vehicle" in keys:
+        setup = study.prepare(study.load_study(path))
+        return _cost(setup), data_check.check(setup.problem, f"{setup.study.name}: {setup.vehicle.name}")
     return _described(path), None
 
 
@@ -196,11 +211,12 @@ def _described(path: Path) -> str:
     if "kind" in keys:
         file = read_manoeuvre(path)
         return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s"
-    if "vehicle" in keys:
-        return _cost(study.prepare(study.load_study(path)))
+    if "sensors" in keys:
+        channels = flat([section.build() for section in read_instruments(path).sensors])
+        return f"instruments that read {', '.join(sensor.column for sensor in channels)}"
     raise InputError(
-        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind') nor a "
-        "study (no 'vehicle')"
+        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind'), a study "
+        "(no 'vehicle') nor instruments (no 'sensors')"
     )
 
 
@@ -213,10 +229,21 @@ def _cost(setup: study.Setup) -> str:
     for _ in range(4):
         problem.log_prob(batch)
     rate = 4 * len(batch) / (time.perf_counter() - began)
+    told = "; ".join(_trial(name, p, setup.trials[name]) for name, p, _ in problem.each_trial(batch))
     return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {setup.manoeuvre.name}, {problem.n_params} free "
-        f"coefficients, {problem.record.n_readings} readings, step {problem.simulator.step:g} s; "
+        f"study '{setup.study.name}': {setup.vehicle.name}, {told}; "
         f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
+    )
+
+
+def _trial(name: str, problem, trial) -> str:
+    """A trial of a study in words."""
+    besides = problem.n_params - problem.n_coefficients
+    unknown = f"{problem.n_coefficients} free coefficients" + (f" and {besides} other parameters" if besides else "")
+    left_out = f" ({trial.n_left_out} outside the controls left out)" if trial.n_left_out else ""
+    return (
+        f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
+        f"step {problem.simulator.step:g} s"
     )
 
 
@@ -248,13 +275,32 @@ def _cost(setup: study.Setup) -> str:
     help="Integrate Euler angles, or a quaternion that flies through 90 degrees of pitch.",
 )
 @click.option("--plot", type=PATH, help="Also draw the track into this PNG or PDF.")
-def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, attitude, plot) -> None:
-    """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV)."""
+@click.option("--sensors", metavar="NAME", help="Write what these instruments log instead: a preset, or a TOML file.")
+@click.option(
+    "--perturb", type=float, metavar="SD", help="Fly coefficients that are off by this, relative to the file."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of --sensors and --perturb.")
+def simulate(
+    vehicle, manoeuvre, output, dt, sample, controls, subproblem, attitude, plot, sensors, perturb, seed
+) -> None:
+    """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
+
+    With --sensors the output is the log of a trial, controls and readings with noise, which a study reads as its data.
+    """
     boat = load_vehicle(vehicle)
     flown = load_manoeuvre(manoeuvre, boat)
+    rng = np.random.default_rng(seed)
+    xi = boat.xi if perturb is None else priors.perturbed(boat.xi, perturb, rng)
     plane = _plane(subproblem)
-    trajectory = simulate_trial(boat, flown, dt=dt, sample=sample, controls=controls, attitude=attitude, **plane)
-    trajectory.save(output)
+    options = {"dt": dt, "sample": sample, "controls": controls, "attitude": attitude}
+    trajectory = simulate_trial(boat, flown, xi=xi, **options, **plane)
+    if sensors is None:
+        trajectory.save(output)
+    else:
+        instruments = read_instruments(sensors)
+        parts = [section.build() for section in instruments.sensors]
+        record = observe(trajectory, parts, rng, current_mps=instruments.truth.current_mps)
+        record.save(output, trajectory)
     if plot is not None:
         from bayesub.plots import track
 
@@ -262,7 +308,7 @@ def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, attit
     status = trajectory.status[0]
     kind = trajectory.simulator.subproblem or "six degrees of freedom"
     console.print(
-        f"{output}: {len(trajectory.times)} rows, {boat.name} on {flown.name} ({kind}), "
+        f"{output}: {len(trajectory.times)} times, {boat.name} on {flown.name} ({kind}), "
         f"step {trajectory.simulator.step:g} s, {status}",
         soft_wrap=True,
     )

@@ -2,6 +2,8 @@
 
 import tomllib
 import typing
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, TypeVar
@@ -10,6 +12,7 @@ import pydantic
 
 from bayesub.coefficients import nearest
 from bayesub.errors import InputError
+from bayesub.files import reason
 
 DATA = resources.files("bayesub") / "data"
 
@@ -45,10 +48,23 @@ def find(name: str, kind: str) -> Path:
 
 def read_text(path: Path) -> str:
     """The text of a file, or an InputError that says why not."""
-    try:
+    with reading(path):
         return path.read_text(encoding="utf-8-sig")
+
+
+def read_line(path: Path) -> str:
+    """The first line of a text file without the spaces around it, or an InputError that says why not."""
+    with reading(path), path.open(encoding="utf-8-sig") as file:
+        return file.readline().strip()
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """What cannot be read or is not UTF-8 text inside the block is an InputError that names `path`."""
+    try:
+        yield
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"{path}: cannot be read: {reason(error)}") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not UTF-8 text") from None
 
@@ -77,7 +93,7 @@ def validate(content: dict, model: type[Model], source: str) -> Model:
 def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
     # A mistyped key is both unknown and missing; the unknown one tells more.
     first, *others = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
-    keys, siblings = _followed(first["loc"], model)
+    keys, siblings = _followed(first["loc"], model) if first["loc"] else ([], [])
     if first["type"] == "value_error" and siblings and keys[-1] not in siblings and not keys[-1].isdigit():
         keys.pop()  # the tag of a section that is wrong as a whole
     key = ".".join(keys)
@@ -87,6 +103,8 @@ def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
     if first["type"] == "extra_forbidden":
         return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}"
     message = first["msg"].removeprefix("Value error, ")
+    if not keys:
+        return f"{message}{more}"
     found = repr(first["input"])
     told = found in message or isinstance(first["input"], dict)
     shown = "" if told or len(found) >= 80 else f", found {found}"

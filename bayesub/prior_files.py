@@ -175,10 +175,17 @@ AnyNoiseSection = Annotated[
 ]
 
 
-def noise_models(sections: dict[str, NoiseSection], channels) -> dict[str, object]:
-    """Channel name -> noise model, of sections by column; InputError for a column that no sensor reads."""
-    by_column = {logs.HEADERS[channel.quantity]: channel for channel in channels}
+def noise_models(sections: dict[str, NoiseSection], trials) -> list[dict[str, object]]:
+    """For the channels of each trial: channel name -> noise model, of sections by column.
+
+    Raises InputError for a column that no sensor of any trial reads.
+    """
+    by_column = [{logs.HEADERS[channel.quantity]: channel for channel in channels} for channels in trials]
+    known = {column for columns in by_column for column in columns}
     for column in sections:
-        if column not in by_column:
-            raise InputError(f"noise.{column}: no sensor reads that column{coefficients.nearest(column, by_column)}")
-    return {by_column[column].name: section.build(by_column[column]) for column, section in sections.items()}
+        if column not in known:
+            raise InputError(f"noise.{column}: no sensor reads that column{coefficients.nearest(column, known)}")
+    return [
+        {columns[c].name: section.build(columns[c]) for c, section in sections.items() if c in columns}
+        for columns in by_column
+    ]

@@ -5,6 +5,7 @@ import copy
 import numpy as np
 
 from bayesub import coefficients, likelihoods, logs
+from bayesub.density import Density
 from bayesub.errors import InputError
 from bayesub.nuisance import CURRENTS, Nuisances, find
 from bayesub.priors import Joint, Prior, Spread
@@ -13,7 +14,7 @@ from bayesub.sensors.current import over_ground
 from bayesub.simulate import STATUS, Simulator, Trajectory
 
 
-class Problem:
+class Problem(Density):
     """Free coefficients of a vehicle and nuisance parameters, to be inferred from a record of a manoeuvre.
 
     Parameters
@@ -65,16 +66,9 @@ class Problem:
         self.evaluations = self.jacobians = 0
         self.failures = dict.fromkeys(STATUS[1:], 0)
 
-    @property
-    def n_params(self) -> int:
-        return len(self.names)
-
-    def coefficient_sets(self, parameters) -> np.ndarray:
-        """(n_batch, 101) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""
-        parameters = np.atleast_2d(parameters)
-        sets = np.repeat(self.xi[None], len(parameters), axis=0)
-        sets[:, self.columns] = parameters[:, : self.n_coefficients]
-        return sets
+    def each_trial(self, parameters):
+        """This problem is its only trial, which needs no name."""
+        yield "", self, parameters
 
     def _nuisance_values(self, parameters) -> np.ndarray:
         """(n_batch, n_nuisances) of parameters (n_batch, n_params)."""
@@ -105,6 +99,11 @@ class Problem:
             predicted[:, self._readings.slices[channel]] += factor * values[:, k : k + 1]
         predicted[status != 0] = np.nan
         return predicted
+
+    @property
+    def rows(self) -> dict[str, slice]:
+        """Where the readings of each channel stand among the residuals."""
+        return {c.name: part for c, part in zip(self.record.channels, self._readings.slices, strict=True)}
 
     def residuals(self, parameters) -> np.ndarray:
         """(n_batch, n_rows) standardised residuals, ``(predicted - reading) / sd`` where the noise is normal.
@@ -166,7 +165,8 @@ class Problem:
         current = first(self._nuisances.currents(values))
         moved, effects = ((), None) if self._held is not None else self._nuisances.on_motion()
         names = (*self.names[: self.n_coefficients], *moved)
-        measured = None if current is None else self._fly(parameters, self._readings.measured)[0][0]
+        moving = current is not None or self._readings.displaced
+        measured = self._fly(parameters, self._readings.measured)[0][0] if moving else None
         (xi,) = self.coefficient_sets(parameters)
         sensitivities = self.simulator.sensitivities(xi, names, self._readings.measured, body=body, initial=initial)
         slopes = self._readings.slopes(sensitivities, measured, current)
@@ -252,14 +252,6 @@ class Problem:
         pairs = zip(states, currents, strict=True)
         return np.stack([over_ground(member, self.simulator.times, current) for member, current in pairs])
 
-    def log_prior(self, parameters) -> np.ndarray:
-        """(n_batch,) log prior densities."""
-        return self.prior.log_density(np.atleast_2d(parameters))
-
-    def log_likelihood(self, parameters) -> np.ndarray:
-        """(n_batch,) log likelihoods, -inf where the simulation failed."""
-        return sum(self.log_likelihoods(parameters).values())
-
     def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         parameters = np.atleast_2d(parameters)
@@ -270,10 +262,6 @@ class Problem:
                 self.record.channels, self._parts(parameters), strict=True
             )
         }
-
-    def log_prob(self, parameters) -> np.ndarray:
-        """(n_batch,) log posterior densities, not normalised."""
-        return self.log_prior(parameters) + self.log_likelihood(parameters)
 
 
 def _without_effect(vehicle, manoeuvre) -> frozenset[str]:

@@ -10,7 +10,7 @@ import numpy as np
 from bayesub import coefficients, findings, identifiability
 from bayesub.files import write_text, writing
 from bayesub.inputs import DATA
-from bayesub.linear_systems import linear_systems
+from bayesub.linear_systems import linear_systems, stacked
 from bayesub.plots import coefficients as coefficient_plot
 from bayesub.plots import cross_check as cross_check_plot
 from bayesub.plots import posterior as posterior_plots
@@ -36,9 +36,10 @@ def write_report(
     check : from :func:`bayesub.cross_check`, or None
     """
     folder = Path(folder)
-    trajectory = problem.trajectory(posterior.best)
     free = problem.names[: problem.n_coefficients]
-    ranks = identifiability.rank(linear_systems(trajectory, free=free), prefer=coefficients.ADDED_MASSES)
+    flown = [p.trajectory(best) for _, p, best in problem.each_trial(posterior.best)]
+    systems = stacked([linear_systems(trajectory, free=free) for trajectory in flown])
+    ranks = identifiability.rank(systems, prefer=coefficients.ADDED_MASSES)
     numbers = findings.collect(problem, estimates, spectrum, posterior, ranks)
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
@@ -59,8 +60,6 @@ def _draw(folder, problem, estimates, spectrum, posterior, check, numbers) -> li
     rng = np.random.default_rng(0)  # which draws are shown; nothing that is quoted depends on it
     draws = posterior.draws[rng.choice(len(posterior.draws), PREDICTIVE_DRAWS)]
     n = problem.n_coefficients
-    predicted, tracks = problem.predicted(draws), problem.motion(draws[:20])
-    true_motion = (problem.predicted(truth)[0], problem.motion(truth)[0]) if synthetic else None
     n_null = numbers["spectrum"]["n_null"]
     figures = [
         (
@@ -71,13 +70,7 @@ def _draw(folder, problem, estimates, spectrum, posterior, check, numbers) -> li
             "accelerations, left at the guess along null directions. A blue bar as long as the grey one means that the "
             "data said nothing.",
         ),
-        (
-            "track",
-            lambda path: track_plot.draw(path, problem.record, predicted, tracks, true_motion),
-            f"The trial and {PREDICTIVE_DRAWS} draws from the posterior, too close to tell apart on the left. On the "
-            "right the readings minus the posterior mean: pure noise if the model fits. The blue band is the "
-            "posterior's own uncertainty of the track, far thinner than the noise, whatever the coefficients do.",
-        ),
+        *[_track(*of_trial, synthetic) for of_trial in problem.each_trial(draws)],
         (
             "spectrum",
             lambda path: spectrum_plot.draw(path, spectrum, n_null),
@@ -123,6 +116,20 @@ def _draw(folder, problem, estimates, spectrum, posterior, check, numbers) -> li
             draw(folder / f"{name}{suffix}")
         drawn.append({"name": name, "caption": caption, "image": (folder / f"{name}.png").read_bytes()})
     return drawn
+
+
+def _track(name, problem, draws, synthetic):
+    """File, drawing and caption of the track of a trial of name "" or several."""
+    predicted, tracks, truth = problem.predicted(draws), problem.motion(draws[:20]), problem.reference
+    true_motion = (problem.predicted(truth)[0], problem.motion(truth)[0]) if synthetic else None
+    return (
+        f"track_{name}" if name else "track",
+        lambda path: track_plot.draw(path, problem.record, predicted, tracks, true_motion),
+        f"The trial {f'{name} ' if name else ''}and {PREDICTIVE_DRAWS} draws from the posterior, too close to tell "
+        "apart on the left. On the right the readings minus the posterior mean: pure noise if the model fits. The "
+        "blue band is the posterior's own uncertainty of the track, far thinner than the noise, whatever the "
+        "coefficients do.",
+    )
 
 
 def _page(numbers, figures) -> str:

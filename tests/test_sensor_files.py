@@ -50,7 +50,9 @@ def test_each_kind_is_what_it_is_in_python(section, expected):
     completed = loaded.model_dump(exclude_none=True, mode="json")
     assert inputs.validate(completed, study.Study, "config.toml") == loaded
     faults = {"dropout": 0.1, "gaps": [[10.0, 20.0]], "outlier_scale": 4.0}
-    faulty = sensors.modified(expected, dropout=0.1, gaps=((10.0, 20.0),), outlier_scale=4.0)
+    faults |= {"lever_arm_m": [1.0, 0.0, -0.5], "clock_offset_s": 0.3}
+    placed = {"lever_arm_m": (1.0, 0.0, -0.5), "clock_offset_s": 0.3}
+    faulty = sensors.modified(expected, dropout=0.1, gaps=((10.0, 20.0),), outlier_scale=4.0, **placed)
     assert read(section | faults).sensors[0].build() == faulty
 
 
