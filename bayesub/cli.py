@@ -41,7 +41,7 @@ from bayesub.vehicles import VehicleFile, load_vehicle
 PATH = click.Path(path_type=Path)
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
-console = Console(highlight=False)
+console = Console(highlight=False, markup=False)
 
 
 def main() -> None:
@@ -129,7 +129,7 @@ def new_geometry(name: str, output: Path | None) -> None:
 
 def _written(path: Path, text: str, advice: str) -> None:
     templates.write_new(path, text)
-    console.print(f"{path}: {advice}", soft_wrap=True, markup=False)
+    console.print(f"{path}: {advice}", soft_wrap=True)
 
 
 @app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
@@ -147,9 +147,9 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
         text, vehicle_card = _checked(inputs.built_in("vehicles").get(str(path), path))
         found[str(path)] = (text, vehicle_card)
         if not as_json:
-            console.print(f"{path}: {text}", soft_wrap=True, markup=False)
+            console.print(f"{path}: {text}", soft_wrap=True)
             for line in vehicle_lines.lines(vehicle_card) if vehicle_card else ():
-                console.print(line, soft_wrap=True, markup=False)
+                console.print(line, soft_wrap=True)
     if as_json:
         contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in found.items()}
         click.echo(json.dumps(contents, indent=2, allow_nan=False))
@@ -197,11 +197,19 @@ def _described(path: Path) -> str:
         file = read_manoeuvre(path)
         return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s"
     if "vehicle" in keys:
-        return _cost(study.prepare(study.load_study(path)))
+        return _cost(_prepared(path, study.load_study(path)))
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind') nor a "
         "study (no 'vehicle')"
     )
+
+
+def _prepared(path: Path, loaded: study.Study) -> study.Setup:
+    """The study made ready; what is wrong with it names its file."""
+    try:
+        return study.prepare(loaded)
+    except InputError as error:
+        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
 
 
 def _cost(setup: study.Setup) -> str:
@@ -337,7 +345,7 @@ def run(file: Path, output: Path | None, quick: bool, resume: bool, force: bool,
         return
     loaded = study.load_study(file, quick=quick)
     folder = output or Path("runs") / loaded.name
-    study.prepare(loaded)  # bad input shows before a folder is made
+    _prepared(file, loaded)  # bad input shows before a folder is made
     with _held(file, folder, study.completed(loaded, quick=quick), resume, force, check), _Bars() as bars:
         converged = study.run(loaded, folder, check=check, progress=bars)
     _finish(folder, converged)
@@ -363,7 +371,7 @@ def _run_script(file: Path, folder: Path, quick: bool, resume: bool, force: bool
     with _held(file, folder, script.config(file, quick=quick), resume, force), _Bars() as bars:
         failed_claim = script.run(file, folder, quick=quick, progress=bars)
     console.print(f"figures and numbers: {folder}", soft_wrap=True)
-    console.print(f"CLAIM FAILED: {failed_claim}" if failed_claim else "CLAIM HOLDS", soft_wrap=True, markup=False)
+    console.print(f"CLAIM FAILED: {failed_claim}" if failed_claim else "CLAIM HOLDS", soft_wrap=True)
     if failed_claim:
         raise click.exceptions.Exit(FAILED)
 
@@ -393,9 +401,9 @@ def report(folder: Path) -> None:
 def _finish(folder: Path, converged: bool) -> None:
     numbers = json.loads((folder / "numbers.json").read_text())
     for shortcoming in numbers["convergence"]["shortcomings"]:
-        console.print(f"not converged: {shortcoming}", soft_wrap=True, markup=False)
+        console.print(f"not converged: {shortcoming}", soft_wrap=True)
     for key, sentence in numbers["verdict"].items():
-        console.print(f"{key.replace('_', ' ')}: {sentence}", soft_wrap=True, markup=False)
+        console.print(f"{key.replace('_', ' ')}: {sentence}", soft_wrap=True)
     console.print(f"report: {folder / 'report.html'}", soft_wrap=True)
     failed = "NOT CONFIRMED" if numbers["convergence"]["converged"] else "NOT CONVERGED"
     console.print("CONVERGED" if converged else failed)

@@ -76,6 +76,10 @@ def read_log(path: Path) -> dict[str, np.ndarray]:
         if wrong.size:
             found = table[name].iloc[wrong[0]]
             raise InputError(f"{path}: line {line[wrong[0]]}, column '{name}': '{found}' is not a finite number")
+        beyond = np.flatnonzero(np.abs(values) > inputs.largest(name))
+        if beyond.size:
+            told = f"{values[beyond[0]]:g} is beyond {inputs.largest(name):g}"
+            raise InputError(f"{path}: line {line[beyond[0]]}, column '{name}': {told}; check the unit")
         log[short] = values * factor
     times = log["time"]
     if not np.isfinite(times).all():
