@@ -133,33 +133,36 @@ def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
     # A mistyped key is both unknown and missing; the unknown one tells more.
     first, *others = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
     keys, siblings = _followed(first["loc"], model)
-    if first["type"] == "value_error" and siblings and keys[-1] not in siblings and not keys[-1].isdigit():
+    if first["type"] == "value_error" and siblings and keys and keys[-1] not in siblings and not keys[-1].isdigit():
         keys.pop()  # the tag of a section that is wrong as a whole
     key = ".".join(keys)
+    where = f"key '{key}': " if keys else ""
     more = f" (and {len(others)} more)" if others else ""
     if first["type"] == "missing":
         return f"key '{key}' is missing{more}"
     if first["type"] == "extra_forbidden":
         return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}"
     if first["type"].startswith("union_tag"):
-        return _wrong_tag(key, first["ctx"]) + more
+        return _wrong_kind(key, first) + more
     message = first["msg"].removeprefix("Value error, ").replace("a valid tuple", "a list")
     message = message.replace("valid dictionary or object to extract fields from", "table")
     found = repr(first["input"])
     told = found in message or isinstance(first["input"], dict)
     shown = "" if told or len(found) >= 80 else f", found {found}"
-    return f"key '{key}': {message[0].lower()}{message[1:]}{shown}{more}"
+    return f"{where}{message[0].lower()}{message[1:]}{shown}{more}"
 
 
-def _wrong_tag(key: str, context: dict) -> str:
+def _wrong_kind(key: str, error: dict) -> str:
     """What is wrong with the key that says which kind a section is of."""
-    expected = context.get("expected_tags", "").replace("'", "").split(", ")
+    if not isinstance(error["input"], dict):
+        return f"key '{key}': input should be a table"
+    context = error["ctx"]
+    inside = "model" if "(" in context["discriminator"] else context["discriminator"].strip("'")
     if "tag" not in context:
-        return f"key '{key}.{context['discriminator'].strip(chr(39))}' is missing"
-    told = nearest(context["tag"], expected)
-    inside = context["discriminator"].strip("'")
-    inside = "model" if "(" in inside else inside
-    return f"key '{key}.{inside}': unknown '{context['tag']}'{told}; expected one of {', '.join(expected)}"
+        return f"key '{key}.{inside}' is missing"
+    kinds = context["expected_tags"].replace("'", "").split(", ")
+    told = nearest(context["tag"], kinds)
+    return f"key '{key}.{inside}': unknown '{context['tag']}'{told}; expected one of {', '.join(kinds)}"
 
 
 def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:
@@ -172,7 +175,7 @@ def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[st
         free = any(typing.get_origin(annotation) is dict for annotation in fields)
         if fields:
             models = [section for annotation in fields for section in _sections(annotation)]
-    return [*keys, str(location[-1])], [key for m in models for key in m.model_fields]
+    return [*keys, *map(str, location[-1:])], [key for m in models for key in m.model_fields]
 
 
 def _sections(annotation) -> list[type[Section]]:

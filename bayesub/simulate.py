@@ -96,7 +96,7 @@ class Simulator:
             raise InputError(f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s")
         if not self.times[-1] / self.step <= MAX_STEPS:
             raise InputError(
-                f"{manoeuvre.name}: {self.times[-1]:g} s in steps of {self.step:g} s are more than {MAX_STEPS:,} steps; "
+                f"{manoeuvre.name}: {self.times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
                 "shorten the manoeuvre or give a longer step"
             )
         n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))

@@ -123,7 +123,7 @@ class LinearKTSection(OpenWaterSection):
 
 
 def _model_of(section) -> str:
-    return section.get("model", "polynomial") if isinstance(section, dict) else section.model
+    return section.get("model", "polynomial") if isinstance(section, dict) else getattr(section, "model", None)
 
 
 class ActuatorsSection(Section):
