@@ -31,6 +31,7 @@ from bayesub import (
 from bayesub.errors import InputError
 from bayesub.files import reason
 from bayesub.hulls import load_hull
+from bayesub.interruption import kept
 from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
@@ -47,7 +48,7 @@ console = Console(highlight=False, markup=False)
 def main() -> None:
     """Run the command line; an InputError is one line on standard error and exit status 2."""
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), kept():
             warnings.showwarning = lambda message, *_: print(f"bayesub: {message}", file=sys.stderr)
             sys.exit(app(prog_name="bayesub", standalone_mode=False))
     except InputError as error:
@@ -221,11 +222,16 @@ def _cost(setup: study.Setup) -> str:
     for _ in range(4):
         problem.log_prob(batch)
     rate = 4 * len(batch) / (time.perf_counter() - began)
-    return (
+    text = (
         f"study '{setup.study.name}': {setup.vehicle.name}, {setup.manoeuvre.name}, {problem.n_params} free "
         f"coefficients, {problem.record.n_readings} readings, step {problem.simulator.step:g} s; "
         f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
     )
+    if not np.isfinite(problem.log_prob(batch[:1])[0]):
+        status = problem.trajectory(batch[0]).status[0]
+        why = "their readings are impossible" if status == "ok" else f"the boat {status.replace('_', ' ')}"
+        text += f"; at the prior means {why}"
+    return text
 
 
 @app.command(epilog="Example: bayesub simulate suboff horizontal -o track.csv --plot track.png")
@@ -356,7 +362,8 @@ def _held(file: Path, folder: Path, config: dict, resume: bool, force: bool, che
     """Work in a run folder; Ctrl-C ends it with the command that continues it."""
     with study.open_folder(folder, config, resume=resume, force=force):
         try:
-            yield
+            with kept():
+                yield
         except KeyboardInterrupt:
             options = [key for key, on in (("--quick", config["quick_run"]), ("--cross-check", check)) if on]
             command = shlex.join(["bayesub", "run", str(file), "-o", str(folder), *options, "--resume"])
