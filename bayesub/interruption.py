@@ -14,8 +14,8 @@ AGAIN_S = 0.02  # after which a lost interruption is repeated
 def kept() -> Iterator[None]:
     """Ctrl-C inside the block raises KeyboardInterrupt out of it, whatever becomes of the exception on the way.
 
-    Compiled code turns it into a SystemError, and a library that is being imported perhaps into an ImportError. Where no
-    exception can be raised, as in the callback of a weak reference, Python drops it; then it comes again a moment later.
+    Compiled code turns it into a SystemError, and a library that is being imported perhaps into an ImportError. Where
+    no exception can be raised, as in the callback of a weak reference, Python drops it; then it comes again.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -105,7 +105,7 @@ def test_one_arbitrary_value_in_a_good_file(tmp_path, data):
         ("manoeuvre", "duration_s = 600.0", f"x = {'[' * 9000}", "brackets are nested too deeply"),
         ("manoeuvre", "duration_s = 600.0", "duration_s = 1e6", "key 'duration_s': .* less than or equal to 10000"),
         ("manoeuvre", "[ 5, 10,", "[ 5, 1000,", "key 'demands.rudder_deg.1': .* less than or equal to 90"),
-        ("manoeuvre", "length_m = 102.2606", "length_m = 102e9", "key 'time_scale.length_m': .* less than or equal to 1000"),
+        ("manoeuvre", "length_m = 102.2606", "length_m = 102e9", "time_scale.length_m': .* less than or equal to 1000"),
         ("vehicle", "mass_kg = ", "mass_kg = 1e12 # ", "key 'body.mass_kg': .* is beyond 1e.10; check the unit"),
         ("vehicle", "water_density_kgm3 = ", "water_density_kgm3 = 1.025 # ", "water_density_kgm3'.* or equal to 500"),
         ("vehicle", 'description = "', 'description = "\\u001b[31m', "must not contain control characters"),
