@@ -4,6 +4,8 @@ import json
 import sys
 import time
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -180,10 +182,17 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
             raise InputError(f"--card draws one vehicle, found {len(cards)} among the files")
         from bayesub.plots import vehicle_card as drawing
 
-        try:
+        with _drawing(card):
             drawing.draw(cards[0], card)
-        except (OSError, ValueError) as error:
-            raise InputError(f"{card}: cannot be drawn: {str(error).splitlines()[0]}") from None
+
+
+@contextmanager
+def _drawing(path: Path) -> Iterator[None]:
+    """A place or format that cannot be drawn to is an InputError."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be drawn: {(str(error).splitlines() or ['no reason given'])[0]}") from None
 
 
 def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:
@@ -284,7 +293,8 @@ def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, attit
     if plot is not None:
         from bayesub.plots import track
 
-        track.draw_simulated(trajectory, boat.name, plot)
+        with _drawing(plot):
+            track.draw_simulated(trajectory, boat.name, plot)
     status = trajectory.status[0]
     kind = trajectory.simulator.subproblem or "six degrees of freedom"
     console.print(

@@ -1,7 +1,10 @@
 """Input that is wrong by accident or on purpose: refused in one line, never run, never a traceback."""
 
 import copy
+import json
+import re
 import tomllib
+from pathlib import Path
 
 import fuzz
 import mutations
@@ -11,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import bayesub as bs
-from bayesub import inputs, logs
+from bayesub import inputs, logs, report
 from bayesub.errors import LONGEST
 from bayesub.hulls import load_hull
 from bayesub.manoeuvre_files import read_manoeuvre
@@ -145,11 +148,42 @@ def test_a_flight_has_a_bounded_number_of_steps_and_rows(suboff, spiral):
         bs.observe(bs.simulate(suboff, spiral, dt=1.0), bs.sensors.Pressure(0.1, interval_s=1e-9), None)
 
 
+def test_a_report_escapes_every_text():
+    """Whatever names, questions and sentences hold, the page has the elements of an ordinary one and no others."""
+    file = Path(__file__).parents[1] / "figures" / "quickstart" / "numbers.json"
+    names = ("coefficients", "track", "spectrum", "correlation", "corner", "cross_check", "nuisance")
+
+    def page(change):
+        figures = [{"name": name, "caption": change("caption"), "image": b""} for name in names]
+        return report._page(_with_texts(json.loads(file.read_text()), change), figures)
+
+    ordinary, hostile = (
+        page(lambda text: text),
+        page(lambda text: text + "<script src='x'>alert(\"1\")</script>{{ 7 * 7 }}"),
+    )
+    assert "alert(" in hostile
+    assert re.findall(r"<[a-z]+[^>]{0,20}", ordinary) == re.findall(r"<[a-z]+[^>]{0,20}", hostile)
+    assert "{{ 7 * 7 }}" in hostile
+
+
+def _with_texts(value, change):
+    """A JSON value with every text changed."""
+    if isinstance(value, dict):
+        return {key: _with_texts(one, change) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_with_texts(one, change) for one in value]
+    return change(value) if isinstance(value, str) else value
+
+
 def test_names_are_not_markup(tmp_path, monkeypatch):
-    """A vehicle whose name looks like a tag of the terminal's library is printed as it is."""
+    """A vehicle whose name looks like a tag of the terminal or a formula is printed and drawn as it is."""
     monkeypatch.chdir(tmp_path)
-    text = inputs.built_in("vehicles")["suboff"].read_text().replace('name = "suboff"', 'name = "[/bold]"', 1)
+    text = inputs.built_in("vehicles")["suboff"].read_text().replace('name = "suboff"', 'name = "[/bold] $_{$"', 1)
     (tmp_path / "boat.toml").write_text(text)
-    assert "[/bold]" in fuzz.bayesub("check", "boat.toml")[1]
+    assert "[/bold] $_{$" in fuzz.bayesub("check", "boat.toml", "--card", "card.png")[1]
     (tmp_path / "good.csv").write_text(mutations.history(3))
-    assert "[/bold] on good" in fuzz.bayesub("simulate", "boat.toml", "good.csv", "-o", "track.csv")[1]
+    flown = "simulate", "boat.toml", "good.csv", "-o", "track.csv", "--plot"
+    assert "[/bold] $_{$ on good" in fuzz.bayesub(*flown, "track.png")[1]
+    for place in ("track.xyz", "absent/track.png"):
+        with pytest.raises(bs.InputError, match=f"{place}: cannot be drawn: "):
+            fuzz.bayesub(*flown, place)

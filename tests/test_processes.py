@@ -42,7 +42,7 @@ sd = 0.25
 [baselines]
 sqp_starts = 0
 [sampler]
-ess = 3000.0
+ess = 1000.0
 """
 
 
@@ -131,7 +131,7 @@ def test_ctrl_c_is_one_line_at_any_moment(small, tmp_path, moment):
     """During imports, while compiled code runs, anywhere: exit status 130, and what to do next."""
     rng = np.random.default_rng([690, moment, INTERRUPTIONS])
     started = Run(small, "-o", tmp_path / "run")
-    time.sleep(rng.uniform(0.1, 1.0 if moment % 2 == 0 else 6.0))
+    time.sleep(rng.uniform(0.1, 1.0 if moment % 2 == 0 else 5.0))
     started.process.send_signal(signal.SIGINT)
     status, err = started.end()
     if status == 0:  # it had come to its end

@@ -21,7 +21,7 @@ def draw(card, path) -> None:
         _draw_coefficients(below, boat)
         n = len(card.warnings)
         told = "no warnings" if n == 0 else f"{n} warning{'s' if n > 1 else ''}"
-        figure.suptitle(f"{boat.name}: {boat.length_m:g} m at {boat.speed_mps:g} m/s, {told}", fontsize=11)
+        figure.suptitle(f"{style.plain(boat.name)}: {boat.length_m:g} m at {boat.speed_mps:g} m/s, {told}", fontsize=11)
 
 
 def _way(card, key) -> np.ndarray:
