@@ -192,7 +192,7 @@ def _drawing(path: Path) -> Iterator[None]:
     try:
         yield
     except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be drawn: {(str(error).splitlines() or ['no reason given'])[0]}") from None
+        raise InputError(f"{path}: cannot be drawn: {' '.join(str(error).split())}") from None
 
 
 def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:
