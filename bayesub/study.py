@@ -218,7 +218,8 @@ def run(study: Study, folder: Path, *, check: bool = False, progress=None) -> bo
     """Do the work of a study in an opened folder; True if the posterior converged and the check agrees, if any.
 
     check : sample with NUTS too and compare
-    progress : object with ``stage(name)``, called when a stage begins, and ``update(fraction, text, n_items=None)``
+    progress : object with ``stage(name)``, called when a stage begins, and ``update(fraction, text)``; a text
+        that begins "3 of 5" counts items, whose rate is shown
     """
     began = time.perf_counter()
     progress = progress or _Silent()
@@ -245,7 +246,7 @@ def run(study: Study, folder: Path, *, check: bool = False, progress=None) -> bo
                 problem.naive(),
                 rng=setup.sqp_rng,
                 n_starts=n,
-                progress=lambda done: progress.update(done / n, f"{done} of {n} starts", n),
+                progress=lambda done: progress.update(done / n, f"{done} of {n} starts"),
             )
         )
         seconds["SQP"] = estimates[-1].seconds
@@ -308,7 +309,7 @@ class _Silent:
     def stage(self, name):
         pass
 
-    def update(self, fraction, text, n_items=None):
+    def update(self, fraction, text):
         pass
 
 

@@ -1,5 +1,6 @@
 """What the command line says, and how: sentences, progress bars, exit status."""
 
+import re
 import sys
 import time
 from typing import NoReturn
@@ -33,18 +34,18 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
 
 
-def pace(elapsed: float, fraction: float, n_items: int | None) -> str:
-    """Rate, if the number of items is known, and time remaining, after `elapsed` s; nothing before there is a pace.
+def pace(elapsed: float, text: str) -> str:
+    """Rate and time remaining of a stage after `elapsed` s, if `text` counts its items, as "3 of 5 starts" does.
 
     The time remaining is that of a constant pace.
     """
-    if not (0.0 < fraction < 1.0 and elapsed > 0.0):
+    counted = re.match(r"(\d+) of (\d+)\b", text)
+    done, n_items = map(int, counted.groups()) if counted else (0, 0)
+    if not (0 < done < n_items and elapsed > 0.0):
         return ""
-    remaining = f"{duration(elapsed * (1.0 / fraction - 1.0))} left"
-    if n_items is None:
-        return remaining
-    rate = n_items * fraction / elapsed
-    return f"{rate:.2g}/s, {remaining}" if rate >= 1.0 else f"{60.0 * rate:.2g}/min, {remaining}"
+    rate = done / elapsed
+    told = f"{rate:.3g}/s" if rate >= 1.0 else f"{60.0 * rate:.3g}/min"
+    return f"{told}, {duration((n_items - done) / rate)} left"
 
 
 class Bars:
@@ -83,7 +84,6 @@ class Bars:
         self.task = self.bars.add_task(name, total=1.0, text="", pace="")
         self.began = time.perf_counter()
 
-    def update(self, fraction: float, text: str, n_items: int | None = None) -> None:
-        """A `fraction` of the stage is done; if it consists of `n_items` alike, their rate is shown too."""
-        told = "" if n_items is None else pace(time.perf_counter() - self.began, fraction, n_items)
-        self.bars.update(self.task, completed=fraction, text=text, pace=told)
+    def update(self, fraction: float, text: str) -> None:
+        """A `fraction` of the stage is done; `text` says what of it."""
+        self.bars.update(self.task, completed=fraction, text=text, pace=pace(time.perf_counter() - self.began, text))

@@ -76,7 +76,7 @@ def test_no_colour_where_it_is_not_wanted():
 
 def test_the_pace_of_a_stage():
     """Three of ten in six seconds are one in two, and fourteen to go."""
-    assert pace(6.0, 0.3, 10) == "30/min, 14 s left"
-    assert pace(1.0, 0.5, 1000) == "5e+02/s, 1 s left"
-    assert pace(6.0, 0.0, 10) == pace(6.0, 1.0, 10) == ""
+    assert pace(6.0, "3 of 10 starts") == "30/min, 14 s left"
+    assert pace(1.0, "500 of 1000 trials") == "500/s, 1 s left"
+    assert pace(6.0, "0 of 10") == pace(6.0, "10 of 10") == pace(6.0, "auv690 horizontal") == ""
     assert [duration(s) for s in (6.6, 125, 3780)] == ["7 s", "2 min 05 s", "1 h 03 min"]

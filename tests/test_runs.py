@@ -13,7 +13,7 @@ HOLDS = '''"""Does it hold?"""
 def run(folder, *, quick, progress):
     progress.stage("counting")
     for k in range(3):
-        progress.update((k + 1) / 3, f"{k + 1} of 3", 3)
+        progress.update((k + 1) / 3, f"{k + 1} of 3")
     return {"quick": quick}
 '''
 FAILS = '''"""Is <script>alert(1)</script> & "this" a claim?"""
