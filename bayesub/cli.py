@@ -45,11 +45,11 @@ KINDS = ("vehicles", "manoeuvres", "studies")
 
 
 def _built_in(kind: str):
-    """Completion of a built-in name or a path."""
+    """Completion of a built-in name, or of a path if none begins like that: shells do not mix the two."""
 
     def complete(_ctx, _param, incomplete: str) -> list[CompletionItem]:
         names = [CompletionItem(name) for name in inputs.built_in(kind) if name.startswith(incomplete)]
-        return [*names, CompletionItem(incomplete, type="file")]
+        return names or [CompletionItem(incomplete, type="file")]
 
     return complete
 

@@ -38,15 +38,17 @@ def test_every_command_explains_itself_with_an_example(path, command):
 
 
 def completed(*words):
-    """What bash would offer for the last of the words."""
+    """What bash would offer for the last of the words; the word "file" where it offers files."""
     found = BashComplete(cli.app, {}, "bayesub", "_BAYESUB_COMPLETE").get_completions(list(words[:-1]), words[-1])
-    return [item.value for item in found if item.type == "plain"]
+    return [item.value if item.type == "plain" else item.type for item in found]
 
 
 def test_completion_knows_commands_options_and_what_is_built_in():
     assert completed("si") == ["simulate"]
     assert completed("simulate", "su") == ["suboff"]
     assert completed("rank", "suboff", "zig") == ["zigzag_10_10", "zigzag_20_20"]
+    assert completed("simulate", "./my") == ["file"]
+    assert completed("check", "") == ["file"]
     assert completed("list", "m") == ["manoeuvres"]
     assert "--quick" in completed("run", "--q")
     assert completed("new", "vehicle", "x", "--from", "n") == ["npsauv"]
