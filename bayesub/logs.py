@@ -47,6 +47,7 @@ def read_log(path: Path) -> dict[str, np.ndarray]:
     path = Path(path)
     names = _header(path)
     rows, line = _numbers(path, names)
+    _check_sizes(path, names, rows, line)
     log = {COLUMNS[name][0]: values * COLUMNS[name][1] for name, values in zip(names, rows.T, strict=True)}
     times = log["time"]
     if not np.isfinite(times).all():
@@ -128,6 +129,16 @@ def _not_a_number(path, options) -> InputError:
                 where = f"line {table.index[row] + 2}, column '{table.columns[column]}'"
                 return InputError(f"{path}: {where}: '{found}' is not a finite number{hint}")
     return InputError(f"{path}: holds cells that are not finite numbers")
+
+
+def _check_sizes(path, names, rows, line) -> None:
+    """InputError for the first number that is too large for its unit."""
+    largest = np.array([inputs.largest(name) for name in names])
+    beyond = np.argwhere(np.abs(rows) > largest)
+    if beyond.size:
+        row, column = beyond[0]
+        told = f"{rows[row, column]:g} is beyond {largest[column]:g}"
+        raise InputError(f"{path}: line {line[row]}, column '{names[column]}': {told}; check the unit")
 
 
 def write_log(path: Path, log: dict[str, np.ndarray]) -> None:

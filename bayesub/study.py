@@ -209,7 +209,7 @@ def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> Ite
     if resume:
         if not file.exists():
             raise InputError(f"{folder}: holds no run to resume; leave out --resume")
-        difference = _first_difference(inputs.read_toml_table(file), config)
+        difference = first_difference(inputs.read_toml_table(file), config, but=STOPPING)
         if difference:
             raise InputError(f"{folder}: cannot be resumed: {difference}; use --force to start afresh")
     elif file.exists() and not force:
@@ -231,27 +231,29 @@ def _content(folder: Path) -> list[Path]:
     return [path for path in folder.iterdir() if path.name != LOCK and not path.name.endswith(PARTIAL)]
 
 
-def _first_difference(saved: dict, config: dict) -> str:
-    before, now = (_decisive(c) for c in (saved, tomllib.loads(tomli_w.dumps(config))))
+def first_difference(saved: dict, config: dict, but: tuple[str, ...] = ()) -> str:
+    """The first entry in which two configs differ, as text, besides the commit and those `but`; empty if none does."""
+    before, now = (_flat(c, but) for c in (saved, tomllib.loads(tomli_w.dumps(config))))
     for key in [key for key in before | now if before.get(key) != now.get(key)]:
         return f"{key} was {before.get(key)!r} and is now {now.get(key)!r}"
     return ""
 
 
-def _decisive(config: dict) -> dict:
-    """The entries of a config on which the draws depend, with the keys of tables written as table.key."""
+def _flat(config: dict, but: tuple[str, ...]) -> dict:
+    """The entries of a config, with the keys of tables written as table.key."""
     flat = {}
     for key, value in config.items():
         if key not in ("commit", "quick"):
             flat |= {f"{key}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {key: value}
-    return {key: value for key, value in sorted(flat.items()) if key not in STOPPING}
+    return {key: value for key, value in sorted(flat.items()) if key not in but}
 
 
 def run(study: Study, folder: Path, *, check: bool = False, progress=None) -> bool:
     """Do the work of a study in an opened folder; True if the posterior converged and the check agrees, if any.
 
     check : sample with NUTS too and compare
-    progress : object with ``stage(name)``, called when a stage begins, and ``update(fraction, text)``
+    progress : object with ``stage(name)``, called when a stage begins, and ``update(fraction, text)``; a text
+        that begins "3 of 5" counts items, whose rate is shown
     """
     began = time.perf_counter()
     progress = progress or _Silent()

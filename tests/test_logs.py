@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from bayesub import InputError
 from bayesub.coefficients import ACCELERATIONS
-from bayesub.logs import CONTROLS, HEADERS, STATES, read_log, write_log
+from bayesub.inputs import largest
+from bayesub.logs import COLUMNS, CONTROLS, HEADERS, STATES, read_log, write_log
 
 
 def csv(tmp_path, text):
@@ -50,7 +51,10 @@ def test_byte_order_mark_and_line_ends(tmp_path, prefix, end):
     np.testing.assert_array_equal(log["x"], [1.5, 2.5])
 
 
-number = st.floats(-1e6, 1e6, allow_subnormal=False)
+def readings(name):
+    """Numbers in SI units that a column may have, or none."""
+    size = 0.999 * min(1e6, COLUMNS[HEADERS[name]][1] * largest(HEADERS[name]))
+    return st.one_of(st.floats(-size, size, allow_subnormal=False), st.just(np.nan))
 
 
 @settings(deadline=None, max_examples=25)
@@ -64,7 +68,7 @@ def test_round_trip(tmp_path_factory, columns, rows, data):
     times = np.cumsum(data.draw(st.lists(st.floats(0.01, 100.0), min_size=rows, max_size=rows)))
     log = {"time": times}
     for name in columns:
-        log[name] = np.array(data.draw(st.lists(st.one_of(number, st.just(np.nan)), min_size=rows, max_size=rows)))
+        log[name] = np.array(data.draw(st.lists(readings(name), min_size=rows, max_size=rows)))
     path = tmp_path_factory.mktemp("log") / "log.csv"
     write_log(path, log)
     back = read_log(path)

@@ -73,8 +73,11 @@ def test_a_completed_track_has_the_keys_that_it_always_had():
 @pytest.mark.parametrize(
     ("section", "message"),
     [
-        ({"kind": "trak"}, "'sensors.0': input tag 'trak' .* expected tags: 'track', 'sensor', 'pressure'"),
-        ({}, "'sensors.0': unable to extract tag using discriminator 'kind'"),
+        (
+            {"kind": "trak"},
+            "'sensors.0.kind': unknown 'trak': did you mean 'track'.; expected one of track, sensor, pressure",
+        ),
+        ({}, "'sensors.0.kind' is missing"),
         ({"kind": "dvl", "sd_mps": 0.1, "resolution_mpss": 1}, "unknown key .* did you mean 'resolution_mps'"),
         ({"kind": "dvl"}, "'sensors.0': sensor 'u_ground_mps': sd and resolution are both zero; give"),
         ({"kind": "sensor", "column": "u_kts", "sd": 1.0}, "'sensors.0': sensor: unknown quantity or unit 'u_kts'"),

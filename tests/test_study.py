@@ -16,6 +16,7 @@ from bayesub.sampling import sampler
 
 SMALL = """
 name = "small"
+question = "Is <script>alert(1)</script> & 'this' a question?"
 vehicle = "auv690"
 manoeuvre = "horizontal"
 seed = 3
@@ -74,6 +75,8 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
         assert abs(row["mean"] - row["reference"]) < 5 * row["sd"]
 
     page = (folder / "report.html").read_text()
+    assert "<script" not in page
+    assert "Is &lt;script&gt;alert(1)&lt;/script&gt; &amp;" in page
     assert "http" not in page.replace('xmlns="http', "")
     assert page.index("Converged.") < page.index("<img")
     for name in ("coefficients", "track", "spectrum", "correlation", "corner"):

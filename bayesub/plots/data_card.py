@@ -14,7 +14,7 @@ def draw(card, path) -> None:
         above, below = figure.subplots(2, 1)
         _draw_coverage(above, card)
         _draw_information(figure, below, card)
-        figure.suptitle(card.title, fontsize=11)
+        figure.suptitle(style.plain(card.title), fontsize=11)
 
 
 def _draw_coverage(axis, card):

@@ -45,6 +45,11 @@ def with_unit(column: str) -> str:
     return " ".join(words) + trial
 
 
+def plain(text: str) -> str:
+    """A text of a user's, none of which is a formula."""
+    return text.replace("$", r"\$")
+
+
 @contextmanager
 def figure(path, width: float, height: float):
     """A figure of `width` by `height` inches that is saved to `path` when the block ends without an error."""

@@ -96,7 +96,7 @@ def draw_simulated(trajectory, name: str, path) -> None:
         axes["track"].plot(states[:, 1], states[:, 0], color=style.POSTERIOR)
         axes["track"].plot(states[0, 1], states[0, 0], "o", color=style.TRUTH, ms=4)
         axes["track"].set_aspect("equal", adjustable="datalim")
-        axes["track"].set(xlabel="east (m)", ylabel="north (m)", title=f"{name}: track from above")
+        axes["track"].set(xlabel="east (m)", ylabel="north (m)", title=f"{style.plain(name)}: track from above")
         axes["depth"].plot(times, states[:, 2], color=style.POSTERIOR)
         axes["depth"].set_ylabel("depth (m)")
         axes["depth"].invert_yaxis()

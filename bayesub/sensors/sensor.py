@@ -9,6 +9,8 @@ from bayesub.coefficients import ACCELERATIONS, nearest
 from bayesub.errors import InputError
 from bayesub.logs import COLUMNS, HEADERS, STATES
 
+MAX_READINGS = 1_000_000
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -110,6 +112,8 @@ class Sensor:
     def reading_times(self, duration: float) -> np.ndarray:
         """(n,) times of the readings in a trial of `duration`, both in s, missing ones included."""
         if self.times is None:
+            if not duration / self.interval_s <= MAX_READINGS:
+                raise self._refused(f"interval_s {self.interval_s:g} gives more than {MAX_READINGS:,} readings")
             times = self.interval_s * np.arange(1, int(duration / self.interval_s * (1 + 1e-12)) + 1)
             if not times.size:
                 raise self._refused(f"interval_s {self.interval_s:g} is longer than the manoeuvre, {duration:g} s")
