@@ -130,8 +130,22 @@ class JointProblem:
 
     def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel of each trial, as ``yaw[first]``."""
-        found = zip(self.problems, self._of("log_likelihoods", parameters), strict=True)
-        return {f"{channel}[{trial}]": part for trial, parts in found for channel, part in parts.items()}
+        return self._named(self._of("log_likelihoods", parameters))
+
+    def _named(self, found) -> dict:
+        """What was found of each channel of each trial, by channel and trial."""
+        pairs = zip(self.problems, found, strict=True)
+        return {f"{channel}[{trial}]": part for trial, parts in pairs for channel, part in parts.items()}
+
+    @property
+    def channels(self) -> dict:
+        """Channel of a trial, as ``yaw[first]`` -> channel and its noise model."""
+        return self._named([problem.channels for problem in self.problems.values()])
+
+    def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """(n_batch, n) quantile residuals of each channel of each trial, as ``yaw[first]``."""
+        parameters = np.atleast_2d(parameters)
+        return self._named([p.quantile_residuals(parameters[:, places], rng) for p, places in self._each()])
 
     def log_prob(self, parameters) -> np.ndarray:
         """(n_batch,)"""

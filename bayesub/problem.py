@@ -271,6 +271,27 @@ class Problem:
             )
         }
 
+    @property
+    def channels(self) -> dict:
+        """Channel name -> channel and its noise model."""
+        pairs = zip(self.record.channels, self.noises, strict=True)
+        return {channel.name: (channel, noise) for channel, noise in pairs}
+
+    def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """(n_batch, n) quantile residuals (:mod:`bayesub.likelihoods`) of each channel whose readings have noise.
+
+        They are not a number where the simulation failed.
+        """
+        parameters = np.atleast_2d(parameters)
+        predicted = self.predicted(parameters)
+        return {
+            channel.name: noise.quantile_residuals(predicted[:, part], self.readings[part], times, rng, **unknown)
+            for channel, (noise, times, part, unknown) in zip(
+                self.record.channels, self._parts(parameters), strict=True
+            )
+            if not isinstance(noise, likelihoods.SetMembership)
+        }
+
     def log_prob(self, parameters) -> np.ndarray:
         """(n_batch,) log posterior densities, not normalised."""
         return self.log_prior(parameters) + self.log_likelihood(parameters)
