@@ -115,6 +115,10 @@ class JointProblem:
         """As :meth:`bayesub.problem.Problem.naive`."""
         return JointProblem({trial: problem.naive() for trial, problem in self.problems.items()})
 
+    def without(self, trial: str) -> "JointProblem":
+        """The joint problem of all other trials; InputError if there is none."""
+        return JointProblem({name: problem for name, problem in self.problems.items() if name != trial})
+
     def _with(self, problems):
         other = object.__new__(JointProblem)
         vars(other).update(vars(self) | {"problems": problems})

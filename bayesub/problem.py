@@ -1,6 +1,7 @@
 """The inference problem: everything that baselines, samplers and identifiability see of a vehicle and its record."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -291,6 +292,19 @@ class Problem:
             )
             if not isinstance(noise, likelihoods.SetMembership)
         }
+
+    def replicated(self, parameters, rng: np.random.Generator) -> np.ndarray:
+        """(n_batch, n_readings) readings that each member of parameters (n_batch, n_params) could have made.
+
+        They are not a number where the simulation failed. An sd that is integrated out is taken as it was guessed.
+        """
+        parameters = np.atleast_2d(parameters)
+        readings = self.predicted(parameters)
+        for noise, times, part, unknown in self._parts(parameters):
+            for k, truth in enumerate(readings[:, part]):
+                own = replace(noise, **{attribute: float(values[k]) for attribute, values in unknown.items()})
+                readings[k, part] = own.sample(truth, times, rng)
+        return readings
 
     def log_prob(self, parameters) -> np.ndarray:
         """(n_batch,) log posterior densities, not normalised."""
