@@ -37,7 +37,8 @@ _READINGS = 5  # at least for a lag or a wave
 OUTLIER = 3.0
 FALSE_ALARMS = 0.01
 CORRELATED = ("lag_1", "drift")
-TAILED = ("largest", "outliers")
+SIZED = ("chi_square", "largest", "outliers")
+_SPREAD_ERROR = 1.17  # standard error of the spread of normal residuals, times the root of their number
 
 
 @dataclass(frozen=True)
@@ -70,20 +71,20 @@ class Check:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What is wrong, of "correlated", "outliers", "large", "small" and "shape"; empty if nothing is.
+        """What is wrong, of "correlated", "outliers", "large", "small" and "shape", gravest first; empty if nothing.
 
-        Readings in the tails are outliers if noise as large as the spread would not have so many (Poisson); otherwise
-        they are large residuals.
+        Residuals that are too large count as outliers if most are not, or if noise as large as most would not have so
+        many beyond three (Poisson).
         """
         failed, found = self.failed, []
         if any(name in failed for name in CORRELATED):
             found.append("correlated")
-        tailed = any(name in failed for name in TAILED)
-        expected = expected_outliers(self.n_readings, self.spread)
-        if tailed and special.pdtrc(self.n_outliers - 1.0, expected) < self.threshold:
-            found.append("outliers")
-        elif tailed or "chi_square" in failed:
-            found.append("large" if tailed or self.chi_square_per_reading > 1.0 else "small")
+        if any(name in failed for name in SIZED):
+            expected = expected_outliers(self.n_readings, self.spread)
+            widened = self.spread > 1.0 + 3.0 * _SPREAD_ERROR / np.sqrt(self.n_readings)
+            tailed = special.pdtrc(self.n_outliers - 1.0, expected) < self.threshold
+            too_large = self.chi_square_per_reading > 1.0 or "chi_square" not in failed
+            found.append(("outliers" if tailed or not widened else "large") if too_large else "small")
         return tuple(found) if found or not failed else ("shape",)
 
     def to_json(self) -> dict:

@@ -16,23 +16,25 @@ def sentence(criticism: Criticism, problem) -> str:
         return f"The residuals of every channel look like its noise model ({chance})."
     suspects = {}
     for name, check in criticism.suspects.items():
-        for fault in check.faults:
-            suspects.setdefault(fault, {})[name] = check
+        suspects.setdefault(check.faults[0], {})[name] = check  # the others may follow from the first
     ends = "The noise is smaller than was said, and the intervals are too wide"
     if suspects.keys() != {"small"}:
         ends = "The model does not fit, and then the intervals are too narrow"
-    said = [_SENTENCES[fault](suspects[fault], problem) for fault in _SENTENCES if fault in suspects]
+    said = [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]
     return f"{ends} ({chance}). {' '.join(said)}"
 
 
 def _correlated(checks, problem):
-    columns = _columns(checks, problem)
     found = _listed({name: f"{check.correlations[0]:.2f}" for name, check in checks.items()})
-    currents = [name for name in CURRENTS if not any(own.startswith(name) for own in problem.names)]
-    remedies = [f"a current ({_nuisance(currents)})"] * (_over_ground(checks, problem) and bool(currents))
-    remedies += [f"a bias ({_nuisance([f'bias_{columns[0]}'])})", "a coefficient held at a wrong value"]
-    white = [c for c, name in zip(columns, checks, strict=True) if not _is(likelihoods.AR1, name, problem)]
-    slow = f", or the noise itself is slow ({_noise(white[0], 'ar1')})" if white else ""
+    remedies = []
+    if any(problem.channels[name][0].over_ground for name in checks) and not _inferred(CURRENTS, problem):
+        remedies.append(f"a current ({_nuisance(CURRENTS)})")
+    remedies += [f"a bias ({_nuisance([f'bias_{column}' for column in _columns(checks, problem)])})"]
+    remedies += ["a coefficient held at a wrong value"]
+    white = [name for name in checks if not isinstance(problem.channels[name][1], likelihoods.AR1)]
+    slow = (
+        f"; or the noise itself is slow ({_noise('ar1', white, problem)}, with a correlation_time_s)" if white else ""
+    )
     return (
         f"Residuals follow from those before them, with correlation of neighbours {found}: something slow is missing, "
         f"such as {', '.join(remedies)}{slow}."
@@ -40,35 +42,39 @@ def _correlated(checks, problem):
 
 
 def _outliers(checks, problem):
-    counts = {
-        n: f"{c.n_outliers:.0f} where {expected_outliers(c.n_readings):.1f} are expected" for n, c in checks.items()
-    }
-    plain = [name for name in checks if not _is(likelihoods.StudentT, name, problem)]
-    remedy = _noise(_columns(plain, problem)[0], "student_t") if plain else _nuisance([f"dof_{next(iter(checks))}"])
+    expected = {name: expected_outliers(check.n_readings) for name, check in checks.items()}
+    counts = {name: f"{check.n_outliers:.0f} ({expected[name]:.1f} expected)" for name, check in checks.items()}
+    normal = [name for name in checks if not isinstance(problem.channels[name][1], likelihoods.StudentT)]
+    remedy = (
+        f"{_noise('student_t', normal, problem)}, with dof = 4" if normal else f"a lower dof of {', '.join(checks)}"
+    )
     return f"Outliers beyond {OUTLIER:g} sd: {_listed(counts)}; give {remedy}."
 
 
 def _large(checks, problem):
-    remedy = _noise(_columns(checks, problem)[0], "unknown_sd")
-    return f"Residuals over their noise: {_listed(_sizes(checks))}; raise the sd, or give {remedy}."
+    return (
+        f"Residuals over their noise: {_sizes(checks)}; raise the sd, or give {_noise('unknown_sd', checks, problem)}."
+    )
 
 
 def _small(checks, problem):
-    remedy = _noise(_columns(checks, problem)[0], "unknown_sd")
-    return f"Residuals under their noise: {_listed(_sizes(checks))}; lower the sd, or give {remedy}."
+    return (
+        f"Residuals under their noise: {_sizes(checks)}; lower the sd, or give {_noise('unknown_sd', checks, problem)}."
+    )
 
 
 def _shape(checks, problem):
-    column = _columns(checks, problem)[0]
-    names = ", ".join(list(checks)[:_SHOWN])
-    return f"Residuals not distributed as their noise: {names}; look at the figure, and at the resolution of {column}."
+    columns = ", ".join(_columns(checks, problem))
+    return (
+        f"Residuals not distributed as their noise: {columns}; look at the figure, and at the resolution of the sensor."
+    )
 
 
 _SENTENCES = {"correlated": _correlated, "outliers": _outliers, "large": _large, "small": _small, "shape": _shape}
 
 
-def _sizes(checks):
-    return {name: f"{check.chi_square_per_reading**0.5:.2g} times its sd" for name, check in checks.items()}
+def _sizes(checks) -> str:
+    return _listed({name: f"{check.chi_square_per_reading**0.5:.2g} times" for name, check in checks.items()})
 
 
 def _listed(values: dict) -> str:
@@ -77,20 +83,17 @@ def _listed(values: dict) -> str:
 
 
 def _columns(names, problem) -> list[str]:
-    return [logs.HEADERS[problem.channels[name][0].quantity] for name in names]
+    """The columns of channels by name, each once."""
+    return list(dict.fromkeys(logs.HEADERS[problem.channels[name][0].quantity] for name in names))
 
 
-def _over_ground(names, problem) -> bool:
-    return any(problem.channels[name][0].over_ground for name in names)
+def _inferred(nuisances, problem) -> bool:
+    return any(name.startswith(tuple(nuisances)) for name in problem.names)
 
 
-def _is(kind, name, problem) -> bool:
-    return isinstance(problem.channels[name][1], kind)
-
-
-def _noise(column, kind) -> str:
-    return f'[noise.{column}] kind = "{kind}"'
+def _noise(kind, names, problem) -> str:
+    return f'kind = "{kind}" in {", ".join(f"[noise.{column}]" for column in _columns(names, problem))}'
 
 
 def _nuisance(names) -> str:
-    return f"[nuisance] {', '.join(names)}"
+    return f"{', '.join(names)} in [nuisance]"

@@ -38,16 +38,11 @@ def write_report(
     check : from :func:`bayesub.cross_check`, or None
     """
     folder = Path(folder)
-    trajectory = problem.trajectory(posterior.best)
-    free = problem.names[: problem.n_coefficients]
-    ranks = identifiability.rank(linear_systems(trajectory, free=free), prefer=coefficients.ADDED_MASSES)
-    numbers = findings.collect(problem, estimates, spectrum, posterior, ranks)
+    fit = _criticised(problem, posterior)
+    numbers = _numbers(problem, estimates, spectrum, posterior, fit[0])
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
     numbers["seconds"] = seconds or {}
-    fit = _criticised(problem, posterior)
-    numbers["criticism"] = fit[0].to_json()
-    numbers["verdict"] = {"fit": remedies.sentence(fit[0], problem)} | numbers["verdict"]
     if check is not None:
         numbers["cross_check"] = check.to_json()
         numbers["verdict"]["cross_check"] = check.sentence
@@ -56,6 +51,16 @@ def write_report(
         figures = _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         write_text(folder / "report.html", _page(numbers, figures))
+
+
+def _numbers(problem, estimates, spectrum, posterior, criticism) -> dict:
+    free = problem.names[: problem.n_coefficients]
+    trajectory = problem.trajectory(posterior.best)
+    ranks = identifiability.rank(linear_systems(trajectory, free=free), prefer=coefficients.ADDED_MASSES)
+    numbers = findings.collect(problem, estimates, spectrum, posterior, ranks)
+    numbers["criticism"] = criticism.to_json()
+    numbers["verdict"] = {"fit": remedies.sentence(criticism, problem)} | numbers["verdict"]
+    return numbers
 
 
 def _criticised(problem, posterior):

@@ -102,8 +102,8 @@ def measured(case, track, rng, n_records):
         covariances.append(mode.covariance)
     coverage, error = Trials(np.array(errors), np.array(covariances)).mean_coverage(INTERVAL)
     return {
-        "warned": warned[:, 0].mean(),
-        "warned_at_truth": warned[:, 1].mean(),
+        "warned": float(warned[:, 0].mean()),
+        "warned_at_truth": float(warned[:, 1].mean()),
         "faults": {fault: count / n_records for fault, count in sorted(faults.items())},
         "coverage": coverage,
         "coverage_error": error,
@@ -151,8 +151,8 @@ def lines(numbers, n_records):
     ]
     return [
         f"{n_records} records each. Warned at the posterior mode, and at the true coefficients; what is named at the",
-        f"mode; and how often the {INTERVAL:.0%} interval of a coefficient, by the Laplace approximation and with a prior",
-        "that is relative to a guess, holds the truth.",
+        f"mode; and how often the {INTERVAL:.0%} interval of a coefficient, by the Laplace approximation and with a",
+        "prior relative to a guess, holds the truth.",
         "",
         *table(("record", "model", "warned", "at the truth", "named", "coverage"), rows),
     ]
