@@ -73,10 +73,11 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
     for row in numbers["parameters"]:  # the truth is a plausible draw: within five posterior sd
         assert abs(row["mean"] - row["reference"]) < 5 * row["sd"]
 
+    assert numbers["criticism"]["fits"]
     page = (folder / "report.html").read_text()
     assert "http" not in page.replace('xmlns="http', "")
     assert page.index("Converged.") < page.index("<img")
-    for name in ("coefficients", "track", "spectrum", "correlation", "corner"):
+    for name in ("coefficients", "track", "criticism", "spectrum", "correlation", "corner"):
         assert (folder / f"{name}.png").stat().st_size > 5000
         assert (folder / f"{name}.pdf").read_bytes().startswith(b"%PDF")
 
