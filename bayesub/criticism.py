@@ -33,6 +33,7 @@ import numpy as np
 from scipy import special
 
 N_LAGS = N_WAVES = 20
+_TINY = 1e-300  # in place of a sum of squares that vanishes
 _READINGS = 5  # at least for a lag or a wave
 OUTLIER = 3.0
 FALSE_ALARMS = 0.01
@@ -82,7 +83,7 @@ class Check:
         if any(name in failed for name in SIZED):
             expected = expected_outliers(self.n_readings, self.spread)
             widened = self.spread > 1.0 + 3.0 * _SPREAD_ERROR / np.sqrt(self.n_readings)
-            tailed = special.pdtrc(self.n_outliers - 1.0, expected) < self.threshold
+            tailed = special.pdtrc(max(self.n_outliers - 1.0, 0.0), expected) < self.threshold
             too_large = self.chi_square_per_reading > 1.0 or "chi_square" not in failed
             found.append(("outliers" if tailed or not widened else "large") if too_large else "small")
         return tuple(found) if found or not failed else ("shape",)
@@ -170,7 +171,7 @@ def tail_probabilities(residuals, times) -> dict[str, np.ndarray]:
     outliers = np.sum(sizes > OUTLIER, axis=1)
     found = {
         "chi_square": _two_sided(special.chdtrc(n, squares)),
-        "largest": -np.expm1(n * np.log1p(-2.0 * special.ndtr(-largest))),
+        "largest": special.bdtrc(0.0, n, 2.0 * special.ndtr(-largest)),
         "outliers": special.bdtrc(outliers - 1.0, n, 2.0 * special.ndtr(-OUTLIER)),
         "anderson_darling": np.minimum(1.0, np.sqrt(3.0) * special.erfc(np.sqrt(anderson_darling(residuals)))),
     }
@@ -179,7 +180,7 @@ def tail_probabilities(residuals, times) -> dict[str, np.ndarray]:
         found["lag_1"] = 2.0 * special.ndtr(-np.abs(correlations[:, 0]) / np.sqrt(variances[0]))
         waves = slow_waves(times)
         slow, freedom = np.sum((residuals @ waves) ** 2, axis=1), waves.shape[1]
-        rest = (squares - slow) / (n - freedom)
+        rest = np.maximum(squares - slow, _TINY) / (n - freedom)
         found["drift"] = special.fdtrc(freedom, n - freedom, slow / freedom / rest)
     return found
 
@@ -205,7 +206,7 @@ def autocorrelations(residuals, times) -> tuple[np.ndarray, np.ndarray]:
     variance is n_k / (n (n + 2)), exact for independent normal residuals.
     """
     n = residuals.shape[1]
-    squares = np.sum(residuals**2, axis=1)
+    squares = np.maximum(np.sum(residuals**2, axis=1), _TINY)
     correlations, variances = [], []
     for first, second in _pairs(times, min(N_LAGS, n // _READINGS)):
         correlations.append(np.einsum("ij,ij->i", residuals[:, first], residuals[:, second]) / squares)

@@ -108,6 +108,8 @@ def test_planted_faults_are_named(rng):
     assert found(1.5 * noise) == ("large",)
     assert found(0.6 * noise) == ("small",)
     assert found(np.sign(noise)) == ("shape",)
+    assert found(np.zeros(300)) == ("small",)
+    assert found(100.0 * slow_waves(TIMES)[:, 3])[0] == "correlated"
 
 
 def test_a_gap_is_no_fault_and_short_records_are_checked(rng):
