@@ -5,7 +5,7 @@ from scipy import special
 
 from bayesub.plots import style
 
-LIMIT = 5.0  # of the residuals that are shown, in standard deviations
+LIMIT = 5.0  # of the axis of residuals, in standard deviations, unless a tenth of them is beyond
 BINS = 20
 _INSIDE = 0.99  # of a histogram's bars and a channel's correlations lie between the dashed lines, each by itself
 
@@ -38,11 +38,13 @@ def draw(path, criticism, residuals: dict, times: dict) -> None:
 
 def _draw_against_time(axis, times, residuals, colour):
     axis.axhspan(-3, 3, color=style.PRIOR, alpha=0.4, lw=0)
-    axis.plot(times, np.clip(residuals, -LIMIT, LIMIT), ".", ms=2.0, color=colour)
-    beyond = np.abs(residuals) > LIMIT
-    axis.plot(times[beyond], LIMIT * np.sign(residuals[beyond]), "d", ms=3.5, color=colour)
-    axis.set_ylim(-1.15 * LIMIT, 1.15 * LIMIT)
-    axis.set_yticks([-3, 0, 3])
+    limit = max(LIMIT, 1.2 * np.quantile(np.abs(residuals), 0.9))
+    beyond = np.abs(residuals) > limit
+    axis.plot(times[~beyond], residuals[~beyond], ".", ms=2.0, color=colour)
+    axis.plot(times[beyond], limit * np.sign(residuals[beyond]), "d", ms=3.5, color=colour)
+    axis.set_ylim(-1.15 * limit, 1.15 * limit)
+    if limit == LIMIT:
+        axis.set_yticks([-3, 0, 3])
 
 
 def _draw_correlations(axis, check, colour):
