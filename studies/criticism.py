@@ -66,6 +66,7 @@ CASES = {
     "Xuu held 10 % off": Case(held={"Xuu": 1.1}),
     "Nuu_dr held 10 % off": Case(held={"Nuu_dr": 1.1}),
     "Nuv held 10 % off": Case(held={"Nuv": 1.1}),
+    "rounded to 0.5 m and 0.5 degrees": Case(right=True, sensors={"resolution": 0.5}),
 }
 HIDDEN = ("Nuu_dr held 10 % off", "Nuv held 10 % off")
 
