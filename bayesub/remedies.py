@@ -29,8 +29,10 @@ def _correlated(checks, problem):
     remedies = []
     if any(problem.channels[name][0].over_ground for name in checks) and not _inferred(CURRENTS, problem):
         remedies.append(f"a current ({_nuisance(CURRENTS)})")
-    remedies += [f"a bias ({_nuisance([f'bias_{column}' for column in _columns(checks, problem)])})"]
-    remedies += ["a coefficient held at a wrong value"]
+    biases = [f"bias_{column}" for column in _columns(checks, problem) if not _inferred([f"bias_{column}"], problem)]
+    if biases:
+        remedies.append(f"a bias ({_nuisance(biases)})")
+    remedies.append("a coefficient held at a wrong value")
     white = [name for name in checks if not isinstance(problem.channels[name][1], likelihoods.AR1)]
     slow = (
         f"; or the noise itself is slow ({_noise('ar1', white, problem)}, with a correlation_time_s)" if white else ""
