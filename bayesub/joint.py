@@ -83,10 +83,10 @@ class JointProblem(Density):
         for trial, problem in self.problems.items():
             yield trial, problem, parameters[..., self._places[trial]]
 
-    def _of(self, method, parameters):
+    def _of(self, method, parameters, *arguments):
         """What a method returns for each trial at parameters (n_batch, n_params)."""
         parameters = np.atleast_2d(parameters)
-        return [getattr(problem, method)(own) for _, problem, own in self.each_trial(parameters)]
+        return [getattr(problem, method)(own, *arguments) for _, problem, own in self.each_trial(parameters)]
 
     def predicted(self, parameters) -> np.ndarray:
         """(n_batch, n_readings), trial after trial."""
@@ -118,6 +118,10 @@ class JointProblem(Density):
         """As :meth:`bayesub.problem.Problem.naive`."""
         return JointProblem({trial: problem.naive() for trial, problem in self.problems.items()})
 
+    def without(self, trial: str) -> "JointProblem":
+        """The joint problem of all other trials; InputError if there is none."""
+        return JointProblem({name: problem for name, problem in self.problems.items() if name != trial})
+
     def _with(self, problems):
         other = object.__new__(JointProblem)
         vars(other).update(vars(self) | {"problems": problems})
@@ -125,8 +129,21 @@ class JointProblem(Density):
 
     def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel of each trial, as ``yaw[first]``."""
-        found = zip(self.problems, self._of("log_likelihoods", parameters), strict=True)
-        return {f"{channel}[{trial}]": part for trial, parts in found for channel, part in parts.items()}
+        return self._named(self._of("log_likelihoods", parameters))
+
+    def _named(self, found) -> dict:
+        """What was found of each channel of each trial, by channel and trial."""
+        pairs = zip(self.problems, found, strict=True)
+        return {f"{channel}[{trial}]": part for trial, parts in pairs for channel, part in parts.items()}
+
+    @property
+    def channels(self) -> dict:
+        """Channel of a trial, as ``yaw[first]`` -> channel and its noise model."""
+        return self._named([problem.channels for problem in self.problems.values()])
+
+    def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """(n_batch, n) quantile residuals of each channel of each trial, as ``yaw[first]``."""
+        return self._named(self._of("quantile_residuals", parameters, rng))
 
 
 def _of_body(problem) -> set[str]:

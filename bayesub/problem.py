@@ -1,6 +1,7 @@
 """The inference problem: everything that baselines, samplers and identifiability see of a vehicle and its record."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -262,6 +263,40 @@ class Problem(Density):
                 self.record.channels, self._parts(parameters), strict=True
             )
         }
+
+    @property
+    def channels(self) -> dict:
+        """Channel name -> channel and its noise model."""
+        pairs = zip(self.record.channels, self.noises, strict=True)
+        return {channel.name: (channel, noise) for channel, noise in pairs}
+
+    def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """(n_batch, n) quantile residuals (:mod:`bayesub.likelihoods`) of each channel whose readings have noise.
+
+        They are not a number where the simulation failed.
+        """
+        parameters = np.atleast_2d(parameters)
+        predicted = self.predicted(parameters)
+        return {
+            channel.name: noise.quantile_residuals(predicted[:, part], self.readings[part], times, rng, **unknown)
+            for channel, (noise, times, part, unknown) in zip(
+                self.record.channels, self._parts(parameters), strict=True
+            )
+            if not isinstance(noise, likelihoods.SetMembership)
+        }
+
+    def replicated(self, parameters, rng: np.random.Generator) -> np.ndarray:
+        """(n_batch, n_readings) readings that each member of parameters (n_batch, n_params) could have made.
+
+        They are not a number where the simulation failed. An sd that is integrated out is taken as it was guessed.
+        """
+        parameters = np.atleast_2d(parameters)
+        readings = self.predicted(parameters)
+        for noise, times, part, unknown in self._parts(parameters):
+            for k, truth in enumerate(readings[:, part]):
+                own = replace(noise, **{attribute: float(values[k]) for attribute, values in unknown.items()})
+                readings[k, part] = own.sample(truth, times, rng)
+        return readings
 
 
 def _without_effect(vehicle, manoeuvre) -> frozenset[str]:

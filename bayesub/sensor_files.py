@@ -26,7 +26,7 @@ KINDS = {
 
 PRESETS = ("autosub", "thesis_rounding", "tracking_range")
 PLACED = ("lever_arm_m", "clock_offset_s")
-FAULTS = ("dropout", "gaps", "outlier_probability", "outlier_scale", "bias")
+FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outliers alone is none
 
 
 class SensorSection(Section):

@@ -64,15 +64,15 @@ def flown(folder: Path, vehicle, manoeuvre) -> None:
 def drive(kind: str, path: Path) -> None:
     """Take a file of a kind through the command line; InputError if it is refused."""
     folder = path.parent
-    if kind == "table":
-        (folder / "table.csv").write_bytes(path.read_bytes())
-        path = folder / "study.toml"
-        path.write_text(mutations.STUDY)
-        kind = "study"
+    if kind in mutations.BESIDE:
+        name, text = mutations.BESIDE[kind]
+        (folder / name).write_bytes(path.read_bytes())
+        path, kind = folder / "study.toml", "study"
+        path.write_text(text)
     try:
         text = bayesub("check", path, "--json")[1]
     except InputError as error:
-        if path.name not in str(error) and "table.csv" not in str(error):
+        if not any(name in str(error) for name in (path.name, *(beside for beside, _ in mutations.BESIDE.values()))):
             raise Defect(f"a refusal that names no file: {error}") from None
         raise
     json.loads(text, parse_constant=_refuse_constant)
@@ -119,14 +119,14 @@ def verdict(kind: str, path: Path) -> tuple[str, str]:
 def work(connection, folder: Path) -> None:
     """The process that reads the files, with limited memory."""
     os.chdir(folder)
-    Path("good_history.csv").write_text(mutations.history())
+    mutations.write_beside(Path())
     flown(folder, "auv690", "good_history.csv")  # loads what is compiled
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, resource.RLIM_INFINITY))
     connection.send(None)
     while True:
         kind, path = connection.recv()
-        Path("table.csv").write_text(mutations.TABLE)
+        mutations.write_beside(Path())
         connection.send(verdict(kind, path))
 
 

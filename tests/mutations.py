@@ -65,6 +65,56 @@ ess = 400.0
 [quick]
 baselines = { sqp_starts = 1 }
 """
+LOGGED = """name = "logged"
+vehicle = "auv690"
+data = "trial.csv"
+subproblem = "horizontal"
+clock_offset_s = 0.3
+max_control_gap_s = 6.0
+ignore = ["depth_m"]
+seed = 5
+dt_s = 0.2
+
+[[sensors]]
+kind = "track"
+channels = ["x", "y", "yaw"]
+position_sd_m = 0.5
+attitude_sd_deg = 1.0
+lever_arm_m = [1.5, 0.0, -0.4]
+
+[[sensors]]
+kind = "sensor"
+column = "u_mps"
+sd = 0.01
+clock_offset_s = -0.2
+
+[nuisance]
+current_east_mps = { mean = 0.0, sd = 0.2 }
+u0_mps = { value = 1.5 }
+
+[free]
+coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
+
+[prior]
+kind = "relative_normal"
+sd = 0.25
+"""
+_SOURCE = LOGGED[LOGGED.index("data") : LOGGED.index("seed")]
+TRIALS = (
+    LOGGED.replace(_SOURCE, "")
+    + f"""
+[[trials]]
+name = "logged"
+{_SOURCE}
+[[trials]]
+name = "zigzag"
+manoeuvre = "zigzag_20_20"
+sensors = [{{ kind = "dvl", sd_mps = 0.01, channels = ["u_ground"], lever_arm_m = [1.0, 0.0, 0.0] }}]
+nuisance = {{ u0_mps = {{ mean = 1.5, sd = 0.1 }} }}
+[trials.truth]
+current_mps = [0.1, 0.0]
+"""
+)
 TABLE = "coefficient,mean,sd\n# from a towing tank\nNuv,-0.009,0.0006\nNur,-0.004,0.0002\nYur,0.006,0\n"
 
 
@@ -84,12 +134,34 @@ def log(n=40) -> str:
     return "\n".join(["time_s,x_m,y_m,yaw_deg,u_mps", *rows, ""])
 
 
+def trial(n=60) -> str:
+    """A log of `n` seconds with controls of their own times and readings on a straight way."""
+    rows = []
+    for t in range(n):
+        read = f"{1.5 * t:g},{0.1 * t:.3g},{(358 + 0.2 * t) % 360:.4g},1.5,2" if t % 3 else ",,,,"
+        rows.append(f"{t},{'' if t % 2 else f'{5 * np.sin(0.3 * t):.3g}'},{read}")
+    return "\n".join(["time_s,rudder_deg,x_m,y_m,yaw_deg,u_mps,depth_m", *rows, ""])
+
+
+# Kind of a file that a study names -> its name there, and the study.
+BESIDE = {"table": ("table.csv", STUDY), "trial": ("trial.csv", LOGGED)}
+
+
+def write_beside(folder) -> None:
+    """Write the good files that studies name."""
+    for name, text in (("good_history.csv", history()), ("table.csv", TABLE), ("trial.csv", trial())):
+        (folder / name).write_text(text)
+
+
 def corpus() -> list[tuple[str, str, str]]:
     """Kind, suffix and text of every good file."""
     built_in = [(kind[:-1], path) for kind in ("vehicles", "manoeuvres") for path in inputs.built_in(kind).values()]
     files = [(kind, path.read_text(encoding="utf-8")) for kind, path in built_in]
-    files += [("geometry", text) for text in (TORPEDO, ELLIPSOID, OFFSETS)] + 3 * [("study", STUDY)]
+    files += [("geometry", text) for text in (TORPEDO, ELLIPSOID, OFFSETS)] + [
+        ("study", text) for text in (STUDY, STUDY, LOGGED, TRIALS)
+    ]
     tables = [("history", history()), ("history", history(3)), ("log", log()), ("log", log(5)), ("table", TABLE)]
+    tables.append(("trial", trial()))
     return [(kind, ".toml", text) for kind, text in files] + [(kind, ".csv", text) for kind, text in tables]
 
 
