@@ -101,16 +101,21 @@ class DataCard:
 def check(problem, title: str) -> DataCard:
     """The card of a problem of one trial or several, at the centre of its prior.
 
-    Raises InputError if the simulation fails there.
+    Raises InputError if the simulation fails there, or readings weigh more than can be squared.
     """
     channels, rows, durations = [], [], {}
     positions = np.arange(problem.n_params)
     for trial, part, places in problem.each_trial(positions):
-        jacobian = part.jacobian(problem.prior.mean[places])
-        if not np.isfinite(jacobian).all():
-            raise InputError(f"{title}: the boat of the prior centre does not complete the trial; check the vehicle")
-        whole = np.zeros((len(jacobian), problem.n_params))
-        whole[:, places] = jacobian * problem.prior.sd[places]
+        with np.errstate(over="ignore", invalid="ignore"):
+            whitened = part.jacobian(problem.prior.mean[places]) * problem.prior.sd[places]
+            size = np.sum(whitened**2)
+        if not np.isfinite(size):
+            raise InputError(
+                f"{title}: the boat of the prior centre does not complete the trial, or a sensor has an sd of next to "
+                "nothing; check the vehicle and the sensors"
+            )
+        whole = np.zeros((len(whitened), problem.n_params))
+        whole[:, places] = whitened
         rows.append(whole)
         durations[trial] = part.manoeuvre.duration
         for channel in part.record.channels:

@@ -27,9 +27,10 @@ def sentence(criticism: Criticism, problem) -> str:
 def _correlated(checks, problem):
     found = _listed({name: f"{check.correlations[0]:.2f}" for name, check in checks.items()})
     remedies = []
-    if any(problem.channels[name][0].over_ground for name in checks) and not _inferred(CURRENTS, problem):
-        remedies.append(f"a current ({_nuisance(CURRENTS)})")
-    biases = [f"bias_{column}" for column in _columns(checks, problem) if not _inferred([f"bias_{column}"], problem)]
+    currents = [name for name in CURRENTS if not _inferred(name, problem)]
+    if currents and any(problem.channels[name][0].over_ground for name in checks):
+        remedies.append(f"a current ({_nuisance(currents)})")
+    biases = [f"bias_{column}" for column in _columns(checks, problem) if not _inferred(f"bias_{column}", problem)]
     if biases:
         remedies.append(f"a bias ({_nuisance(biases)})")
     remedies.append("a coefficient held at a wrong value")
@@ -89,8 +90,9 @@ def _columns(names, problem) -> list[str]:
     return list(dict.fromkeys(logs.HEADERS[problem.channels[name][0].quantity] for name in names))
 
 
-def _inferred(nuisances, problem) -> bool:
-    return any(name.startswith(tuple(nuisances)) for name in problem.names)
+def _inferred(nuisance, problem) -> bool:
+    """Whether a problem infers a nuisance parameter, or that of any of its trials."""
+    return any(name.partition("[")[0] == nuisance for name in problem.names)
 
 
 def _noise(kind, names, problem) -> str:

@@ -22,6 +22,11 @@ from bayesub.problem import Problem
 from bayesub.sampling import Posterior
 
 PREDICTIVE_DRAWS = 100
+ON_BASELINES = {
+    "SQP": "Orange: SQP solutions, all of which fit the track. ",
+    "linear least squares": "Green: linear least squares on noise-free velocities and accelerations, left at the guess "
+    "along null directions. ",
+}
 
 
 def write_report(
@@ -84,10 +89,9 @@ def _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers) 
         (
             "coefficients",
             lambda path: coefficient_plot.draw(path, posterior, problem.prior, truth[:n], estimates, word),
-            f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. Orange: SQP "
-            "solutions, all of which fit the track. Green: linear least squares on noise-free velocities and "
-            "accelerations, left at the guess along null directions. A blue bar as long as the grey one means that the "
-            "data said nothing.",
+            f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. "
+            + "".join(said for method, said in ON_BASELINES.items() if method in {e.method for e in estimates})
+            + "A blue bar as long as the grey one means that the data said nothing.",
         ),
         *[_track(*of_trial, synthetic) for of_trial in problem.each_trial(draws)],
         (

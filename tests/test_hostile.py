@@ -155,3 +155,17 @@ def test_names_are_not_markup(tmp_path, monkeypatch):
     for place in ("track.xyz", "absent/track.png"):
         with pytest.raises(bs.InputError, match=f"{place}: cannot be drawn: "):
             fuzz.bayesub(*flown, place)
+
+
+def test_a_study_whose_readings_weigh_too_much(tmp_path, monkeypatch):
+    """Is refused by its name; and one whose boat fails at the prior means is told so and has no card."""
+    monkeypatch.chdir(tmp_path)
+    mutations.write_beside(tmp_path)
+    study = tmp_path / "study.toml"
+    study.write_text(mutations.STUDY.replace("sd = 0.005\n", "sd = 1e-310\n"))
+    with pytest.raises(bs.InputError, match="study.toml: small: auv690: .* an sd of next to nothing"):
+        fuzz.bayesub("check", study)
+    study.write_text(mutations.STUDY.replace("lower = -0.01, upper = -0.001", "mean = 0.1, sd = 0.01"))
+    out = fuzz.bayesub("check", study)[1]
+    assert "at the prior means the boat " in out
+    assert "directions" not in out
