@@ -7,6 +7,8 @@ missing readings (not a number).
 """
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -96,14 +98,10 @@ def _numbers(path: Path, names) -> tuple[np.ndarray, np.ndarray]:
     options = {"skiprows": 1, "names": names, "header": None, "index_col": False, "encoding": "utf-8-sig"}
     options |= {"skip_blank_lines": False, "skipinitialspace": True}
     try:
-        with inputs.reading(path), warnings.catch_warnings():
-            warnings.simplefilter("error", pd.errors.ParserWarning)
+        with _parsing(path):
             rows = pd.read_csv(path, dtype=float, **options).to_numpy()
-    except pd.errors.ParserWarning:
-        raise InputError(f"{path}: line 2: has more cells than there are columns; write decimal points") from None
-    except pd.errors.ParserError as error:
-        told = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
-        raise InputError(f"{path}: {told}; write decimal points, not commas") from None
+    except InputError:
+        raise
     except ValueError:
         raise _not_a_number(path, options) from None
     if np.isinf(rows).any():
@@ -114,11 +112,27 @@ def _numbers(path: Path, names) -> tuple[np.ndarray, np.ndarray]:
     return rows[filled], np.flatnonzero(filled) + 2
 
 
+@contextmanager
+def _parsing(path) -> Iterator[None]:
+    """What is not UTF-8 or has lines of too many cells is an InputError."""
+    import pandas as pd
+
+    try:
+        with inputs.reading(path), warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            yield
+    except pd.errors.ParserWarning:
+        raise InputError(f"{path}: line 2: has more cells than there are columns; write decimal points") from None
+    except pd.errors.ParserError as error:
+        told = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
+        raise InputError(f"{path}: {told}; write decimal points, not commas") from None
+
+
 def _not_a_number(path, options) -> InputError:
     """The error that names the first cell that is neither empty nor a finite number."""
     import pandas as pd
 
-    with inputs.reading(path), pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
+    with _parsing(path), pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
         for table in tables:
             numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
             wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))

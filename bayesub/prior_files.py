@@ -13,6 +13,8 @@ from bayesub.inputs import Positive, Section
 from bayesub.sensors import Channel
 from bayesub.vehicles import Vehicle
 
+LogSd = Annotated[float, pydantic.Field(gt=0, le=10)]  # ten is a factor of 22,000
+
 
 class PriorOfOne(Section):
     """The prior of one parameter, in its unit: one of the pairs below, or a value that it is fixed at."""
@@ -22,7 +24,7 @@ class PriorOfOne(Section):
     lower: float | None = None
     upper: float | None = None
     median: float | None = None
-    log_sd: Positive | None = None
+    log_sd: LogSd | None = None
     value: float | None = None
 
     @pydantic.model_validator(mode="after")
@@ -59,7 +61,7 @@ class PriorSection(Section):
     kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "vehicle"]
     sd: Positive | None = None
     half_width: Positive | None = None
-    log_sd: Positive | None = None
+    log_sd: LogSd | None = None
     centre: Literal["vehicle", "perturbed"] = "vehicle"
     perturbation_sd: Positive = 0.25
     given: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)

@@ -163,7 +163,7 @@ def test_a_study_whose_readings_weigh_too_much(tmp_path, monkeypatch):
     mutations.write_beside(tmp_path)
     study = tmp_path / "study.toml"
     study.write_text(mutations.STUDY.replace("sd = 0.005\n", "sd = 1e-310\n"))
-    with pytest.raises(bs.InputError, match="study.toml: small: auv690: .* an sd of next to nothing"):
+    with pytest.raises(bs.InputError, match=r"study.toml: small: auv690: .* an sd of next to nothing"):
         fuzz.bayesub("check", study)
     study.write_text(mutations.STUDY.replace("lower = -0.01, upper = -0.001", "mean = 0.1, sd = 0.01"))
     out = fuzz.bayesub("check", study)[1]

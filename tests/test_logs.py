@@ -94,6 +94,8 @@ REFUSED = [
     ("time_s,x_m\n0,1\n,1\n", "line 3: time_s is empty"),
     ("time_s,x_m\n0,1\n1,2,3\n", "Expected 2 fields in line 3, saw 3; write decimal points"),
     ("time_s,x_m\n0,5,1\n1,2\n", "line 2: has more cells than there are columns; write decimal points"),
+    ("time_s,x_m\n0,5,1\n1,two\n", "line 2: has more cells than there are columns"),
+    ("time_s,x_m\n0,two\n" + 90_000 * "1,2\n" + "1,2,3\n", "line 90003"),
     ('time_s,x_m\n0,"1,5"\n', "line 2, column 'x_m': '1,5' is not a finite number; write a decimal point"),
     ("time_s\tx_m\n0\t1\n", "separated by tabs"),
     ("time_s,u_kts\n0,1\n", "unknown column 'u_kts': did you mean 'u_mps'"),
