@@ -1,27 +1,28 @@
 """The command line."""
 
-import errno
 import json
-import shlex
 import sys
 import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
 import click
 import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from click import shell_completion
+from click.shell_completion import CompletionItem
 from rich.table import Table
 
 from bayesub import (
     coefficients,
+    data_check,
     identifiability,
     inputs,
     logs,
+    priors,
     script,
     study,
     templates,
@@ -29,38 +30,55 @@ from bayesub import (
     vehicle_lines,
 )
 from bayesub.errors import InputError
-from bayesub.files import reason
 from bayesub.hulls import load_hull
+from bayesub.interruption import kept
 from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvre_files import read_manoeuvre
 from bayesub.manoeuvres import load_manoeuvre
-from bayesub.sampling.nuts import require_nutpie
+from bayesub.run_command import Options, naming, prepared, run_many, run_one, verdict_of
+from bayesub.run_command import report as report_run
+from bayesub.runs import Outcome
+from bayesub.sensors import flat, observe
 from bayesub.simulate import simulate as simulate_trial
+from bayesub.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain, console
+from bayesub.trial_files import read_instruments
 from bayesub.vehicles import VehicleFile, load_vehicle
 
 PATH = click.Path(path_type=Path)
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+KINDS = ("vehicles", "manoeuvres", "studies")
 
-console = Console(highlight=False)
+
+def _built_in(kind: str):
+    """Completion of a built-in name, or of a path if none begins like that: shells do not mix the two."""
+
+    def complete(_ctx, _param, incomplete: str) -> list[CompletionItem]:
+        names = [CompletionItem(name) for name in inputs.built_in(kind) if name.startswith(incomplete)]
+        return names or [CompletionItem(incomplete, type="file")]
+
+    return complete
+
+
+def _kinds(_ctx, _param, incomplete: str) -> list[str]:
+    return [kind for kind in KINDS if kind.startswith(incomplete)]
+
+
+VEHICLE = {"metavar": "VEHICLE", "shell_complete": _built_in("vehicles")}
+MANOEUVRE = {"metavar": "MANOEUVRE", "shell_complete": _built_in("manoeuvres")}
 
 
 def main() -> None:
     """Run the command line; an InputError is one line on standard error and exit status 2."""
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), kept():
+            console.quiet = False
             warnings.showwarning = lambda message, *_: print(f"bayesub: {message}", file=sys.stderr)
             sys.exit(app(prog_name="bayesub", standalone_mode=False))
     except InputError as error:
-        _complain(str(error), BAD_INPUT)
+        complain(str(error), BAD_INPUT)
     except click.ClickException as error:
-        _complain(f"{error.format_message()}; see bayesub --help", BAD_INPUT)
+        complain(f"{error.format_message()}; see bayesub --help", BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
-        _complain("interrupted before anything was done; run the same command again", INTERRUPTED)
-
-
-def _complain(sentence: str, status: int) -> None:
-    print(f"bayesub: {sentence}", file=sys.stderr)
-    sys.exit(status)
+        complain("interrupted before anything was done; run the same command again", INTERRUPTED)
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -73,13 +91,17 @@ def app() -> None:
 
 
 @app.command("list", epilog="Example: bayesub list vehicles")
-@click.argument("what", default="", metavar="[vehicles|manoeuvres|studies]")
-def list_(what: str) -> None:
+@click.argument("what", default="", metavar="[vehicles|manoeuvres|studies]", shell_complete=_kinds)
+@click.option("--json", "as_json", is_flag=True, help="Names and descriptions as JSON, kind by kind.")
+def list_(what: str, as_json: bool) -> None:
     """List what is built in, and the studies of the folder `studies`."""
-    kinds = ("vehicles", "manoeuvres", "studies")
-    if what and what not in kinds:
-        raise InputError(f"cannot list '{what}'{coefficients.nearest(what, kinds)}; expected {', '.join(kinds)}")
-    for kind in [what] if what else kinds:
+    if what and what not in KINDS:
+        raise InputError(f"cannot list '{what}'{coefficients.nearest(what, KINDS)}; expected {', '.join(KINDS)}")
+    kinds = [what] if what else KINDS
+    if as_json:
+        click.echo(json.dumps({kind: dict(_entries(kind)) for kind in kinds}, indent=2))
+        return
+    for kind in kinds:
         table = Table(title=kind.capitalize(), title_justify="left", show_header=False, box=None, pad_edge=False)
         for name, text in _entries(kind):
             table.add_row(name, text)
@@ -105,7 +127,12 @@ def new() -> None:
 @new.command(epilog="Example: bayesub new vehicle myboat --geometry myboat_hull.toml")
 @click.argument("name")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
-@click.option("--from", "source", metavar="VEHICLE", help="Start from a copy of this vehicle (built-in name or TOML).")
+@click.option(
+    "--from",
+    "source",
+    **VEHICLE,
+    help="Start from a copy of this vehicle (built-in name or TOML).",
+)
 @click.option("--geometry", type=PATH, metavar="HULL", help="Estimate added masses from this geometry file.")
 def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None) -> None:
     """Write a vehicle file with every key and all 101 coefficients; what is unknown is zero.
@@ -129,44 +156,59 @@ def new_geometry(name: str, output: Path | None) -> None:
 
 def _written(path: Path, text: str, advice: str) -> None:
     templates.write_new(path, text)
-    console.print(f"{path}: {advice}", soft_wrap=True, markup=False)
+    console.print(f"{path}: {advice}", soft_wrap=True)
 
 
 @app.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
 @click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
-@click.option("--card", type=PATH, help="Draw the card of the one vehicle among the files into this PNG or PDF.")
+@click.option("--card", type=PATH, help="Draw the card of the one vehicle or study in the files into this PNG or PDF.")
 @click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")
 def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     """Validate vehicles, geometries, manoeuvres, studies (TOML, Python) and logs (CSV); say what a study costs.
 
     Of a vehicle it prints a card: balance, stability, turning circle, answer to the planes, mass matrix, and warnings
-    with a remedy. FILE may be the name of a built-in vehicle.
+    with a remedy; of the data of a study, what each channel covers in time and informs. FILE may be the name of a
+    built-in vehicle.
     """
     found = {}
     for path in files:
-        text, vehicle_card = _checked(inputs.built_in("vehicles").get(str(path), path))
-        found[str(path)] = (text, vehicle_card)
+        text, found_card = _checked(inputs.built_in("vehicles").get(str(path), path))
+        found[str(path)] = (text, found_card)
         if not as_json:
-            console.print(f"{path}: {text}", soft_wrap=True, markup=False)
-            for line in vehicle_lines.lines(vehicle_card) if vehicle_card else ():
-                console.print(line, soft_wrap=True, markup=False)
+            console.print(f"{path}: {text}", soft_wrap=True)
+            for line in _lines(found_card):
+                console.print(line, soft_wrap=True)
     if as_json:
         contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in found.items()}
         click.echo(json.dumps(contents, indent=2, allow_nan=False))
     if card is not None:
         cards = [c for _, c in found.values() if c]
         if len(cards) != 1:
-            raise InputError(f"--card draws one vehicle, found {len(cards)} among the files")
-        from bayesub.plots import vehicle_card as drawing
+            raise InputError(f"--card draws one vehicle or study, found {len(cards)} among the files")
+        from bayesub.plots import data_card, vehicle_card
 
-        try:
+        drawing = data_card if isinstance(cards[0], data_check.DataCard) else vehicle_card
+        with _drawing(card):
             drawing.draw(cards[0], card)
-        except (OSError, ValueError) as error:
-            raise InputError(f"{card}: cannot be drawn: {str(error).splitlines()[0]}") from None
 
 
-def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:
-    """What a file is, and the card of a vehicle."""
+@contextmanager
+def _drawing(path: Path) -> Iterator[None]:
+    """A place or format that cannot be drawn to is an InputError."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be drawn: {' '.join(str(error).split())}") from None
+
+
+def _lines(card: vehicle_check.Card | data_check.DataCard | None) -> list[str]:
+    if card is None:
+        return []
+    return card.lines() if isinstance(card, data_check.DataCard) else vehicle_lines.lines(card)
+
+
+def _checked(path: Path) -> tuple[str, vehicle_check.Card | data_check.DataCard | None]:
+    """What a file is, and the card of a vehicle or of the data of a study."""
     if path.suffix == ".py" or path.suffix.lower() == ".csv":
         return _described(path), None
     keys = inputs.read_toml_table(path)
@@ -178,7 +220,19 @@ def _checked(path: Path) -> tuple[str, vehicle_check.Card | None]:
         told = f", {known} with a standard deviation" if known else ""
         text = f"vehicle '{boat.name}', {size}, {used} of 101 coefficients not zero{told}"
         return text, vehicle_check.check(boat)
+    if "vehicle" in keys:
+        setup = prepared(path, study.load_study(path))
+        return _cost(setup), _data_card(path, setup)
     return _described(path), None
+
+
+def _data_card(path: Path, setup: study.Setup) -> data_check.DataCard | None:
+    """The card of the data of a study; None if the boat of the prior means does not complete the trials."""
+    problem = setup.problem
+    if not np.isfinite(problem.predicted(problem.prior.mean)).all():
+        return None
+    with naming(path):
+        return data_check.check(problem, f"{setup.study.name}: {setup.vehicle.name}")
 
 
 def _described(path: Path) -> str:
@@ -196,11 +250,12 @@ def _described(path: Path) -> str:
     if "kind" in keys:
         file = read_manoeuvre(path)
         return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s"
-    if "vehicle" in keys:
-        return _cost(study.prepare(study.load_study(path)))
+    if "sensors" in keys:
+        channels = flat([section.build() for section in read_instruments(path).sensors])
+        return f"instruments that read {', '.join(sensor.column for sensor in channels)}"
     raise InputError(
-        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind') nor a "
-        "study (no 'vehicle')"
+        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind'), a study "
+        "(no 'vehicle') nor instruments (no 'sensors')"
     )
 
 
@@ -213,16 +268,36 @@ def _cost(setup: study.Setup) -> str:
     for _ in range(4):
         problem.log_prob(batch)
     rate = 4 * len(batch) / (time.perf_counter() - began)
+    trials = problem.each_trial(problem.prior.mean)
+    told = "; ".join(_trial(name, p, setup.trials[name], centre) for name, p, centre in trials)
     return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {setup.manoeuvre.name}, {problem.n_params} free "
-        f"coefficients, {problem.record.n_readings} readings, step {problem.simulator.step:g} s; "
+        f"study '{setup.study.name}': {setup.vehicle.name}, {told}; "
         f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
     )
 
 
+def _trial(name: str, problem, trial, centre) -> str:
+    """A trial of a study in words, and whether it is possible at the prior means (n_params,)."""
+    besides = problem.n_params - problem.n_coefficients
+    unknown = f"{problem.n_coefficients} free coefficients" + (f" and {besides} other parameters" if besides else "")
+    left_out = f" ({trial.n_left_out} outside the controls left out)" if trial.n_left_out else ""
+    return (
+        f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
+        f"step {problem.simulator.step:g} s{_failure(problem, centre)}"
+    )
+
+
+def _failure(problem, centre) -> str:
+    if np.isfinite(problem.log_likelihood(centre)[0]):
+        return ""
+    status = problem.trajectory(centre).status[0]
+    why = "the readings are impossible" if status == "ok" else f"the boat {status.replace('_', ' ')}"
+    return f", and at the prior means {why}"
+
+
 @app.command(epilog="Example: bayesub simulate suboff horizontal -o track.csv --plot track.png")
-@click.argument("vehicle")
-@click.argument("manoeuvre")
+@click.argument("vehicle", **VEHICLE)
+@click.argument("manoeuvre", **MANOEUVRE)
 @click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write.")
 @click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, one good to 5 cm.")
 @click.option(
@@ -248,21 +323,41 @@ def _cost(setup: study.Setup) -> str:
     help="Integrate Euler angles, or a quaternion that flies through 90 degrees of pitch.",
 )
 @click.option("--plot", type=PATH, help="Also draw the track into this PNG or PDF.")
-def simulate(vehicle, manoeuvre, output, dt, sample, controls, subproblem, attitude, plot) -> None:
-    """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV)."""
+@click.option("--sensors", metavar="NAME", help="Write what these instruments log instead: a preset, or a TOML file.")
+@click.option(
+    "--perturb", type=float, metavar="SD", help="Fly coefficients that are off by this, relative to the file."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of --sensors and --perturb.")
+def simulate(
+    vehicle, manoeuvre, output, dt, sample, controls, subproblem, attitude, plot, sensors, perturb, seed
+) -> None:
+    """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
+
+    With --sensors the output is the log of a trial, controls and readings with noise, which a study reads as its data.
+    """
     boat = load_vehicle(vehicle)
     flown = load_manoeuvre(manoeuvre, boat)
+    rng = np.random.default_rng(seed)
+    xi = boat.xi if perturb is None else priors.perturbed(boat.xi, perturb, rng)
     plane = _plane(subproblem)
-    trajectory = simulate_trial(boat, flown, dt=dt, sample=sample, controls=controls, attitude=attitude, **plane)
-    trajectory.save(output)
+    options = {"dt": dt, "sample": sample, "controls": controls, "attitude": attitude}
+    trajectory = simulate_trial(boat, flown, xi=xi, **options, **plane)
+    if sensors is None:
+        trajectory.save(output)
+    else:
+        instruments = read_instruments(sensors)
+        parts = [section.build() for section in instruments.sensors]
+        record = observe(trajectory, parts, rng, current_mps=instruments.truth.current_mps)
+        record.save(output, trajectory)
     if plot is not None:
         from bayesub.plots import track
 
-        track.draw_simulated(trajectory, boat.name, plot)
+        with _drawing(plot):
+            track.draw_simulated(trajectory, boat.name, plot)
     status = trajectory.status[0]
     kind = trajectory.simulator.subproblem or "six degrees of freedom"
     console.print(
-        f"{output}: {len(trajectory.times)} rows, {boat.name} on {flown.name} ({kind}), "
+        f"{output}: {len(trajectory.times)} times, {boat.name} on {flown.name} ({kind}), "
         f"step {trajectory.simulator.step:g} s, {status}",
         soft_wrap=True,
     )
@@ -276,8 +371,8 @@ def _plane(subproblem: str | None) -> dict:
 
 
 @app.command(epilog="Example: bayesub rank suboff horizontal --json")
-@click.argument("vehicle")
-@click.argument("manoeuvre")
+@click.argument("vehicle", **VEHICLE)
+@click.argument("manoeuvre", **MANOEUVRE)
 @click.option(
     "--subproblem",
     type=click.Choice(["horizontal", "vertical", "none"]),
@@ -294,7 +389,7 @@ def rank(vehicle, manoeuvre, subproblem, as_json) -> None:
     flown = load_manoeuvre(manoeuvre, boat)
     trajectory = simulate_trial(boat, flown, **_plane(subproblem))
     if trajectory.status[0] != "ok":
-        _complain(f"{boat.name} does not complete {flown.name}: {trajectory.status[0]}", FAILED)
+        complain(f"{boat.name} does not complete {flown.name}: {trajectory.status[0]}", FAILED)
     ranks = identifiability.rank(linear_systems(trajectory), prefer=coefficients.ADDED_MASSES)
     if as_json:
         click.echo(json.dumps({axis: r.summary() for axis, r in ranks.items()}, indent=2))
@@ -316,55 +411,29 @@ def rank(vehicle, manoeuvre, subproblem, as_json) -> None:
 
 @app.command(epilog="Example: bayesub run studies/quickstart.toml -o runs/quickstart")
 @click.argument("file", type=PATH, metavar="STUDY")
-@click.option("-o", "--output", type=PATH, metavar="DIR", help="Run folder; runs/NAME if left out.")
+@click.option("-o", "--output", type=PATH, metavar="DIR", help="Run folder, runs/NAME if left out; of many runs, runs.")
 @click.option("--quick", is_flag=True, help="The small version of the study's [quick] table.")
-@click.option("--resume", is_flag=True, help="Continue an interrupted run, bit for bit.")
-@click.option("--force", is_flag=True, help="Replace an existing run.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted run, bit for bit; of many runs this is the rule.")
+@click.option("--force", is_flag=True, help="Replace an existing run; of many, those whose configuration has changed.")
 @click.option("--cross-check", "check", is_flag=True, help="Sample with NUTS too and compare; works with --resume.")
-def run(file: Path, output: Path | None, quick: bool, resume: bool, force: bool, check: bool) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Only the verdicts, as JSON.")
+def run(file: Path, output: Path | None, quick: bool, resume: bool, force: bool, check: bool, as_json: bool) -> None:
     """Run a STUDY: TOML (simulate, fit, sample, report) or Python script (compare, draw, assert its claim).
 
-    Exit status 1 if the posterior has not converged, the cross-check does not agree, or the claim does not hold.
+    If STUDY is a folder, run every study in it, each into a folder of its own under DIR. Those that are done and have
+    not changed are skipped, those that were interrupted are continued, and one that fails does not stop the others;
+    DIR/index.html lists them.
+
+    Exit status 1 if a posterior has not converged, a cross-check does not agree, or a claim does not hold.
     """
     if resume and force:
         raise InputError("--resume and --force exclude each other")
-    if check:
-        if file.suffix == ".py":
-            raise InputError("--cross-check is for studies in TOML; a Python script says itself what it compares")
-        require_nutpie()
-    if file.suffix == ".py":
-        _run_script(file, output or Path("runs") / file.stem, quick, resume, force)
-        return
-    loaded = study.load_study(file, quick=quick)
-    folder = output or Path("runs") / loaded.name
-    study.prepare(loaded)  # bad input shows before a folder is made
-    with _held(file, folder, study.completed(loaded, quick=quick), resume, force, check), _Bars() as bars:
-        converged = study.run(loaded, folder, check=check, progress=bars)
-    _finish(folder, converged)
-
-
-@contextmanager
-def _held(file: Path, folder: Path, config: dict, resume: bool, force: bool, check: bool = False) -> Iterator[None]:
-    """Work in a run folder; Ctrl-C ends it with the command that continues it."""
-    with study.open_folder(folder, config, resume=resume, force=force):
-        try:
-            yield
-        except KeyboardInterrupt:
-            options = [key for key, on in (("--quick", config["quick_run"]), ("--cross-check", check)) if on]
-            command = shlex.join(["bayesub", "run", str(file), "-o", str(folder), *options, "--resume"])
-            _complain(f"interrupted; what is done is saved, continue with: {command}", INTERRUPTED)
-        except OSError as error:
-            if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG):
-                raise
-            raise InputError(f"{folder}: {reason(error)}; what is done is saved, make room and use --resume") from None
-
-
-def _run_script(file: Path, folder: Path, quick: bool, resume: bool, force: bool) -> None:
-    with _held(file, folder, script.config(file, quick=quick), resume, force), _Bars() as bars:
-        failed_claim = script.run(file, folder, quick=quick, progress=bars)
-    console.print(f"figures and numbers: {folder}", soft_wrap=True)
-    console.print(f"CLAIM FAILED: {failed_claim}" if failed_claim else "CLAIM HOLDS", soft_wrap=True, markup=False)
-    if failed_claim:
+    options = Options(quick, resume, force, check)
+    console.quiet = as_json
+    outcomes = run_many(file, output or Path("runs"), options) if file.is_dir() else [run_one(file, output, options)]
+    if as_json:
+        click.echo(json.dumps([asdict(outcome) for outcome in outcomes], indent=2))
+    if not all(outcome.good for outcome in outcomes):
         raise click.exceptions.Exit(FAILED)
 
 
@@ -387,54 +456,18 @@ def bench(quick: bool, as_json: bool) -> None:
 @click.argument("folder", type=PATH, metavar="DIR")
 def report(folder: Path) -> None:
     """Draw figures and report of the run in DIR again, from its saved results."""
-    _finish(folder, study.redraw(folder))
-
-
-def _finish(folder: Path, converged: bool) -> None:
-    numbers = json.loads((folder / "numbers.json").read_text())
-    for shortcoming in numbers["convergence"]["shortcomings"]:
-        console.print(f"not converged: {shortcoming}", soft_wrap=True, markup=False)
-    for key, sentence in numbers["verdict"].items():
-        console.print(f"{key.replace('_', ' ')}: {sentence}", soft_wrap=True, markup=False)
-    console.print(f"report: {folder / 'report.html'}", soft_wrap=True)
-    failed = "NOT CONFIRMED" if numbers["convergence"]["converged"] else "NOT CONVERGED"
-    console.print("CONVERGED" if converged else failed)
-    if not converged:
+    good = study.redraw(folder)
+    report_run(Outcome(folder.name, "", verdict_of(folder, good), good, 0.0, str(folder)))
+    if not good:
         raise click.exceptions.Exit(FAILED)
 
 
-class _Bars:
-    """One progress bar a stage; nothing when the output is not a terminal."""
+@app.command(epilog="Example: bayesub completion bash >> ~/.bashrc")
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+def completion(shell: str) -> None:
+    """Print what makes a SHELL complete commands, options, files and the names of what is built in.
 
-    def __init__(self):
-        self.bars = Progress(
-            SpinnerColumn(),
-            TextColumn("{task.description:32}"),
-            BarColumn(bar_width=24),
-            TextColumn("{task.percentage:3.0f} %"),
-            TimeElapsedColumn(),
-            TextColumn("{task.fields[text]}"),
-            console=console,
-            disable=not console.is_terminal,
-        )
-        self.task = None
-
-    def __enter__(self):
-        self.bars.start()
-        return self
-
-    def __exit__(self, *_):
-        self._end()
-        self.bars.stop()
-
-    def _end(self):
-        if self.task is not None:
-            self.bars.update(self.task, completed=1.0)
-            self.bars.stop_task(self.task)
-
-    def stage(self, name: str) -> None:
-        self._end()
-        self.task = self.bars.add_task(name, total=1.0, text="")
-
-    def update(self, fraction: float, text: str) -> None:
-        self.bars.update(self.task, completed=fraction, text=text)
+    For bash and zsh append it to ~/.bashrc or ~/.zshrc, for fish write it to ~/.config/fish/completions/bayesub.fish.
+    """
+    made = shell_completion.get_completion_class(shell)(app, {}, "bayesub", "_BAYESUB_COMPLETE")
+    click.echo(made.source())

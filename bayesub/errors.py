@@ -1,5 +1,14 @@
 """The one error that users see: a sentence that names the file, the key and the remedy."""
 
+LONGEST = 600  # characters of a message; what a file contains may be longer
+
 
 class InputError(ValueError):
-    """Bad input. The message is one line, complete in itself; the command line prints it and exits with status 2."""
+    """Bad input. The message is one line, complete in itself; the command line prints it and exits with status 2.
+
+    What cannot be printed is written as in a Python string, and of a message that is too long the middle is left out.
+    """
+
+    def __init__(self, message: str):
+        line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in message)
+        super().__init__(line if len(line) <= LONGEST else f"{line[: LONGEST - 100]} .. {line[-96:]}")

@@ -30,13 +30,15 @@ def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
         "tau_steps": posterior.tau.max(axis=0),
     }
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*map(_plain, columns.values()), strict=True)]
+    trials = [_trial(*of_trial) for of_trial in problem.each_trial(posterior.best)]
     n_null = sum(axis.columns - axis.rank for axis in ranks.values())
     numbers = {
         "vehicle": problem.vehicle.name,
-        "manoeuvre": problem.manoeuvre.name,
+        "manoeuvre": ", ".join(trial["manoeuvre"] for trial in trials),
         "reference_is_truth": synthetic,
-        "n_readings": problem.record.n_readings,
-        "step_s": problem.simulator.step,
+        "n_readings": len(problem.readings),
+        "step_s": max(trial["step_s"] for trial in trials),
+        "trials": trials,
         "convergence": {
             "converged": posterior.converged,
             "shortcomings": list(posterior.shortcomings),
@@ -78,7 +80,19 @@ def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
 
 def reference(problem) -> tuple[np.ndarray, bool]:
     """The values that ratios refer to (n_params,), and whether they are the truth behind a synthetic record."""
-    return problem.reference, problem.record.truth is not None
+    trials = problem.each_trial(problem.reference)
+    return problem.reference, all(p.record.truth is not None for _, p, _ in trials)
+
+
+def _trial(name, problem, best) -> dict:
+    return {
+        "name": name,
+        "manoeuvre": problem.manoeuvre.name,
+        "duration_s": problem.manoeuvre.duration,
+        "n_readings": problem.record.n_readings,
+        "step_s": problem.simulator.step,
+        "chi_square_per_reading": _chi_square(problem, best[None])[0],
+    }
 
 
 def _chi_square(problem, parameters) -> list[float]:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 import pydantic
 
-from bayesub.inputs import Positive, Section
+from bayesub.inputs import Density, Length, Positive, Section
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 
@@ -24,9 +24,9 @@ class HullSection(Section):
 
 class EllipsoidHull(HullSection):
     shape: Literal["ellipsoid"]
-    length_m: Positive
-    beam_m: Positive
-    height_m: Positive
+    length_m: Length
+    beam_m: Length
+    height_m: Length
 
     def half_widths(self, aft) -> tuple[np.ndarray, np.ndarray]:
         """Half the beam and half the height at distances `aft` of the nose."""
@@ -38,8 +38,8 @@ class TorpedoHull(HullSection):
     """A cylinder between an elliptical nose and a parabolic tail."""
 
     shape: Literal["torpedo"]
-    length_m: Positive
-    diameter_m: Positive
+    length_m: Length
+    diameter_m: Length
     nose_m: Positive
     tail_m: Positive
 
@@ -64,8 +64,8 @@ class OffsetsHull(HullSection):
     """A body of revolution by its radii at stations, straight between them."""
 
     shape: Literal["offsets"]
-    station_m: tuple[float, ...] = pydantic.Field(min_length=2)
-    radius_m: tuple[Annotated[float, pydantic.Field(ge=0.0)], ...]
+    station_m: tuple[Annotated[float, pydantic.Field(le=1000.0)], ...] = pydantic.Field(min_length=2)
+    radius_m: tuple[Annotated[float, pydantic.Field(ge=0.0, le=1000.0)], ...]
 
     @pydantic.model_validator(mode="after")
     def _fits(self):
@@ -92,7 +92,7 @@ class FinsSection(Section):
     """Fins at one place along the hull: tips are distances from the axis, 0 where there is no fin."""
 
     name: str
-    from_m: float
+    from_m: float = pydantic.Field(ge=0.0)
     to_m: float
     top_m: float = pydantic.Field(default=0.0, ge=0.0)
     bottom_m: float = pydantic.Field(default=0.0, ge=0.0)
@@ -111,7 +111,7 @@ class HullFile(Section):
     """The content of a hull geometry file."""
 
     description: str = ""
-    water_density_kgm3: Positive = 1025.0
+    water_density_kgm3: Density = 1025.0
     origin_m: float | None = None  # of the body axes, aft of the nose; if left out, the centre of buoyancy
     hull: Annotated[EllipsoidHull | TorpedoHull | OffsetsHull, pydantic.Field(discriminator="shape")]
     fins: tuple[FinsSection, ...] = ()
@@ -130,6 +130,12 @@ class HullFile(Section):
                         f"fins '{fins.name}': {key} must exceed the radius of the hull there, {radius:.3g}"
                     )
         return given
+
+    @pydantic.model_validator(mode="after")
+    def _origin_aboard(self):
+        if self.origin_m is not None and not 0.0 <= self.origin_m <= self.hull.length_m:
+            raise ValueError(f"origin_m must lie on the hull, 0 to {self.hull.length_m:g}, found {self.origin_m:g}")
+        return self
 
 
 def nodes(first: float, last: float) -> tuple[np.ndarray, np.ndarray]:

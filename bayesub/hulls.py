@@ -179,9 +179,9 @@ def _source(term) -> str:
 
 def load_hull(path: str | Path) -> Hull:
     """Read a hull geometry file; InputError names file, key and remedy."""
-    file = inputs.read_toml(Path(path), HullFile)
     try:
         with np.errstate(all="ignore"):
+            file = inputs.read_toml(Path(path), HullFile)
             hull = Hull(file)
             sizes = [hull.centre, *hull.displaced_inertia]
             sizes += [number for e in hull.estimates.values() for number in (e.value, e.sd)]

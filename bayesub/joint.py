@@ -3,12 +3,13 @@
 import numpy as np
 
 from bayesub import coefficients
+from bayesub.density import Density
 from bayesub.errors import InputError
 from bayesub.nuisance import BODY
 from bayesub.priors import Joint
 
 
-class JointProblem:
+class JointProblem(Density):
     """The coefficients of a vehicle from several trials; see :class:`bayesub.problem.Problem` for the methods.
 
     Coefficients, and nuisance parameters of the body, are the same in all trials. All other nuisance parameters are a
@@ -20,7 +21,7 @@ class JointProblem:
 
     Attributes
     ----------
-    names, n_coefficients, columns, prior, evaluations, failures : as those of a Problem
+    names, n_coefficients, columns, xi, prior, readings, sds, evaluations, failures : as those of a Problem
     """
 
     def __init__(self, problems: dict):
@@ -31,7 +32,9 @@ class JointProblem:
         for problem in others:
             if problem.vehicle is not first.vehicle or problem.spread != first.spread:
                 raise InputError("the trials of a joint problem must have the same vehicle and the same prior")
-        self.vehicle = first.vehicle
+            if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
+                raise InputError("the trials of a joint problem must hold the same coefficients and free the same body")
+        self.vehicle, self.xi = first.vehicle, first.xi
         self.columns = np.unique(np.concatenate([p.columns for p in self.problems.values()]))
         self.n_coefficients = len(self.columns)
         names = [coefficients.NAMES[k] for k in self.columns]
@@ -50,10 +53,6 @@ class JointProblem:
         self.prior = parts[0] if len(parts) == 1 else Joint(tuple(parts), tuple(map(np.array, positions)))
 
     @property
-    def n_params(self) -> int:
-        return len(self.names)
-
-    @property
     def evaluations(self) -> int:
         return sum(problem.evaluations for problem in self.problems.values())
 
@@ -63,27 +62,31 @@ class JointProblem:
         return {word: sum(count[word] for count in counts) for word in counts[0]}
 
     @property
+    def readings(self) -> np.ndarray:
+        return np.concatenate([problem.readings for problem in self.problems.values()])
+
+    @property
+    def sds(self) -> np.ndarray:
+        return np.concatenate([problem.sds for problem in self.problems.values()])
+
+    @property
     def reference(self) -> np.ndarray:
         """(n_params,)"""
         values = np.empty(self.n_params)
-        for problem, places in self._each():
-            values[places] = problem.reference
+        for trial, problem in self.problems.items():
+            values[self._places[trial]] = problem.reference
         return values
 
-    def _each(self):
-        return zip(self.problems.values(), self._places.values(), strict=True)
+    def each_trial(self, parameters):
+        """As :meth:`bayesub.density.Density.each_trial`."""
+        parameters = np.asarray(parameters)
+        for trial, problem in self.problems.items():
+            yield trial, problem, parameters[..., self._places[trial]]
 
-    def _of(self, method, parameters):
+    def _of(self, method, parameters, *arguments):
         """What a method returns for each trial at parameters (n_batch, n_params)."""
         parameters = np.atleast_2d(parameters)
-        return [getattr(problem, method)(parameters[:, places]) for problem, places in self._each()]
-
-    def coefficient_sets(self, parameters) -> np.ndarray:
-        """(n_batch, 101)"""
-        parameters = np.atleast_2d(parameters)
-        sets = np.repeat(next(iter(self.problems.values())).xi[None], len(parameters), axis=0)
-        sets[:, self.columns] = parameters[:, : self.n_coefficients]
-        return sets
+        return [getattr(problem, method)(own, *arguments) for _, problem, own in self.each_trial(parameters)]
 
     def predicted(self, parameters) -> np.ndarray:
         """(n_batch, n_readings), trial after trial."""
@@ -101,10 +104,10 @@ class JointProblem:
     def jacobian(self, parameters) -> np.ndarray:
         """(n_rows, n_params), trial after trial."""
         blocks = []
-        for problem, places in self._each():
-            block = problem.jacobian(np.asarray(parameters)[places])
+        for trial, problem, own in self.each_trial(parameters):
+            block = problem.jacobian(own)
             blocks.append(np.zeros((len(block), self.n_params)))
-            blocks[-1][:, places] = block
+            blocks[-1][:, self._places[trial]] = block
         return np.concatenate(blocks)
 
     def smoothed(self, share: float) -> "JointProblem":
@@ -115,24 +118,34 @@ class JointProblem:
         """As :meth:`bayesub.problem.Problem.naive`."""
         return JointProblem({trial: problem.naive() for trial, problem in self.problems.items()})
 
+    def without(self, trial: str) -> "JointProblem":
+        """The joint problem of all other trials; InputError if there is none."""
+        return JointProblem({name: problem for name, problem in self.problems.items() if name != trial})
+
     def _with(self, problems):
         other = object.__new__(JointProblem)
         vars(other).update(vars(self) | {"problems": problems})
         return other
 
-    def log_prior(self, parameters) -> np.ndarray:
-        """(n_batch,)"""
-        return self.prior.log_density(np.atleast_2d(parameters))
-
-    def log_likelihood(self, parameters) -> np.ndarray:
-        """(n_batch,) the sum over the trials, whose noise is independent."""
-        return np.sum(self._of("log_likelihood", parameters), axis=0)
-
     def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel of each trial, as ``yaw[first]``."""
-        found = zip(self.problems, self._of("log_likelihoods", parameters), strict=True)
-        return {f"{channel}[{trial}]": part for trial, parts in found for channel, part in parts.items()}
+        return self._named(self._of("log_likelihoods", parameters))
 
-    def log_prob(self, parameters) -> np.ndarray:
-        """(n_batch,)"""
-        return self.log_prior(parameters) + self.log_likelihood(parameters)
+    def _named(self, found) -> dict:
+        """What was found of each channel of each trial, by channel and trial."""
+        pairs = zip(self.problems, found, strict=True)
+        return {f"{channel}[{trial}]": part for trial, parts in pairs for channel, part in parts.items()}
+
+    @property
+    def channels(self) -> dict:
+        """Channel of a trial, as ``yaw[first]`` -> channel and its noise model."""
+        return self._named([problem.channels for problem in self.problems.values()])
+
+    def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """(n_batch, n) quantile residuals of each channel of each trial, as ``yaw[first]``."""
+        return self._named(self._of("quantile_residuals", parameters, rng))
+
+
+def _of_body(problem) -> set[str]:
+    """The nuisance parameters of the body that a problem infers."""
+    return {name for name in problem.names if name in BODY}

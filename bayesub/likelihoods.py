@@ -8,6 +8,9 @@ number where its simulation failed; `readings` and `times` (s) are (n,). Arrays 
   derivatives (n, p) of one member's predictions (n,), is (n, p): residuals z and weighed derivatives J such that J'z is
   the gradient of minus the log density and J'J its expected or observed information. For normal noise -|z|^2 / 2 is
   the log density but for a constant; for the others it is not, and a search must compare log densities.
+- ``quantile_residuals(predicted, readings, times, rng)`` is (n_batch, n): the standard normal quantiles of the
+  probabilities of what is below each reading, given those before it; standard normal and independent at the truth. An
+  unknown sd, and where in its rounding interval a reading was, are drawn from `rng`. SetMembership has none.
 - ``sample(truth, times, rng)`` is (n,): readings of the motion `truth` (n,).
 
 The attributes of a noise model that may be unknown are its SAMPLED. Given by their names to ``log_density`` or
@@ -19,7 +22,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaln
+from scipy.special import gammaln, log_ndtr, ndtri, ndtri_exp, stdtr
 
 from bayesub.errors import InputError
 from bayesub.kernels import noise as kernel
@@ -68,6 +71,10 @@ class Gaussian:
         """jacobian / sd, of which the expected and the observed information are the square."""
         return jacobian / _chosen(sd, self.sd)
 
+    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator, sd=None) -> np.ndarray:
+        """(reading - predicted) / sd."""
+        return -self.residuals(predicted, readings, times, sd)
+
     def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
         return truth + self.sd * rng.standard_normal(len(truth))
 
@@ -104,6 +111,12 @@ class UnknownSd:
     def weigh(self, jacobian, predicted, readings, times=None) -> np.ndarray:
         """jacobian over the root of the mean square of (predicted - reading)."""
         return jacobian / self._sizes(_standardised(np.asarray(predicted)[None], readings, times, 1.0))
+
+    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator) -> np.ndarray:
+        """(reading - predicted) / sd with an sd drawn given the predictions: of n readings, their squares sum to
+        chi-square with n degrees of freedom whatever they are."""
+        relative = np.sqrt(rng.chisquare(len(readings), (len(predicted), 1)) / len(readings))
+        return -self.residuals(predicted, readings, times) * relative
 
     @staticmethod
     def _sizes(errors):
@@ -159,6 +172,17 @@ class Rounded:
         """jacobian times the root of the observed information."""
         _, roots = self._slopes(np.asarray(predicted)[None], readings, times, sd)
         return jacobian * (roots[0] / _chosen(sd, self.sd))[:, None]
+
+    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator, sd=None) -> np.ndarray:
+        """Draws from the standard normal distribution truncated to the interval of each reading."""
+        predicted, readings = _aligned(predicted, readings, times)
+        scale = _column(_chosen(sd, self.sd))
+        middle = (readings - predicted) / scale
+        below = -np.abs(middle)  # reflected, as far tails are exact on the lower side only
+        upper, lower = (log_ndtr(below + side * self.resolution / scale) for side in (0.5, -0.5))
+        share = rng.random(predicted.shape)
+        drawn = ndtri_exp(upper + np.log(share + (1.0 - share) * np.exp(lower - upper)))
+        return np.where(middle > 0, -drawn, drawn)
 
     def _slopes(self, predicted, readings, times, sd):
         predicted, readings = _aligned(predicted, readings, times)
@@ -246,6 +270,12 @@ class StudentT:
         dof = _chosen(dof, self.dof)
         return jacobian * (math.sqrt((dof + 1.0) / (dof + 3.0)) / _chosen(sd, self.sd))
 
+    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator, sd=None, dof=None) -> np.ndarray:
+        """Normal quantile of the t probability of what is below each reading, at most 37 in size."""
+        z = _standardised(predicted, readings, times, _chosen(sd, self.sd))
+        tails = stdtr(_column(_chosen(dof, self.dof)), -np.abs(z))
+        return -np.copysign(ndtri(np.maximum(tails, np.finfo(float).tiny)), z)
+
     def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
         return truth + self.sd * rng.standard_t(self.dof, len(truth))
 
@@ -284,6 +314,12 @@ class AR1:
         """The inverse Cholesky factor of the covariance of the noise times jacobian."""
         time = _chosen(correlation_time_s, self.correlation_time_s)
         return self.residuals(jacobian.T, np.zeros(len(jacobian)), times, sd, time).T
+
+    def quantile_residuals(
+        self, predicted, readings, times, rng: np.random.Generator, sd=None, correlation_time_s=None
+    ) -> np.ndarray:
+        """Innovations of (reading - predicted) over their standard deviations."""
+        return -self.residuals(predicted, readings, times, sd, correlation_time_s)
 
     @staticmethod
     def _transitions(times, correlation_time_s):

@@ -76,6 +76,34 @@ def linear_systems(trajectory, member: int = 0, free=None) -> dict[str, LinearSy
     return systems
 
 
+def stacked(trials) -> dict[str, LinearSystem]:
+    """The linear form of each axis from those of several trials of one vehicle; a null vector is one of all of them.
+
+    A column that a trial leaves out, because it vanishes there, is zero in its rows.
+    """
+    first, *others = trials
+    return {axis: _stacked([t[axis] for t in trials if axis in t]) for axis in _axes(trials)} if others else first
+
+
+def _axes(trials):
+    return [axis for axis in coefficients.AXES if any(axis in systems for systems in trials)]
+
+
+def _stacked(systems) -> LinearSystem:
+    found = {name for system in systems for name in system.names}
+    names = tuple(name for name in coefficients.NAMES if name in found)
+    matrix = np.zeros((sum(len(system.matrix) for system in systems), len(names)))
+    errors = np.zeros_like(matrix[: len(systems)])
+    end = 0
+    for k, system in enumerate(systems):
+        begin, end = end, end + len(system.matrix)
+        places = [names.index(name) for name in system.names]
+        matrix[begin:end, places] = system.matrix
+        errors[k, places] = system.rounding * np.linalg.norm(system.matrix, axis=0)
+    rounding = np.linalg.norm(errors, axis=0) / np.linalg.norm(matrix, axis=0)
+    return LinearSystem(systems[0].axis, names, matrix, np.concatenate([s.load for s in systems]), rounding)
+
+
 def _forces(columns, dimensional) -> np.ndarray:
     """(n_samples, 6) hydrodynamic forces, N and N m, of dimensional coefficients (101,) on regressors by axis."""
     parts = [block @ dimensional[coefficients.columns(coefficients.names_of_axis(a))] for a, block in columns.items()]

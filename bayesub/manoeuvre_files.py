@@ -10,19 +10,23 @@ import pydantic
 from bayesub import closed_loop, inputs, logs
 from bayesub.coefficients import nearest
 from bayesub.errors import InputError
-from bayesub.inputs import Positive, Section
+from bayesub.inputs import Length, Positive, Section, Speed
 from bayesub.kernels import actuators
 from bayesub.vehicles import Vehicle, load_vehicle
 
 PLANES = ("rudder", "bow_plane", "stern_plane")
 SAMPLE_S = 0.1  # spacing of a built control history on the boat of its time scale (thesis section 4.5)
 
+MAX_SAMPLES = 100_000  # of a control history, nearly three hours; longer ones come as CSV
+MAX_EXECUTES = 100
+
+Angle = Annotated[float, pydantic.Field(ge=-90.0, le=90.0)]  # of a plane, degrees
 Orders = dict[int, tuple[np.ndarray, np.ndarray]]  # plane -> times (m,) in seconds of the file, and angles (m,) in rad
 
 
 class TimeScaleSection(Section):
-    length_m: Positive
-    speed_mps: Positive
+    length_m: Length
+    speed_mps: Speed
 
 
 class TimedSection(Section):
@@ -44,13 +48,13 @@ class TimedSection(Section):
 
 
 class StepsSection(TimedSection):
-    rudder_deg: tuple[float, ...] | None = None
-    bow_plane_deg: tuple[float, ...] | None = None
-    stern_plane_deg: tuple[float, ...] | None = None
+    rudder_deg: tuple[Angle, ...] | None = None
+    bow_plane_deg: tuple[Angle, ...] | None = None
+    stern_plane_deg: tuple[Angle, ...] | None = None
 
 
 class RudderAndDepthSection(TimedSection):
-    rudder_deg: tuple[float, ...]
+    rudder_deg: tuple[Angle, ...]
     depth_m: tuple[float, ...]
 
 
@@ -64,7 +68,7 @@ class ManoeuvreFile(Section):
     description: str = ""
     reference: str = ""
     subproblem: Literal["horizontal", "vertical"] | None = None
-    duration_s: Positive
+    duration_s: float = pydantic.Field(gt=0, le=MAX_SAMPLES * SAMPLE_S)
     start_depth_m: float | None = None  # if left out, that of the vehicle's trials
     time_scale: TimeScaleSection | None = None
 
@@ -128,9 +132,9 @@ class RandomFile(ManoeuvreFile):
 
     kind: Literal["random"]
     start_s: float = pydantic.Field(ge=0)
-    interval_s: Positive
-    rudder_limit_deg: float = pydantic.Field(ge=0)
-    stern_plane_limit_deg: float = pydantic.Field(ge=0)
+    interval_s: float = pydantic.Field(ge=SAMPLE_S)
+    rudder_limit_deg: float = pydantic.Field(ge=0, le=90)
+    stern_plane_limit_deg: float = pydantic.Field(ge=0, le=90)
     seed: int = pydantic.Field(ge=0)
 
     def orders(self, vehicle: Vehicle) -> Orders:
@@ -189,9 +193,9 @@ class ZigzagFile(ClosedLoopFile):
 
     kind: Literal["zigzag"]
     plane: Literal["rudder", "stern_plane"]
-    angle_deg: Positive
-    reversal_deg: Positive
-    executes: int = pydantic.Field(ge=1)
+    angle_deg: float = pydantic.Field(gt=0, le=90)
+    reversal_deg: float = pydantic.Field(gt=0, le=360)
+    executes: int = pydantic.Field(ge=1, le=MAX_EXECUTES)
     start_s: float = pydantic.Field(ge=0)
 
     def steer(self, flight: closed_loop.Flight) -> None:
@@ -205,7 +209,7 @@ class AutopilotSection(Section):
     """Gains of :func:`bayesub.closed_loop.control_depth`."""
 
     interval_s: Positive
-    pitch_limit_deg: Positive
+    pitch_limit_deg: float = pydantic.Field(gt=0, le=90)
     pitch_per_depth: Positive  # rad of pitch for a ship length of depth
     plane_per_pitch: Positive
     plane_per_pitch_rate: float  # rad of stern plane for 1 rad of pitch in a ship length travelled

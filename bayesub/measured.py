@@ -81,7 +81,7 @@ def recorded(record, simulator: Simulator, xi) -> Motion:
     simulator : of the vehicle and manoeuvre
     xi : (101,) coefficients, of which those that are not free count as known
 
-    Raises InputError if a channel is missing or has times of its own.
+    Raises InputError if a channel is missing, has times of its own, or is measured at a lever arm.
     """
     channels = {channel.state: channel for channel in record.channels}
     seen = _SEEN[simulator.subproblem]
@@ -90,6 +90,10 @@ def recorded(record, simulator: Simulator, xi) -> Motion:
     for name in (*seen, *rates):
         if name not in channels:
             raise InputError(f"record: has no readings of '{HEADERS[name]}', which the equations of motion need")
+        if channels[name].displaced:
+            raise InputError(
+                f"record: '{HEADERS[name]}' is measured at a lever arm; the equations are of the body origin"
+            )
         if not np.array_equal(channels[name].times, times):
             raise InputError(f"record: the readings of '{HEADERS[name]}' have times of their own; give one interval")
     states = np.repeat(simulator.manoeuvre.initial_state[None], len(times), axis=0)

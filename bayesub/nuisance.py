@@ -34,7 +34,7 @@ for _state in logs.STATES:
     _stem, _, _unit = logs.HEADERS[_state].rpartition("_")
     INITIAL[f"{_stem}0_{_unit}"] = {f"{_state}0": logs.COLUMNS[logs.HEADERS[_state]][1]}
 
-_MOVING = {"horizontal": ("x", "y", "psi", "u", "v", "r"), "vertical": ("x", "z", "theta", "u", "w", "q")}
+MOVING = {"horizontal": ("x", "y", "psi", "u", "v", "r"), "vertical": ("x", "z", "theta", "u", "w", "q")}
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def find(name: str, vehicle: Vehicle, manoeuvre, channels, noises) -> Nuisance:
     if name in INITIAL:
         ((start, factor),) = INITIAL[name].items()
         state = start[:-1]
-        if state not in _MOVING.get(manoeuvre.subproblem, logs.STATES):
+        if state not in MOVING.get(manoeuvre.subproblem, logs.STATES):
             raise InputError(f"nuisance '{name}': stays zero in the {manoeuvre.subproblem} sub-problem; leave it out")
         value = manoeuvre.initial_state[logs.STATES.index(state)] / factor
         return Nuisance(name, value, factor, INITIAL[name])

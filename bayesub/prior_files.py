@@ -1,17 +1,19 @@
 """Priors and noise models in study files."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-import pandas as pd
 import pydantic
 
-from bayesub import coefficients, likelihoods, logs, priors
+from bayesub import coefficients, inputs, likelihoods, logs, priors
 from bayesub.errors import InputError
 from bayesub.inputs import Positive, Section
 from bayesub.sensors import Channel
 from bayesub.vehicles import Vehicle
+
+LogSd = Annotated[float, pydantic.Field(gt=0, le=10)]  # ten is a factor of 22,000
 
 
 class PriorOfOne(Section):
@@ -22,7 +24,7 @@ class PriorOfOne(Section):
     lower: float | None = None
     upper: float | None = None
     median: float | None = None
-    log_sd: Positive | None = None
+    log_sd: LogSd | None = None
     value: float | None = None
 
     @pydantic.model_validator(mode="after")
@@ -59,7 +61,7 @@ class PriorSection(Section):
     kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "vehicle"]
     sd: Positive | None = None
     half_width: Positive | None = None
-    log_sd: Positive | None = None
+    log_sd: LogSd | None = None
     centre: Literal["vehicle", "perturbed"] = "vehicle"
     perturbation_sd: Positive = 0.25
     given: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
@@ -106,29 +108,36 @@ def _known(names) -> None:
 
 
 def _table(path: Path) -> dict[str, PriorOfOne]:
-    """Priors of a CSV file with the columns coefficient, mean, sd."""
-    try:
-        table = pd.read_csv(path, comment="#", skipinitialspace=True)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not a CSV file: {str(error).strip().splitlines()[-1]}") from None
-    if list(table.columns) != ["coefficient", "mean", "sd"]:
-        found = ",".join(map(str, table.columns))
-        raise InputError(f"{path}: columns must be coefficient,mean,sd, found {found}")
+    """Priors of a CSV file with the columns coefficient, mean, sd; what follows a # is a remark."""
+    lines = enumerate(inputs.read_text(path).splitlines(), start=1)
+    rows = [(n, [cell.strip() for cell in line.partition("#")[0].split(",")]) for n, line in lines]
+    rows = [(n, cells) for n, cells in rows if any(cells)]
+    if not rows:
+        raise InputError(f"{path}: is empty; expected a header line coefficient,mean,sd")
+    (_, header), *rows = rows
+    if header != ["coefficient", "mean", "sd"]:
+        raise InputError(f"{path}: columns must be coefficient,mean,sd, found {','.join(header)}")
     priors_of = {}
-    for line, (name, mean, sd) in enumerate(table.itertuples(index=False), start=2):
+    for line, (name, *numbers) in rows:
         if name not in coefficients.INDEX:
-            near = coefficients.nearest(str(name), coefficients.NAMES)
-            raise InputError(f"{path}: row {line}: unknown coefficient '{name}'{near}")
+            near = coefficients.nearest(name, coefficients.NAMES)
+            raise InputError(f"{path}: line {line}: unknown coefficient '{name}'{near}")
         if name in priors_of:
-            raise InputError(f"{path}: row {line}: coefficient '{name}' is given twice")
-        numbers = [pd.to_numeric(value, errors="coerce") for value in (mean, sd)]
-        if not np.isfinite(numbers).all() or numbers[1] < 0:
-            raise InputError(f"{path}: row {line}: mean and sd must be numbers and sd not negative, found {mean}, {sd}")
-        mean, sd = map(float, numbers)
+            raise InputError(f"{path}: line {line}: coefficient '{name}' is given twice")
+        mean, sd = _mean_and_sd(numbers, f"{path}: line {line}")
         priors_of[name] = PriorOfOne(mean=mean, sd=sd) if sd > 0 else PriorOfOne(value=mean)
     return priors_of
+
+
+def _mean_and_sd(cells: list[str], where: str) -> tuple[float, float]:
+    try:
+        mean, sd = map(float, cells)
+    except ValueError:
+        mean = sd = math.nan
+    if not (math.isfinite(mean) and math.isfinite(sd) and sd >= 0):
+        found = ", ".join(cells) or "nothing"
+        raise InputError(f"{where}: mean and sd must be two numbers and sd not negative, found {found}")
+    return mean, sd
 
 
 class NoiseSection(Section):
@@ -175,10 +184,17 @@ AnyNoiseSection = Annotated[
 ]
 
 
-def noise_models(sections: dict[str, NoiseSection], channels) -> dict[str, object]:
-    """Channel name -> noise model, of sections by column; InputError for a column that no sensor reads."""
-    by_column = {logs.HEADERS[channel.quantity]: channel for channel in channels}
+def noise_models(sections: dict[str, NoiseSection], trials) -> list[dict[str, object]]:
+    """For the channels of each trial: channel name -> noise model, of sections by column.
+
+    Raises InputError for a column that no sensor of any trial reads.
+    """
+    by_column = [{logs.HEADERS[channel.quantity]: channel for channel in channels} for channels in trials]
+    known = {column for columns in by_column for column in columns}
     for column in sections:
-        if column not in by_column:
-            raise InputError(f"noise.{column}: no sensor reads that column{coefficients.nearest(column, by_column)}")
-    return {by_column[column].name: section.build(by_column[column]) for column, section in sections.items()}
+        if column not in known:
+            raise InputError(f"noise.{column}: no sensor reads that column{coefficients.nearest(column, known)}")
+    return [
+        {columns[c].name: section.build(columns[c]) for c, section in sections.items() if c in columns}
+        for columns in by_column
+    ]

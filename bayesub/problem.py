@@ -1,10 +1,12 @@
 """The inference problem: everything that baselines, samplers and identifiability see of a vehicle and its record."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 
 from bayesub import coefficients, likelihoods, logs
+from bayesub.density import Density
 from bayesub.errors import InputError
 from bayesub.nuisance import CURRENTS, Nuisances, find
 from bayesub.priors import Joint, Prior, Spread
@@ -13,7 +15,7 @@ from bayesub.sensors.current import over_ground
 from bayesub.simulate import STATUS, Simulator, Trajectory
 
 
-class Problem:
+class Problem(Density):
     """Free coefficients of a vehicle and nuisance parameters, to be inferred from a record of a manoeuvre.
 
     Parameters
@@ -65,16 +67,9 @@ class Problem:
         self.evaluations = self.jacobians = 0
         self.failures = dict.fromkeys(STATUS[1:], 0)
 
-    @property
-    def n_params(self) -> int:
-        return len(self.names)
-
-    def coefficient_sets(self, parameters) -> np.ndarray:
-        """(n_batch, 101) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""
-        parameters = np.atleast_2d(parameters)
-        sets = np.repeat(self.xi[None], len(parameters), axis=0)
-        sets[:, self.columns] = parameters[:, : self.n_coefficients]
-        return sets
+    def each_trial(self, parameters):
+        """This problem is its only trial, which needs no name."""
+        yield "", self, parameters
 
     def _nuisance_values(self, parameters) -> np.ndarray:
         """(n_batch, n_nuisances) of parameters (n_batch, n_params)."""
@@ -105,6 +100,11 @@ class Problem:
             predicted[:, self._readings.slices[channel]] += factor * values[:, k : k + 1]
         predicted[status != 0] = np.nan
         return predicted
+
+    @property
+    def rows(self) -> dict[str, slice]:
+        """Where the readings of each channel stand among the residuals."""
+        return {c.name: part for c, part in zip(self.record.channels, self._readings.slices, strict=True)}
 
     def residuals(self, parameters) -> np.ndarray:
         """(n_batch, n_rows) standardised residuals, ``(predicted - reading) / sd`` where the noise is normal.
@@ -166,7 +166,8 @@ class Problem:
         current = first(self._nuisances.currents(values))
         moved, effects = ((), None) if self._held is not None else self._nuisances.on_motion()
         names = (*self.names[: self.n_coefficients], *moved)
-        measured = None if current is None else self._fly(parameters, self._readings.measured)[0][0]
+        moving = current is not None or self._readings.displaced
+        measured = self._fly(parameters, self._readings.measured)[0][0] if moving else None
         (xi,) = self.coefficient_sets(parameters)
         sensitivities = self.simulator.sensitivities(xi, names, self._readings.measured, body=body, initial=initial)
         slopes = self._readings.slopes(sensitivities, measured, current)
@@ -252,14 +253,6 @@ class Problem:
         pairs = zip(states, currents, strict=True)
         return np.stack([over_ground(member, self.simulator.times, current) for member, current in pairs])
 
-    def log_prior(self, parameters) -> np.ndarray:
-        """(n_batch,) log prior densities."""
-        return self.prior.log_density(np.atleast_2d(parameters))
-
-    def log_likelihood(self, parameters) -> np.ndarray:
-        """(n_batch,) log likelihoods, -inf where the simulation failed."""
-        return sum(self.log_likelihoods(parameters).values())
-
     def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         parameters = np.atleast_2d(parameters)
@@ -271,9 +264,39 @@ class Problem:
             )
         }
 
-    def log_prob(self, parameters) -> np.ndarray:
-        """(n_batch,) log posterior densities, not normalised."""
-        return self.log_prior(parameters) + self.log_likelihood(parameters)
+    @property
+    def channels(self) -> dict:
+        """Channel name -> channel and its noise model."""
+        pairs = zip(self.record.channels, self.noises, strict=True)
+        return {channel.name: (channel, noise) for channel, noise in pairs}
+
+    def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """(n_batch, n) quantile residuals (:mod:`bayesub.likelihoods`) of each channel whose readings have noise.
+
+        They are not a number where the simulation failed.
+        """
+        parameters = np.atleast_2d(parameters)
+        predicted = self.predicted(parameters)
+        return {
+            channel.name: noise.quantile_residuals(predicted[:, part], self.readings[part], times, rng, **unknown)
+            for channel, (noise, times, part, unknown) in zip(
+                self.record.channels, self._parts(parameters), strict=True
+            )
+            if not isinstance(noise, likelihoods.SetMembership)
+        }
+
+    def replicated(self, parameters, rng: np.random.Generator) -> np.ndarray:
+        """(n_batch, n_readings) readings that each member of parameters (n_batch, n_params) could have made.
+
+        They are not a number where the simulation failed. An sd that is integrated out is taken as it was guessed.
+        """
+        parameters = np.atleast_2d(parameters)
+        readings = self.predicted(parameters)
+        for noise, times, part, unknown in self._parts(parameters):
+            for k, truth in enumerate(readings[:, part]):
+                own = replace(noise, **{attribute: float(values[k]) for attribute, values in unknown.items()})
+                readings[k, part] = own.sample(truth, times, rng)
+        return readings
 
 
 def _without_effect(vehicle, manoeuvre) -> frozenset[str]:

@@ -4,6 +4,7 @@ import numpy as np
 
 from bayesub.kernels.noise import gathered
 from bayesub.sensors.current import carried, carried_slopes
+from bayesub.sensors.lever_arm import TURNING, displaced, displaced_slopes
 
 _ATTITUDE = ("phi", "theta", "psi")
 
@@ -28,7 +29,9 @@ class Readings:
         self.sds = np.repeat([channel.total_sd for channel in channels], lengths)
         self.carried = [c.over_ground and current for c in channels]
         turned = any(here and c.state in "uvw" for here, c in zip(self.carried, channels, strict=True))
-        self.measured = tuple(dict.fromkeys([c.state for c in channels] + list(_ATTITUDE) * turned))
+        self.displaced = any(channel.displaced for channel in channels)
+        turning = [name for channel in channels if channel.displaced for name in TURNING[channel.state]]
+        self.measured = tuple(dict.fromkeys([c.state for c in channels] + list(_ATTITUDE) * turned + turning))
         self._attitude = [self.measured.index(name) for name in _ATTITUDE] if turned else []
         self._rows = [np.searchsorted(self.times, channel.times) for channel in channels]
         # Where each reading stands in the measured outputs of all times, laid out in one row.
@@ -45,13 +48,15 @@ class Readings:
         for part, channel, _, attitude in self._in_current(outputs):
             parts = carried(channel.state, channel.times, attitude)
             predicted[:, part] += (parts @ currents[:, :, None])[..., 0]
+        for part, channel, turning, _ in self._at_lever_arms(outputs):
+            predicted[:, part] += displaced(channel.state, channel.lever_arm_m, turning)
         return predicted
 
     def slopes(self, sensitivities, outputs=None, current=None) -> np.ndarray:
         """(n_readings, n_params) derivatives of one member's readings, of the :attr:`measured` outputs.
 
         sensitivities : (n_times, n_measured, n_params)
-        outputs : (n_times, n_measured), and current : (2,), if there is a current
+        outputs : (n_times, n_measured), if there is a current or a lever arm, and current : (2,), if there is one
         """
         slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
         if current is not None:
@@ -59,6 +64,10 @@ class Readings:
                 if channel.state in "uvw":
                     turning = carried_slopes(channel.state, channel.times, attitude[0], current)
                     slopes[part] += np.einsum("ik,ikn->in", turning, sensitivities[rows][:, self._attitude])
+        if self.displaced:
+            for part, channel, turning, places in self._at_lever_arms(outputs[None]):
+                by_turning = displaced_slopes(channel.state, channel.lever_arm_m, turning[0])
+                slopes[part] += np.einsum("ik,ikn->in", by_turning, sensitivities[places])
         return slopes
 
     def current_slopes(self, outputs) -> np.ndarray:
@@ -77,3 +86,12 @@ class Readings:
                     outputs[:, rows][..., self._attitude] if channel.state in "uvw" else np.zeros((1, len(rows), 3))
                 )
                 yield part, channel, rows, attitude
+
+    def _at_lever_arms(self, outputs):
+        """Slice, channel, what turns the lever arm (n_batch, n, 3) and where that stands in (n_times, n_measured), of
+        each channel that has one."""
+        for part, channel, rows in zip(self.slices, self.channels, self._rows, strict=True):
+            if channel.displaced:
+                columns = [self.measured.index(name) for name in TURNING[channel.state]]
+                places = np.ix_(rows, columns)
+                yield part, channel, outputs[:, places[0], places[1]], places

@@ -7,11 +7,13 @@ from pathlib import Path
 import jinja2
 import numpy as np
 
-from bayesub import coefficients, findings, identifiability
+from bayesub import coefficients, findings, identifiability, remedies
+from bayesub.criticism import criticise
 from bayesub.files import write_text, writing
 from bayesub.inputs import DATA
-from bayesub.linear_systems import linear_systems
+from bayesub.linear_systems import linear_systems, stacked
 from bayesub.plots import coefficients as coefficient_plot
+from bayesub.plots import criticism as criticism_plot
 from bayesub.plots import cross_check as cross_check_plot
 from bayesub.plots import posterior as posterior_plots
 from bayesub.plots import spectrum as spectrum_plot
@@ -20,6 +22,11 @@ from bayesub.problem import Problem
 from bayesub.sampling import Posterior
 
 PREDICTIVE_DRAWS = 100
+ON_BASELINES = {
+    "SQP": "Orange: SQP solutions, all of which fit the track. ",
+    "linear least squares": "Green: linear least squares on noise-free velocities and accelerations, left at the guess "
+    "along null directions. ",
+}
 
 
 def write_report(
@@ -36,10 +43,8 @@ def write_report(
     check : from :func:`bayesub.cross_check`, or None
     """
     folder = Path(folder)
-    trajectory = problem.trajectory(posterior.best)
-    free = problem.names[: problem.n_coefficients]
-    ranks = identifiability.rank(linear_systems(trajectory, free=free), prefer=coefficients.ADDED_MASSES)
-    numbers = findings.collect(problem, estimates, spectrum, posterior, ranks)
+    fit = _criticised(problem, posterior)
+    numbers = _numbers(problem, estimates, spectrum, posterior, fit[0])
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
     numbers["seconds"] = seconds or {}
@@ -48,36 +53,47 @@ def write_report(
         numbers["verdict"]["cross_check"] = check.sentence
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        figures = _draw(folder, problem, estimates, spectrum, posterior, check, numbers)
+        figures = _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         write_text(folder / "report.html", _page(numbers, figures))
 
 
-def _draw(folder, problem, estimates, spectrum, posterior, check, numbers) -> list[dict]:
+def _numbers(problem, estimates, spectrum, posterior, criticism) -> dict:
+    free = problem.names[: problem.n_coefficients]
+    flown = [p.trajectory(best) for _, p, best in problem.each_trial(posterior.best)]
+    systems = stacked([linear_systems(trajectory, free=free) for trajectory in flown])
+    ranks = identifiability.rank(systems, prefer=coefficients.ADDED_MASSES)
+    numbers = findings.collect(problem, estimates, spectrum, posterior, ranks)
+    numbers["criticism"] = criticism.to_json()
+    numbers["verdict"] = {"fit": remedies.sentence(criticism, problem)} | numbers["verdict"]
+    return numbers
+
+
+def _criticised(problem, posterior):
+    """The checks of the residuals at draws from the posterior, those residuals, and their times, by channel."""
+    rng = np.random.default_rng(1)  # so that a report that is written again says the same
+    draws = posterior.draws[rng.choice(len(posterior.draws), PREDICTIVE_DRAWS)]
+    residuals = problem.quantile_residuals(draws, rng)
+    times = {name: problem.channels[name][0].times for name in residuals}
+    return criticise(residuals, times), residuals, times
+
+
+def _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers) -> list[dict]:
     truth, synthetic = findings.reference(problem)
     word = "truth" if synthetic else "vehicle file"
     rng = np.random.default_rng(0)  # which draws are shown; nothing that is quoted depends on it
     draws = posterior.draws[rng.choice(len(posterior.draws), PREDICTIVE_DRAWS)]
     n = problem.n_coefficients
-    predicted, tracks = problem.predicted(draws), problem.motion(draws[:20])
-    true_motion = (problem.predicted(truth)[0], problem.motion(truth)[0]) if synthetic else None
     n_null = numbers["spectrum"]["n_null"]
     figures = [
         (
             "coefficients",
             lambda path: coefficient_plot.draw(path, posterior, problem.prior, truth[:n], estimates, word),
-            f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. Orange: SQP "
-            "solutions, all of which fit the track. Green: linear least squares on noise-free velocities and "
-            "accelerations, left at the guess along null directions. A blue bar as long as the grey one means that the "
-            "data said nothing.",
+            f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. "
+            + "".join(said for method, said in ON_BASELINES.items() if method in {e.method for e in estimates})
+            + "A blue bar as long as the grey one means that the data said nothing.",
         ),
-        (
-            "track",
-            lambda path: track_plot.draw(path, problem.record, predicted, tracks, true_motion),
-            f"The trial and {PREDICTIVE_DRAWS} draws from the posterior, too close to tell apart on the left. On the "
-            "right the readings minus the posterior mean: pure noise if the model fits. The blue band is the "
-            "posterior's own uncertainty of the track, far thinner than the noise, whatever the coefficients do.",
-        ),
+        *[_track(*of_trial, synthetic) for of_trial in problem.each_trial(draws)],
         (
             "spectrum",
             lambda path: spectrum_plot.draw(path, spectrum, n_null),
@@ -98,6 +114,18 @@ def _draw(folder, problem, estimates, spectrum, posterior, check, numbers) -> li
             f"(yellow), as ratios to the {word} (orange lines). Dashed curves are the prior.",
         ),
     ]
+    if fit[1]:
+        figures.append(
+            (
+                "criticism",
+                lambda path: criticism_plot.draw(path, *fit),
+                "Quantile residuals at draws from the posterior, standard normal and independent if the model is "
+                "right. Left, against time at one draw, diamonds where they are beyond the axis. Middle, correlation "
+                "of readings so many intervals apart. Right, histogram of the probability of what is below each "
+                "reading. Between the dashed lines are 99 % of what a right model makes, of each bar by itself. "
+                "Orange: a channel that does not fit.",
+            )
+        )
     if n < problem.n_params:
         figures.append(
             (
@@ -123,6 +151,20 @@ def _draw(folder, problem, estimates, spectrum, posterior, check, numbers) -> li
             draw(folder / f"{name}{suffix}")
         drawn.append({"name": name, "caption": caption, "image": (folder / f"{name}.png").read_bytes()})
     return drawn
+
+
+def _track(name, problem, draws, synthetic):
+    """File, drawing and caption of the track of a trial of name "" or several."""
+    predicted, tracks, truth = problem.predicted(draws), problem.motion(draws[:20]), problem.reference
+    true_motion = (problem.predicted(truth)[0], problem.motion(truth)[0]) if synthetic else None
+    return (
+        f"track_{name}" if name else "track",
+        lambda path: track_plot.draw(path, problem.record, predicted, tracks, true_motion),
+        f"The trial {f'{name} ' if name else ''}and {PREDICTIVE_DRAWS} draws from the posterior, too close to tell "
+        "apart on the left. On the right the readings minus the posterior mean: pure noise if the model fits. The "
+        "blue band is the posterior's own uncertainty of the track, far thinner than the noise, whatever the "
+        "coefficients do.",
+    )
 
 
 def _page(numbers, figures) -> str:

@@ -24,13 +24,20 @@ KINDS = {
 }
 
 
+PRESETS = ("autosub", "thesis_rounding", "tracking_range")
+PLACED = ("lever_arm_m", "clock_offset_s")
+FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outliers alone is none
+
+
 class SensorSection(Section):
-    """What can go wrong with every kind (:class:`bayesub.sensors.Sensor`), besides the keys of its own."""
+    """What every kind may have (:class:`bayesub.sensors.Sensor`), faults and place and clock, besides its own keys."""
 
     dropout: float | None = None
     gaps: tuple[tuple[float, float], ...] | None = None
     outlier_probability: float | None = None
     outlier_scale: float | None = None
+    lever_arm_m: tuple[float, float, float] | None = None
+    clock_offset_s: float | None = None
 
     @pydantic.model_validator(mode="after")
     def _can_exist(self):
@@ -46,7 +53,8 @@ class SensorSection(Section):
 
 
 def _section(kind: str) -> type[SensorSection]:
-    arguments = inspect.signature(KINDS[kind]).parameters.values()
+    # Place and clock are left out of a completed study that gives none, so that earlier runs resume.
+    arguments = [a for a in inspect.signature(KINDS[kind]).parameters.values() if a.name not in PLACED]
     keys = {a.name: (a.annotation, ... if a.default is a.empty else a.default) for a in arguments}
     return pydantic.create_model(f"{kind}_section", __base__=SensorSection, kind=(Literal[kind], ...), **keys)
 

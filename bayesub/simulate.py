@@ -16,6 +16,7 @@ from bayesub.vehicles import Vehicle, load_vehicle
 
 STATUS = ("ok", "diverged", "left_envelope")
 MAX_SPEED_RATIO = 10.0  # a member faster than this many times the trial speed has diverged
+MAX_STEPS = 2_000_000  # of one flight, and of its output times
 STEP_TOLERANCE_M = 0.05  # position change on halving the step that an automatic step must keep
 _UNSET = "of the manoeuvre"
 
@@ -93,6 +94,11 @@ class Simulator:
         self.times = np.array(times, dtype=float)
         if self.times.size == 0 or self.times[0] < 0 or self.times[-1] > manoeuvre.duration * (1 + 1e-12):
             raise InputError(f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s")
+        if not self.times[-1] / self.step <= MAX_STEPS:
+            raise InputError(
+                f"{manoeuvre.name}: {self.times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
+                "shorten the manoeuvre or give a longer step"
+            )
         n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
         starts = np.arange(n_steps + 1) * self.step
         middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
@@ -287,6 +293,10 @@ def simulate(
     if sample is None:
         times = manoeuvre.times
     elif np.isfinite(sample) and 0 < sample <= manoeuvre.duration:
+        if not manoeuvre.duration / sample <= MAX_STEPS:
+            raise InputError(
+                f"an output interval of {sample:g} s gives more than {MAX_STEPS:,} rows; give a longer one"
+            )
         times = np.arange(int(manoeuvre.duration / sample * (1 + 1e-12)) + 1) * sample
     else:
         raise InputError(f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}")
@@ -298,11 +308,13 @@ def simulate(
 def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, attitude: str = "euler") -> float:
     """The largest step of 1, 0.5, 0.2, 0.1, .. s that keeps the position within 5 cm of the one at half the step.
 
-    The search starts at a tenth of a ship length travelled.
+    The search starts at a tenth of a ship length travelled. InputError if a boat that completes the manoeuvre has none.
     """
     times = np.linspace(0.0, manoeuvre.duration, 201)
     ladder = [m * 10.0**e for e in range(1, -5, -1) for m in (5, 2, 1)]
-    for step in (s for s in ladder if s <= 0.1 * vehicle.length_m / vehicle.speed_mps):
+    ladder = [step for step in ladder if step <= 0.1 * vehicle.length_m / vehicle.speed_mps] or ladder[-1:]
+    ladder = [step for step in ladder if 2.0 * manoeuvre.duration / step <= MAX_STEPS] or ladder[:1]
+    for step in ladder:
         coarse, fine = (
             Simulator(vehicle, manoeuvre, times, dt=dt, subproblem=subproblem, attitude=attitude).run(vehicle.xi)[0][
                 0, :, :3
@@ -313,6 +325,11 @@ def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, 
         both = np.isfinite(coarse[:, 0]) & np.isfinite(fine[:, 0])
         if both.any() and np.linalg.norm(coarse[both] - fine[both], axis=1).max() < STEP_TOLERANCE_M:
             return step
+    if both.all():
+        raise InputError(
+            f"{manoeuvre.name}: no step down to {ladder[-1]:g} s keeps the position of '{vehicle.name}' within 5 cm; "
+            "give a step (dt)"
+        )
     return ladder[-1]
 
 

@@ -1,5 +1,6 @@
 """Studies: a TOML file with one inference question, run into a folder that explains itself."""
 
+import hashlib
 import importlib.metadata
 import json
 import os
@@ -12,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 import pydantic
@@ -22,19 +23,19 @@ from bayesub import baselines, coefficients, identifiability, inputs, priors, re
 from bayesub.errors import InputError
 from bayesub.files import LOCK, PARTIAL, locked, write_text, writing
 from bayesub.inputs import Positive, Section
-from bayesub.linear_systems import linear_systems
-from bayesub.manoeuvres import Manoeuvre, load_manoeuvre
-from bayesub.prior_files import AnyNoiseSection, PriorOfOne, PriorSection, noise_models
+from bayesub.joint import JointProblem
+from bayesub.linear_systems import linear_systems, stacked
+from bayesub.prior_files import AnyNoiseSection, PriorSection, noise_models
 from bayesub.problem import Problem
 from bayesub.report import write_report
 from bayesub.sampling import CrossCheck, cross_check, sample
 from bayesub.sampling.posterior import Criteria
 from bayesub.sensor_files import AnySensorSection
-from bayesub.sensors import observe
-from bayesub.simulate import Trajectory, simulate
+from bayesub.trial_files import TrialKeys, TrialSection
+from bayesub.trials import Trial
 from bayesub.vehicles import Vehicle, load_vehicle
 
-COMPUTED = ("versions", "commit", "quick_run")  # keys of config.toml that a study file does not have
+COMPUTED = ("versions", "commit", "quick_run", "data_sha256")  # keys of config.toml that a study file does not have
 STOPPING = tuple(f"sampler.{key}" for key in ("max_steps", "rhat", "ess", "taus"))  # may change before a run is resumed
 CHECKED = "cross_check.json"
 PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
@@ -48,12 +49,6 @@ class FreeSection(Section):
         if isinstance(self.coefficients, str):
             return coefficients.SUBPROBLEMS.get(self.coefficients, coefficients.NAMES)
         return self.coefficients
-
-
-class TruthSection(Section):
-    """What only the simulated trial knows; biases are with the sensors."""
-
-    current_mps: tuple[float, float] = (0.0, 0.0)
 
 
 class BaselinesSection(Section):
@@ -70,35 +65,60 @@ class SamplerSection(Section):
     taus: Positive = 25.0
 
 
-class Study(Section):
-    """The content of a study file. `seed` gives a stream of random numbers each to data, guess, SQP and sampling."""
+class Study(TrialKeys):
+    """The content of a study file. `seed` gives a stream of random numbers each to data, guess, SQP and sampling.
+
+    There is one trial, simulated (`manoeuvre`) or from a log (`data`), or there are several, in `trials`.
+    """
+
+    SOURCES: ClassVar = ("manoeuvre", "data", "trials")
 
     name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
     question: str = ""
     vehicle: str
-    manoeuvre: str
+    trials: tuple[TrialSection, ...] | None = pydantic.Field(default=None, min_length=1)
     seed: int = pydantic.Field(ge=0)
     dt_s: Positive | None = None
-    sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
+    sensors: tuple[AnySensorSection, ...] = ()
     free: FreeSection
     prior: PriorSection
-    nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
     noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
-    truth: TruthSection = TruthSection()
     baselines: BaselinesSection = BaselinesSection()
     sampler: SamplerSection = SamplerSection()
     quick: dict = pydantic.Field(default_factory=dict)
 
+    @pydantic.model_validator(mode="after")
+    def _consistent(self):
+        names = [name for name, *_ in self.each_trial()]
+        for name, trial, sections in self.each_trial():
+            of = f" for trial '{name}'" if name else ""
+            if names.count(name) > 1:
+                raise ValueError(f"two trials are named '{name}'")
+            if not sections:
+                raise ValueError(f"give at least one of [[sensors]]{of}")
+            if trial.data is not None and self.prior.centre == "perturbed":
+                raise ValueError(
+                    "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'; leave it "
+                    "out, the centre is then the vehicle file"
+                )
+        return self
+
+    def each_trial(self) -> Iterator[tuple[str, TrialKeys, tuple]]:
+        """Name ("" for the only one), source and sensor sections of each trial."""
+        if self.trials is None:
+            yield "", self, self.sensors
+        for trial in self.trials or ():
+            yield trial.name, trial, self.sensors if trial.sensors is None else trial.sensors
+
 
 @dataclass(frozen=True)
 class Setup:
-    """A study made ready: the synthetic trial and the problem it poses."""
+    """A study made ready: its trials by name ("" for the only one), and the problem that they pose."""
 
     study: Study
     vehicle: Vehicle
-    manoeuvre: Manoeuvre
-    truth: Trajectory
-    problem: Problem
+    trials: dict[str, Trial]
+    problem: Problem | JointProblem
     sqp_rng: np.random.Generator
     sampler_rng: np.random.Generator
 
@@ -115,47 +135,61 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
             else:
                 content[section] = changes
         study = inputs.validate(content, Study, f"{path} with its [quick] section")
-    return study
+    study = study.located(path.parent)
+    if study.trials is None:
+        return study
+    return study.model_copy(update={"trials": tuple(trial.located(path.parent) for trial in study.trials)})
 
 
 def prepare(study: Study) -> Setup:
-    """Simulate the truth, measure it and pose the problem; the same for the same study, bit for bit."""
+    """Simulate the truth and measure it, or read the logs, and pose the problem; the same for the same study, bit for
+    bit."""
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(study.seed).spawn(4)]
     data_rng, guess_rng, sqp_rng, sampler_rng = streams
     vehicle = load_vehicle(study.vehicle)
-    manoeuvre = load_manoeuvre(study.manoeuvre, vehicle)
-    truth = simulate(vehicle, manoeuvre, dt=study.dt_s)
-    sensors = [section.build() for section in study.sensors]
-    record = observe(truth, sensors, data_rng, current_mps=study.truth.current_mps)
+    trials = {}
+    for name, trial, sections in study.each_trial():
+        nuisance = study.nuisance | trial.nuisance
+        trials[name] = trial.build(vehicle, sections, nuisance, study.dt_s, data_rng)
     centre = vehicle.xi
     if study.prior.centre == "perturbed":
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
     prior, fixed = study.prior.build(centre, vehicle)
     xi = vehicle.xi.copy()
     xi[coefficients.columns(fixed)] = list(fixed.values())
-    problem = Problem(
-        vehicle,
-        manoeuvre,
-        record,
-        free=[name for name in study.free.names if name not in fixed],
-        prior=prior,
-        nuisance={name: _varying(name, one) for name, one in study.nuisance.items()},
-        noise=noise_models(study.noise, record.channels),
-        xi=xi,
-        dt=truth.simulator.step,
-    )
-    return Setup(study, vehicle, manoeuvre, truth, problem, sqp_rng, sampler_rng)
-
-
-def _varying(name: str, section: PriorOfOne) -> priors.Prior:
-    if section.value is not None:
-        raise InputError(f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave the parameter out")
-    return section.build()
+    free = [name for name in study.free.names if name not in fixed]
+    noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
+    problems = {
+        name: Problem(
+            vehicle,
+            trial.manoeuvre,
+            trial.record,
+            free=free,
+            prior=prior,
+            nuisance=trial.nuisance,
+            noise=noise,
+            xi=xi,
+            dt=trial.truth.simulator.step if trial.truth else study.dt_s,
+        )
+        for (name, trial), noise in zip(trials.items(), noises, strict=True)
+    }
+    problem = problems[""] if study.trials is None else JointProblem(problems)
+    return Setup(study, vehicle, trials, problem, sqp_rng, sampler_rng)
 
 
 def completed(study: Study, *, quick: bool) -> dict:
     """The study with every default filled in, and what else the result depends on."""
-    return study.model_dump(exclude_none=True, mode="json") | environment(quick=quick)
+    return study.model_dump(exclude_none=True, mode="json") | environment(quick=quick) | _digests(study)
+
+
+def _digests(study: Study) -> dict:
+    """The SHA-256 of each log, so that a run is not continued with another."""
+    paths = [trial.data for _, trial, _ in study.each_trial() if trial.data is not None]
+    digests = {}
+    for path in paths:
+        with inputs.reading(Path(path)), Path(path).open("rb") as file:
+            digests[path] = hashlib.file_digest(file, "sha256").hexdigest()
+    return {"data_sha256": digests} if digests else {}
 
 
 def environment(*, quick: bool) -> dict:
@@ -175,7 +209,7 @@ def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> Ite
     if resume:
         if not file.exists():
             raise InputError(f"{folder}: holds no run to resume; leave out --resume")
-        difference = _first_difference(inputs.read_toml_table(file), config)
+        difference = first_difference(inputs.read_toml_table(file), config, but=STOPPING)
         if difference:
             raise InputError(f"{folder}: cannot be resumed: {difference}; use --force to start afresh")
     elif file.exists() and not force:
@@ -197,42 +231,46 @@ def _content(folder: Path) -> list[Path]:
     return [path for path in folder.iterdir() if path.name != LOCK and not path.name.endswith(PARTIAL)]
 
 
-def _first_difference(saved: dict, config: dict) -> str:
-    before, now = (_decisive(c) for c in (saved, tomllib.loads(tomli_w.dumps(config))))
+def first_difference(saved: dict, config: dict, but: tuple[str, ...] = ()) -> str:
+    """The first entry in which two configs differ, as text, besides the commit and those `but`; empty if none does."""
+    before, now = (_flat(c, but) for c in (saved, tomllib.loads(tomli_w.dumps(config))))
     for key in [key for key in before | now if before.get(key) != now.get(key)]:
         return f"{key} was {before.get(key)!r} and is now {now.get(key)!r}"
     return ""
 
 
-def _decisive(config: dict) -> dict:
-    """The entries of a config on which the draws depend, with the keys of tables written as table.key."""
+def _flat(config: dict, but: tuple[str, ...]) -> dict:
+    """The entries of a config, with the keys of tables written as table.key."""
     flat = {}
     for key, value in config.items():
         if key not in ("commit", "quick"):
             flat |= {f"{key}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {key: value}
-    return {key: value for key, value in sorted(flat.items()) if key not in STOPPING}
+    return {key: value for key, value in sorted(flat.items()) if key not in but}
 
 
 def run(study: Study, folder: Path, *, check: bool = False, progress=None) -> bool:
     """Do the work of a study in an opened folder; True if the posterior converged and the check agrees, if any.
 
     check : sample with NUTS too and compare
-    progress : object with ``stage(name)``, called when a stage begins, and ``update(fraction, text)``
+    progress : object with ``stage(name)``, called when a stage begins, and ``update(fraction, text)``; a text
+        that begins "3 of 5" counts items, whose rate is shown
     """
     began = time.perf_counter()
     progress = progress or _Silent()
-    progress.stage("simulate and measure the truth")
+    progress.stage("simulate or read the trials")
     setup = prepare(study)
     problem = setup.problem
-    problem.record.save(folder / "record.csv")
+    for name, trial in setup.trials.items():
+        trial.record.save(folder / (f"record_{name}.csv" if name else "record.csv"))
     problem.predicted(np.repeat(problem.prior.mean[None], 16, axis=0))  # compiles, so that nothing below does
     seconds = {"simulation and compilation": time.perf_counter() - began}
 
     estimates = []
-    if study.baselines.linear_least_squares:
+    truths = [trial.truth for trial in setup.trials.values()]
+    if study.baselines.linear_least_squares and all(truths):  # a log has no noise-free motion
         progress.stage("linear least squares")
         plain = problem.naive()
-        systems = linear_systems(setup.truth, free=plain.names)
+        systems = stacked([linear_systems(truth, free=plain.names) for truth in truths])
         guess = dict(zip(plain.names, plain.prior.mean, strict=True))
         estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
         seconds["linear least squares"] = estimates[-1].seconds
@@ -287,6 +325,8 @@ def redraw(folder: Path) -> bool:
     for name in ("posterior.nc", "estimates.json", "numbers.json"):
         if not (folder / name).exists():
             raise InputError(f"{folder}: {name} is missing, the run has not finished; continue it with --resume")
+    if content.get("data_sha256", {}) != _digests(study).get("data_sha256", {}):
+        raise InputError(f"{folder}: the log has changed since the run; run the study again")
     setup = prepare(study)
     posterior = results.load(folder / "posterior.nc")
     try:

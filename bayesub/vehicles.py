@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from bayesub import coefficients, inputs
 from bayesub.errors import InputError
-from bayesub.inputs import Positive, Section
+from bayesub.inputs import Density, Length, Positive, Section, Speed
 from bayesub.kernels import layout
 
 GRAVITY_MPS2 = 9.81
@@ -21,7 +21,7 @@ Vector9 = Annotated[tuple[float, ...], pydantic.Field(min_length=9, max_length=9
 
 
 class TrialSection(Section):
-    speed_mps: Positive
+    speed_mps: Speed
     depth_m: float = 0.0
 
 
@@ -35,8 +35,8 @@ class InertiaSection(Section):
 
 
 class BodySection(Section):
-    length_m: Positive
-    water_density_kgm3: Positive
+    length_m: Length
+    water_density_kgm3: Density
     mass_kg: Positive
     neutrally_buoyant: bool = True
     buoyancy_n: Positive | None = None
@@ -48,6 +48,13 @@ class BodySection(Section):
     def _one_buoyancy(self):
         if self.neutrally_buoyant == (self.buoyancy_n is not None):
             raise ValueError("give either neutrally_buoyant = true or neutrally_buoyant = false with buoyancy_n")
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _centres_aboard(self):
+        for key in ("centre_of_gravity_m", "centre_of_buoyancy_m"):
+            if max(map(abs, getattr(self, key))) > self.length_m:
+                raise ValueError(f"{key} lies further than length_m from the origin")
         return self
 
 
@@ -116,14 +123,14 @@ class LinearKTSection(OpenWaterSection):
 
 
 def _model_of(section) -> str:
-    return section.get("model", "polynomial") if isinstance(section, dict) else section.model
+    return section.get("model", "polynomial") if isinstance(section, dict) else getattr(section, "model", None)
 
 
 class ActuatorsSection(Section):
     rate_deg_s: Positive
     time_constant_s: Positive
-    rudder_limit_deg: Positive
-    plane_limit_deg: Positive
+    rudder_limit_deg: float = pydantic.Field(gt=0, le=90)
+    plane_limit_deg: float = pydantic.Field(gt=0, le=90)
 
 
 class CoefficientSection(Section):

@@ -140,8 +140,12 @@ def test_suboff_from_its_outline(suboff):
         (TORPEDO, [{"name": "none", "from_m": 1.0, "to_m": 2.0}], "give at least one of top_m, bottom_m, side_m"),
         ({"shape": "offsets", "station_m": [1.0, 2.0], "radius_m": [1.0, 1.0]}, [], "station_m must ascend from 0"),
         ({"shape": "offsets", "station_m": [0.0, 2.0], "radius_m": [1.0]}, [], "radius_m needs 2 radii"),
-        (TORPEDO | {"length_m": 1e200, "diameter_m": 1e200}, [], "too large, too small or undefined"),
-        (TORPEDO | {"diameter_m": 1e-200}, [], "too large, too small or undefined"),
+        (
+            TORPEDO | {"length_m": 1e200, "diameter_m": 1e200},
+            [],
+            "hull.length_m': input should be less than or equal to 1000",
+        ),
+        (TORPEDO | {"diameter_m": 1e-200}, [], "hull.diameter_m': input should be greater than or equal to 0.01"),
     ],
 )
 def test_refused(tmp_path, hull, fins, sentence):

@@ -6,6 +6,7 @@ import pytest
 import bayesub as bs
 from bayesub.baselines import gauss_newton
 from bayesub.joint import JointProblem
+from bayesub.linear_systems import linear_systems, stacked
 from bayesub.priors import normal, relative_normal
 
 FREE = ("Xuu", "Yuv", "Yuu_dr", "Nuv", "Nuu_dr", "Nur")
@@ -77,3 +78,27 @@ def test_trials_must_belong_together(trials, suboff, spiral):
         JointProblem({"a": trials["spiral"], "b": other})
     with pytest.raises(bs.InputError, match="at least one trial"):
         JointProblem({})
+
+
+def test_the_body_is_one_in_all_trials(trials, suboff, spiral):
+    """An inertia that one trial infers and another holds, or other fixed coefficients, make no joint problem."""
+    record = trials["spiral"].record
+    other = bs.Problem(suboff, spiral, record, free=FREE, prior=PRIOR, dt=1.0)
+    with pytest.raises(bs.InputError, match="free the same body"):
+        JointProblem({"a": trials["spiral"], "b": other})
+
+
+def test_null_directions_of_two_trials_are_those_of_both(suboff, spiral_track):
+    """The linear forms stand one below the other: their null space is the intersection, and columns add."""
+    zigzag = bs.simulate(suboff, bs.load_manoeuvre("zigzag_20_20", suboff), dt=0.5)
+    first, second = linear_systems(spiral_track), linear_systems(zigzag)
+    both = stacked([first, second])
+    for axis, system in both.items():
+        lengths = [np.linalg.norm(systems[axis].matrix, axis=0) for systems in (first, second)]
+        np.testing.assert_allclose(np.linalg.norm(system.matrix, axis=0), np.hypot(*lengths), rtol=1e-12)
+        xi = suboff.xi[bs.coefficients.columns(system.names)]
+        scale = np.abs(system.matrix * xi).max()
+        np.testing.assert_allclose(system.matrix @ xi, system.load, atol=1e-9 * scale)
+    alone = [bs.identifiability.rank(systems)["N"].null_dimension for systems in (first, second)]
+    assert bs.identifiability.rank(both)["N"].null_dimension <= min(alone)
+    assert stacked([first]) is first

@@ -357,3 +357,30 @@ def test_reading_noise_picks_the_model():
     """Zero sd or zero resolution are limits with models of their own."""
     models = [reading_noise(0.0, 0.1), reading_noise(0.2), reading_noise(0.2, 0.1)]
     assert models == [SetMembership(0.1), Gaussian(0.2), Rounded(0.2, 0.1)]
+
+
+@pytest.mark.parametrize("noise", [*SMOOTH, UnknownSd(0.3)], ids=[*NAMES[:-1], "UnknownSd"])
+def test_quantile_residuals_at_the_truth_are_standard_normal_and_independent(noise, truth, times, rng):
+    """Over 2000 simulated records: uniform probabilities, no correlation of neighbours, sums of squares chi-square."""
+    found = [noise.quantile_residuals(truth[None], noise.sample(truth, times, rng), times, rng)[0] for _ in range(2000)]
+    found = np.array(found)
+    assert stats.kstest(found.ravel(), "norm").pvalue > 1e-3
+    assert stats.kstest(np.sum(found**2, axis=1), stats.chi2(40).cdf).pvalue > 1e-3
+    # a correlation of 78,000 pairs: four standard errors
+    assert abs(np.mean(found[:, 1:] * found[:, :-1])) < 4 / np.sqrt(78_000)
+
+
+@pytest.mark.parametrize("noise", SMOOTH, ids=NAMES[:-1])
+def test_quantile_residuals_grow_with_the_reading_into_the_far_tails(noise, rng):
+    """Signs are those of reading less prediction; forty sd out they are finite and large."""
+    times, errors = np.arange(5.0), np.array([-12.0, -1.5, 0.0, 1.5, 12.0])
+    (found,) = noise.quantile_residuals(np.zeros((1, 5)), errors, times, rng)
+    assert np.isfinite(found).all()
+    assert found[0] < -3
+    assert found[-1] > 3
+    if isinstance(noise, Gaussian):
+        np.testing.assert_allclose(found, errors / noise.sd, rtol=1e-14)
+    if isinstance(noise, Rounded):
+        assert np.all(np.abs(noise.sd * found[[0, -1]] - errors[[0, -1]]) <= 0.5 * noise.resolution)
+    if isinstance(noise, StudentT):
+        np.testing.assert_allclose(stats.norm.cdf(found), stats.t.cdf(errors / noise.sd, noise.dof), rtol=1e-9)

@@ -49,3 +49,6 @@ def test_readings_that_are_missing(suboff, spiral_track, rng):
     sensors = bs.sensors.modified(bs.sensors.autosub(), ["vdot"], interval_s=2.0)
     with pytest.raises(bs.InputError, match="'vdot_mps2' have times of their own; give one interval"):
         recorded(bs.observe(spiral_track, sensors, rng), spiral_track.simulator, suboff.xi)
+    sensors = bs.sensors.modified(bs.sensors.autosub(), ["v_ground"], lever_arm_m=(-30.0, 0.0, 0.0))
+    with pytest.raises(bs.InputError, match="'v_mps' is measured at a lever arm"):
+        recorded(bs.observe(spiral_track, sensors, rng), spiral_track.simulator, suboff.xi)

@@ -160,10 +160,10 @@ def test_refused(prepared, text, sentence):
 @pytest.mark.parametrize(
     ("rows", "sentence"),
     [
-        ("Yuv,-0.03,0.002\nYuv,-0.03,0.002\n", "row 3: coefficient 'Yuv' is given twice"),
-        ("Yu,-0.03,0.002\n", "row 2: unknown coefficient 'Yu'"),
-        ("Yuv,-0.03,-0.002\n", "row 2: mean and sd must be numbers and sd not negative"),
-        ("Yuv,-0.03,\n", "row 2: mean and sd must be numbers"),
+        ("Yuv,-0.03,0.002\nYuv,-0.03,0.002\n", "line 3: coefficient 'Yuv' is given twice"),
+        ("Yu,-0.03,0.002\n", "line 2: unknown coefficient 'Yu'"),
+        ("Yuv,-0.03,-0.002\n", "line 2: mean and sd must be two numbers and sd not negative"),
+        ("Yuv,-0.03,\n", "line 2: mean and sd must be two numbers"),
         ("Yuv,1,1\nNuv,1,1\nNur,1,1\n", "contradict each other"),
     ],
 )

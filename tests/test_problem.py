@@ -1,5 +1,6 @@
 """The inference problem and the linear form of the equations of motion."""
 
+import copy
 from dataclasses import replace
 
 import numpy as np
@@ -234,3 +235,28 @@ def test_measured_motion_keeps_its_columns(suboff):
     rounded = measure(track, velocity_resolution=0.01, acceleration_resolution=1e-3)
     exact, coarse = linear_systems(track), linear_systems(rounded)
     assert {axis: system.names for axis, system in coarse.items()} == {a: s.names for a, s in exact.items()}
+
+
+def test_replicated_readings_have_standard_normal_quantile_residuals(mixed, suboff, spiral, problem, rng):
+    """At the parameters that made them, whatever the noise; an sd that is sampled is each member's own."""
+    given = {"nuisance": {"sd_x_m": bs.priors.log_normal(0.5, 1.0)}, "free": ("Xuu", "Nuv"), "dt": 1.0}
+    sampled = bs.Problem(suboff, spiral, problem.record, prior=bs.priors.relative_normal(0.25), **given)
+    for one in (mixed, sampled):
+        parameters = np.repeat(one.prior.mean[None], 2, axis=0)
+        if one is sampled:
+            parameters[1, -1] = 5.0
+        for k, readings in enumerate(one.replicated(parameters, rng)):
+            again = copy.copy(one)
+            again.readings = readings
+            for name, residuals in again.quantile_residuals(parameters[k], rng).items():
+                assert stats.kstest(residuals[0], "norm").pvalue > 1e-4, name
+    apart = one.replicated(parameters, rng) - one.predicted(parameters)
+    # an sd of 300 readings, to four standard errors
+    np.testing.assert_allclose(apart[:, :300].std(axis=1) / parameters[:, -1], 1.0, atol=4 / np.sqrt(600))
+
+
+def test_failed_simulations_have_no_residuals(problem, rng):
+    parameters = problem.prior.mean[None].copy()
+    parameters[0, problem.names.index("Xuu")] = 0.1  # drag that accelerates
+    assert all(np.isnan(part).any() for part in problem.quantile_residuals(parameters, rng).values())
+    assert np.isnan(problem.replicated(parameters, rng)).any()

@@ -50,7 +50,9 @@ def test_each_kind_is_what_it_is_in_python(section, expected):
     completed = loaded.model_dump(exclude_none=True, mode="json")
     assert inputs.validate(completed, study.Study, "config.toml") == loaded
     faults = {"dropout": 0.1, "gaps": [[10.0, 20.0]], "outlier_scale": 4.0}
-    faulty = sensors.modified(expected, dropout=0.1, gaps=((10.0, 20.0),), outlier_scale=4.0)
+    faults |= {"lever_arm_m": [1.0, 0.0, -0.5], "clock_offset_s": 0.3}
+    placed = {"lever_arm_m": (1.0, 0.0, -0.5), "clock_offset_s": 0.3}
+    faulty = sensors.modified(expected, dropout=0.1, gaps=((10.0, 20.0),), outlier_scale=4.0, **placed)
     assert read(section | faults).sensors[0].build() == faulty
 
 
@@ -71,8 +73,11 @@ def test_a_completed_track_has_the_keys_that_it_always_had():
 @pytest.mark.parametrize(
     ("section", "message"),
     [
-        ({"kind": "trak"}, "'sensors.0': input tag 'trak' .* expected tags: 'track', 'sensor', 'pressure'"),
-        ({}, "'sensors.0': unable to extract tag using discriminator 'kind'"),
+        (
+            {"kind": "trak"},
+            "'sensors.0.kind': unknown 'trak': did you mean 'track'.; expected one of track, sensor, pressure",
+        ),
+        ({}, "'sensors.0.kind' is missing"),
         ({"kind": "dvl", "sd_mps": 0.1, "resolution_mpss": 1}, "unknown key .* did you mean 'resolution_mps'"),
         ({"kind": "dvl"}, "'sensors.0': sensor 'u_ground_mps': sd and resolution are both zero; give"),
         ({"kind": "sensor", "column": "u_kts", "sd": 1.0}, "'sensors.0': sensor: unknown quantity or unit 'u_kts'"),

@@ -16,6 +16,7 @@ from bayesub.sampling import sampler
 
 SMALL = """
 name = "small"
+question = "Is <script>alert(1)</script> & 'this' a question?"
 vehicle = "auv690"
 manoeuvre = "horizontal"
 seed = 3
@@ -73,10 +74,13 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
     for row in numbers["parameters"]:  # the truth is a plausible draw: within five posterior sd
         assert abs(row["mean"] - row["reference"]) < 5 * row["sd"]
 
+    assert numbers["criticism"]["fits"]
     page = (folder / "report.html").read_text()
+    assert page.count("<script") == 1  # that which sorts the tables
+    assert "Is &lt;script&gt;alert(1)&lt;/script&gt; &amp;" in page
     assert "http" not in page.replace('xmlns="http', "")
     assert page.index("Converged.") < page.index("<img")
-    for name in ("coefficients", "track", "spectrum", "correlation", "corner"):
+    for name in ("coefficients", "track", "criticism", "spectrum", "correlation", "corner"):
         assert (folder / f"{name}.png").stat().st_size > 5000
         assert (folder / f"{name}.pdf").read_bytes().startswith(b"%PDF")
 

@@ -273,7 +273,7 @@ def test_from_an_outline_to_a_card(bayesub, tmp_path, monkeypatch):
         (("new", "vehicle", "mine"), "exists already"),
         (("new", "vehicle", "x", "--from", "suboff", "--geometry", "mine_hull.toml"), "exclude each other"),
         (("new", "vehicle", "x", "--from", "subof"), "did you mean 'suboff'"),
-        (("check", "suboff", "npsauv", "--card", "two.png"), "--card draws one vehicle, found 2"),
+        (("check", "suboff", "npsauv", "--card", "two.png"), "--card draws one vehicle or study, found 2"),
         (("check", "absent.toml"), "cannot be read"),
         (("check", "suboff", "--card", "absent/card.png"), "absent/card.png: cannot be drawn"),
         (("check", "suboff", "--card", "card.boat"), "card.boat: cannot be drawn"),

@@ -1,6 +1,5 @@
 """Correlations and joint marginals of the posterior."""
 
-import corner
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
@@ -41,6 +40,8 @@ def corner_parameters(posterior, n: int) -> np.ndarray:
 
 def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> None:
     """Joint marginals of the best and the worst known coefficients as ratios to `reference` (n_coefficients,)."""
+    import corner  # here, since it imports all of ArviZ
+
     chosen = corner_parameters(posterior, len(reference))
     draws = ratios(posterior.draws, reference, prior)[:, chosen]
     draws = draws[rng.choice(len(draws), min(CORNER_DRAWS, len(draws)), replace=False)]

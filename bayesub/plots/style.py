@@ -34,11 +34,20 @@ _PLAIN_UNITS = ("m", "deg", "s", "kg")
 
 
 def with_unit(column: str) -> str:
-    """The label of a column or parameter whose name ends with its unit: ``yaw0_deg`` is ``yaw0 (deg)``."""
-    words = column.split("_")
+    """The label of a column or parameter whose name ends with its unit: ``yaw0_deg`` is ``yaw0 (deg)``.
+
+    The trial to which it belongs may follow in brackets, as in ``yaw0_deg[first]``.
+    """
+    name, bracket, trial = column.partition("[")
+    words, trial = name.split("_"), f" {bracket}{trial}" if bracket else ""
     if len(words) > 1 and (words[-1] in _UNITS or words[-1] in _PLAIN_UNITS):
-        return f"{' '.join(words[:-1])} ({_UNITS.get(words[-1], words[-1])})"
-    return " ".join(words)
+        return f"{' '.join(words[:-1])} ({_UNITS.get(words[-1], words[-1])}){trial}"
+    return " ".join(words) + trial
+
+
+def plain(text: str) -> str:
+    """A text of a user's, none of which is a formula."""
+    return text.replace("$", r"\$")
 
 
 @contextmanager

@@ -21,6 +21,7 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
     channels = record.channels
     true_readings, true_track = truth if truth is not None else (None, None)
     dives = np.ptp(tracks[0, :, 2]) > 0.01 * np.ptp(tracks[0, :, :2], axis=0).max()
+    last = max(channel.times[-1] for channel in channels)
     below = len(channels) if not dives else -(-len(channels) // 2)
     rows = [["from above" if k < below else "from aside", c.name] for k, c in enumerate(channels)]
     with style.figure(path, 9.0, max(4.6, 1.25 * len(channels))) as figure:
@@ -44,6 +45,7 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
                 axis.plot(channel.times, off, color=style.TRUTH, lw=0.8, label="truth")
             axis.set_ylabel(name)
             axis.set_ylim(-4.2 * sd, 4.2 * sd)
+            axis.set_xlim(-0.02 * last, 1.02 * last)
             axis.tick_params(labelbottom=channel is channels[-1])
         axes[channels[0].name].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
         axes[channels[-1].name].set_xlabel("time (s)")
@@ -60,8 +62,10 @@ def _labelled(channel) -> tuple[str, float]:
 
 def _draw_path(axis, record, tracks, truth):
     by_state = {channel.state: channel for channel in record.channels}
-    if {"x", "y"} <= by_state.keys() and np.array_equal(by_state["x"].times, by_state["y"].times):
-        axis.plot(by_state["y"].values, by_state["x"].values, ".", ms=2.5, color=style.READINGS)
+    if {"x", "y"} <= by_state.keys():
+        _, *both = np.intersect1d(by_state["x"].times, by_state["y"].times, return_indices=True)
+        x, y = (by_state[state].values[places] for state, places in zip("xy", both, strict=True))
+        axis.plot(y, x, ".", ms=2.5, color=style.READINGS)
     axis.plot(tracks[:20, :, 1].T, tracks[:20, :, 0].T, color=style.POSTERIOR, lw=1.2)
     if truth is not None:
         axis.plot(truth[:, 1], truth[:, 0], color=style.TRUTH, lw=0.8)
@@ -92,7 +96,7 @@ def draw_simulated(trajectory, name: str, path) -> None:
         axes["track"].plot(states[:, 1], states[:, 0], color=style.POSTERIOR)
         axes["track"].plot(states[0, 1], states[0, 0], "o", color=style.TRUTH, ms=4)
         axes["track"].set_aspect("equal", adjustable="datalim")
-        axes["track"].set(xlabel="east (m)", ylabel="north (m)", title=f"{name}: track from above")
+        axes["track"].set(xlabel="east (m)", ylabel="north (m)", title=f"{style.plain(name)}: track from above")
         axes["depth"].plot(times, states[:, 2], color=style.POSTERIOR)
         axes["depth"].set_ylabel("depth (m)")
         axes["depth"].invert_yaxis()

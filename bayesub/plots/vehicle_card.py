@@ -21,7 +21,7 @@ def draw(card, path) -> None:
         _draw_coefficients(below, boat)
         n = len(card.warnings)
         told = "no warnings" if n == 0 else f"{n} warning{'s' if n > 1 else ''}"
-        figure.suptitle(f"{boat.name}: {boat.length_m:g} m at {boat.speed_mps:g} m/s, {told}", fontsize=11)
+        figure.suptitle(f"{style.plain(boat.name)}: {boat.length_m:g} m at {boat.speed_mps:g} m/s, {told}", fontsize=11)
 
 
 def _way(card, key) -> np.ndarray:
@@ -88,7 +88,7 @@ def _draw_coefficients(figure, boat):
         values = boat.xi[rows]
         for sign, marker in ((1.0, "+"), (-1.0, "_")):
             chosen = np.sign(values) == sign
-            label = f"{boat.name}, {'positive' if sign > 0 else 'negative'}"
+            label = f"{style.plain(boat.name)}, {'positive' if sign > 0 else 'negative'}"
             drawn = np.clip(np.abs(values[chosen]), SMALLEST, LARGEST)
             panel.plot(places[chosen], drawn, marker, ms=9, mew=2.0, color=style.TRUTH, ls="", label=label)
         zero = values == 0.0

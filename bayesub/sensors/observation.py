@@ -6,7 +6,8 @@ from bayesub.coefficients import ACCELERATIONS
 from bayesub.errors import InputError
 from bayesub.logs import COLUMNS, HEADERS, STATES
 from bayesub.sensors.current import over_ground
-from bayesub.sensors.record import Channel, Record
+from bayesub.sensors.lever_arm import TURNING, displaced
+from bayesub.sensors.record import Record, channel_of
 from bayesub.sensors.sensor import QUANTITIES, flat
 
 
@@ -41,9 +42,10 @@ def observe(
         in_water, on_ground = motions[key]
         quantity = QUANTITIES[sensor.quantity]
         truth = (on_ground if quantity.over_ground else in_water)[quantity.state]
-        times, values = sensor.read(times, truth, rng)
-        sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
-        channels.append(Channel(sensor.quantity, times, values, sd, resolution))
+        if sensor.lever_arm_m is not None and quantity.state in TURNING:
+            turning = np.stack([in_water[name] for name in TURNING[quantity.state]], axis=-1)
+            truth = truth + displaced(quantity.state, sensor.lever_arm_m, turning)
+        channels.append(channel_of(sensor, *sensor.read(times, truth, rng)))
         column = HEADERS[sensor.quantity]
         unit = sensor.factor / COLUMNS[column][1]
         nuisances |= {f"bias_{column}": unit * sensor.bias, f"sd_{column}": unit * sensor.sd}

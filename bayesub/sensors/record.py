@@ -7,7 +7,8 @@ import numpy as np
 
 from bayesub import logs
 from bayesub.errors import InputError
-from bayesub.sensors.sensor import QUANTITIES, channel_name, flat
+from bayesub.sensors.lever_arm import TURNING
+from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat
 
 _TURN = 2.0 * np.pi
 
@@ -19,6 +20,8 @@ class Channel:
     quantity : short name, a key of :data:`bayesub.sensors.QUANTITIES`
     times : (n,) s, and values : (n,)
     sd, resolution : standard deviation of the noise, and the step to which noisy values were then rounded, or 0
+    lever_arm_m : (3,) place of the sensor from the body origin, and clock_offset_s : how far its clock is ahead; a file
+        stamps a reading with its time plus that
     """
 
     quantity: str
@@ -26,6 +29,8 @@ class Channel:
     values: np.ndarray
     sd: float
     resolution: float = 0.0
+    lever_arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    clock_offset_s: float = 0.0
 
     @property
     def name(self) -> str:
@@ -46,6 +51,18 @@ class Channel:
     def total_sd(self) -> float:
         """Standard deviation of noise and rounding error, as if they were independent: sqrt(sd^2 + resolution^2/12)."""
         return np.hypot(self.sd, self.resolution / np.sqrt(12.0)).item()
+
+    @property
+    def displaced(self) -> bool:
+        """Whether the readings contain a lever arm (:mod:`bayesub.sensors.lever_arm`)."""
+        return any(self.lever_arm_m) and self.state in TURNING
+
+
+def channel_of(sensor: Sensor, times, values) -> Channel:
+    """The channel of a sensor with readings (n,) at times (n,), SI units."""
+    sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
+    place = sensor.lever_arm_m or (0.0, 0.0, 0.0)
+    return Channel(sensor.quantity, times, values, sd, resolution, tuple(place), sensor.clock_offset_s)
 
 
 @dataclass(frozen=True)
@@ -74,17 +91,22 @@ class Record:
     def n_readings(self) -> int:
         return sum(len(channel.times) for channel in self.channels)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, manoeuvre=None) -> None:
         """Write the readings as a CSV with units in the column names; a missing reading is an empty cell.
 
-        Times that are the same to the digits of the file share a row.
+        Times that are the same to the digits of the file share a row. With a `manoeuvre` its controls are written too,
+        in rows of their own times: the file is then the log of a trial, which a study reads as its `data`.
         """
-        written = [np.char.mod(logs.WRITTEN, channel.times).astype(float) for channel in self.channels]
+        columns = [(c.quantity, c.times + c.clock_offset_s, c.values) for c in self.channels]
+        if manoeuvre is not None:
+            controls = zip((*logs.CONTROLS, "rpm"), (*manoeuvre.controls.T, manoeuvre.rpm), strict=True)
+            columns += [(name, manoeuvre.times, values) for name, values in controls]
+        written = [np.char.mod(logs.WRITTEN, times).astype(float) for _, times, _ in columns]
         times = np.unique(np.concatenate(written))
         log = {"time": times}
-        for channel, own in zip(self.channels, written, strict=True):
-            log[channel.quantity] = np.full(len(times), np.nan)
-            log[channel.quantity][np.searchsorted(times, own)] = channel.values
+        for (name, _, values), own in zip(columns, written, strict=True):
+            log[name] = np.full(len(times), np.nan)
+            log[name][np.searchsorted(times, own)] = values
         logs.write_log(Path(path), log)
 
     @classmethod
@@ -102,28 +124,31 @@ class Record:
         Parameters
         ----------
         sensors : whatever :func:`observe` takes, one sensor for each column, with the noise sd and resolution of its
-            readings; their other settings play no part
+            readings, lever arm and clock offset; their other settings play no part
 
         Raises InputError for a file that does not fit, and for a column without sensor or a sensor without column.
         """
-        log = logs.read_log(Path(path))
+        return cls.of_log(logs.read_log(Path(path)), sensors, path, start_heading_deg=start_heading_deg)
+
+    @classmethod
+    def of_log(cls, log, sensors, source, *, start_heading_deg: float = 0.0) -> "Record":
+        """The readings of a log from :func:`bayesub.logs.read_log`, as :meth:`load`; `source` is named in errors."""
         by_quantity = {sensor.quantity: sensor for sensor in flat(sensors)}
         for quantity in log:
             if quantity in QUANTITIES and quantity not in by_quantity:
                 column = logs.HEADERS[quantity]
-                raise InputError(f"{path}: column '{column}' has no sensor; add one for it or delete the column")
+                raise InputError(f"{source}: column '{column}' has no sensor; add one for it or delete the column")
         channels = []
         for quantity, sensor in by_quantity.items():
             if quantity not in log:
-                raise InputError(f"{path}: column '{sensor.column}' is missing; add it or leave out its sensor")
+                raise InputError(f"{source}: column '{sensor.column}' is missing; add it or leave out its sensor")
             given = np.isfinite(log[quantity])
             if not given.any():
-                raise InputError(f"{path}: column '{sensor.column}' has no readings; leave it and its sensor out")
+                raise InputError(f"{source}: column '{sensor.column}' has no readings; leave it and its sensor out")
             values = log[quantity][given]
             if QUANTITIES[quantity].state == "psi":
                 values = _unwrapped(values, np.radians(start_heading_deg))
-            sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
-            channels.append(Channel(quantity, log["time"][given], values, sd, resolution))
+            channels.append(channel_of(sensor, log["time"][given] - sensor.clock_offset_s, values))
         return cls(tuple(channels))
 
 

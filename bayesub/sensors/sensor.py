@@ -9,6 +9,8 @@ from bayesub.coefficients import ACCELERATIONS, nearest
 from bayesub.errors import InputError
 from bayesub.logs import COLUMNS, HEADERS, STATES
 
+MAX_READINGS = 1_000_000
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -46,6 +48,10 @@ class Sensor:
     interval_s : one reading every so many seconds, the first after one interval
     times : (n,) ascending times of the readings in s, instead of the interval
     gaps : (start, end) in s; readings from start to end are missing
+    lever_arm_m : where the sensor is, ahead, to starboard and down from the body origin; None for there. A rigid body
+        turns it into position, velocity and acceleration (:mod:`bayesub.sensors.lever_arm`)
+    clock_offset_s : how far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t
+        was taken at t - clock_offset_s
     """
 
     column: str
@@ -58,6 +64,8 @@ class Sensor:
     gaps: tuple[tuple[float, float], ...] = ()
     outlier_probability: float = 0.0
     outlier_scale: float = 10.0
+    lever_arm_m: tuple[float, float, float] | None = None
+    clock_offset_s: float = 0.0
 
     def __post_init__(self):
         if self.column not in _VALID:
@@ -78,6 +86,10 @@ class Sensor:
                 raise self._refused(f"{key} must be positive, found {getattr(self, key)}")
         if self.outlier_probability and self.sd == 0:
             raise self._refused("outliers are multiples of the noise; give an sd")
+        if self.lever_arm_m is not None and not (len(self.lever_arm_m) == 3 and np.isfinite(self.lever_arm_m).all()):
+            raise self._refused(f"lever_arm_m must be three finite numbers, found {tuple(self.lever_arm_m)}")
+        if not np.isfinite(self.clock_offset_s):
+            raise self._refused(f"clock_offset_s must be finite, found {self.clock_offset_s}")
         for gap in self.gaps:
             if not (len(gap) == 2 and gap[0] <= gap[1]):
                 raise self._refused(f"a gap must be a start and a later end in seconds, found {tuple(gap)}")
@@ -100,6 +112,8 @@ class Sensor:
     def reading_times(self, duration: float) -> np.ndarray:
         """(n,) times of the readings in a trial of `duration`, both in s, missing ones included."""
         if self.times is None:
+            if not duration / self.interval_s <= MAX_READINGS:
+                raise self._refused(f"interval_s {self.interval_s:g} gives more than {MAX_READINGS:,} readings")
             times = self.interval_s * np.arange(1, int(duration / self.interval_s * (1 + 1e-12)) + 1)
             if not times.size:
                 raise self._refused(f"interval_s {self.interval_s:g} is longer than the manoeuvre, {duration:g} s")
