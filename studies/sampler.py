@@ -47,7 +47,11 @@ COLOURS = {OURS: style.POSTERIOR, "stretch": style.SQP, "DE and snooker": style.
 
 def run(folder, *, quick, progress):
     """Every problem and sampler; draws ``sampler.png`` and writes ``sampler.md``."""
-    cases = [("suboff", "vertical", "normal")] if quick else list(product(VEHICLES, MANOEUVRES, VARIANTS))
+    cases = (
+        [("suboff", "vertical", "normal")]
+        if quick
+        else [(*case, variant) for variant in VARIANTS for case in product(VEHICLES, MANOEUVRES)]
+    )
     budget = 4000 if quick else BUDGET
     progress.stage("problems")
     done = folder / "cases.json"
