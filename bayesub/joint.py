@@ -96,6 +96,11 @@ class JointProblem(Density):
         """(n_batch, n_rows), trial after trial."""
         return np.concatenate(self._of("residuals", parameters), axis=1)
 
+    def residuals_about(self, centre, parameters) -> np.ndarray:
+        """As :meth:`bayesub.problem.Problem.residuals_about`, trial after trial."""
+        pairs = zip(self.each_trial(centre), self.each_trial(np.atleast_2d(parameters)), strict=True)
+        return np.concatenate([problem.residuals_about(there, own) for (*_, there), (_, problem, own) in pairs], axis=1)
+
     def misfit(self, parameters) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,)."""
         residuals, deviances = zip(*self._of("misfit", parameters), strict=True)

@@ -113,7 +113,19 @@ class Problem(Density):
         they make the gradient of minus the log likelihood. There is a row for each reading, and after those one for
         each parameter of the noise.
         """
-        return self._residuals(np.atleast_2d(parameters), self.predicted(parameters))
+        parameters = np.atleast_2d(parameters)
+        return self._residuals(parameters, self.predicted(parameters), parameters)
+
+    def residuals_about(self, centre, parameters) -> np.ndarray:
+        """(n_batch, n_rows) residuals with the noise as it is at `centre` (n_params,), for emulation.
+
+        In the logarithms of the parameters of the noise the sum of their squares then follows the deviance to second
+        order. That of :meth:`residuals` does not: each reading is divided by the sd, but what the density loses by a
+        larger sd is in none of them.
+        """
+        parameters = np.atleast_2d(parameters)
+        centres = np.broadcast_to(centre, parameters.shape)
+        return self._residuals(parameters, self.predicted(parameters), centres)
 
     def misfit(self, parameters) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,), infinite where the simulation failed.
@@ -124,7 +136,7 @@ class Problem(Density):
         """
         parameters = np.atleast_2d(parameters)
         predicted = self.predicted(parameters)
-        residuals, deviances = self._residuals(parameters, predicted), np.zeros(len(predicted))
+        residuals, deviances = self._residuals(parameters, predicted, parameters), np.zeros(len(predicted))
         for noise, times, part, unknown in self._parts(parameters):
             if isinstance(noise, likelihoods.Gaussian | likelihoods.AR1) and not unknown:
                 deviances += np.einsum("ij,ij->i", residuals[:, part], residuals[:, part])
@@ -190,13 +202,16 @@ class Problem(Density):
             unknown = {attribute: factor * values[:, k] for attribute, k, factor in of_noise}
             yield noise, channel.times, part, unknown
 
-    def _residuals(self, parameters, predicted):
+    def _residuals(self, parameters, predicted, centres):
+        """Residuals with the noise as at `centres`, and how far its parameters are from there."""
         parts, rows = [], []
-        for noise, times, part, unknown in self._parts(parameters):
+        for (noise, times, part, there), (*_, here) in zip(self._parts(centres), self._parts(parameters), strict=True):
             arguments = predicted[:, part], self.readings[part], times
-            parts.append(noise.residuals(*arguments, **unknown))
-            if unknown:
-                rows.append(likelihoods.scale_rows(noise, *arguments, unknown)[0])
+            parts.append(noise.residuals(*arguments, **there))
+            if there:
+                row, by_logarithms = likelihoods.scale_rows(noise, *arguments, there)
+                off = np.log(np.stack([here[key] / there[key] for key in there], axis=1))
+                rows.append(row + np.einsum("nij,nj->ni", by_logarithms, off))
         return np.concatenate(parts + rows, axis=1)
 
     def naive(self) -> "Problem":

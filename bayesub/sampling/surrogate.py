@@ -113,28 +113,27 @@ def learn(
     """
     random = np.random.RandomState(rng.integers(2**32))
     geometry.find_active(problem, random)
-    (at_mode,) = problem.residuals(geometry.prior.unscaled(geometry.mode[None]))
     n_terms = n_features(*geometry.active.shape)
     n_fitted, n_last = _DRAWS * n_terms + _MORE, _LAST_DRAWS * n_terms + _MORE
     y = geometry.draws(random, _WALKERS * n_terms + _MORE)
     for n in range(_MAX_ROUNDS):
         progress(n / (n + _ROUNDS))
-        surrogate = _fitted(problem, geometry, y[:n_fitted], at_mode)
+        surrogate = _fitted(problem, geometry, y[:n_fitted])
         y, growth = _straightened(surrogate, y, _HOT, random)
         if n + 1 >= _ROUNDS and growth < _STEADY:
             break
-    surrogate = _fitted(problem, geometry, y[:n_fitted], at_mode)
+    surrogate = _fitted(problem, geometry, y[:n_fitted])
     y, _ = _straightened(surrogate, y, 1.0, random)
     progress(0.9)
     seen = [np.concatenate(_wandered(surrogate, y, 2, _HOT, random))[-n_last:]]
-    surrogate = _fitted(problem, geometry, seen[0], at_mode)
+    surrogate = _fitted(problem, geometry, seen[0])
     draws = _wandered(surrogate, y, 2, 1.0, random)[-1]
     explorers, accepted = _flown(surrogate, draws[:_EXPLORERS], random)
     flies = surrogate.flies = bool(np.mean(accepted) > _FLYING)
     for _ in range(_EXPLORATIONS):
         explorers, visited, accepted = _explored(problem, surrogate, explorers, random)
         seen += visited
-        surrogate = _fitted(problem, geometry, np.concatenate(seen), at_mode)
+        surrogate = _fitted(problem, geometry, np.concatenate(seen))
         surrogate.flies = flies
         if accepted > _GOOD:
             break
@@ -180,14 +179,16 @@ def _flown(surrogate, y, random):
     return y, accepted
 
 
-def _fitted(problem, geometry, y, at_mode) -> Surrogate:
+def _fitted(problem, geometry, y) -> Surrogate:
     """The surrogate fitted to simulations at y (n, n_params), in batches; those that fail are left out."""
     z = geometry.bent(y)
     parameters = geometry.prior.unscaled(geometry.scaled(z))
     inside = np.isfinite(geometry.prior.scaled_log_density(geometry.scaled(z)))
     z, parameters = z[inside], parameters[inside]
     chunks = [parameters[first : first + _BATCH] for first in range(0, len(z), _BATCH)]
-    residuals = np.concatenate([problem.residuals(chunk) for chunk in chunks])
+    mode = geometry.prior.unscaled(geometry.mode)
+    (at_mode,) = problem.residuals_about(mode, mode[None])
+    residuals = np.concatenate([problem.residuals_about(mode, chunk) for chunk in chunks])
     done = np.isfinite(residuals).all(axis=1)
     return Surrogate(geometry, z[done], residuals[done], at_mode)
 
