@@ -72,6 +72,26 @@ def test_gradient(problem, parameters):
     np.testing.assert_allclose(gradient, expected, rtol=2e-3, atol=1e-6 * np.abs(expected).max())
 
 
+def test_residuals_about_follow_the_deviance(problem, rng):
+    """Moving the parameters of the noise alone, they are off by third order: an eighth at half the way.
+
+    Negative control: the residuals with the noise of where they are, are off by first order.
+    """
+    centre = problem.reference
+    noise = np.array([name.startswith(("sd_", "dof_", "correlation_time_")) for name in problem.names])
+    towards = np.where(noise, rng.uniform(0.05, 0.1, problem.n_params), 0.0)
+    moved = centre * np.exp(np.array([[0.0], [0.5], [1.0]]) * towards)
+
+    def excess(residuals):
+        off = np.sum(residuals**2, axis=1) + 2.0 * problem.log_likelihood(moved)
+        return off[1:] - off[0]
+
+    half, whole = excess(problem.residuals_about(centre, moved))
+    assert whole / half == pytest.approx(8.0, rel=0.2)
+    half, whole = excess(problem.residuals(moved))
+    assert whole / half < 3.0
+
+
 def test_prediction_is_that_of_another_boat_in_a_current(problem, full, coupled):
     """Mass, inertia and start in the parameters are those of a boat that has them; a current and a bias add up."""
     values = dict(zip(problem.names, problem.prior.mean, strict=True))
