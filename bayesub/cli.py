@@ -118,7 +118,7 @@ def _entries(kind: str) -> list[tuple[str, str]]:
 
 @app.group()
 def new() -> None:
-    """Write a commented template: a vehicle of your own, or the geometry of its hull.
+    """Write a commented template: a vehicle of your own, the geometry of its hull, or a study.
 
     Example: bayesub new vehicle myboat
     """
@@ -152,6 +152,26 @@ def new_geometry(name: str, output: Path | None) -> None:
     """Write a hull geometry file, to be filled in and given to `bayesub new vehicle --geometry`."""
     path = output or Path(f"{name}_hull.toml")
     _written(path, templates.geometry(name), f"fill it in, then bayesub new vehicle {name} --geometry {path}")
+
+
+@new.command("study", epilog="Example: bayesub new study mytrial --vehicle myboat.toml --data trial.csv")
+@click.argument("name")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
+@click.option("--vehicle", "boat", **VEHICLE, required=True, help="Built-in name or TOML.")
+@click.option("--manoeuvre", **MANOEUVRE, help="Simulate this one and measure it.")
+@click.option("--data", type=PATH, metavar="LOG", help="Read this log (CSV) instead.")
+def new_study(name: str, output: Path | None, boat: str, manoeuvre: str | None, data: Path | None) -> None:
+    """Write a study file, of a simulated manoeuvre or of a log, with a sensor for each of its columns."""
+    if (manoeuvre is None) == (data is None):
+        raise InputError("a study needs one of --manoeuvre and --data")
+    path = output or Path(f"{name}.toml")
+    flown = load_vehicle(boat)
+    if data is None:
+        load_manoeuvre(manoeuvre, flown)
+        text = templates.study(name, path, boat, manoeuvre)
+    else:
+        text = templates.study_of_log(name, path, boat, data)
+    _written(path, text, f"look through it, then bayesub check {path} --card card.png")
 
 
 def _written(path: Path, text: str, advice: str) -> None:
