@@ -24,6 +24,7 @@ from bayesub import (
     logs,
     priors,
     script,
+    side_by_side,
     study,
     templates,
     vehicle_check,
@@ -475,7 +476,13 @@ def bench(quick: bool, as_json: bool) -> None:
 @app.command(epilog="Example: bayesub report runs/quickstart")
 @click.argument("folder", type=PATH, metavar="DIR")
 def report(folder: Path) -> None:
-    """Draw figures and report of the run in DIR again, from its saved results."""
+    """Draw figures and report of the run in DIR again, from its saved results.
+
+    If DIR is a folder of runs of the thesis's studies, write its README.md: their numbers beside the thesis's.
+    """
+    if page := side_by_side.write(folder):
+        console.print(f"beside the thesis: {page}", soft_wrap=True)
+        return
     good = study.redraw(folder)
     report_run(Outcome(folder.name, "", verdict_of(folder, good), good, 0.0, str(folder)))
     if not good:

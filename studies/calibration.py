@@ -20,6 +20,7 @@ from scipy import stats
 
 import bayesub as bs
 from bayesub import calibration, likelihoods
+from bayesub.markdown import table
 from bayesub.plots import calibration as plots
 from bayesub.sampling.posterior import Criteria
 
@@ -77,7 +78,7 @@ def run(folder, *, quick, progress):
         trials = repeated(folder / f"{name.replace(' ', '_')}.jsonl", case, place, n_trials, progress)
         numbers[name] = judged(trials)
         draw(folder, name, trials, numbers[name])
-    (folder / "calibration.md").write_text(table(numbers))
+    (folder / "calibration.md").write_text(tables(numbers))
     for name, result in numbers.items():
         outside = [quantity for quantity, row in result["quantities"].items() if not row["inside"]]
         if name == BROKEN:
@@ -171,14 +172,10 @@ def draw(folder, name, trials, result):
         plots.draw_histograms(path, ranks, calibration.N_DRAWS, expected)
 
 
-def table(numbers):
+def tables(numbers):
     """Coverage in Markdown: the smallest, mean and largest over the quantities of a problem."""
     levels = [f"{100 * level:g} %" for level in calibration.INTERVALS]
-    lines = [
-        "Fraction of trials whose interval holds the truth: mean over coefficients (least to most).\n",
-        "| problem | trials | not converged | boats drawn again | outside the band | " + " | ".join(levels) + " |",
-        "|---" * (5 + len(levels)) + "|",
-    ]
+    lines = []
     for name, result in numbers.items():
         rows = result["quantities"].values()
         cells = []
@@ -186,6 +183,8 @@ def table(numbers):
             found = [row["coverage"][level] for row in rows]
             cells.append(f"{np.mean(found):.3f} ({min(found):.2f} to {max(found):.2f})")
         outside = sum(not row["inside"] for row in rows)
-        counts = f"{result['n_trials']} | {result['n_not_converged']} | {result['n_failed_boats']}"
-        lines.append(f"| {name} | {counts} | {outside} of {len(rows)} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+        counts = (result[key] for key in ("n_trials", "n_not_converged", "n_failed_boats"))
+        lines.append((name, *counts, f"{outside} of {len(rows)}", *cells))
+    caption = "Fraction of trials whose interval holds the truth: mean over coefficients (least to most).\n"
+    header = ("problem", "trials", "not converged", "boats drawn again", "outside the band", *levels)
+    return "\n".join([caption, *table(header, lines)]) + "\n"

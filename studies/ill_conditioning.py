@@ -24,6 +24,7 @@ from bayesub.coefficients import ADDED_MASSES, NAMES
 from bayesub.identifiability.profile import LEVEL_95
 from bayesub.inputs import DATA
 from bayesub.linear_systems import linear_systems
+from bayesub.markdown import table
 from bayesub.plots import cancellation as cancellation_plot
 from bayesub.plots import collinearity as collinearity_plot
 from bayesub.plots import contribution as contribution_plot
@@ -239,7 +240,7 @@ def tables(cases, thesis):
     parts = [
         "Directions in prior standard deviations: sharpened (data sharper than the prior), left to the prior, and null "
         "by the equations. Coefficients known to 5 %: alone with all others given, and in company with the prior.",
-        table(
+        joined(
             "case | free | sharpened | left to the prior | null | sloppiest data sd (prior sd) | "
             "known alone | known in company | largest condition index | cost of SQP set",
             [summary(title, case) for title, case in cases.items()],
@@ -247,10 +248,12 @@ def tables(cases, thesis):
         "Largest force errors of a set that SQP stopped at, in N or N m (thesis Table 28: "
         f"Xvv {thesis['Xvv']}, Xvr and Xrr {thesis['Xvr_or_Xrr_a']} and {thesis['Xvr_or_Xrr_b']}, "
         f"sum {thesis['total_X']} N on its submarine 1).",
-        table("case | axis | three largest terms | largest sum | ratio", cancellation_rows(cases)),
+        joined("case | axis | three largest terms | largest sum | ratio", cancellation_rows(cases)),
         "Collinearity of the regressors, null directions apart (Belsley): coefficients that get more than half of "
         "their variance from the worst dependency.",
-        table("case | axis | columns | null | largest condition index | involved | largest finite VIF", belsley(cases)),
+        joined(
+            "case | axis | columns | null | largest condition index | involved | largest finite VIF", belsley(cases)
+        ),
     ]
     for title, case in cases.items():
         parts += [
@@ -258,7 +261,7 @@ def tables(cases, thesis):
             "Cramer-Rao bound without a prior. Null held: the same with the null directions held. Sensors: factor by "
             f"which all noise must fall for {100 * KNOWN:g} %. At 25 and 99 %: cost in m^2 + deg^2; the simulator has "
             f"{case.accuracy:.2g}.",
-            table(
+            joined(
                 "coefficient | alone | data | null held | with prior | null part | sensors | at 25 % | at 99 %",
                 coefficient_rows(case),
             ),
@@ -266,9 +269,9 @@ def tables(cases, thesis):
     return "\n\n".join(parts) + "\n"
 
 
-def table(header, rows):
-    lines = [f"| {header} |", "|---" * (header.count("|") + 1) + "|"]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+def joined(header, rows):
+    """A table in one text."""
+    return "\n".join(table(header.split(" | "), rows))
 
 
 def summary(title, case):

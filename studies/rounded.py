@@ -32,6 +32,7 @@ from bayesub.coefficients import NAMES
 from bayesub.coverage import Trials
 from bayesub.inputs import DATA
 from bayesub.linear_systems import linear_systems
+from bayesub.markdown import table
 from bayesub.measured import recorded
 from bayesub.plots import intervals as plots
 from bayesub.script import resumed
@@ -275,54 +276,79 @@ def deviation(pair, probability, n):
 
 def tables(numbers):
     """The cases, the controlled experiment and the check by sampling in Markdown."""
-    percent = lambda pair: f"{pair[0]:.1%} ± {pair[1]:.1%}"  # noqa: E731
     lines = [
         "Coverage of the truth, mean over coefficients ± standard error (range over coefficients); error: root mean",
         "square in stated standard deviations; joint: median over trials of the squared error in all directions of the",
         "posterior; width: median sd of a coefficient, relative to the rounding-aware one.\n",
-        "| case | readings, coefficients, trials | treatment | 95 % intervals | 50 % intervals | bias, largest (sd) "
-        "| error: median, largest (sd) | joint | width |",
-        "|---" * 9 + "|",
+        *case_table(numbers["cases"]),
+        "\nSearches that meet their tolerance; that end as well from the centre of the prior.\n",
+        *table(
+            ("case", "converged", "same from the centre"),
+            [(name, f"{c['converged']:.0%}", f"{c['found_from_centre']:.0%}") for name, c in numbers["cases"].items()],
+        ),
+        f"\nControlled experiment: {GRID_VEHICLE}, {GRID_MANOEUVRE}, u and v (1 mm/s) and r (0.01 deg/s).\n",
+        *grid_table(numbers["grid"]),
+        "\nLaplace approximation against sampling, one trial of each.\n",
+        *sampled_table(numbers["sampled"]),
     ]
-    for name, case in numbers["cases"].items():
+    return "\n".join(lines) + "\n"
+
+
+def percent(pair):
+    """A mean and its standard error."""
+    return f"{pair[0]:.1%} ± {pair[1]:.1%}"
+
+
+def case_table(cases):
+    lines = []
+    for name, case in cases.items():
         aware = dict(zip(case["fits"]["rounded"]["names"], case["fits"]["rounded"]["sd_over_truth"], strict=True))
         for fit, r in case["fits"].items():
             width = np.median([sd / aware[k] for k, sd in zip(r["names"], r["sd_over_truth"], strict=True)])
             first = (name, f"{case['n_readings']}, {case['n_params']}, {case['n_trials']}")
             lines.append(
-                f"| {' | '.join(first if fit == 'rounded' else ('', ''))} | {plots.WORDS[fit]} "
-                f"| {percent(r['mean_coverage_95'])} ({min(r['coverage_95']):.0%} to {max(r['coverage_95']):.0%}) "
-                f"| {percent(r['mean_coverage_50'])} | {max(map(abs, r['bias_in_sd'])):.2f} "
-                f"| {np.median(r['rms_in_sd']):.2f}, {max(r['rms_in_sd']):.2f} | {r['joint']:.3g} | {width:.3g} |"
+                (
+                    *(first if fit == "rounded" else ("", "")),
+                    plots.WORDS[fit],
+                    f"{percent(r['mean_coverage_95'])} ({min(r['coverage_95']):.0%} to {max(r['coverage_95']):.0%})",
+                    percent(r["mean_coverage_50"]),
+                    f"{max(map(abs, r['bias_in_sd'])):.2f}",
+                    f"{np.median(r['rms_in_sd']):.2f}, {max(r['rms_in_sd']):.2f}",
+                    f"{r['joint']:.3g}",
+                    f"{width:.3g}",
+                )
             )
     for fit in FITS:
-        pairs = np.array([case["fits"][fit]["mean_coverage_95"] for case in numbers["cases"].values()])
+        pairs = np.array([case["fits"][fit]["mean_coverage_95"] for case in cases.values()])
         pooled = pairs[:, 0].mean(), np.linalg.norm(pairs[:, 1]) / len(pairs)
-        lines.append(f"| all |  | {plots.WORDS[fit]} | {percent(pooled)} |  |  |  |  |  |")
-    lines += ["\nSearches that meet their tolerance; that end as well from the centre of the prior.\n"]
-    lines += ["| case | converged | same from the centre |", "|---" * 3 + "|"]
-    for name, case in numbers["cases"].items():
-        lines.append(f"| {name} | {case['converged']:.0%} | {case['found_from_centre']:.0%} |")
-    lines += ["\nControlled experiment: " + f"{GRID_VEHICLE}, {GRID_MANOEUVRE}, u and v (1 mm/s) and r (0.01 deg/s).\n"]
-    lines += [
-        "| step / sd | interval (s) | readings | 95 % intervals, rounded | normal | error (sd), rounded | normal "
-        "| joint, rounded | normal | width, normal / rounded: median coefficient | widest direction |",
-        "|---" * 11 + "|",
-    ]
-    for r in numbers["grid"]:
+        lines.append(("all", "", plots.WORDS[fit], percent(pooled), *[""] * 5))
+    header = ("case", "readings, coefficients, trials", "treatment", "95 % intervals", "50 % intervals")
+    return table((*header, "bias, largest (sd)", "error: median, largest (sd)", "joint", "width"), lines)
+
+
+def grid_table(grid):
+    lines = []
+    for r in grid:
         pairs = [(percent(r[fit]["mean_coverage_95"]), r[fit]["rms_in_sd"], r[fit]["joint"]) for fit in FITS[:2]]
         cells = [a if isinstance(a, str) else f"{a:.3g}" for both in zip(*pairs, strict=True) for a in both]
-        settings = f"| {r['ratio']:g} | {r['interval_s']:g} | {r['n_readings']} "
-        lines.append(f"{settings}| {' | '.join(cells)} | {r['width_ratio']:.3g} | {r['largest_width_ratio']:.3g} |")
-    lines += ["\nLaplace approximation against sampling, one trial of each.\n"]
-    lines += [
-        "| case | mode less mean, largest (sd) | sd over sampled: median (range) | sampling (s) |",
-        "|---" * 4 + "|",
-    ]
-    for name, r in numbers["sampled"].items():
+        widths = (f"{r[key]:.3g}" for key in ("width_ratio", "largest_width_ratio"))
+        lines.append((f"{r['ratio']:g}", f"{r['interval_s']:g}", r["n_readings"], *cells, *widths))
+    header = ("step / sd", "interval (s)", "readings", "95 % intervals, rounded", "normal")
+    header += ("error (sd), rounded", "normal", "joint, rounded", "normal")
+    return table((*header, "width, normal / rounded: median coefficient", "widest direction"), lines)
+
+
+def sampled_table(sampled):
+    lines = []
+    for name, r in sampled.items():
         ratio = np.array(r["sd_ratio"])
         lines.append(
-            f"| {name}{', NOT CONVERGED' if r['shortcomings'] else ''} | {np.abs(r['shift_in_sd']).max():.2f} "
-            f"| {np.median(ratio):.2f} ({ratio.min():.2f} to {ratio.max():.2f}) | {r['seconds']:.0f} |"
+            (
+                f"{name}{', NOT CONVERGED' if r['shortcomings'] else ''}",
+                f"{np.abs(r['shift_in_sd']).max():.2f}",
+                f"{np.median(ratio):.2f} ({ratio.min():.2f} to {ratio.max():.2f})",
+                f"{r['seconds']:.0f}",
+            )
         )
-    return "\n".join(lines) + "\n"
+    header = ("case", "mode less mean, largest (sd)", "sd over sampled: median (range)", "sampling (s)")
+    return table(header, lines)

@@ -17,6 +17,7 @@ import bayesub as bs
 from bayesub.baselines import linear_least_squares, total_least_squares
 from bayesub.inputs import DATA
 from bayesub.linear_systems import linear_systems
+from bayesub.markdown import table
 from bayesub.measured import measure
 from bayesub.plots import rounding as plots
 
@@ -49,7 +50,7 @@ def run(folder, *, quick, progress):
     for suffix in ("png", "pdf"):
         plots.draw_coverage(folder / f"coverage.{suffix}", numbers)
         plots.draw_tracks(folder / f"tracks.{suffix}", numbers)
-    (folder / "rounding.md").write_text(table(numbers))
+    (folder / "rounding.md").write_text(tables(numbers))
     for case, result in numbers.items():
         check(case, result)
         for entry in result["fits"].values():
@@ -127,6 +128,8 @@ def summary(boat, trials, resolution):
         "fits": {},
     }
     everything = {fit: np.array([t["values"][fit] for t in trials]) - truth for fit in FITS}
+    ratios = 1 + everything["rounded"][:, truth != 0] / truth[truth != 0]
+    result["ratios"] = [float(ratios.min()), float(ratios.max())]
     round_off = 1e-6 * everything["rounded"].std(axis=0)
     for fit, errors in everything.items():
         spread = errors.std(axis=0, ddof=1)
@@ -153,26 +156,31 @@ def check(case, result):
     assert biased > control, f"{case}: {biased:.0%} of the coefficients are biased, {control:.0%} with the exact matrix"
 
 
-def table(numbers):
+def tables(numbers):
     """The cases in Markdown."""
-    lines = [
-        "Linear least squares on rounded data. Biased: mean error over the manoeuvres beyond four standard errors of",
-        "that mean. Coverage: how often the classical 95 % interval of a coefficient holds the truth.\n",
-        "| case | resolution | manoeuvres | coefficients | biased | biased, exact matrix | biased, TLS "
-        "| coverage: median (range) | coverage, exact matrix | ratios | track error, median (m) |",
-        "|---" * 11 + "|",
-    ]
+    header = ("case", "resolution", "manoeuvres", "coefficients", "biased", "biased, exact matrix", "biased, TLS")
+    header += ("coverage: median (range)", "coverage, exact matrix", "ratios", "track error, median (m)")
+    lines = []
     for case, r in numbers.items():
         biased = [np.sum(np.abs(r["fits"][fit]["bias_in_standard_errors"]) > 4) for fit in FITS]
         coverage = [np.array(r["fits"][fit]["coverage"]) for fit in FITS[:2]]
-        truth = np.array(r["truth"])
-        ratios = 1 + np.array(r["fits"]["rounded"]["errors"])[:, truth != 0] / truth[truth != 0]
         tracks = [p for p in r["position_m"] if p is not None]
+        resolution = 100 * r["velocity_resolution_mps"], 1000 * r["acceleration_resolution_mps2"]
         lines.append(
-            f"| {case} | {100 * r['velocity_resolution_mps']:.3g} cm/s, {1000 * r['acceleration_resolution_mps2']:.3g} "
-            f"mm/s^2 | {r['n_manoeuvres']} | {len(truth)} | {biased[0]} | {biased[1]} | {biased[2]} "
-            f"| {np.median(coverage[0]):.0%} ({coverage[0].min():.0%} to {coverage[0].max():.0%}) "
-            f"| {np.median(coverage[1]):.0%} | {ratios.min():.3g} to {ratios.max():.3g} "
-            f"| {np.median(tracks):.3g} ({len(r['position_m']) - len(tracks)} failed) |"
+            (
+                case,
+                f"{resolution[0]:.3g} cm/s, {resolution[1]:.3g} mm/s^2",
+                r["n_manoeuvres"],
+                len(r["names"]),
+                *biased,
+                f"{np.median(coverage[0]):.0%} ({coverage[0].min():.0%} to {coverage[0].max():.0%})",
+                f"{np.median(coverage[1]):.0%}",
+                f"{r['ratios'][0]:.3g} to {r['ratios'][1]:.3g}",
+                f"{np.median(tracks):.3g} ({len(r['position_m']) - len(tracks)} failed)",
+            )
         )
-    return "\n".join(lines) + "\n"
+    caption = [
+        "Linear least squares on rounded data. Biased: mean error over the manoeuvres beyond four standard errors of",
+        "that mean. Coverage: how often the classical 95 % interval of a coefficient holds the truth.\n",
+    ]
+    return "\n".join([*caption, *table(header, lines)]) + "\n"

@@ -24,6 +24,7 @@ import bayesub as bs
 from bayesub import diagnostics
 from bayesub.coefficients import NAMES, SUBPROBLEMS
 from bayesub.files import write_text
+from bayesub.markdown import table
 from bayesub.plots import style
 from bayesub.sampling import Posterior
 
@@ -70,7 +71,7 @@ def run(folder, *, quick, progress):
         progress.update((n + 1) / len(cases), " ".join(case))
     for suffix in ("png", "pdf"):
         draw(folder / f"sampler.{suffix}", numbers)
-    (folder / "sampler.md").write_text(table(numbers))
+    (folder / "sampler.md").write_text(tables(numbers))
     for case, result in numbers.items():
         check(case, result)
     return numbers
@@ -194,12 +195,10 @@ def draw(path, numbers):
         figure.legend(handles=marks, loc="outside upper center", ncols=3, fontsize=8)
 
 
-def table(numbers):
+def tables(numbers):
     """Markdown."""
-    lines = [
-        "| problem | parameters | sampler | simulations an effective sample | worst | seconds | longest tau | R-hat |"
-    ]
-    lines.append("|---" * 8 + "|")
+    header = ("problem", "parameters", "sampler", "simulations an effective sample", "worst", "seconds")
+    lines = []
     for case, result in numbers.items():
         for name in COLOURS:
             if name in result:
@@ -207,8 +206,8 @@ def table(numbers):
                 seconds = f"{r['seconds']:.0f}" if r["converged"] else f"NOT CONVERGED after {r['seconds']:.0f}"
                 per_sample = f"{'' if r['converged'] else 'at least '}{r['per_sample']:.3g}"
                 cells = (case, result["n_params"], name, per_sample, r["worst"], seconds)
-                lines.append("| " + " | ".join(map(str, cells)) + f" | {r['tau']:.0f} | {r['rhat']:.4f} |")
-    return "\n".join(lines) + "\n"
+                lines.append((*cells, f"{r['tau']:.0f}", f"{r['rhat']:.4f}"))
+    return "\n".join(table((*header, "longest tau", "R-hat"), lines)) + "\n"
 
 
 def check(case, result):

@@ -13,6 +13,7 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.inputs import DATA
+from bayesub.markdown import table
 from bayesub.plots import style
 
 VEHICLES = ("suboff", "auv690", "npsauv")
@@ -94,23 +95,23 @@ def draw(path, numbers, thesis):
 
 def tables(numbers, thesis):
     """Tables 5 and 4 of the thesis beside ours, in Markdown."""
-    position = table(numbers, "position_m", thesis["max_position_error_m"])
-    cost = table(numbers, "cost", thesis["cost"])
-    return (
-        f"Largest position error in m against a fine step (thesis Table 5).\n\n{position}\n"
-        f"Cost in m^2 + deg^2 against a fine step (thesis Table 4).\n\n{cost}"
-    )
-
-
-def table(numbers, quantity, thesis):
-    """One quantity by case, convention and step."""
-    lines = ["| vehicle, manoeuvre | controls | " + " | ".join(f"{s:g} s" for s in STEPS) + " |"]
-    lines.append("|---" * (len(STEPS) + 2) + "|")
-    for case, result in numbers.items():
-        for convention in ("hold", "linear"):
-            cells = " | ".join(f"{value:.2g}" for value in result[convention][quantity].values())
-            lines.append(f"| {case} | {convention} | {cells} |")
-    for manoeuvre, rows in thesis.items():
-        cells = " | ".join(", ".join(f"{value:g}" for value in rows.get(str(s), [])) for s in STEPS)
-        lines.append(f"| thesis's three boats, {manoeuvre} | hold | {cells} |")
+    lines = [
+        "Largest position error in m against a fine step (thesis Table 5).\n",
+        *table_of(numbers, "position_m", thesis["max_position_error_m"]),
+        "\nCost in m^2 + deg^2 against a fine step (thesis Table 4).\n",
+        *table_of(numbers, "cost", thesis["cost"]),
+    ]
     return "\n".join(lines) + "\n"
+
+
+def table_of(numbers, quantity, thesis):
+    """One quantity by case, convention and step."""
+    lines = [
+        (case, convention, *(f"{value:.2g}" for value in result[convention][quantity].values()))
+        for case, result in numbers.items()
+        for convention in ("hold", "linear")
+    ]
+    for manoeuvre, rows in thesis.items():
+        cells = (", ".join(f"{value:g}" for value in rows.get(str(s), [])) for s in STEPS)
+        lines.append((f"thesis's three boats, {manoeuvre}", "hold", *cells))
+    return table(("vehicle, manoeuvre", "controls", *(f"{s:g} s" for s in STEPS)), lines)

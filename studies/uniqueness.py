@@ -20,6 +20,7 @@ from bayesub.identifiability import held_fixed, rank, structure
 from bayesub.inputs import DATA
 from bayesub.kernels import layout
 from bayesub.linear_systems import linear_systems
+from bayesub.markdown import table
 from bayesub.plots import null_space, style
 
 VEHICLES = ("suboff", "auv690", "npsauv")
@@ -296,7 +297,7 @@ def tables(ranks, thesis, held, mechanisms, moved, local):
             practical = [f" ({r.practical_rank})" if r.practical_rank < r.rank else "" for r in found]
             ours = [f"{r.rank}/{r.columns}{p}" for r, p in zip(found, practical, strict=True)]
             rows.append([manoeuvre, axis, *(f"{n}/{n_columns}" for n in published), *ours])
-    text = table(
+    text = captioned(
         "Rank/columns (thesis Tables 6 to 8); in brackets the rank in practice, where that is less.",
         ["manoeuvre", "axis", "thesis 1", "thesis 2", "thesis 3", *VEHICLES],
         rows,
@@ -309,7 +310,7 @@ def tables(ranks, thesis, held, mechanisms, moved, local):
         good = ", ".join(f"{names.replace(' ', ' + ')} ({x:.0e})" for names, x in massive.items() if x)
         bad = ", ".join(names.replace(" ", " + ") for names, x in massive.items() if not x)
         rows.append([manoeuvre, vehicle, axis, published, good, bad])
-    text += table(
+    text += captioned(
         "Added masses that, once known, make the rest of their axis unique (thesis Tables 6, 7, 9), best first; in "
         "brackets smallest over largest singular value of the rest.",
         ["manoeuvre", "vehicle", "axis", "thesis", "one added mass, or two", "fails"],
@@ -321,14 +322,14 @@ def tables(ranks, thesis, held, mechanisms, moved, local):
         smallest = ", ".join(f"{x:.0e}" for x in m["smallest_relative"])
         rank_of = f"{m['rank']}/{m['columns']}"
         rows.append([m["vehicle"], m["manoeuvre"], m["axis"], changed or "nothing", rank_of, smallest])
-    text += table(
+    text += captioned(
         "What decides: the rank with one thing changed about the vehicle or the samples (buoyancy over weight); the "
         "smallest singular value above round-off and the smallest, over the largest.",
         ["vehicle", "manoeuvre", "axis", "changed", "rank", "singular values"],
         rows,
     )
     lengths = ("moved", "round_off", "random_median")
-    text += table(
+    text += captioned(
         "Largest change of position, in m, for a change of 50 % along a null vector, and for the same changes with "
         "random signs; round-off is a machine epsilon of the largest coordinate, a step.",
         ["manoeuvre", "vehicle", "axis", "null vector", "round-off", "random signs, median"],
@@ -339,7 +340,7 @@ def tables(ranks, thesis, held, mechanisms, moved, local):
         alone = ", ".join(f"{name} {n}" for name, n in c["alone"].items())
         counts = [c[key] for key in ("vehicle", "seed", "n_params", "structural", "practical")]
         rows.append([*counts, alone, f"{c['gap']:.0e}", f"{c['angle_rad']:.0e} rad" if c["angle_rad"] else ""])
-    return text + table(
+    return text + captioned(
         "Null directions of the track's Jacobian about random coefficient sets: structural ones are null on every "
         "manoeuvre, practical ones below a millionth of the largest; alone is the count of each manoeuvre.",
         ["vehicle", "set", "parameters", "structural", "practical", "alone", "gap", "angle to the linear form's"],
@@ -347,10 +348,9 @@ def tables(ranks, thesis, held, mechanisms, moved, local):
     )
 
 
-def table(caption, header, rows):
-    """A Markdown table."""
-    lines = [header, ["---"] * len(header), *rows]
-    return f"{caption}\n\n" + "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines) + "\n\n"
+def captioned(caption, header, rows):
+    """A table below its caption."""
+    return "\n".join([caption, "", *table(header, rows)]) + "\n\n"
 
 
 def check(ranks, thesis, moved, mechanisms, held, local, shares):
