@@ -26,6 +26,7 @@ from bayesub import (
     script,
     side_by_side,
     study,
+    study_templates,
     templates,
     vehicle_check,
     vehicle_lines,
@@ -169,9 +170,9 @@ def new_study(name: str, output: Path | None, boat: str, manoeuvre: str | None, 
     flown = load_vehicle(boat)
     if data is None:
         load_manoeuvre(manoeuvre, flown)
-        text = templates.study(name, path, boat, manoeuvre)
+        text = study_templates.simulated(name, path, boat, manoeuvre)
     else:
-        text = templates.study_of_log(name, path, boat, data)
+        text = study_templates.of_log(name, path, boat, data)
     _written(path, text, f"look through it, then bayesub check {path} --card card.png")
 
 

@@ -1,17 +1,12 @@
-"""New input files: a vehicle, with or without estimates from a hull geometry, a hull geometry, and a study."""
+"""New input files: a vehicle to fill in, with or without estimates from a hull geometry, and a hull geometry."""
 
-import os
 import re
 from pathlib import Path
 
-import numpy as np
-
-from bayesub import inputs, logs
+from bayesub import inputs
 from bayesub.coefficients import AXES, TERMS
 from bayesub.errors import InputError
 from bayesub.hulls import Hull
-
-_NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 
 FORCES = {
     "X": "surge force",
@@ -25,14 +20,14 @@ FORCES = {
 
 def vehicle(name: str, hull: Hull | None = None) -> str:
     """The text of a vehicle file with every key; with a `hull`, its dimensions and what is estimated from it."""
-    _check(name)
+    check_name(name)
     text = (inputs.DATA / "templates" / "vehicle.toml").read_text(encoding="utf-8")
     return text.format(name=name, **_body(hull)) + _coefficients({} if hull is None else hull.estimates)
 
 
 def copied(name: str, source: str) -> str:
     """The text of the vehicle file `source` (built-in name or path) under another name."""
-    _check(name)
+    check_name(name)
     text = inputs.read_text(inputs.find(source, "vehicles"))
     text, found = re.subn(r"(?m)^name\s*=.*$", f'name = "{name}"', text, count=1)
     if not found:
@@ -42,100 +37,8 @@ def copied(name: str, source: str) -> str:
 
 def geometry(name: str) -> str:
     """The text of a hull geometry file with every key."""
-    _check(name)
+    check_name(name)
     return (inputs.DATA / "templates" / "geometry.toml").read_text(encoding="utf-8").format(name=name)
-
-
-def study(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
-    """The text of a study file `path` that simulates a vehicle on a manoeuvre and measures its track."""
-    return _study(
-        name,
-        path,
-        vehicle,
-        what=f"the manoeuvre {manoeuvre}",
-        source=f'manoeuvre = "{manoeuvre}"',
-        sensors=_SIMULATED,
-        free={"horizontal": "horizontal", "vertical": "vertical"}.get(manoeuvre, "all"),
-        centre='centre = "perturbed"          # a guess: the truth times (1 + perturbation_sd * normal); or "vehicle"\n'
-        "perturbation_sd = 0.15",
-        nuisance="# [nuisance]                  # what else is unknown\n# current_north_mps = { mean = 0.0, sd = 0.3 }",
-        sqp_starts=5,
-    )
-
-
-def study_of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
-    """The text of a study file `path` on a log, with a sensor for each of its columns.
-
-    The noise of each is guessed from its scatter: the median second difference of successive readings, over the root
-    of six, for those that a smooth signal and independent noise have.
-    """
-    log = logs.read_log(data)
-    columns = [column for column in logs.HEADERS.values() if column in _measured(log)]
-    if not columns:
-        raise InputError(f"{data}: has no column with readings")
-    moves = {key: np.ptp(np.nan_to_num(log[key])) > 0.0 for key in logs.CONTROLS if key in log}
-    planes = moves.get("delta_b", False) or moves.get("delta_s", False)
-    free = "vertical" if planes and not moves.get("delta_r", False) else "all" if planes else "horizontal"
-    plane = f'subproblem = "{free}"' + " " * (17 - len(free)) + "# the plane that the boat kept to, by its controls"
-    return _study(
-        name,
-        path,
-        vehicle,
-        what=f"the log {data.name}",
-        source=f'data = "{Path(os.path.relpath(data, path.parent)).as_posix()}"' + (f"\n{plane}" * (free != "all")),
-        sensors="".join(_SENSOR.format(column=column, sd=f"{_scatter(column, log):.2g}") for column in columns),
-        free=free,
-        centre='centre = "vehicle"',
-        nuisance=_IN_CURRENT if {"x_m", "y_m", "u_ground_mps", "v_ground_mps"} & set(columns) else _NUISANCE,
-        sqp_starts=0,
-    )
-
-
-_SENSOR = """
-[[sensors]]
-kind = "sensor"
-column = "{column}"
-sd = {sd:<24} # CHANGE: guessed from its scatter; the data sheet knows
-"""
-_NUISANCE = """# [nuisance]                  # what else is unknown
-# bias_yaw_deg = { mean = 0.0, sd = 2.0 }"""
-_IN_CURRENT = """[nuisance]                    # what else is unknown; the start needs no entry
-current_north_mps = { mean = 0.0, sd = 0.3 }
-current_east_mps = { mean = 0.0, sd = 0.3 }"""
-_SIMULATED = """
-[[sensors]]                   # "track", "pressure", "compass", "ins", "dvl", "adcp", "sensor", or a preset
-kind = "track"
-position_sd_m = 0.5
-attitude_sd_deg = 0.1
-interval_s = 1.0
-"""
-
-
-def _study(name, path, vehicle, **parts) -> str:
-    _check(name)
-    text = (inputs.DATA / "templates" / "study.toml").read_text(encoding="utf-8")
-    if vehicle not in inputs.built_in("vehicles"):
-        vehicle = Path(os.path.relpath(vehicle)).as_posix()
-    return text.format(name=name, file=path, vehicle=vehicle, **parts)
-
-
-def _measured(log) -> set[str]:
-    """Headers of the columns of a log that hold readings."""
-    known = set(log) - {"time", "rpm", *logs.CONTROLS}
-    return {logs.HEADERS[key] for key in known if np.isfinite(log[key]).sum() >= 3}
-
-
-def _scatter(column, log) -> float:
-    """Standard deviation, in the unit of the column, of what is not smooth in it; at least half its smallest step."""
-    key, factor = logs.COLUMNS[column]
-    readings = log[key][np.isfinite(log[key])]
-    if key in ("psi", "heading"):
-        readings = np.unwrap(readings)
-    steps = np.abs(np.diff(readings))
-    if not steps.any():
-        raise InputError(f"column '{column}' never changes; give its sd yourself or leave it out")
-    scatter = np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0))
-    return float(max(scatter, 0.5 * steps[steps > 0.0].min())) / factor
 
 
 def write_new(path: Path, text: str) -> None:
@@ -149,7 +52,8 @@ def write_new(path: Path, text: str) -> None:
         raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None
 
 
-def _check(name: str) -> None:
+def check_name(name: str) -> None:
+    """InputError for a name that cannot be that of a file."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name):
         raise InputError(f"a name is made of letters, digits, '_', '-' and '.', found '{name}'")
 

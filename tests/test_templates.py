@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub import hulls, inputs, study, templates
+from bayesub import hulls, inputs, templates
 from bayesub.coefficients import NAMES
 from bayesub.vehicles import ActuatorsSection, BodySection, InertiaSection, PolynomialSection, TrialSection, VehicleFile
 
@@ -88,34 +88,3 @@ def test_nothing_is_overwritten(tmp_path):
     assert path.read_text() == "precious"
     with pytest.raises(bs.InputError, match="cannot be written: no such file or directory"):
         templates.write_new(tmp_path / "absent" / "mine.toml", "new")
-
-
-def test_a_new_study_is_one_that_can_be_posed(tmp_path, monkeypatch):
-    """Of a simulated manoeuvre, and of a log in another folder; both are read back and pose a problem."""
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "first.toml"
-    path.write_text(templates.study("first", path, "auv690", "zigzag_20_20"))
-    assert study.prepare(study.load_study(path)).problem.names[0] == "Xuu"
-    (tmp_path / "logs").mkdir()
-    log = tmp_path / "logs" / "trial.csv"
-    boat = bs.load_vehicle("auv690")
-    spiral = bs.load_manoeuvre("horizontal", boat)
-    record = bs.observe(bs.simulate(boat, spiral), bs.sensors.DVL(sd_mps=0.005), np.random.default_rng(1))
-    record.save(log, spiral)
-    path.write_text(templates.study_of_log("first", path, "auv690", log))
-    posed = study.load_study(path)
-    assert 'data = "logs/trial.csv"' in path.read_text()
-    assert posed.subproblem == "horizontal"
-    # The median of some hundred second differences knows the noise to a tenth or so.
-    assert [sensor.sd for sensor in posed.sensors] == pytest.approx([0.005] * 3, rel=0.3)
-    assert "current_north_mps" in study.prepare(posed).problem.names
-
-
-def test_scatter_of_a_column_that_rounding_hides(tmp_path):
-    """Where half of the second differences are zero, half a step is guessed; a constant column is refused."""
-    log = tmp_path / "log.csv"
-    log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,{k // 5}\n" for k in range(50)))
-    assert "sd = 0.5 " in templates.study_of_log("a", tmp_path / "a.toml", "auv690", log)
-    log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,7\n" for k in range(50)))
-    with pytest.raises(bs.InputError, match="column 'x_m' never changes"):
-        templates.study_of_log("a", tmp_path / "a.toml", "auv690", log)
