@@ -22,8 +22,9 @@ from bayesub.problem import Problem
 from bayesub.sampling import Posterior
 
 PREDICTIVE_DRAWS = 100
+FITS = 1.5  # chi-square per reading
 ON_BASELINES = {
-    "SQP": "Orange: SQP solutions, all of which fit the track. ",
+    "SQP": "Orange: SQP solutions{fit}. ",
     "linear least squares": "Green: linear least squares on noise-free velocities and accelerations, left at the guess "
     "along null directions. ",
 }
@@ -90,7 +91,7 @@ def _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers) 
             "coefficients",
             lambda path: coefficient_plot.draw(path, posterior, problem.prior, truth[:n], estimates, word),
             f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. "
-            + "".join(said for method, said in ON_BASELINES.items() if method in {e.method for e in estimates})
+            + "".join(ON_BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in numbers["baselines"])
             + "A blue bar as long as the grey one means that the data said nothing.",
         ),
         *[_track(*of_trial, synthetic) for of_trial in problem.each_trial(draws)],
@@ -165,6 +166,14 @@ def _track(name, problem, draws, synthetic):
         "blue band is the posterior's own uncertainty of the track, far thinner than the noise, whatever the "
         "coefficients do.",
     )
+
+
+def _fit(baseline) -> str:
+    """Whether all solutions of a baseline fit the readings, as the end of a phrase."""
+    fits = baseline["chi_square_per_reading"]
+    if max(fits) < FITS:
+        return ", all of which fit the track"
+    return f", which do not all fit the track (chi-square per reading {min(fits):.3g} to {max(fits):.3g})"
 
 
 def _page(numbers, figures) -> str:
