@@ -38,14 +38,22 @@ def corner_parameters(posterior, n: int) -> np.ndarray:
     return np.arange(n) if n <= CORNER_PARAMETERS else np.sort(np.concatenate([order[:half], order[-half:]]))
 
 
-def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> None:
-    """Joint marginals of the best and the worst known coefficients as ratios to `reference` (n_coefficients,)."""
+def draw_corner(path, posterior, prior, reference, rng: np.random.Generator, *, chosen=None, sets=()) -> None:
+    """Joint marginals of coefficients as ratios to `reference` (n_coefficients,).
+
+    Parameters
+    ----------
+    chosen : (n,) positions; by default the best and the worst known
+    sets : (n_sets, n_coefficients) values to draw as points
+    """
     import corner  # here, since it imports all of ArviZ
 
-    chosen = corner_parameters(posterior, len(reference))
+    chosen = corner_parameters(posterior, len(reference)) if chosen is None else chosen
     draws = ratios(posterior.draws, reference, prior)[:, chosen]
     draws = draws[rng.choice(len(draws), min(CORNER_DRAWS, len(draws)), replace=False)]
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
+    points = ratios(np.reshape(sets, (-1, len(reference))), reference, prior)[:, chosen]
+    low, high = np.vstack([low, points]).min(axis=0), np.vstack([high, points]).max(axis=0)
     margin = 0.05 * (high - low)
     n = len(chosen)
     prior_quantiles = ratios([prior.quantiles(p) for p in PRIOR_PROBABILITIES], reference, prior)
@@ -76,6 +84,8 @@ def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> 
             axes[j, 0].yaxis.set_label_coords(-0.55, 0.5)
             axes[-1, j].xaxis.set_label_coords(0.5, -0.55)
             _draw_prior(axes[j, j], prior_quantiles[:, k])
+            for i in range(j):
+                axes[j, i].plot(points[:, i], points[:, j], "o", ms=2.5, mew=0, color=style.SQP)
         figure.subplots_adjust(left=0.09, bottom=0.09, right=0.99, top=0.99)
         figure.savefig(path)
 
