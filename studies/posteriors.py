@@ -6,12 +6,13 @@ Claim: TODO
 Cost: TODO
 
 The trials are :func:`bayesub.thesis.trial`: position noise of 0.5 m on a boat of suboff's length, in proportion to the
-length, and attitude noise of 0.1 degrees, sampled every second on suboff, in proportion to length over speed; the prior is
-normal, 25 % about a guess 15 % off. SQP follows the thesis's rules (studies/baselines.py) on the exact track, and on the
-noisy readings of the trial, weighted by their noise; the added masses that reduce the rank it is told. A set is inside
-where it lies within the 95 % of posterior draws that are nearest to their mean by Mahalanobis distance, that fit best by
-chi-square, or that have the highest posterior density. Directions are those of the Fisher information at the truth in
-prior standard deviations: null by the equations, sloppy where the singular value is below one, otherwise stiff.
+length, and attitude noise of 0.1 degrees, sampled every second on suboff, in proportion to length over speed; the prior
+is normal, 25 % about a guess 15 % off. SQP follows the thesis's rules (studies/baselines.py) on the exact track, and on
+the noisy readings of the trial, weighted by their noise; the added masses that reduce the rank it is told. A set is
+inside where it lies within the 95 % of posterior draws that are nearest to their mean by Mahalanobis distance, that fit
+best by chi-square, or that have the highest posterior density. Directions are those of the Fisher information at the
+truth in prior standard deviations: null by the equations, sloppy where the singular value is not above one, the others
+stiff.
 """
 
 from itertools import product
@@ -108,12 +109,19 @@ class Case:
             "inside": {g: {m: int(np.sum(v <= 1.0)) for m, v in found.items()} for g, found in self.places.items()},
             "places": {g: {m: v.tolist() for m, v in found.items()} for g, found in self.places.items()},
             "scatter": {group: shares(self.spectrum, self.along[group]) for group in SETS},
+            "scatter_over_posterior": {group: self.relative(group) for group in ("exact", "noisy")},
             "scatter_sd": {group: float(np.linalg.norm(self.along[group])) for group in (*SETS, "posterior")},
             "trade_offs": [
                 (posterior.names[i], posterior.names[j], float(posterior.correlation[i, j])) for i, j in pairs
             ],
             "n_trade_offs": int(np.sum(np.abs(np.triu(posterior.correlation, 1)) > TRADE_OFF)),
         }
+
+    def relative(self, group):
+        """Scatter of the sets over posterior sd of each coefficient that SQP identifies: least, median, largest."""
+        scatter = self.sets[group].std(axis=0)
+        ratios = (scatter / self.posterior.sd)[scatter > 0.0]
+        return [float(f(ratios)) for f in (np.min, np.median, np.max)]
 
     def pictures(self):
         """What figures of all cases need."""
@@ -150,7 +158,7 @@ def spectrum(problem):
 
 
 def places(problem, draws, sets):
-    """How far out each group of sets (n, n_params) lies, group -> measure -> (n,): one is the 95 % limit of the draws."""
+    """How far out each group of sets (n, n_params) lies, group -> measure -> (n,), over the 95 % limit of the draws."""
     t = {key: problem.prior.standard(values) for key, values in ({"draws": draws} | sets).items()}
     found = {key: {"distance": mahalanobis(t["draws"], values)} for key, values in t.items()}
     for key, values in ({"draws": draws} | sets).items():
@@ -255,8 +263,17 @@ def tables(numbers):
         for group in SETS:
             parts = ", ".join(f"{share:.2g}" for share in case["scatter"][group].values())
             cells.append(f"{parts}; {case['scatter_sd'][group]:.2g}")
-        lines.append((marked(name, case), *cells))
-    yield from table(header, lines)
+        lines.append((marked(name, case), *cells, f"{case['scatter_sd']['posterior']:.2g}"))
+    yield from table((*header, "posterior, size"), lines)
+    yield "\nScatter of the sets over posterior sd of each identified coefficient: least, median, largest.\n"
+    lines = [
+        (
+            marked(name, case),
+            *(", ".join(f"{ratio:.2g}" for ratio in found) for found in case["scatter_over_posterior"].values()),
+        )
+        for name, case in numbers.items()
+    ]
+    yield from table(("case", "exact track", "noisy track"), lines)
     yield f"\nTrade-offs: pairs correlated above {TRADE_OFF:g}, and the strongest.\n"
     lines = [
         (

@@ -5,6 +5,7 @@ A case is named ``vehicle manoeuvre``, with a star after it if its posterior has
 
 import numpy as np
 from matplotlib.colors import LogNorm
+from matplotlib.ticker import NullFormatter
 
 from bayesub.coefficients import AXES, NAMES
 from bayesub.plots import style
@@ -113,7 +114,7 @@ def draw_scatter(path, cases, groups) -> None:
     """
     n_columns = min(3, len(cases))
     n_rows = -(-len(cases) // n_columns)
-    with style.figure(path, 3.3 * n_columns + 0.4, 2.6 * n_rows + 0.8) as figure:
+    with style.figure(path, max(6.5, 3.3 * n_columns + 0.4), 2.6 * n_rows + 0.8) as figure:
         panels = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=True)
         for panel, (case, (values, null, scatter)) in zip(panels.flat, cases.items(), strict=False):
             shown = np.where(null, _FLOOR, np.maximum(values, _FLOOR))
@@ -153,7 +154,9 @@ def draw_distances(path, cases, groups, measures) -> None:
                     look = {"ms": 3.5, "mec": colour, "mew": 0.8, "mfc": colour if filled else "none"}
                     panel.semilogx(values, y, marker, **look)
             panel.axvline(1.0, color=style.TRUTH, lw=0.9)
-            panel.set_xlabel(label)
+            low, high = panel.get_xlim()
+            panel.set(xlabel=label, xlim=(min(low, 0.09), max(high, 11.0)))
+            panel.xaxis.set_minor_formatter(NullFormatter())
         panels[0].set_yticks(range(len(cases)), list(cases), fontsize=8)
         panels[0].invert_yaxis()
         for text, marker, filled in groups.values():
