@@ -85,7 +85,7 @@ class Case:
         self.problem = problem = thesis.trial(vehicle, manoeuvre)
         file = folder / f"posterior_{self.name}.nc"
         self.posterior = thesis.sampled(problem, file, max_steps=max_steps, progress=progress.update)
-        self.title = f"{vehicle} {manoeuvre}" + ("" if self.posterior.converged else "*")
+        self.title = f"{vehicle} {manoeuvre}" + ("" if self.posterior.converged else " (not converged)")
         found = resumed(folder / f"sets_{self.name}.json", lambda: searches(problem, n_sets, max_iterations))
         self.sets = {key: np.array(values) for key, values in found.items()} | {"truth": problem.reference[None]}
         self.spectrum = spectrum(problem)
@@ -101,11 +101,10 @@ class Case:
         posterior, channels = self.posterior, self.problem.record.channels
         off = self.problem.prior.standard(self.problem.reference)
         furthest = int(np.argmax(np.abs(off)))
-        order = np.argsort(-np.abs(np.triu(posterior.correlation, 1)), axis=None)
-        pairs = [np.unravel_index(k, posterior.correlation.shape) for k in order[:10]]
         return {
             "names": list(posterior.names),
-            "noise": {c.name: float(c.sd) for c in channels},
+            "position_sd_m": float(channels[0].sd),
+            "attitude_sd_deg": float(np.degrees(channels[-1].sd)),
             "n_readings": self.problem.record.n_readings,
             "converged": posterior.converged,
             "shortcomings": list(posterior.shortcomings),
@@ -123,7 +122,8 @@ class Case:
             "scatter_over_posterior": {group: self.relative(group) for group in ("exact", "noisy")},
             "scatter_sd": {group: float(np.linalg.norm(self.along[group])) for group in (*SETS, "posterior")},
             "trade_offs": [
-                (posterior.names[i], posterior.names[j], float(posterior.correlation[i, j])) for i, j in pairs
+                (posterior.names[i], posterior.names[j], float(posterior.correlation[i, j]))
+                for i, j in strongest(posterior)[:10]
             ],
             "n_trade_offs": int(np.sum(np.abs(np.triu(posterior.correlation, 1)) > TRADE_OFF)),
         }
@@ -196,11 +196,16 @@ def shares(spectrum, along):
     return {kind: float(np.sum(along[a:b] ** 2) / np.sum(along**2)) for kind, (a, b) in bounds.items()}
 
 
+def strongest(posterior):
+    """Positions (n_pairs, 2) of the coefficients of each pair, the most correlated first."""
+    pairs = np.transpose(np.triu_indices(len(posterior.correlation), 1))
+    return pairs[np.argsort(-np.abs(posterior.correlation[tuple(pairs.T)]))]
+
+
 def trading(posterior):
     """Positions of at most eight coefficients: those of the strongest correlations."""
-    order = np.argsort(-np.abs(np.triu(posterior.correlation, 1)), axis=None)
     chosen = {}
-    for pair in zip(*np.unravel_index(order, posterior.correlation.shape), strict=True):
+    for pair in strongest(posterior).tolist():
         if len(chosen | dict.fromkeys(pair)) > CORNER:
             break
         chosen |= dict.fromkeys(pair)
@@ -239,7 +244,13 @@ def draw(folder, numbers, pictures, suffixes):
 def tables(numbers):
     """Markdown."""
     yield "Posteriors. Stiff, sloppy and null directions of the Fisher information at the truth.\n"
-    header = ("case", "coefficients", "stiff, sloppy, null", f"posterior sd below {KNOWN:.0%} of the prior's")
+    header = (
+        "case",
+        "noise (m, deg)",
+        "coefficients",
+        "stiff, sloppy, null",
+        f"posterior sd below {KNOWN:.0%} of the prior's",
+    )
     header += ("median", "R-hat", "least ESS", "simulations", "seconds")
     lines = []
     for name, case in numbers.items():
@@ -248,6 +259,7 @@ def tables(numbers):
         lines.append(
             (
                 marked(name, case),
+                f"{case['position_sd_m']:.2g}, {case['attitude_sd_deg']:.2g}",
                 n,
                 kinds,
                 np.sum(contraction < KNOWN),

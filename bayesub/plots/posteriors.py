@@ -1,6 +1,6 @@
 """Posteriors of several cases beside each other, and point estimates within them.
 
-A case is named ``vehicle manoeuvre``, with a star after it if its posterior has not converged.
+A case is named ``vehicle manoeuvre``, with more words after that if its posterior has not converged.
 """
 
 import numpy as np
@@ -13,7 +13,6 @@ from bayesub.plots.coefficients import intervals, labels, ratios, starred
 
 _ROW = 28  # coefficients a row
 _FLOOR = 1e-4  # where null directions are drawn, and what is smaller
-UNCONVERGED = "* NOT CONVERGED"
 
 
 def draw_coefficients(path, posterior, prior, reference, groups) -> None:
@@ -43,7 +42,7 @@ def draw_coefficients(path, posterior, prior, reference, groups) -> None:
                 if names[k][0] != names[k - 1][0]:
                     panel.axvline(columns[k] - 0.5, color=style.TRUTH, lw=0.5, ls=":")
         if not posterior.converged:
-            panels[-1].annotate(UNCONVERGED, (1, 1), xycoords="axes fraction", ha="right", va="top", color=style.SQP)
+            figure.suptitle("NOT CONVERGED", color=style.SQP)
         panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=2)
 
 
