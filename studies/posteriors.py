@@ -5,11 +5,11 @@ which of them is right. What does the posterior of the same trial say of them, c
 Claim: from noisy readings nine searches of ten and more end in sets that fit as well as the posterior does. From the
 exact track they do in the vertical plane; on the horizontal spiral fewer than half do, because the thesis's rule stops
 them while the track is off by more than the noise would hide, and on the coupled one it depends on the boat. Either way
-at least four fifths of the variance of the sets is along directions that the data do not see, and the median
-coefficient scatters less than its posterior standard deviation: the scatter of searches tells where they stop, not what
-is known. What is known is the drag Xuu, always best and to 2 % of the prior's standard deviation or 0.5 % of its value,
-and combinations of the others; the median coefficient keeps more than half of its prior uncertainty. A posterior that
-has not converged is marked and counts for none of this.
+at least four fifths of the variance of the sets is along directions that the data do not see. Their scatter is no
+standard error: it differs from the posterior standard deviation by a factor that differs two-fold and more from one
+coefficient to another. What is known is the drag Xuu, always best and to 2 % of the prior's standard deviation or 0.5 %
+of its value, and combinations of the others; the median coefficient keeps two fifths of its prior uncertainty and more.
+A posterior that has not converged is marked and counts for none of this.
 Cost: about a quarter of an hour on one core. A killed run continues with --resume: posteriors and searches are kept.
 
 The trials are :func:`bayesub.thesis.trial`: position noise of 0.5 m on a boat of suboff's length, in proportion to the
@@ -44,7 +44,7 @@ N_DRAWS = 4000  # of the posterior, whose fit is computed
 REGION = 0.95
 KNOWN = 0.1  # posterior sd over prior sd
 TRADE_OFF = 0.9  # correlation
-MOST, UNSEEN, DRAG = 0.9, 0.8, 0.02  # of the claim
+MOST, UNSEEN, DRAG, KEPT = 0.9, 0.8, 0.02, 0.4  # of the claim
 CORNER = 8  # coefficients at most
 SETS = {  # group of sets -> label, marker, colour
     "starts": ("starts of SQP", "o", "#909090"),
@@ -327,11 +327,11 @@ def check(name, case):
     for group in ("exact", "noisy"):
         stiff = case["scatter"][group]["stiff"]
         assert stiff < 1.0 - UNSEEN, f"{name}: {stiff:.0%} of the scatter ({group}) is along what the data see"
-        median = case["scatter_over_posterior"][group][1]
-        assert median < 1.0, f"{name}: the median coefficient scatters {median:.2g} posterior sd ({group})"
+        least, _, largest = case["scatter_over_posterior"][group]
+        assert largest > 2.0 * least, f"{name}: all coefficients scatter {least:.2g} to {largest:.2g} posterior sd"
     contraction = dict(zip(case["names"], case["contraction"], strict=True))
     best = min(contraction, key=contraction.get)
     assert best == "Xuu", f"{name}: {best} is the best known coefficient"
     assert contraction["Xuu"] < DRAG, f"{name}: Xuu keeps {contraction['Xuu']:.1%} of its prior sd"
     median = np.median(case["contraction"])
-    assert median > 0.5, f"{name}: the median coefficient keeps {median:.0%} of its prior sd"
+    assert median > KEPT, f"{name}: the median coefficient keeps {median:.0%} of its prior sd"
