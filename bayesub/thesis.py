@@ -4,15 +4,18 @@ Vehicles stand in for the classified boats in order: suboff for submarine 1, auv
 """
 
 import tomllib
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
-from bayesub import baselines, priors
+from bayesub import baselines, priors, results
 from bayesub.coefficients import INDEX, NAMES
 from bayesub.inputs import DATA
 from bayesub.linear_systems import linear_systems
 from bayesub.manoeuvres import load_manoeuvre
 from bayesub.problem import Problem
+from bayesub.sampling import Posterior, sample
 from bayesub.sensors import Track, observe
 from bayesub.simulate import Simulator, simulate
 from bayesub.vehicles import Vehicle, load_vehicle
@@ -116,3 +119,14 @@ def trial(vehicle: str, manoeuvre: str, *, sd: float = 0.25, free=None) -> Probl
     prior = priors.relative_normal(sd, priors.perturbed(boat.xi, 0.15, guess))
     record = observe(truth, sensor, noise)
     return Problem(boat, flown, record, free=free or NAMES, prior=prior, dt=truth.simulator.step)
+
+
+def sampled(
+    problem: Problem, file: Path, *, max_steps: int = 20_000, progress: Callable = lambda *_: None
+) -> Posterior:
+    """The posterior of a trial, sampled once and kept in `file`, its chain in a folder beside it; converged or not."""
+    if not file.exists():
+        rng = np.random.default_rng(SEED)
+        chain = file.with_name(f"chain_{file.stem}")
+        results.save(sample(problem, rng=rng, max_steps=max_steps, checkpoint=chain, progress=progress), file)
+    return results.load(file)

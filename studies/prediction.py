@@ -12,7 +12,7 @@ Cost: see the closing table.
 import numpy as np
 
 import bayesub as bs
-from bayesub import results, thesis
+from bayesub import thesis
 from bayesub.markdown import beside, table
 from bayesub.plots import campaign, prediction
 from bayesub.simulate import Simulator
@@ -48,17 +48,9 @@ def run(folder, *, quick, progress):
 def posterior_draws(folder, vehicle, quick, progress):
     """(n, 101) coefficient sets from the posterior of a tracked coupled manoeuvre, sampled once and kept."""
     problem = thesis.trial(vehicle, "coupled", free=QUICK_FREE if quick else None)
-    file = folder / f"posterior_{vehicle}.nc"
-    if not file.exists():
-        posterior = bs.sample(
-            problem,
-            rng=np.random.default_rng(thesis.SEED),
-            checkpoint=folder / f"chain_{vehicle}",
-            progress=progress.update,
-        )
-        assert posterior.converged, f"{vehicle}: {'; '.join(posterior.shortcomings)}"
-        results.save(posterior, file)
-    draws = results.load(file).draws
+    posterior = thesis.sampled(problem, folder / f"posterior_{vehicle}_coupled.nc", progress=progress.update)
+    assert posterior.converged, f"{vehicle}: {'; '.join(posterior.shortcomings)}"
+    draws = posterior.draws
     rows = np.random.default_rng(thesis.SEED).choice(len(draws), N_DRAWS, replace=False)
     return problem.coefficient_sets(draws[rows])
 

@@ -41,13 +41,7 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
     ratio = partial(ratios, reference=reference, prior=prior)
     with style.figure(path, max(6.0, 0.42 * n + 1.0), 4.6) as figure:
         axis = figure.subplots()
-        bottom, top = np.sort([ratio(prior.quantiles(p)) for p in (0.025, 0.975)], axis=0)
-        axis.bar(columns, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 95 %")
-        axis.axhline(1.0, color=style.TRUTH, lw=0.8)
-        low, q1, median, q3, high = np.sort(ratio(posterior.quantiles([0.05, 0.25, 0.5, 0.75, 0.95])), axis=0)
-        axis.vlines(columns, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
-        axis.vlines(columns, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
-        axis.plot(columns, median, "_", color="white", ms=7)
+        lowest, highest = intervals(axis, columns, posterior, prior, reference)
         for estimate in estimates:
             place = np.array([estimate.names.index(name) for name in names])
             if estimate.method == "SQP":
@@ -60,7 +54,6 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
                 axis.plot(columns + 0.36, values, "x", ms=4.5, color=style.LINEAR, label=f"{estimate.method}, no noise")
         axis.set_xticks(columns, starred(names, reference), rotation=60, ha="right", rotation_mode="anchor")
         axis.set_xlim(-0.7, n - 0.3)
-        lowest, highest = min(bottom.min(), low.min()), max(top.max(), high.max())
         axis.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
         star = "" if np.all(reference) else "\n* zero there: 1 + value / prior sd"
         axis.set_ylabel(f"ratio to {reference_word}{star}")
@@ -69,3 +62,23 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
         for k in first:
             axis.axvline(k - 0.5, color=style.TRUTH, lw=0.5, ls=":")
         axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5 if n > 20 else 3, fontsize=8)
+
+
+def intervals(axis, columns, posterior, prior, reference) -> tuple[float, float]:
+    """Draw prior band and posterior intervals of parameters `columns` (n,) there; the lowest and highest ratio of them.
+
+    reference : as :func:`draw`
+    """
+
+    def quantiles(of, probabilities):
+        values = ratios([of.quantiles(p) for p in probabilities], reference, prior)
+        return np.sort(values[:, columns], axis=0)
+
+    bottom, top = quantiles(prior, (0.025, 0.975))
+    axis.bar(columns, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 95 %")
+    axis.axhline(1.0, color=style.TRUTH, lw=0.8)
+    low, q1, median, q3, high = quantiles(posterior, (0.05, 0.25, 0.5, 0.75, 0.95))
+    axis.vlines(columns, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
+    axis.vlines(columns, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
+    axis.plot(columns, median, "_", color="white", ms=7)
+    return min(bottom.min(), low.min()), max(top.max(), high.max())

@@ -38,26 +38,36 @@ def corner_parameters(posterior, n: int) -> np.ndarray:
     return np.arange(n) if n <= CORNER_PARAMETERS else np.sort(np.concatenate([order[:half], order[-half:]]))
 
 
-def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> None:
-    """Joint marginals of the best and the worst known coefficients as ratios to `reference` (n_coefficients,)."""
+def draw_corner(path, posterior, prior, reference, rng: np.random.Generator, *, chosen=None, sets=()) -> None:
+    """Joint marginals of coefficients as ratios to `reference` (n_coefficients,).
+
+    Parameters
+    ----------
+    chosen : (n,) positions; by default the best and the worst known, told apart by the colours of their labels
+    sets : (n_sets, n_coefficients) values to draw as points
+    """
     import corner  # here, since it imports all of ArviZ
 
-    chosen = corner_parameters(posterior, len(reference))
+    extremes = chosen is None
+    chosen = corner_parameters(posterior, len(reference)) if extremes else chosen
     draws = ratios(posterior.draws, reference, prior)[:, chosen]
     draws = draws[rng.choice(len(draws), min(CORNER_DRAWS, len(draws)), replace=False)]
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
+    points = ratios(np.reshape(sets, (-1, len(reference))), reference, prior)[:, chosen]
+    low, high = np.vstack([low, points]).min(axis=0), np.vstack([high, points]).max(axis=0)
     margin = 0.05 * (high - low)
     n = len(chosen)
     prior_quantiles = ratios([prior.quantiles(p) for p in PRIOR_PROBABILITIES], reference, prior)
     with mpl.rc_context({"font.size": 8.0}):
-        figure = Figure(figsize=(0.95 * n + 1.2, 0.95 * n + 1.2), dpi=130)
+        size = 0.95 * n + 1.2
+        figure = Figure(figsize=(size, size), dpi=130)
         corner.corner(
             draws,
             bins=25,
             range=list(zip(np.minimum(low, 1.0) - margin, np.maximum(high, 1.0) + margin, strict=True)),
             labels=starred(np.array(posterior.names)[chosen], reference[chosen]),
             truths=np.ones(n),
-            truth_color=style.SQP,
+            truth_color=style.SQP if extremes else style.TRUTH,
             color=style.POSTERIOR,
             fig=figure,
             plot_datapoints=False,
@@ -70,13 +80,15 @@ def draw_corner(path, posterior, prior, reference, rng: np.random.Generator) -> 
         axes = np.array(figure.axes).reshape(n, n)
         best = set(np.argsort(posterior.contraction[: len(reference)])[: CORNER_PARAMETERS // 2].tolist())
         for j, k in enumerate(chosen):
-            colour = style.POSTERIOR if k in best else style.WEAK
+            known = style.POSTERIOR if k in best else style.WEAK
             for label in (axes[j, 0].yaxis.label, axes[-1, j].xaxis.label):
-                label.set(color=colour, fontsize=11)
+                label.set(color=known if extremes else style.TRUTH, fontsize=11)
             axes[j, 0].yaxis.set_label_coords(-0.55, 0.5)
             axes[-1, j].xaxis.set_label_coords(0.5, -0.55)
             _draw_prior(axes[j, j], prior_quantiles[:, k])
-        figure.subplots_adjust(left=0.09, bottom=0.09, right=0.99, top=0.99)
+            for i in range(j):
+                axes[j, i].plot(points[:, i], points[:, j], "o", ms=2.5, mew=0, color=style.SQP)
+        figure.subplots_adjust(left=1.13 / size, bottom=1.13 / size, right=0.99, top=0.99)
         figure.savefig(path)
 
 
