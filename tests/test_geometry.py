@@ -6,7 +6,8 @@ from toys import Banana, ill_conditioned
 
 from bayesub.baselines import gauss_newton
 from bayesub.priors import Uniform
-from bayesub.sampling.geometry import Bend, Geometry, features
+from bayesub.sampling.geometry import Bend, Geometry
+from bayesub.sampling.polynomial import n_features
 
 
 @pytest.fixture
@@ -17,19 +18,10 @@ def bent_geometry(rng):
     for start, stop in ((0, 1), (1, 3)):
         n_after = 6 - stop
         active = np.linalg.qr(rng.standard_normal((n_after, 2)))[0]
-        n_features = features(np.zeros((1, n_after)), active).shape[1]
         factor = np.tril(rng.standard_normal((stop - start, stop - start)), -1) + 1.5 * np.eye(stop - start)
-        coefficients = 0.3 * rng.standard_normal((n_features, stop - start))
+        coefficients = 0.3 * rng.standard_normal((n_features(n_after, 2), stop - start))
         geometry.bends.append(Bend(start, stop, active, coefficients, factor))
     return geometry
-
-
-def test_features_are_the_monomials(rng):
-    """One, the coordinates, products of two components and of three: by hand for two active directions."""
-    z, active = rng.standard_normal((4, 3)), np.linalg.qr(rng.standard_normal((3, 2)))[0]
-    a, b = (z @ active).T
-    expected = [np.ones(4), *z.T, a * a, a * b, b * b, a**3, a * a * b, a * b * b, b**3]
-    np.testing.assert_allclose(features(z, active), np.transpose(expected), rtol=1e-13)
 
 
 def test_bend_map_is_triangular_with_constant_jacobian(bent_geometry, rng):
