@@ -30,8 +30,8 @@ interval_s = 1.0
 _NUISANCE = """# [nuisance]                  # what else is unknown
 # bias_yaw_deg = { mean = 0.0, sd = 2.0 }"""
 _IN_CURRENT = """[nuisance]                    # what else is unknown; the start needs no entry
-current_north_mps = { mean = 0.0, sd = 0.3 }
-current_east_mps = { mean = 0.0, sd = 0.3 }"""
+current_north_mps = { mean = 0.0, sd = 0.3 }"""
+_EAST = "\ncurrent_east_mps = { mean = 0.0, sd = 0.3 }"
 _HEADING = "\nyaw0_deg = { mean = 0.0, sd = 5.0 }  # CHANGE: nobody read the heading"
 _GUESS = """centre = "perturbed"          # a guess: the truth times (1 + perturbation_sd * normal); or "vehicle"
 perturbation_sd = 0.15"""
@@ -73,15 +73,18 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     if rest := [f'"{logs.HEADERS[key]}"' for key in log if key in QUANTITIES and key not in of_use]:
         source.append(f"ignore = [{', '.join(rest)}]")
     nuisance = _IN_CURRENT if _OVER_GROUND & set(of_use) else _NUISANCE
-    if nuisance is _IN_CURRENT and not any(QUANTITIES[key].state == "psi" for key in of_use):
-        nuisance += _HEADING
+    if nuisance is _IN_CURRENT and "psi" in changing:
+        read = any(QUANTITIES[key].state == "psi" for key in of_use)
+        nuisance += _EAST + ("" if read else _HEADING)
     return _text(
         name,
         path,
         vehicle,
         what=f"the log {data.name}",
         source="\n".join(source),
-        sensors="".join(_SENSOR.format(column=logs.HEADERS[key], sd=f"{_scatter(key, log):.2g}") for key in of_use),
+        sensors="".join(
+            _SENSOR.format(column=logs.HEADERS[key], sd=f"{_scatter(key, log, data):.2g}") for key in of_use
+        ),
         free=plane,
         centre='centre = "vehicle"',
         nuisance=nuisance,
@@ -95,7 +98,7 @@ def _text(name, path, vehicle, **parts) -> str:
     return text.format(name=name, file=path, vehicle=vehicle, **parts)
 
 
-def _scatter(key, log) -> float:
+def _scatter(key, log, data) -> float:
     """Standard deviation of the noise of a column, in its unit.
 
     Of a smooth signal with independent noise the median second difference, over the root of six, says what it is; it
@@ -107,6 +110,6 @@ def _scatter(key, log) -> float:
         readings = np.unwrap(readings)
     steps = np.abs(np.diff(readings))
     if not steps.any():
-        raise InputError(f"column '{header}' never changes; give its sd yourself or leave it out of the log")
+        raise InputError(f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log")
     scatter = np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0))
     return float(max(scatter, 0.5 * steps[steps > 0.0].min())) / logs.COLUMNS[header][1]

@@ -36,3 +36,16 @@ def test_scatter_of_a_column_that_rounding_hides(tmp_path):
     log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,7\n" for k in range(50)))
     with pytest.raises(bs.InputError, match="column 'x_m' never changes"):
         study_templates.of_log("a", tmp_path / "a.toml", "auv690", log)
+
+
+def test_a_vertical_log_needs_neither_heading_nor_cross_current(tmp_path):
+    """What cannot change in the plane of the motion is not among the nuisance parameters."""
+    boat = bs.load_vehicle("npsauv")
+    zigzag = bs.load_manoeuvre("vertical", boat)
+    record = bs.observe(bs.simulate(boat, zigzag), bs.sensors.DVL(sd_mps=0.005), np.random.default_rng(1))
+    record.save(tmp_path / "log.csv", zigzag)
+    path = tmp_path / "vertical.toml"
+    path.write_text(study_templates.of_log("vertical", path, "npsauv", tmp_path / "log.csv"))
+    names = study.prepare(study.load_study(path)).problem.names
+    assert "current_north_mps" in names
+    assert not {"current_east_mps", "yaw0_deg"} & set(names)
