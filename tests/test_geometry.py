@@ -47,6 +47,22 @@ def test_straightening_inverts_bending(bent_geometry, rng):
     np.testing.assert_allclose(bent_geometry.bent(bent_geometry.straightened(y)), y, atol=1e-11)
 
 
+def test_gradient(bent_geometry, rng):
+    """Of the log posterior, through bends, prior and likelihood: against extrapolated central differences."""
+    problem, _ = ill_conditioned()
+    for y in rng.standard_normal((5, 6)):
+        offsets = 1e-3 * np.eye(6)
+        slopes = [
+            (bent_geometry.log_prob(problem, y + h * offsets) - bent_geometry.log_prob(problem, y - h * offsets))
+            / (2e-3 * h)
+            for h in (1, 0.5)
+        ]
+        gradient = bent_geometry.gradient(problem, y)
+        np.testing.assert_allclose(
+            gradient, (4 * slopes[1] - slopes[0]) / 3, rtol=1e-5, atol=1e-5 * np.abs(gradient).max()
+        )
+
+
 def test_whitening_turns_the_laplace_approximation_into_a_standard_normal():
     """Without bends the log posterior of a linear problem is -|y|^2 / 2, to the last null direction."""
     problem, _ = ill_conditioned()

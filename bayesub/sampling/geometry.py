@@ -115,8 +115,8 @@ class Geometry:
         slopes = slopes.copy()
         for bend in self.bends:
             block, after = slice(bend.start, bend.stop), slice(bend.stop, None)
-            by_features = slopes[:, block] @ bend.coefficients.T
-            slopes[:, after] += pullback(z[:, after], bend.active, by_features)
+            by_features = bend.coefficients @ slopes[:, block].T
+            slopes[:, after] += pullback(z[:, after], bend.active, by_features.T)
             slopes[:, block] = slopes[:, block] @ bend.factor
         return slopes
 
@@ -143,6 +143,15 @@ class Geometry:
         if inside.any():
             log_prob[inside] += problem.log_likelihood(self.prior.unscaled(x[inside]))
         return log_prob
+
+    def gradient(self, problem, y) -> np.ndarray:
+        """(n_params,) gradient of :meth:`log_prob` at sampling coordinates y (n_params,) inside the support."""
+        z = self.bent(y[None])
+        (x,) = self.scaled(z)
+        parameters = self.prior.unscaled(x)
+        jacobian = self.prior.scaled_chain(problem.jacobian(parameters), x)
+        by_scaled = self.prior.scaled_slope(x[None]) - problem.residuals(parameters[None]) @ jacobian
+        return self.pullback(z, by_scaled @ self.basis)[0]
 
     def draws(self, random: np.random.RandomState, n: int) -> np.ndarray:
         """Sampling coordinates (n, n_params): standard normal draws within the support of the prior."""

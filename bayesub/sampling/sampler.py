@@ -33,6 +33,7 @@ STEP_BYTES = 2**16  # of steps that take more room only every second, third .. i
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
 
+@threadpoolctl.threadpool_limits.wrap(1, "blas")
 def sample(
     problem,
     *,
@@ -63,7 +64,7 @@ def sample(
     n_walkers = N_WALKERS if n_walkers is None else n_walkers
     if n_ensembles < 1 or n_walkers < 2:
         raise InputError(f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}")
-    with store.opened(checkpoint) as saved, threadpoolctl.threadpool_limits(1, "blas"):
+    with store.opened(checkpoint) as saved:
         run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
             while True:
@@ -196,6 +197,7 @@ class _Run:
             )
 
 
+@threadpoolctl.threadpool_limits.wrap(1, "blas")
 def straightened(problem, rng: np.random.Generator, progress) -> tuple[Geometry, Surrogate, np.ndarray]:
     """Sampling coordinates, whitened at the mode and straightened, a surrogate of the posterior, and draws of that."""
     progress(0.0, "posterior mode")

@@ -40,7 +40,7 @@ _FREEDOM = (30.0, 3.0)  # degrees of freedom, and those for each emulated residu
 _SPAN = 0.03  # posterior sd; directions of the residuals that vary less are left out
 _SPANNING = 300  # simulations that show which
 _BATCH = 512
-_FEW = 128  # walkers whose polynomials fit into a processor's cache
+_FEW = 512  # walkers that one thread moves together
 
 
 class Surrogate:
@@ -90,14 +90,14 @@ class Surrogate:
         excess = np.log1p(np.einsum("ij,ij->i", residuals, residuals) / n_degrees)
         return log_prior - 0.5 / temperature * (n_degrees + residuals.shape[1]) * excess
 
-    def gradient(self, y, temperature: float = 1.0) -> np.ndarray:
+    def gradient(self, y) -> np.ndarray:
         """(n, n_params) gradient of :meth:`log_prob` within the support of the prior."""
         z = self.geometry.bent(y)
         residuals = features(z, self.geometry.active) @ self.coefficients
         n_degrees = _FREEDOM[0] + _FREEDOM[1] * residuals.shape[1]
         weights = (n_degrees + residuals.shape[1]) / (n_degrees + np.einsum("ij,ij->i", residuals, residuals))
-        by_features = -(weights[:, None] / temperature * residuals) @ self.coefficients.T
-        slopes = pullback(z, self.geometry.active, by_features)
+        by_features = -self.coefficients @ (weights[:, None] * residuals).T
+        slopes = pullback(z, self.geometry.active, by_features.T)
         slopes += self.geometry.prior.scaled_slope(self.geometry.scaled(z)) @ self.geometry.basis
         return self.geometry.pullback(z, slopes)
 
