@@ -9,8 +9,13 @@ import ast
 import hashlib
 import importlib.util
 import json
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
+
+import joblib
+import numba
 
 from bayesub import inputs
 from bayesub.errors import InputError
@@ -53,3 +58,15 @@ def resumed(file: Path, make: Callable[[], dict]) -> dict:
     if not file.exists():
         write_text(file, json.dumps(make()))
     return json.loads(file.read_text(encoding="utf-8"))
+
+
+def in_processes(work: Callable, items: Iterable) -> Iterator:
+    """What `work` returns for each item, in order: each in a process that has one thread, as many as there are cores.
+
+    For parts that share nothing, such as trials that are repeated with other noise. With ``NUMBA_NUM_THREADS=1`` they
+    are done one after the other in this process.
+    """
+    ignore_interrupt = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)  # which this process answers for all
+    with joblib.parallel_config("loky", inner_max_num_threads=1, initializer=ignore_interrupt):
+        parallel = joblib.Parallel(n_jobs=numba.get_num_threads(), return_as="generator")
+        yield from parallel(joblib.delayed(work)(item) for item in items)

@@ -14,6 +14,7 @@ boats that do, and so is the posterior, as a simulation that fails has likelihoo
 import json
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import stats
@@ -23,6 +24,7 @@ from bayesub import calibration, likelihoods
 from bayesub.markdown import table
 from bayesub.plots import calibration as plots
 from bayesub.sampling.posterior import Criteria
+from bayesub.script import in_processes
 
 N_TRIALS, QUICK_TRIALS = 200, 6
 FALSE_ALARMS = 0.01  # of all quantities of a problem together
@@ -92,12 +94,12 @@ def repeated(file, case, place, n_trials, progress):
     """The trials of a problem, continued from those in the file; one line of JSON each, written when it is done."""
     done = [line for line in file.read_text().splitlines() if line.endswith("}")] if file.exists() else []
     file.write_text("".join(line + "\n" for line in done))  # without the line in which a kill came
-    for k in range(len(done), n_trials):
-        rng = np.random.default_rng([SEED, place, k])
-        done.append(json.dumps(trial(case, rng)))
+    rngs = (np.random.default_rng([SEED, place, k]) for k in range(len(done), n_trials))
+    for result in in_processes(partial(trial, case), rngs):
+        done.append(json.dumps(result))
         with file.open("a") as lines:
             lines.write(done[-1] + "\n")
-        progress.update((k + 1) / n_trials, f"{k + 1} of {n_trials} trials")
+        progress.update(len(done) / n_trials, f"{len(done)} of {n_trials} trials")
     return [json.loads(line) for line in done]
 
 

@@ -3,9 +3,10 @@
 Question: the ensemble sampler straightens, whitens and proposes by rules of our own. Does NUTS, which shares the log
 posterior and nothing of these rules, find the same means, standard deviations and correlations in all nine cases?
 Claim: yes, within Monte Carlo error, wherever NUTS itself converges.
-Cost: about two hours on two cores, most of it NUTS; a finished case is read back from its file.
+Cost: about an hour on two cores, most of it NUTS; a finished case is read back from its file.
 """
 
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -15,38 +16,50 @@ from bayesub import thesis
 from bayesub.markdown import table
 from bayesub.plots import cross_check as plots
 from bayesub.sampling import CrossCheck, cross_check
-from bayesub.script import resumed
+from bayesub.script import in_processes, resumed
 from bayesub.thesis import MANOEUVRES, VEHICLES
 
-N_DRAWS, N_TUNE = 1000, 500  # of each of four chains of NUTS
+N_DRAWS, N_TUNE = 600, 300  # of each of four chains of NUTS
 QUICK = {"npsauv horizontal": ("Xuu", "Yuv", "Nuv")}
 
 
 def run(folder, *, quick, progress):
     """Both samplers on every case, and the differences of their moments."""
-    cases = QUICK if quick else {f"{vehicle} {plane}": None for plane, vehicle in product(MANOEUVRES, VEHICLES)}
+    # The longest first, so that no core is left waiting in the end.
+    planes = reversed(MANOEUVRES)
+    cases = QUICK if quick else {f"{vehicle} {plane}": None for plane, vehicle in product(planes, VEHICLES)}
+    progress.stage("cases")
     numbers = {}
-    for case, free in cases.items():
-        progress.stage(case)
-        file = folder / f"{case.replace(' ', '_')}.json"
-        numbers[case] = resumed(file, lambda: compared(case, free, quick, progress))  # noqa: B023
+    for case, result in zip(cases, in_processes(partial(finished, folder, quick), cases.items()), strict=True):
+        numbers[case] = result
         for suffix in ("png",) if quick else ("png", "pdf"):
-            plots.draw(file.with_suffix(f".{suffix}"), CrossCheck.from_json(numbers[case]["check"]))
+            plots.draw(file_of(folder, case).with_suffix(f".{suffix}"), CrossCheck.from_json(result["check"]))
+        progress.update(len(numbers) / len(cases), f"{len(numbers)} of {len(cases)} cases")
     (folder / "cross_check.md").write_text("\n".join(tables(numbers)) + "\n")
     for case, result in numbers.items():
         assert result["check"]["verdict"] != "disagree", f"{case}: {result['check']['sentence']}"
     return numbers
 
 
-def compared(case, free, quick, progress):
+def finished(folder, quick, item):
+    """Both posteriors of a case, now or before."""
+    return resumed(file_of(folder, item[0]), lambda: compared(*item, quick))
+
+
+def file_of(folder, case):
+    """Where the result of a case is kept."""
+    return folder / f"{case.replace(' ', '_')}.json"
+
+
+def compared(case, free, quick):
     """The posterior of a case by both samplers."""
     vehicle, manoeuvre = case.split()
     problem = thesis.trial(vehicle, manoeuvre, free=free)
     rng = np.random.default_rng(thesis.SEED)
-    posterior = bs.sample(problem, rng=rng, progress=progress.update)
+    posterior = bs.sample(problem, rng=rng)
     assert posterior.converged, f"{case}: {'; '.join(posterior.shortcomings)}"
     n_draws, n_tune = (200, 200) if quick else (N_DRAWS, N_TUNE)
-    check = cross_check(problem, posterior, rng=rng, n_draws=n_draws, n_tune=n_tune, progress=progress.update)
+    check = cross_check(problem, posterior, rng=rng, n_draws=n_draws, n_tune=n_tune)
     return {
         "n_params": problem.n_params,
         "evaluations": posterior.evaluations,

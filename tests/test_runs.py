@@ -4,6 +4,7 @@ import html.parser
 import json
 import signal
 
+import numba
 import pytest
 
 from bayesub import cli, runs
@@ -23,6 +24,19 @@ def run(folder, *, quick, progress):
 BREAKS = (
     '"""Is a bug a reason to stop?"""\ndef run(folder, *, quick, progress):\n    raise RuntimeError("two\\nlines")\n'
 )
+
+
+PROCESSES = '''"""Are the parts done in processes of their own?"""
+import os
+import numba
+from bayesub.script import in_processes
+def square(k):
+    return k * k, os.getpid(), numba.get_num_threads()
+def run(folder, *, quick, progress):
+    squares, processes, threads = zip(*in_processes(square, range(6)), strict=True)
+    own = os.getpid() in processes
+    return {"squares": squares, "own": own, "threads": max(threads)}
+'''
 
 
 def run(*arguments, capsys):
@@ -147,6 +161,17 @@ def test_verdicts_as_json(studies, tmp_path, capsys):
         ("d_bad", False),
     ]
     cli.console.quiet = False
+
+
+def test_parts_in_processes_of_their_own(tmp_path, capsys):
+    """They come back in order; each process has one thread, however many there are."""
+    (tmp_path / "parts.py").write_text(PROCESSES)
+    status, _ = run(tmp_path / "parts.py", "-o", tmp_path / "run", capsys=capsys)
+    numbers = json.loads((tmp_path / "run/numbers.json").read_text())
+    assert status == 0
+    assert numbers["squares"] == [0, 1, 4, 9, 16, 25]
+    assert numbers["own"] == (numba.get_num_threads() == 1)
+    assert numbers["threads"] == 1
 
 
 def test_a_folder_without_studies(tmp_path, capsys):
