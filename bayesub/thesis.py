@@ -25,6 +25,8 @@ MANOEUVRES = ("horizontal", "vertical", "coupled")
 SEED = 2003
 TOLERANCES = (0.1, 0.01)  # parTol and funcTol (section 7.2.2)
 SUBOFF_TIME = 102.2606 / 7.5  # s to travel a ship length, to which the sampling interval refers
+# What a towing tank without a planar motion mechanism measures: forces at drift and rudder angles (appendix G).
+TOWED = ("Xuu", "Xvv", "Xuu_drdr", "Yuv", "Yv_absnu", "Yuu_dr", "Nuv", "Nv_absnu", "Nuu_dr")
 WEIGHT = 10.0  # samples of the thesis to one of ours
 
 

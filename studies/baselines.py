@@ -26,7 +26,7 @@ from bayesub.markdown import beside, table
 from bayesub.measured import measure
 from bayesub.plots import campaign as plots
 from bayesub.script import resumed
-from bayesub.thesis import MANOEUVRES, SEED, VEHICLES, track_problem
+from bayesub.thesis import MANOEUVRES, SEED, TOWED, VEHICLES, track_problem
 
 N_STARTS, N_FREE_STARTS = 50, 5  # by the thesis's rule, and of each search to its own end
 MAX_ITERATIONS = 500
@@ -34,8 +34,6 @@ LOST = 0.1  # a coefficient is lost when its standard error is the spread of the
 CLOSE = 2e-3  # ship lengths off the track: centimetres for the AUVs, decimetres for the submarine
 WEAK_M = 0.02  # track noise that half the coefficients do not survive, where SQP cannot pin them down either
 VELOCITY_NOISE = 1e-5  # m/s, in the linear range; accelerations get as many m/s^2
-# What a towing tank without a planar motion mechanism measures: forces at drift and rudder angles.
-TOWED = ("Xuu", "Xvv", "Xuu_drdr", "Yuv", "Yv_absnu", "Yuu_dr", "Nuv", "Nv_absnu", "Nuu_dr")
 
 
 def run(folder, *, quick, progress):
