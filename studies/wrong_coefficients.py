@@ -9,8 +9,11 @@ range; random errors a tenth as large miss them by far more.
 Cost: a quarter of an hour on two cores.
 
 What data leave open is drawn by randomising and optimising: the readings get noise, the centre of the prior a draw from
-it, and the mode is found again (Bardsley et al. 2014). How far the tracks of a set are off is simulated, not estimated.
+it, and the mode is found again (Bardsley et al. 2014), from the truth, since the question is what the data leave open
+around it. How far the tracks of a set are off is simulated, not estimated.
 """
+
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +25,7 @@ from bayesub.joint import JointProblem
 from bayesub.linear_systems import linear_systems
 from bayesub.markdown import table
 from bayesub.plots import wrong_coefficients as plots
+from bayesub.script import in_processes, resumed
 from bayesub.thesis import SUBOFF_TIME, VEHICLES
 
 PRIOR_SD = 0.25
@@ -40,7 +44,7 @@ def run(folder, *, quick, progress):
         boat = bs.load_vehicle(vehicle)
         n_seen = max(data.values())
         simulators = list(thesis.unseen(boat, n_seen + n_unseen))
-        sets = dict(open_sets(boat, simulators, data, n_draws, vehicle, progress))
+        sets = {kind: open_sets(folder, vehicle, kind, n, n_draws, progress) for kind, n in data.items()}
         progress.stage(f"{vehicle}: fly")
         names = randomised(boat, simulators[:1], np.random.default_rng(0)).names
         sets["null directions"] = null_moves(boat, names)
@@ -56,17 +60,26 @@ def run(folder, *, quick, progress):
     return numbers
 
 
-def open_sets(boat, simulators, data, n_draws, vehicle, progress):
-    """Kind -> (n_draws, 101) sets that the tracks of so many manoeuvres leave open."""
-    for kind, n in data.items():
-        progress.stage(f"{vehicle}: {kind}")
-        rng = np.random.default_rng([thesis.SEED, n])
-        found = []
-        for k in range(n_draws):
-            problem = randomised(boat, simulators[:n], rng)
-            found.append(problem.coefficient_sets(gauss_newton(problem).values)[0])
-            progress.update((k + 1) / n_draws, f"{k + 1} of {n_draws} draws")
-        yield kind, np.array(found)
+def open_sets(folder, vehicle, kind, n_manoeuvres, n_draws, progress):
+    """(n_draws, 101) sets that the tracks of so many manoeuvres leave open, found now or before."""
+
+    def found():
+        sets = []
+        for one in in_processes(partial(open_set, vehicle, n_manoeuvres), range(n_draws)):
+            sets.append(one.tolist())
+            progress.update(len(sets) / n_draws, f"{len(sets)} of {n_draws} draws")
+        return {"sets": sets}
+
+    progress.stage(f"{vehicle}: {kind}")
+    return np.array(resumed(folder / f"sets_{vehicle}_{n_manoeuvres}.json", found)["sets"])
+
+
+def open_set(vehicle, n_manoeuvres, k):
+    """(101,) the k-th set that the tracks of so many manoeuvres leave open."""
+    boat = bs.load_vehicle(vehicle)
+    simulators = thesis.unseen(boat, n_manoeuvres)
+    problem = randomised(boat, simulators, np.random.default_rng([thesis.SEED, n_manoeuvres, k]))
+    return problem.coefficient_sets(gauss_newton(problem, boat.xi[problem.columns]).values)[0]
 
 
 def randomised(boat, simulators, rng):

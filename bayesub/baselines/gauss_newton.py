@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from bayesub.baselines.estimate import Estimate
-from bayesub.linalg import complete_svd
+from bayesub.linalg import complete_svd, triangle
 
 _LONGEST = 1.0  # step of any coordinate; its prior sd is one, and the bounds of a prior are far away and flat
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
@@ -36,8 +36,11 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
     if not np.isfinite(cost):
         raise ValueError("the simulation fails at the start of the search; choose a start that completes the manoeuvre")
     for _ in range(max_iterations):
-        u, s, vt = complete_svd(prior.chain(problem.jacobian(prior.parameters(t)), t))
-        force = s * (u.T @ residuals) + vt @ t
+        jacobian = prior.chain(problem.jacobian(prior.parameters(t)), t)
+        # Of both together the triangle has all inner products, and a row a parameter where they have one a reading.
+        reduced = triangle(np.column_stack([jacobian, residuals]))
+        u, s, vt = complete_svd(reduced[:, :-1])
+        force = s * (u.T @ reduced[:, -1]) + vt @ t
         if np.linalg.norm(force / np.sqrt(s**2 + 1.0)) < tolerance:
             status = "converged"
             break
