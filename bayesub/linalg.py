@@ -30,3 +30,16 @@ def triangle(matrix) -> np.ndarray:
     if len(blocks) > 1:
         matrix = np.concatenate([np.linalg.qr(block, mode="r") for block in blocks])
     return np.linalg.qr(matrix, mode="r")
+
+
+def varimax(columns, n_iterations: int = 200) -> np.ndarray:
+    """(k, k) rotation R with which columns (p, k) @ R have as few large entries as possible (Kaiser 1958)."""
+    rotation, before = np.eye(columns.shape[1]), 0.0
+    for _ in range(n_iterations):
+        turned = columns @ rotation
+        u, s, vt = np.linalg.svd(columns.T @ (turned**3 - turned * np.mean(turned**2, axis=0)))
+        rotation, now = u @ vt, float(s.sum())
+        if now < before * (1.0 + 1e-9):
+            break
+        before = now
+    return rotation

@@ -37,11 +37,11 @@ RIVALS = {
     "DE and snooker": lambda: [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)],
 }
 OURS = "ours"
-MAX_STEPS = 1500
+MAX_STEPS = 6000
 BUDGET = 60_000  # simulations of a rival
 POSITION_SD_M, ROUNDED_SD = 0.5, (0.001, 0.0001)  # on suboff; m/s and m/s^2
 N_JACOBIANS = 12
-UNSEEN = 0.05  # singular value, in prior sd: the data take a thousandth off the sd
+UNSEEN = 0.01  # singular value, in prior sd: the data move the mean by as much, less than a standard error
 GOAL = 50.0  # simulations an effective sample
 COLOURS = {OURS: style.POSTERIOR, "stretch": style.SQP, "DE and snooker": style.LINEAR}
 

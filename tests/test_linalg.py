@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.linalg import triangle
+from bayesub.linalg import triangle, varimax
 
 
 @pytest.mark.parametrize("n", [3, 6, 500, 7001])
@@ -23,3 +23,18 @@ def test_triangle_keeps_inner_products(rng):
     reduced = triangle(np.column_stack([matrix, values]))
     solution = np.linalg.solve(reduced[:4, :4], reduced[:4, 4])
     np.testing.assert_allclose(solution, np.linalg.lstsq(matrix, values)[0], rtol=1e-12)
+
+
+def test_varimax_finds_the_axes(rng):
+    """Columns with one entry each, mixed by a rotation, are found again; what spans a random plane has none."""
+    axes = np.eye(9)[:, [2, 5, 7]] * [1.0, 0.8, 0.9]
+    mixed = axes @ np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    rotation = varimax(mixed)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(np.sort(np.abs(mixed @ rotation), axis=0)[:-1], 0.0, atol=1e-6)
+    plane = np.linalg.qr(rng.standard_normal((9, 3)))[0]
+    assert np.sort(np.abs(plane @ varimax(plane)), axis=0)[:-1].max() > 0.1
+
+
+def test_varimax_of_nothing():
+    assert varimax(np.empty((4, 0))).shape == (0, 0)

@@ -5,6 +5,7 @@ from functools import partial
 import emcee
 import numpy as np
 import pytest
+from scipy import stats
 from toys import second_moments, standardised
 
 from bayesub.sampling.moves import (
@@ -136,3 +137,26 @@ def test_impossible_proposals_are_refused(draws):
         after, accepted = moved(move, inside, 10, density=half_space)
         assert np.all(after[:, 0] > 0)
         assert 0.05 < accepted < 0.9
+
+
+def test_blocks_of_coordinates_within_walls():
+    """Standard normals cut off at one stay so, coordinate by coordinate, and walkers get on more than twice as fast."""
+    rng, n_params = np.random.default_rng(8), 40
+    starts = stats.truncnorm.rvs(-1.0, 1.0, size=(2000, n_params), random_state=rng)
+
+    def within(coords):
+        return np.where(np.all(np.abs(coords) < 1.0, axis=1), -0.5 * np.sum(coords**2, axis=1), -np.inf)
+
+    went = {}
+    for blocks in (0.0, 1.0):
+        random = np.random.RandomState(3)
+        ends, log_prob, _ = crank_nicolson(
+            within, starts, within(starts), random, steps=[0.1, 0.2, 0.4], n_sweeps=50, blocks=blocks
+        )
+        np.testing.assert_array_equal(log_prob, within(ends))
+        went[blocks] = np.mean((ends - starts) ** 2)
+        for power in (1, 2):
+            exact = stats.truncnorm.moment(power, -1.0, 1.0)
+            error = np.sqrt((stats.truncnorm.moment(2 * power, -1.0, 1.0) - exact**2) / len(ends))
+            assert np.abs(np.mean(ends**power, axis=0) - exact).max() < 4.0 * error
+    assert went[1.0] > 2.0 * went[0.0]

@@ -2,7 +2,8 @@
 
 *Whitening.* In the units x of the prior (:meth:`bayesub.priors.Prior.scaled`), in which its standard deviations are
 one, the residuals have at the mode the Jacobian ``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (x - x_mode)`` the Laplace
-approximation is N(0, I); coordinates run from the stiffest to the sloppiest.
+approximation is N(0, I); coordinates run from the stiffest to the sloppiest. Of those that the data leave to the prior
+any rotation will do: they are rotated to the axes of the parameters (varimax: Kaiser 1958), where bounds are walls.
 
 *Straightening.* The posterior is a thin sheet around a curved surface: far along the sloppy coordinates the stiff
 ones sit many of their own standard deviations away from the mode. The stiff coordinates z_B of one decade of singular
@@ -19,11 +20,12 @@ of Constantine 2015, for what is not linear). Only these have squares and produc
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import linalg
 
-from bayesub.linalg import complete_svd
+from bayesub.linalg import complete_svd, varimax
 from bayesub.sampling.moves import crank_nicolson
 from bayesub.sampling.polynomial import features, pullback
 
@@ -32,6 +34,7 @@ _DECADE = 10.0  # ratio of singular values within which coordinates do not bend 
 _ACTIVE = 0.1  # change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic
 _JACOBIANS = 24  # that show in which directions they change
 _STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to draws of the Laplace approximation
+_BLOCKS, _FAR = 0.9, 1e6  # prior sd, which are outside any bounds
 _STORED = ("mode", "singular_values", "basis", "active")
 _RIDGE = 1e-9  # relative; keeps the normal equations regular when draws repeat
 
@@ -74,7 +77,7 @@ class Geometry:
     Attributes
     ----------
     mode : (n_params,) posterior mode, in the units of the prior
-    singular_values : (n_params,) of the Jacobian in these units, stiffest first
+    singular_values : (n_params,) of the Jacobian in these units, stiffest first; below one before the rotation
     basis : (n_params, n_params); column i is the step in these units for a unit of z_i
     changes : (n_params, n_params) mean of C'C with C the change of the Jacobian between the mode and a draw
     active : (n_params, n_active) orthonormal directions in z along which the Jacobian changes, most active first
@@ -87,12 +90,24 @@ class Geometry:
         jacobian = self.prior.scaled_chain(problem.jacobian(mode), self.mode)
         _, self.singular_values, directions = complete_svd(jacobian)
         self.basis = directions.T / np.sqrt(self.singular_values**2 + 1.0)
+        sloppy = self.basis[:, self._n_stiff :]
+        self.basis[:, self._n_stiff :] = sloppy @ varimax(sloppy)
         self.changes, self.active = np.zeros((self.n_params, self.n_params)), np.zeros((self.n_params, 0))
         self.bends: list[Bend] = []
 
     @property
     def n_params(self) -> int:
         return len(self.mode)
+
+    @property
+    def _n_stiff(self) -> int:
+        return int(np.count_nonzero(self.singular_values > _STIFF))
+
+    @property
+    def blocks(self) -> float:
+        """Fraction of the sweeps in which a walker moves few coordinates: nine tenths within walls, none without."""
+        far = np.full((1, self.n_params), _FAR)
+        return 0.0 if np.isfinite(self.prior.scaled_log_density(far)).all() else _BLOCKS
 
     def bent(self, y) -> np.ndarray:
         """Whitened coordinates z (n, n_params) of sampling coordinates y (n, n_params)."""
@@ -161,7 +176,8 @@ class Geometry:
             return np.where(inside, -0.5 * np.einsum("ij,ij->i", y, y), -np.inf)
 
         mode = np.zeros((n, self.n_params))
-        return crank_nicolson(log_prob, mode, log_prob(mode), random, steps=_STEPS, n_sweeps=_SWEEPS)[0]
+        sweep = partial(crank_nicolson, log_prob, steps=_STEPS, n_sweeps=_SWEEPS, blocks=self.blocks)
+        return sweep(mode, log_prob(mode), random)[0]
 
     def find_active(self, problem, random: np.random.RandomState) -> None:
         """Find the active directions from Jacobians at draws of the Laplace approximation."""
@@ -185,7 +201,7 @@ class Geometry:
 
     def _decades(self):
         """(start, stop) of the stiff coordinates of each decade."""
-        start, n_stiff = 0, int(np.count_nonzero(self.singular_values > _STIFF))
+        start, n_stiff = 0, self._n_stiff
         while start < n_stiff:
             length = np.count_nonzero(self.singular_values[start:n_stiff] > self.singular_values[start] / _DECADE)
             yield start, start + int(length)

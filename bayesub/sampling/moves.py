@@ -3,6 +3,8 @@
 import emcee
 import numpy as np
 
+BLOCK, BLOCK_STEPS = 5, (0.4, 0.8, 1.0)  # coordinates that are moved together within walls, and how far
+
 
 class LaplacePCN(emcee.moves.MHMove):
     """Preconditioned Crank-Nicolson step around the Laplace approximation.
@@ -25,15 +27,21 @@ class LaplacePCN(emcee.moves.MHMove):
         return _crank_nicolson(coords, self.steps, random)
 
 
-def crank_nicolson(density, coords, log_prob, random, *, steps, n_sweeps):
+def crank_nicolson(density, coords, log_prob, random, *, steps, n_sweeps, blocks=0.0):
     """Sweeps of preconditioned Crank-Nicolson steps over all walkers.
 
-    Every walker draws its step from `steps` at each sweep. Returns coords, log_prob and the fraction accepted (n,).
+    Every walker draws its step from `steps` at each sweep. A fraction `blocks` of the sweeps moves about five of each
+    walker's coordinates, by long steps: of eighty coordinates within walls a step of all hits one, however short.
+    Returns coords, log_prob and the fraction accepted (n,).
     """
     steps = np.array(steps, dtype=float)
     coords, log_prob, accepted = coords.copy(), log_prob.copy(), np.zeros(len(coords))
     for _ in range(n_sweeps):
-        proposed, factors = _crank_nicolson(coords, steps, random)
+        if random.random_sample() < blocks:
+            moved = random.random_sample(coords.shape) < BLOCK / coords.shape[1]
+            proposed, factors = _crank_nicolson(coords, np.array(BLOCK_STEPS), random, moved)
+        else:
+            proposed, factors = _crank_nicolson(coords, steps, random)
         new = density(proposed)
         taken = np.log(random.random_sample(len(coords))) < new - log_prob + factors
         coords[taken], log_prob[taken] = proposed[taken], new[taken]
@@ -41,8 +49,9 @@ def crank_nicolson(density, coords, log_prob, random, *, steps, n_sweeps):
     return coords, log_prob, accepted
 
 
-def _crank_nicolson(coords, steps, random):
-    step = steps[random.randint(len(steps), size=(len(coords), 1))]
+def _crank_nicolson(coords, steps, random, moved=True):
+    """Proposals (n, n_params) by steps of the coordinates that are `moved`, and what their acceptance has besides."""
+    step = np.where(moved, steps[random.randint(len(steps), size=(len(coords), 1))], 0.0)
     proposed = np.sqrt(1.0 - step**2) * coords + step * random.standard_normal(coords.shape)
     return proposed, 0.5 * (np.sum(proposed**2, axis=1) - np.sum(coords**2, axis=1))
 

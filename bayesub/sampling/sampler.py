@@ -227,7 +227,9 @@ def _starts(problem, surrogate, draws, rng, n):
     density = partial(surrogate.log_prob, temperature=DISPERSION**2)
     starts, log_prob, y = np.empty((0, problem.n_params)), np.empty(0), draws
     for _ in range(100):
-        y, *_ = crank_nicolson(density, y, density(y), random, steps=STEPS, n_sweeps=50)
+        y, *_ = crank_nicolson(
+            density, y, density(y), random, steps=STEPS, n_sweeps=50, blocks=surrogate.geometry.blocks
+        )
         some = y[random.permutation(len(y))[:n]]
         found = surrogate.geometry.log_prob(problem, some)
         finite = np.isfinite(found)

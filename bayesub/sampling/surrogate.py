@@ -169,7 +169,8 @@ def walks(surrogate) -> list:
     if surrogate.flies:
         fly = partial(hamiltonian, surrogate.log_prob, surrogate.gradient, steps=LEAP_STEPS, n_leaps=LEAPS)
         return [partial(fly, n_flights=n) for n in _FLIGHTS]
-    return [partial(crank_nicolson, surrogate.log_prob, steps=STEPS, n_sweeps=n) for n in _WALKS]
+    sweep = partial(crank_nicolson, surrogate.log_prob, steps=STEPS, blocks=surrogate.geometry.blocks)
+    return [partial(sweep, n_sweeps=n) for n in _WALKS]
 
 
 def _flown(surrogate, y, random):
@@ -212,11 +213,12 @@ def _wandered(surrogate, y, n_stops, temperature, random):
     A few at a time in each thread, with random numbers of their own, so that the number of threads changes nothing.
     """
     log_prob = partial(surrogate.log_prob, temperature=temperature)
+    sweep = partial(crank_nicolson, log_prob, steps=STEPS, n_sweeps=_SWEEPS, blocks=surrogate.geometry.blocks)
 
     def walked(few, seed):
         own, density, stops = np.random.RandomState(seed), log_prob(few), []
         for _ in range(n_stops):
-            few, density, _ = crank_nicolson(log_prob, few, density, own, steps=STEPS, n_sweeps=_SWEEPS)
+            few, density, _ = sweep(few, density, own)
             stops.append(few)
         return stops
 
