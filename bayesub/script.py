@@ -70,3 +70,19 @@ def in_processes(work: Callable, items: Iterable) -> Iterator:
     with joblib.parallel_config("loky", inner_max_num_threads=1, initializer=ignore_interrupt):
         parallel = joblib.Parallel(n_jobs=numba.get_num_threads(), return_as="generator")
         yield from parallel(joblib.delayed(work)(item) for item in items)
+
+
+def repeated(file: Path, work: Callable[[int], dict], n: int, progress) -> list[dict]:
+    """What `work` returns for 0, 1, .., n - 1: read from the file as far as it goes, then done, each in a process.
+
+    The file has a line of JSON for each; one that a kill left half written is done again.
+    """
+    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+    done = [line for line in lines[:n] if line.endswith("}")]
+    write_text(file, "".join(line + "\n" for line in done))
+    for result in in_processes(work, range(len(done), n)):
+        done.append(json.dumps(result))
+        with file.open("a", encoding="utf-8") as stream:
+            stream.write(done[-1] + "\n")
+        progress.update(len(done) / n, f"{len(done)} of {n}")
+    return [json.loads(line) for line in done]

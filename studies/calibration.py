@@ -11,7 +11,6 @@ A boat drawn from the prior that does not complete the manoeuvre is drawn again.
 boats that do, and so is the posterior, as a simulation that fails has likelihood zero.
 """
 
-import json
 import time
 from dataclasses import dataclass
 from functools import partial
@@ -24,7 +23,7 @@ from bayesub import calibration, likelihoods
 from bayesub.markdown import table
 from bayesub.plots import calibration as plots
 from bayesub.sampling.posterior import Criteria
-from bayesub.script import in_processes
+from bayesub.script import repeated
 
 N_TRIALS, QUICK_TRIALS = 200, 6
 FALSE_ALARMS = 0.01  # of all quantities of a problem together
@@ -77,7 +76,8 @@ def run(folder, *, quick, progress):
     numbers = {}
     for place, (name, case) in enumerate(cases.items()):
         progress.stage(name)
-        trials = repeated(folder / f"{name.replace(' ', '_')}.jsonl", case, place, n_trials, progress)
+        file = folder / f"{name.replace(' ', '_')}.jsonl"
+        trials = repeated(file, partial(trial, case, place), n_trials, progress)
         numbers[name] = judged(trials)
         draw(folder, name, trials, numbers[name])
     (folder / "calibration.md").write_text(tables(numbers))
@@ -90,22 +90,10 @@ def run(folder, *, quick, progress):
     return numbers
 
 
-def repeated(file, case, place, n_trials, progress):
-    """The trials of a problem, continued from those in the file; one line of JSON each, written when it is done."""
-    done = [line for line in file.read_text().splitlines() if line.endswith("}")] if file.exists() else []
-    file.write_text("".join(line + "\n" for line in done))  # without the line in which a kill came
-    rngs = (np.random.default_rng([SEED, place, k]) for k in range(len(done), n_trials))
-    for result in in_processes(partial(trial, case), rngs):
-        done.append(json.dumps(result))
-        with file.open("a") as lines:
-            lines.write(done[-1] + "\n")
-        progress.update(len(done) / n_trials, f"{len(done)} of {n_trials} trials")
-    return [json.loads(line) for line in done]
-
-
-def trial(case, rng):
+def trial(case, place, k):
     """Ranks of the truth for one boat from the prior, and how its posterior was found."""
     began = time.perf_counter()
+    rng = np.random.default_rng([SEED, place, k])
     boat = bs.load_vehicle("suboff")
     flown = bs.load_manoeuvre(case.manoeuvre, boat)
     prior = bs.priors.relative_normal(PRIOR_SD)

@@ -25,7 +25,7 @@ from bayesub.joint import JointProblem
 from bayesub.linear_systems import linear_systems
 from bayesub.markdown import table
 from bayesub.plots import wrong_coefficients as plots
-from bayesub.script import in_processes, resumed
+from bayesub.script import repeated
 from bayesub.thesis import SUBOFF_TIME, VEHICLES
 
 PRIOR_SD = 0.25
@@ -44,7 +44,11 @@ def run(folder, *, quick, progress):
         boat = bs.load_vehicle(vehicle)
         n_seen = max(data.values())
         simulators = list(thesis.unseen(boat, n_seen + n_unseen))
-        sets = {kind: open_sets(folder, vehicle, kind, n, n_draws, progress) for kind, n in data.items()}
+        sets = {}
+        for kind, n in data.items():
+            progress.stage(f"{vehicle}: {kind}")
+            draws = repeated(folder / f"sets_{vehicle}_{n}.jsonl", partial(open_set, vehicle, n), n_draws, progress)
+            sets[kind] = np.array([draw["xi"] for draw in draws])
         progress.stage(f"{vehicle}: fly")
         names = randomised(boat, simulators[:1], np.random.default_rng(0)).names
         sets["null directions"] = null_moves(boat, names)
@@ -60,26 +64,17 @@ def run(folder, *, quick, progress):
     return numbers
 
 
-def open_sets(folder, vehicle, kind, n_manoeuvres, n_draws, progress):
-    """(n_draws, 101) sets that the tracks of so many manoeuvres leave open, found now or before."""
-
-    def found():
-        sets = []
-        for one in in_processes(partial(open_set, vehicle, n_manoeuvres), range(n_draws)):
-            sets.append(one.tolist())
-            progress.update(len(sets) / n_draws, f"{len(sets)} of {n_draws} draws")
-        return {"sets": sets}
-
-    progress.stage(f"{vehicle}: {kind}")
-    return np.array(resumed(folder / f"sets_{vehicle}_{n_manoeuvres}.json", found)["sets"])
-
-
 def open_set(vehicle, n_manoeuvres, k):
-    """(101,) the k-th set that the tracks of so many manoeuvres leave open."""
+    """The k-th set that the tracks of so many manoeuvres leave open."""
     boat = bs.load_vehicle(vehicle)
     simulators = thesis.unseen(boat, n_manoeuvres)
     problem = randomised(boat, simulators, np.random.default_rng([thesis.SEED, n_manoeuvres, k]))
-    return problem.coefficient_sets(gauss_newton(problem, boat.xi[problem.columns]).values)[0]
+    found = gauss_newton(problem, boat.xi[problem.columns])
+    return {
+        "xi": problem.coefficient_sets(found.values)[0].tolist(),
+        "cost": found.costs[0],
+        "status": found.statuses[0],
+    }
 
 
 def randomised(boat, simulators, rng):

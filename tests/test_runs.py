@@ -29,13 +29,16 @@ BREAKS = (
 PROCESSES = '''"""Are the parts done in processes of their own?"""
 import os
 import numba
-from bayesub.script import in_processes
+from bayesub.script import in_processes, repeated
+def half(k):
+    return {"half": k / 2}
 def square(k):
     return k * k, os.getpid(), numba.get_num_threads()
 def run(folder, *, quick, progress):
     squares, processes, threads = zip(*in_processes(square, range(6)), strict=True)
     own = os.getpid() in processes
-    return {"squares": squares, "own": own, "threads": max(threads)}
+    halves = [r["half"] for r in repeated(folder / "halves.jsonl", half, 4, progress)]
+    return {"squares": squares, "own": own, "threads": max(threads), "halves": halves}
 '''
 
 
@@ -166,12 +169,15 @@ def test_verdicts_as_json(studies, tmp_path, capsys):
 def test_parts_in_processes_of_their_own(tmp_path, capsys):
     """They come back in order; each process has one thread, however many there are."""
     (tmp_path / "parts.py").write_text(PROCESSES)
-    status, _ = run(tmp_path / "parts.py", "-o", tmp_path / "run", capsys=capsys)
+    assert run(tmp_path / "parts.py", "-o", tmp_path / "run", capsys=capsys)[0] == 0
+    (tmp_path / "run/halves.jsonl").write_text('{"half": 7}\n{"ha')  # as a kill leaves it
+    status, _ = run(tmp_path / "parts.py", "-o", tmp_path / "run", "--resume", capsys=capsys)
     numbers = json.loads((tmp_path / "run/numbers.json").read_text())
     assert status == 0
     assert numbers["squares"] == [0, 1, 4, 9, 16, 25]
     assert numbers["own"] == (numba.get_num_threads() == 1)
     assert numbers["threads"] == 1
+    assert numbers["halves"] == [7, 0.5, 1.0, 1.5]
 
 
 def test_a_folder_without_studies(tmp_path, capsys):
