@@ -37,6 +37,7 @@ def square(k):
 def run(folder, *, quick, progress):
     squares, processes, threads = zip(*in_processes(square, range(6)), strict=True)
     own = os.getpid() in processes
+    progress.stage("halves")
     halves = [r["half"] for r in repeated(folder / "halves.jsonl", half, 4, progress)]
     return {"squares": squares, "own": own, "threads": max(threads), "halves": halves}
 '''
