@@ -77,8 +77,8 @@ def repeated(file: Path, work: Callable[[int], dict], n: int, progress) -> list[
 
     The file has a line of JSON for each; one that a kill left half written is done again.
     """
-    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
-    done = [line for line in lines[:n] if line.endswith("}")]
+    text = file.read_text(encoding="utf-8") if file.exists() else ""
+    done = text[: text.rfind("\n") + 1].splitlines()[:n]
     write_text(file, "".join(line + "\n" for line in done))
     for result in in_processes(work, range(len(done), n)):
         done.append(json.dumps(result))

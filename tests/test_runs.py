@@ -171,7 +171,7 @@ def test_parts_in_processes_of_their_own(tmp_path, capsys):
     """They come back in order; each process has one thread, however many there are."""
     (tmp_path / "parts.py").write_text(PROCESSES)
     assert run(tmp_path / "parts.py", "-o", tmp_path / "run", capsys=capsys)[0] == 0
-    (tmp_path / "run/halves.jsonl").write_text('{"half": 7}\n{"ha')  # as a kill leaves it
+    (tmp_path / "run/halves.jsonl").write_text('{"half": 7}\n{"half": {}')  # as a kill leaves it
     status, _ = run(tmp_path / "parts.py", "-o", tmp_path / "run", "--resume", capsys=capsys)
     numbers = json.loads((tmp_path / "run/numbers.json").read_text())
     assert status == 0
