@@ -1,5 +1,6 @@
 """Shared vehicles and motions. `boat` is a vehicle file as a dictionary, which is what slow_twin understands."""
 
+import sys
 import tomllib
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 import tomli_w
 
 import bayesub as bs
-from bayesub import inputs
+from bayesub import cli, inputs
 from bayesub.manoeuvres import Manoeuvre
 
 
@@ -15,6 +16,19 @@ from bayesub.manoeuvres import Manoeuvre
 def rng():
     """Random numbers that depend on nothing but this seed."""
     return np.random.default_rng(690)
+
+
+@pytest.fixture
+def bayesub(monkeypatch, capsys):
+    """Run the command line; gives exit status, standard output and standard error."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["bayesub", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        return stop.value.code or 0, *capsys.readouterr()
+
+    return run
 
 
 @pytest.fixture(scope="session")

@@ -4,14 +4,13 @@ import errno
 import json
 import os
 import signal
-import sys
 import tomllib
 
 import numpy as np
 import pytest
 import tomli_w
 
-from bayesub import cli, logs, results, study
+from bayesub import logs, results, study
 from bayesub.sampling import sampler
 
 SMALL = """
@@ -36,19 +35,6 @@ perturbation_sd = 0.1
 [baselines]
 sqp_starts = 2
 """
-
-
-@pytest.fixture
-def bayesub(monkeypatch, capsys):
-    """Run the command line; gives exit status, standard output and standard error."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["bayesub", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        return stop.value.code or 0, *capsys.readouterr()
-
-    return run
 
 
 @pytest.fixture

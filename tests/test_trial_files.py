@@ -1,14 +1,13 @@
 """Trials in study files: logs as data, and several trials at once."""
 
 import json
-import sys
 import tomllib
 
 import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub import cli, inputs, study
+from bayesub import inputs, study
 
 LOG = """
 name = "logged"
@@ -44,19 +43,6 @@ nuisance = { yaw0_deg = { mean = 0.0, sd = 1.0 } }
 current_mps = [0.1, 0.0]
 """
 JOINT = LOG.replace('data = "log.csv"\nsubproblem = "horizontal"\n', "").replace("[free]", TRIALS + "[free]")
-
-
-@pytest.fixture
-def bayesub(monkeypatch, capsys):
-    """Run the command line; gives exit status, standard output and standard error."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["bayesub", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        return stop.value.code or 0, *capsys.readouterr()
-
-    return run
 
 
 @pytest.fixture

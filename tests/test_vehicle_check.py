@@ -2,7 +2,6 @@
 
 import copy
 import json
-import sys
 import tomllib
 from dataclasses import replace
 
@@ -13,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import bayesub as bs
-from bayesub import cli, inputs
+from bayesub import inputs
 from bayesub.coefficients import INDEX, NAMES
 from bayesub.kernels import layout
 from bayesub.plots import vehicle_card
@@ -239,17 +238,6 @@ def test_absurd_bodies(changes, tmp_path_factory):
     signed = {"depth_m", "Ixy", "thrust_line_z_m"}
     if any(value <= 0.0 and keys[-1] not in signed for keys, value in changes.items()):
         assert found is None
-
-
-@pytest.fixture
-def bayesub(monkeypatch, capsys):
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["bayesub", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        return stop.value.code or 0, *capsys.readouterr()
-
-    return run
 
 
 def test_from_an_outline_to_a_card(bayesub, tmp_path, monkeypatch):
