@@ -7,7 +7,7 @@ import pytest
 from toys import Linear, Toy
 
 import bayesub as bs
-from bayesub.baselines import Estimate, sqp, trust_region
+from bayesub.baselines import Estimate, gauss_newton, posterior_mode, sqp, trust_region
 from bayesub.baselines.lockstep import together
 from bayesub.baselines.starts import Normalised
 from bayesub.coefficients import HORIZONTAL
@@ -222,3 +222,26 @@ def test_readings_without_noise_are_the_track(spiral_track):
     at = np.searchsorted(spiral_track.times, record.channels[0].times - 1e-9)
     np.testing.assert_array_equal(record.channels[0].values, spiral_track.states[0, at, 0])
     np.testing.assert_array_equal(record.channels[1].values, spiral_track.states[0, at, 5])
+
+
+class TwoWells(Toy):
+    """Zero residual at -2 and 2, of which another reading prefers 2; the middle of the prior is on the other side."""
+
+    def __init__(self):
+        super().__init__(Normal(mean=np.array([-0.3]), sd=np.array([3.0])))
+
+    def residuals(self, parameters):
+        self.evaluations += len(parameters)
+        return np.concatenate([3.0 * (parameters**2 - 4.0), parameters - 2.0], axis=1)
+
+    def jacobian(self, parameters):
+        return np.array([[6.0 * parameters[0]], [1.0]])
+
+
+def test_the_mode_is_the_lowest_of_several_wells():
+    """One search from the middle of the prior ends in the well next to it, which is twice as high."""
+    problem = TwoWells()
+    one, best = gauss_newton(problem), posterior_mode(problem)
+    assert one.values[0] == pytest.approx(-2.0, abs=0.1)
+    assert best.values[0] == pytest.approx(2.0, abs=0.1)
+    assert best.costs[0] < 0.5 * one.costs[0]
