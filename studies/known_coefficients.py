@@ -61,15 +61,17 @@ def trial(quick, k):
     flown = bs.load_manoeuvre("horizontal", boat)
     sensors = bs.sensors.tracking_range(position_sd_m=0.5, interval_s=5.0 if quick else 1.0)
     record = bs.observe(bs.simulate(boat, flown, dt=STEP), sensors, rng)
-    guess = boat.xi * (1.0 + PRIOR_SD * rng.standard_normal(len(NAMES)))
+    # The sd is of the truth, not of the guess: then the truth is a draw from its prior.
+    guess = {n: (boat.xi[INDEX[n]], PRIOR_SD * abs(boat.xi[INDEX[n]])) for n in unknown()}
+    others = {n: priors.normal(value + sd * rng.standard_normal(), sd) for n, (value, sd) in guess.items()}
     given = np.where(np.isin(NAMES, thesis.TOWED), boat.xi * rng.uniform(1 - ERROR, 1 + ERROR, len(NAMES)), boat.xi)
-    others = priors.relative_normal(PRIOR_SD, guess)
     towed = {n: priors.uniform(*sorted(given[INDEX[n]] / (1 + side * ERROR) for side in (-1, 1))) for n in thesis.TOWED}
     pose = partial(bs.Problem, boat, flown, record, dt=STEP)
+    spread = priors.relative_normal(PRIOR_SD)
     problems = {
-        EXACT: pose(free=unknown(), prior=others),
-        HELD: pose(free=unknown(), prior=others, xi=given),
-        UNCERTAIN: pose(free=[*unknown(), *thesis.TOWED], prior=priors.Given(others, towed)),
+        EXACT: pose(free=unknown(), prior=priors.Given(spread, others)),
+        HELD: pose(free=unknown(), prior=priors.Given(spread, others), xi=given),
+        UNCERTAIN: pose(free=[*unknown(), *thesis.TOWED], prior=priors.Given(spread, others | towed)),
     }
     return {treatment: outcome(problem, rng) for treatment, problem in problems.items()}
 

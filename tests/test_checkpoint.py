@@ -160,6 +160,7 @@ def test_ctrl_c_saves_the_step_in_hand(tmp_path, straight):
                     signal.raise_signal(signal.SIGINT)
             return super().log_likelihood(parameters)
 
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
     for times, n_blocks in ((1, 1), (2, 0)):
         Pressing.calls, Pressing.times = 0, times
         with pytest.raises(KeyboardInterrupt):

@@ -104,6 +104,7 @@ def test_what_is_done_is_skipped_until_it_changes(studies, tmp_path, capsys):
 
 
 def test_ctrl_c_says_how_to_go_on_and_going_on_finds_what_was_done(studies, tmp_path, capsys):
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
     out = tmp_path / "out"
     (studies / "c_fails.py").write_text(
         HOLDS.replace("    progress", "    import signal; signal.raise_signal(2)\n    progress", 1)
