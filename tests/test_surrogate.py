@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from toys import Banana, ill_conditioned
+from toys import Banana, Linear, ill_conditioned
 
 from bayesub.baselines import gauss_newton
 from bayesub.sampling.geometry import Geometry
@@ -53,6 +53,18 @@ def test_linear_problems_are_whitened():
     assert np.abs(draws.mean(axis=0)).max() < 0.3
     np.testing.assert_allclose(draws.std(axis=0), 1.0, atol=0.3)
     assert np.quantile(np.abs(errors(problem, geometry, surrogate, draws)), 0.9) < 1.0
+
+
+def test_prior_and_data_at_odds():
+    """Twenty prior sds apart, half way each at the mode: the residuals there are large, and their pull is a slope."""
+    problem, _ = ill_conditioned()
+    scaled = problem.matrix * problem.prior.sd
+    direction = np.linalg.svd(scaled, full_matrices=False)[2][3]  # as well known before as by the data
+    far = Linear(problem.matrix, scaled @ (20.0 * direction) + problem.matrix @ problem.prior.mean, problem.prior)
+    geometry, surrogate, draws = learned(far)
+    assert np.linalg.norm((far.mean - far.prior.mean) / far.prior.sd) == pytest.approx(10.0, rel=0.1)
+    np.testing.assert_allclose(draws.std(axis=0), 1.0, atol=0.3)
+    assert np.quantile(np.abs(errors(far, geometry, surrogate, draws)), 0.9) < 1.0
 
 
 def test_gradient():
