@@ -56,13 +56,13 @@ def test_linear_problems_are_whitened():
 
 
 def test_prior_and_data_at_odds():
-    """Twenty prior sds apart, half way each at the mode: the residuals there are large, and their pull is a slope."""
+    """Eight prior sds apart, half way each at the mode: the residuals there are large, and the posterior is no tail."""
     problem, _ = ill_conditioned()
     scaled = problem.matrix * problem.prior.sd
     direction = np.linalg.svd(scaled, full_matrices=False)[2][3]  # as well known before as by the data
-    far = Linear(problem.matrix, scaled @ (20.0 * direction) + problem.matrix @ problem.prior.mean, problem.prior)
+    far = Linear(problem.matrix, scaled @ (8.0 * direction) + problem.matrix @ problem.prior.mean, problem.prior)
     geometry, surrogate, draws = learned(far)
-    assert np.linalg.norm((far.mean - far.prior.mean) / far.prior.sd) == pytest.approx(10.0, rel=0.1)
+    assert np.linalg.norm((far.mean - far.prior.mean) / far.prior.sd) == pytest.approx(4.0, rel=0.1)
     np.testing.assert_allclose(draws.std(axis=0), 1.0, atol=0.3)
     assert np.quantile(np.abs(errors(far, geometry, surrogate, draws)), 0.9) < 1.0
 

@@ -3,12 +3,12 @@
 In whitened coordinates z the residuals are emulated by a polynomial (:mod:`bayesub.sampling.polynomial`),
 fitted by least squares to simulations at draws from near the posterior. With the misfit of the fit as additional noise
 (Kaipio & Somersalo 2007) the k emulated residuals r are standard normal, but for the emulator's own errors, which are
-larger in the tails. What they change by since the mode, d = r - r_mode, therefore counts as in a t distribution of
-nu = 30 + 3 k degrees of freedom,
+larger in the tails. Their density is therefore that of a t distribution of nu = 30 + 3 k degrees of freedom,
 
-    log S = log prior - r_mode . d - (nu + k) / 2 log(1 + |d|^2 / nu).
+    log S = log prior - (nu + k) / 2 log(1 + q / nu),    q = |r|^2 - |r_mode|^2,
 
-(At the mode r_mode balances the pull of the prior; it is large where prior and data disagree.)
+continued by its tangent below q = 0. (At the mode the residuals balance the pull of the prior. Where prior and data
+disagree they are large, and without r_mode all of the posterior would lie in the tails.)
 
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
 where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread, and in the end
@@ -88,22 +88,23 @@ class Surrogate:
         """(n,) log densities at sampling coordinates y (n, n_params), the likelihood to the power 1 / temperature."""
         z = self.geometry.bent(y)
         log_prior = self.geometry.prior.scaled_log_density(self.geometry.scaled(z))
-        at_mode, changes, n_degrees = self._residuals(z)
-        excess = np.log1p(np.einsum("ij,ij->i", changes, changes) / n_degrees)
-        misfit = changes @ at_mode + 0.5 * (n_degrees + len(at_mode)) * excess
-        return log_prior - misfit / temperature
+        _, excess, n_degrees, n = self._residuals(z)
+        tail = np.log1p(np.maximum(excess, 0.0) / n_degrees) + np.minimum(excess, 0.0) / n_degrees
+        return log_prior - 0.5 / temperature * (n_degrees + n) * tail
 
     def _residuals(self, z):
-        """Those emulated at the mode (k,), their changes since then (n, k), and the degrees of freedom."""
-        changes = features(z, self.geometry.active)[:, 1:] @ self.coefficients[1:]
-        return self.coefficients[0], changes, _FREEDOM[0] + _FREEDOM[1] * changes.shape[1]
+        """Those emulated (n, k), how much more their squares sum to than at the mode (n,), degrees of freedom, k."""
+        residuals = features(z, self.geometry.active) @ self.coefficients
+        at_mode, n = self.coefficients[0], residuals.shape[1]
+        excess = np.einsum("ij,ij->i", residuals, residuals) - at_mode @ at_mode
+        return residuals, excess, _FREEDOM[0] + _FREEDOM[1] * n, n
 
     def gradient(self, y) -> np.ndarray:
         """(n, n_params) gradient of :meth:`log_prob` within the support of the prior."""
         z = self.geometry.bent(y)
-        at_mode, changes, n_degrees = self._residuals(z)
-        weights = (n_degrees + len(at_mode)) / (n_degrees + np.einsum("ij,ij->i", changes, changes))
-        by_features = -self.coefficients @ (at_mode + weights[:, None] * changes).T
+        residuals, excess, n_degrees, n = self._residuals(z)
+        weights = (n_degrees + n) / (n_degrees + np.maximum(excess, 0.0))
+        by_features = -self.coefficients @ (weights[:, None] * residuals).T
         slopes = pullback(z, self.geometry.active, by_features.T)
         slopes += self.geometry.prior.scaled_slope(self.geometry.scaled(z)) @ self.geometry.basis
         return self.geometry.pullback(z, slopes)
