@@ -3,7 +3,7 @@
 Question: the ensemble sampler straightens, whitens and proposes by rules of our own. Does NUTS, which shares the log
 posterior and nothing of these rules, find the same means, standard deviations and correlations in all nine cases?
 Claim: yes, within Monte Carlo error, wherever NUTS itself converges.
-Cost: about an hour on two cores, most of it NUTS; a finished case is read back from its file.
+Cost: an hour or two on two cores, by the cost of a gradient, most of it NUTS; a finished case is read back.
 """
 
 from functools import partial

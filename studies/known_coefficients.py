@@ -6,7 +6,7 @@ say in this case, and what does it say when the known coefficients are treated a
 Claim: held at wrong values, their error is read as information: the intervals of the others are as narrow as if all
 were known exactly, and miss the truth far more often than they say, while the track is fitted nearly as well. With a
 prior of 1 % on the known ones the intervals are wider and hold the truth as often as they say.
-Cost: five minutes on two cores. A killed run continues with --resume after the last trial.
+Cost: about a quarter of an hour on two cores, by its first trials. A killed run continues with --resume.
 
 In each trial other values of the known coefficients, another guess of the others and another noisy track of the
 horizontal spiral are drawn. The added masses that the thesis holds are held at their true values throughout.
@@ -109,7 +109,7 @@ def summary(outcomes):
 
 def tables(numbers):
     """A row a treatment, then a row a coefficient."""
-    header = ("nine towed coefficients", "trials", "not converged", "90 % intervals that hold the truth")
+    header = ("nine towed coefficients", "trials", "not converged", f"{100 * LEVEL:g} % intervals that hold the truth")
     header += ("least covered", "error over sd", "chi-square per reading")
     lines = []
     for treatment, r in numbers.items():
@@ -121,7 +121,7 @@ def tables(numbers):
     yield ""
     rows = zip(unknown(), *(r["coverage"] for r in numbers.values()), *(r["sd"] for r in numbers.values()), strict=True)
     half = len(numbers)
-    header = ("coefficient", *(f"held by 90 %: {t}" for t in numbers), *(f"sd: {t}" for t in numbers))
+    header = ("coefficient", *(f"held by {100 * LEVEL:g} %: {t}" for t in numbers), *(f"sd: {t}" for t in numbers))
     yield from table(header, [(n, *(f"{c:.0%}" for c in r[:half]), *(f"{s:.2%}" for s in r[half:])) for n, *r in rows])
 
 

@@ -34,7 +34,8 @@ _DECADE = 10.0  # ratio of singular values within which coordinates do not bend 
 _ACTIVE = 0.1  # change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic
 _JACOBIANS = 24  # that show in which directions they change
 _STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to draws of the Laplace approximation
-_BLOCKS, _FAR = 0.9, 1e6  # prior sd, which are outside any bounds
+_BLOCKS = 0.9  # of the sweeps move few coordinates, within walls
+_FAR = 1e6  # prior sd; outside any bounds
 _STORED = ("mode", "singular_values", "basis", "active")
 _RIDGE = 1e-9  # relative; keeps the normal equations regular when draws repeat
 
