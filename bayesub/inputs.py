@@ -95,6 +95,11 @@ def find(name: str, kind: str) -> Path:
     return path
 
 
+def located(name: str, folder: Path) -> str:
+    """The path of a file, which is relative to `folder`, made absolute; a built-in name as it is."""
+    return str((folder / name).resolve()) if Path(name).suffix else name
+
+
 def read_text(path: Path) -> str:
     """The text of a file, or an InputError that says why not."""
     with reading(path):

@@ -35,7 +35,7 @@ from bayesub.trial_files import TrialKeys, TrialSection
 from bayesub.trials import Trial
 from bayesub.vehicles import Vehicle, load_vehicle
 
-COMPUTED = ("versions", "commit", "quick_run", "data_sha256")  # keys of config.toml that a study file does not have
+COMPUTED = ("versions", "commit", "quick_run", "files_sha256")  # keys of config.toml that a study file does not have
 STOPPING = tuple(f"sampler.{key}" for key in ("max_steps", "rhat", "ess", "taus"))  # may change before a run is resumed
 CHECKED = "cross_check.json"
 PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
@@ -110,6 +110,24 @@ class Study(TrialKeys):
         for trial in self.trials or ():
             yield trial.name, trial, self.sensors if trial.sensors is None else trial.sensors
 
+    def located(self, folder: Path) -> "Study":
+        """The same with the paths of files, which are relative to `folder`, made absolute."""
+        changes = {"vehicle": inputs.located(self.vehicle, folder)}
+        if self.prior.table is not None:
+            table = inputs.located(self.prior.table, folder)
+            changes["prior"] = self.prior.model_copy(update={"table": table})
+        if self.trials is not None:
+            changes["trials"] = tuple(trial.located(folder) for trial in self.trials)
+        return super().located(folder).model_copy(update=changes)
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that it names: vehicle, table of priors, manoeuvres and logs that are not built in."""
+        names = [self.vehicle, self.prior.table]
+        for _, trial, _ in self.each_trial():
+            names += [trial.manoeuvre, trial.data]
+        return [Path(name) for name in names if name is not None and Path(name).suffix]
+
 
 @dataclass(frozen=True)
 class Setup:
@@ -135,10 +153,7 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
             else:
                 content[section] = changes
         study = inputs.validate(content, Study, f"{path} with its [quick] section")
-    study = study.located(path.parent)
-    if study.trials is None:
-        return study
-    return study.model_copy(update={"trials": tuple(trial.located(path.parent) for trial in study.trials)})
+    return study.located(path.parent)
 
 
 def prepare(study: Study) -> Setup:
@@ -149,8 +164,9 @@ def prepare(study: Study) -> Setup:
     vehicle = load_vehicle(study.vehicle)
     trials = {}
     for name, trial, sections in study.each_trial():
-        nuisance = study.nuisance | trial.nuisance
-        trials[name] = trial.build(vehicle, sections, nuisance, study.dt_s, data_rng)
+        with _named(name):
+            nuisance = study.nuisance | trial.nuisance
+            trials[name] = trial.build(vehicle, sections, nuisance, study.dt_s, data_rng)
     centre = vehicle.xi
     if study.prior.centre == "perturbed":
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
@@ -159,37 +175,46 @@ def prepare(study: Study) -> Setup:
     xi[coefficients.columns(fixed)] = list(fixed.values())
     free = [name for name in study.free.names if name not in fixed]
     noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
-    problems = {
-        name: Problem(
-            vehicle,
-            trial.manoeuvre,
-            trial.record,
-            free=free,
-            prior=prior,
-            nuisance=trial.nuisance,
-            noise=noise,
-            xi=xi,
-            dt=trial.truth.simulator.step if trial.truth else study.dt_s,
-        )
-        for (name, trial), noise in zip(trials.items(), noises, strict=True)
-    }
+    problems = {}
+    for (name, trial), noise in zip(trials.items(), noises, strict=True):
+        with _named(name):
+            problems[name] = Problem(
+                vehicle,
+                trial.manoeuvre,
+                trial.record,
+                free=free,
+                prior=prior,
+                nuisance=trial.nuisance,
+                noise=noise,
+                xi=xi,
+                dt=trial.truth.simulator.step if trial.truth else study.dt_s,
+            )
     problem = problems[""] if study.trials is None else JointProblem(problems)
     return Setup(study, vehicle, trials, problem, sqp_rng, sampler_rng)
 
 
+@contextmanager
+def _named(trial: str) -> Iterator[None]:
+    """Errors of one of several trials name it."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"trial '{trial}': {error}" if trial else str(error)) from None
+
+
 def completed(study: Study, *, quick: bool) -> dict:
     """The study with every default filled in, and what else the result depends on."""
-    return study.model_dump(exclude_none=True, mode="json") | environment(quick=quick) | _digests(study)
+    named = study.model_dump(exclude_none=True, mode="json")
+    return named | {"files_sha256": _digests(study)} | environment(quick=quick)
 
 
-def _digests(study: Study) -> dict:
-    """The SHA-256 of each log, so that a run is not continued with another."""
-    paths = [trial.data for _, trial, _ in study.each_trial() if trial.data is not None]
+def _digests(study: Study) -> dict[str, str]:
+    """The SHA-256 of each file that the study names, so that a run is not continued or drawn again with another."""
     digests = {}
-    for path in paths:
-        with inputs.reading(Path(path)), Path(path).open("rb") as file:
-            digests[path] = hashlib.file_digest(file, "sha256").hexdigest()
-    return {"data_sha256": digests} if digests else {}
+    for path in study.files:
+        with inputs.reading(path), path.open("rb") as file:
+            digests[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()
+    return digests
 
 
 def environment(*, quick: bool) -> dict:
@@ -325,8 +350,9 @@ def redraw(folder: Path) -> bool:
     for name in ("posterior.nc", "estimates.json", "numbers.json"):
         if not (folder / name).exists():
             raise InputError(f"{folder}: {name} is missing, the run has not finished; continue it with --resume")
-    if content.get("data_sha256", {}) != _digests(study).get("data_sha256", {}):
-        raise InputError(f"{folder}: the log has changed since the run; run the study again")
+    for path, digest in _digests(study).items():
+        if content.get("files_sha256", {}).get(path) != digest:
+            raise InputError(f"{folder}: {path} has changed since the run; run the study again")
     setup = prepare(study)
     posterior = results.load(folder / "posterior.nc")
     try:

@@ -44,7 +44,7 @@ def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
         path,
         vehicle,
         what=f"the manoeuvre {manoeuvre}",
-        source=f'manoeuvre = "{manoeuvre}"',
+        source=f'manoeuvre = "{_from_file(manoeuvre, path)}"',
         sensors=_TRACK,
         free=manoeuvre if manoeuvre in MOVING else "all",
         centre=_GUESS,
@@ -67,7 +67,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     of_use = [key for key in measured if QUANTITIES[key].state.removesuffix("dot") in changing]
     if not of_use:
         raise InputError(f"{data}: has no column with three readings or more")
-    source = [f'data = "{Path(os.path.relpath(data, path.parent)).as_posix()}"']
+    source = [f'data = "{_from_file(data, path)}"']
     if plane != "all":
         source.append(f'subproblem = "{plane}"     # the plane that the boat kept to, by its controls')
     if rest := [f'"{logs.HEADERS[key]}"' for key in log if key in QUANTITIES and key not in of_use]:
@@ -95,7 +95,12 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
 def _text(name, path, vehicle, **parts) -> str:
     check_name(name)
     text = (inputs.DATA / "templates" / "study.toml").read_text(encoding="utf-8")
-    return text.format(name=name, file=path, vehicle=vehicle, **parts)
+    return text.format(name=name, file=path, vehicle=_from_file(vehicle, path), **parts)
+
+
+def _from_file(name, path) -> str:
+    """A file as the study file `path` names it; a built-in name as it is."""
+    return Path(os.path.relpath(name, path.parent)).as_posix() if Path(name).suffix else str(name)
 
 
 def _scatter(key, log, data) -> float:

@@ -83,10 +83,9 @@ class TrialKeys(Section):
         )
 
     def located(self, folder: Path) -> "TrialKeys":
-        """The same with the path of the log, which is relative to `folder`, made absolute."""
-        if self.data is None:
-            return self
-        return self.model_copy(update={"data": str((folder / self.data).resolve())})
+        """The same with the paths of files, which are relative to `folder`, made absolute."""
+        named = {key: name for key in ("manoeuvre", "data") if (name := getattr(self, key)) is not None}
+        return self.model_copy(update={key: inputs.located(name, folder) for key, name in named.items()})
 
 
 class TrialSection(TrialKeys):

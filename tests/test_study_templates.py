@@ -1,10 +1,12 @@
 """New study files: what is written can be read back and poses a problem."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub import study, study_templates
+from bayesub import inputs, study, study_templates
 
 
 def test_a_new_study_is_one_that_can_be_posed(tmp_path, monkeypatch):
@@ -26,6 +28,21 @@ def test_a_new_study_is_one_that_can_be_posed(tmp_path, monkeypatch):
     # The median of some hundred second differences knows the noise to a tenth or so.
     assert [sensor.sd for sensor in posed.sensors] == pytest.approx([0.005] * 2, rel=0.3)
     assert "current_north_mps" in study.prepare(posed).problem.names
+
+
+def test_files_are_named_from_the_study_file(tmp_path, monkeypatch):
+    """A study in a folder of its own finds its vehicle and its manoeuvre, wherever it is run."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "boat.toml").write_bytes(inputs.built_in("vehicles")["auv690"].read_bytes())
+    (tmp_path / "flown.toml").write_bytes(inputs.built_in("manoeuvres")["horizontal"].read_bytes())
+    (tmp_path / "mine").mkdir()
+    path = Path("mine/first.toml")
+    path.write_text(study_templates.simulated("first", path, "boat.toml", "flown.toml"))
+    assert 'vehicle = "../boat.toml"' in path.read_text()
+    monkeypatch.chdir("/")
+    posed = study.load_study(tmp_path / path)
+    assert posed.files == [tmp_path / "boat.toml", tmp_path / "flown.toml"]
+    assert study.prepare(posed).vehicle.name == "auv690"
 
 
 def test_scatter_of_a_column_that_rounding_hides(tmp_path):

@@ -68,16 +68,30 @@ def test_a_log_runs_to_a_report_about_the_vehicle_file(folder, bayesub, monkeypa
     assert [row["name"] for row in numbers["nuisance"]] == ["x0_m", "y0_m", "yaw0_deg", "u0_mps", "v0_mps", "r0_degps"]
     assert "the vehicle file" in (folder / "run" / "report.html").read_text()
     config = tomllib.loads((folder / "run" / "config.toml").read_text())
-    assert list(config["data_sha256"]) == [str(folder / "log.csv")]
+    assert list(config["files_sha256"]) == [str(folder / "log.csv")]
     assert bayesub("report", folder / "run")[0] == 0
     with (folder / "log.csv").open("a") as file:
         file.write("176.5,0,0,0,,,,\n")
     status, _, err = bayesub("run", folder / "log.toml", "-o", folder / "run", "--resume")
     assert status == 2
-    assert "data_sha256" in err
+    assert "files_sha256" in err
     status, _, err = bayesub("report", folder / "run")
     assert status == 2
-    assert "the log has changed" in err
+    assert "log.csv has changed since the run" in err
+
+
+def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(folder, bayesub):
+    """A changed vehicle is neither continued with nor drawn into the report of another, whatever its name."""
+    boat = folder / "boat.toml"
+    boat.write_bytes(inputs.built_in("vehicles")["auv690"].read_bytes())
+    (folder / "log.toml").write_text(LOG.replace('"auv690"', '"boat.toml"'))
+    assert bayesub("run", folder / "log.toml", "-o", folder / "run")[0] == 0
+    assert bayesub("report", folder / "run")[0] == 0
+    boat.write_text(boat.read_text() + "# another\n")
+    for command in (("run", folder / "log.toml", "-o", folder / "run", "--resume"), ("report", folder / "run")):
+        status, _, err = bayesub(*command)
+        assert status == 2
+        assert "boat.toml" in err
 
 
 def test_the_joint_posterior_of_two_trials_is_the_product(folder, rng):
@@ -155,6 +169,8 @@ def test_trials_that_do_not_fit(folder, bayesub):
     for change, message in (
         (('name = "zigzag"', 'name = "logged"'), "two trials are named 'logged'"),
         (("yaw0_deg =", "mass_kg ="), "nuisance 'mass_kg' is of the body"),
+        (("yaw0_deg =", "yaw9_deg ="), "trial 'zigzag': "),
+        (("zigzag_20_20", "zigzag_20"), "trial 'zigzag': no manoeuvre 'zigzag_20'"),
     ):
         (folder / "joint.toml").write_text(JOINT.replace(*change))
         status, _, err = bayesub("check", folder / "joint.toml")
