@@ -15,6 +15,7 @@ from bayesub import runs, script, study
 from bayesub.errors import InputError
 from bayesub.files import reason
 from bayesub.interruption import kept
+from bayesub.run_folder import open_folder
 from bayesub.runs import Outcome
 from bayesub.sampling.nuts import require_nutpie
 from bayesub.terminal import INTERRUPTED, Bars, complain, console, duration, say
@@ -107,7 +108,7 @@ def report(outcome: Outcome) -> None:
 @contextmanager
 def _held(folder: Path, config: dict, options: Options, again: list[str]) -> Iterator[None]:
     """Work in a run folder; Ctrl-C ends it with the command that continues."""
-    with study.open_folder(folder, config, resume=options.resume, force=options.force):
+    with open_folder(folder, config, resume=options.resume, force=options.force):
         try:
             with kept():
                 yield

@@ -10,6 +10,7 @@ import jinja2
 from bayesub import inputs, script, study
 from bayesub.errors import InputError
 from bayesub.files import write_text, writing
+from bayesub.run_folder import STOPPING, first_difference
 from bayesub.terminal import duration
 
 OUTCOME = "outcome.json"
@@ -58,14 +59,14 @@ def load(folder: Path) -> Outcome | None:
 
 def is_done(folder: Path, config: dict) -> bool:
     """Whether the folder holds a run of this configuration, stopping rule included, that came to its end."""
-    return load(folder) is not None and not study.first_difference(_config(folder), config)
+    return load(folder) is not None and not first_difference(_config(folder), config)
 
 
 def is_begun(folder: Path, config: dict) -> bool:
     """Whether the folder holds a run that may be resumed to this configuration; InputError if it holds another one."""
     if not (folder / "config.toml").exists():
         return False
-    difference = study.first_difference(_config(folder), config, but=study.STOPPING)
+    difference = first_difference(_config(folder), config, but=STOPPING)
     if difference:
         raise InputError(f"{folder}: holds another run, whose {difference}; use --force to replace it, or another -o")
     return True

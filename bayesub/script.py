@@ -20,7 +20,7 @@ import numba
 from bayesub import inputs
 from bayesub.errors import InputError
 from bayesub.files import write_text
-from bayesub.study import environment
+from bayesub.run_folder import environment
 
 
 def question(path: Path) -> str:

@@ -11,6 +11,7 @@ import pytest
 import tomli_w
 
 from bayesub import logs, results, study
+from bayesub.run_folder import open_folder
 from bayesub.sampling import sampler
 
 SMALL = """
@@ -87,7 +88,7 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
 
 def test_resume_names_the_first_difference(bayesub, small, tmp_path):
     loaded = study.load_study(small)
-    with study.open_folder(tmp_path / "run", study.completed(loaded, quick=False), resume=False, force=False):
+    with open_folder(tmp_path / "run", study.completed(loaded, quick=False), resume=False, force=False):
         pass
     small.write_text(SMALL.replace("position_sd_m = 0.2", "position_sd_m = 0.3"))
     status, _, err = bayesub("run", small, "-o", tmp_path / "run", "--resume")
@@ -233,7 +234,7 @@ def test_a_folder_at_work_is_refused(bayesub, small, tmp_path):
     """Also by --force, which leaves it as it is; a folder in which nothing was begun is not in the way."""
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "config.toml.partial").write_text("killed while writ")
-    with study.open_folder(tmp_path / "run", {"quick_run": False}, resume=False, force=False):
+    with open_folder(tmp_path / "run", {"quick_run": False}, resume=False, force=False):
         for option in ("--resume", "--force"):
             config = study.completed(study.load_study(small), quick=False)
             (tmp_path / "run" / "config.toml").write_text(tomli_w.dumps(config))
