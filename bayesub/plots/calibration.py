@@ -10,7 +10,7 @@ COLUMNS = 6
 BINS = 20
 
 
-def _grid(path, quantities, title, draw):
+def _grid(path, quantities, title, caption, draw):
     """A panel for each quantity."""
     rows = -(-len(quantities) // COLUMNS)
     with style.figure(path, 1.8 * COLUMNS, 1.45 * rows + 0.6) as figure:
@@ -20,6 +20,9 @@ def _grid(path, quantities, title, draw):
             panel.set_title(labels([name])[0] if name in INDEX else name, fontsize=8)
         for panel in panels[len(quantities) :]:
             panel.set_visible(False)
+        for panel in panels[max(0, len(quantities) - COLUMNS) : len(quantities)]:
+            panel.tick_params(labelbottom=True)  # nothing is below it
+        figure.suptitle(caption, fontsize=9)
         figure.supxlabel("rank of the truth among posterior draws, as a fraction", fontsize=9)
         figure.supylabel(title, fontsize=9)
 
@@ -34,7 +37,8 @@ def draw_ecdf(path, quantities: dict, limits) -> None:
         inside = np.all((values >= lower) & (values <= upper))
         axis.plot(points, values - points, color=style.POSTERIOR if inside else style.SQP, lw=1.2)
 
-    _grid(path, quantities, "ECDF minus uniform", panel)
+    caption = "Grey: the band that one study in a hundred leaves by chance. Blue stays inside, orange leaves it."
+    _grid(path, quantities, "ECDF minus uniform", caption, panel)
 
 
 def draw_histograms(path, quantities: dict, n_draws: int, expected) -> None:
@@ -44,4 +48,4 @@ def draw_histograms(path, quantities: dict, n_draws: int, expected) -> None:
         axis.axhspan(*expected, color=style.PRIOR, alpha=0.5, lw=0)
         axis.hist(np.asarray(ranks) / (n_draws + 1), np.linspace(0, 1, BINS + 1), color=style.POSTERIOR)
 
-    _grid(path, quantities, "trials in a bin", panel)
+    _grid(path, quantities, "trials in a bin", "Grey: what 99 % of bins hold if ranks are uniform.", panel)
