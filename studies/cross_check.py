@@ -3,7 +3,7 @@
 Question: the ensemble sampler straightens, whitens and proposes by rules of our own. Does NUTS, which shares the log
 posterior and nothing of these rules, find the same means, standard deviations and correlations in all nine cases?
 Claim: yes, within Monte Carlo error, wherever NUTS itself converges.
-Cost: an hour or two on two cores, by the cost of a gradient, most of it NUTS; a finished case is read back.
+Cost: about an hour of one core, most of it NUTS; a finished case is read back.
 """
 
 from functools import partial
@@ -19,7 +19,7 @@ from bayesub.sampling import CrossCheck, cross_check
 from bayesub.script import in_processes, resumed
 from bayesub.thesis import MANOEUVRES, VEHICLES
 
-N_DRAWS, N_TUNE = 600, 300  # of each of four chains of NUTS
+N_DRAWS, N_TUNE = 1000, 300  # of each of four chains of NUTS
 QUICK = {"npsauv horizontal": ("Xuu", "Yuv", "Nuv")}
 
 

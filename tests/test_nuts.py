@@ -4,10 +4,12 @@ import sys
 
 import numpy as np
 import pytest
-from toys import Banana, ill_conditioned
+from toys import Banana, Linear, ill_conditioned
 
 import bayesub as bs
+from bayesub import diagnostics
 from bayesub.plots import cross_check as plot
+from bayesub.priors import Normal
 from bayesub.sampling import nuts as module
 
 
@@ -97,6 +99,32 @@ def test_nuts_and_emcee_agree_on_a_bent_sheet():
     check = bs.cross_check(problem, posterior, rng=rng)
     assert check.verdict == "agree", check.sentence
     assert bs.cross_check(Banana(reach=2.0), posterior, rng=rng).verdict == "disagree"
+
+
+class Stepped(Linear):
+    """Twenty independent normals of variance 1/2, each e times less likely above zero than below."""
+
+    def __init__(self):
+        super().__init__(np.eye(20), np.zeros(20), Normal(np.zeros(20), np.ones(20)))
+
+    def log_likelihood(self, parameters):
+        return super().log_likelihood(parameters) - np.count_nonzero(np.atleast_2d(parameters) > 0.0, axis=1)
+
+
+def test_jumps_that_no_gradient_shows_do_not_stop_nuts():
+    """Means and variances are right, for the gradients that a smooth density takes and not hundreds a draw."""
+    _nutpie_or_skip()
+    draws, divergences, gradients = module.sample_nuts(
+        Stepped(), rng=np.random.default_rng(3), n_draws=400, n_tune=200, n_chains=2, progress=lambda *_: None
+    )
+    mean = -np.tanh(0.5) / np.sqrt(np.pi)
+    for moment, truth in ((draws, mean), ((draws - mean) ** 2, 0.5 - mean**2)):
+        chain = moment[:, :, None]
+        error = moment.std(axis=(0, 1)) / np.sqrt(diagnostics.ess(chain))
+        z = (moment.mean(axis=(0, 1)) - truth) / error
+        assert np.abs(z).max() < 4.0  # 3 would be left by chance once in 20
+    assert gradients < 20 * 1200
+    assert divergences == 0
 
 
 def _nutpie_or_skip():
