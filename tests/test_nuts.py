@@ -102,10 +102,10 @@ def test_nuts_and_emcee_agree_on_a_bent_sheet():
 
 
 class Stepped(Linear):
-    """Twenty independent normals of variance 1/2, each e times less likely above zero than below."""
+    """Eight independent normals of variance 1/2, each e times less likely above zero than below."""
 
     def __init__(self):
-        super().__init__(np.eye(20), np.zeros(20), Normal(np.zeros(20), np.ones(20)))
+        super().__init__(np.eye(8), np.zeros(8), Normal(np.zeros(8), np.ones(8)))
 
     def log_likelihood(self, parameters):
         return super().log_likelihood(parameters) - np.count_nonzero(np.atleast_2d(parameters) > 0.0, axis=1)
@@ -115,15 +115,15 @@ def test_jumps_that_no_gradient_shows_do_not_stop_nuts():
     """Means and variances are right, for the gradients that a smooth density takes and not hundreds a draw."""
     _nutpie_or_skip()
     draws, divergences, gradients = module.sample_nuts(
-        Stepped(), rng=np.random.default_rng(3), n_draws=400, n_tune=200, n_chains=2, progress=lambda *_: None
+        Stepped(), rng=np.random.default_rng(3), n_draws=1000, n_tune=200, n_chains=2, progress=lambda *_: None
     )
     mean = -np.tanh(0.5) / np.sqrt(np.pi)
     for moment, truth in ((draws, mean), ((draws - mean) ** 2, 0.5 - mean**2)):
         chain = moment[:, :, None]
         error = moment.std(axis=(0, 1)) / np.sqrt(diagnostics.ess(chain))
         z = (moment.mean(axis=(0, 1)) - truth) / error
-        assert np.abs(z).max() < 4.0  # 3 would be left by chance once in 20
-    assert gradients < 20 * 1200
+        assert np.abs(z).max() < 4.0  # 3 is passed by chance once in 25
+    assert gradients < 20 * 2400
     assert divergences == 0
 
 
