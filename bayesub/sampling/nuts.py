@@ -23,6 +23,7 @@ MOST_RHAT = 1.01
 # often a trajectory is accepted then depends on the jumps that it crosses and hardly on its steps, which would shrink
 # forever to reach what nutpie aims at.
 _STEP, _DOUBLINGS = 0.3, 6
+_CORNERS = 50  # tried for the start of a chain
 
 
 @dataclass(frozen=True)
@@ -188,6 +189,12 @@ def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress) -> tuple[n
         progress(min(done, 1.0), f"NUTS, {counts['gradients']} gradients")
         return {"parameters": geometry.parameters(y[None])[0]}
 
+    def start(seed):
+        """A point as far out as draws are, without slopes near zero: nutpie's first variances are their inverses."""
+        corners = np.random.default_rng(seed).choice([-1.0, 1.0], (_CORNERS, n))
+        possible = corners[np.isfinite(geometry.log_prob(problem, corners))]
+        return max(possible, key=lambda y: np.abs(geometry.gradient(problem, y)).min(), default=corners[0])
+
     model = nutpie.compiled_pyfunc.from_pyfunc(
         n,
         lambda: log_prob,
@@ -195,8 +202,7 @@ def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress) -> tuple[n
         [np.dtype(float)],
         [(n,)],
         ["parameters"],
-        # As far out as draws are, and no slope is near zero, whose inverse nutpie takes for a first variance.
-        make_initial_point_fn=lambda seed: np.random.default_rng(seed).choice([-1.0, 1.0], n),
+        make_initial_point_fn=start,
     )
     trace = nutpie.sample(
         model,
