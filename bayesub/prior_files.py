@@ -134,9 +134,12 @@ def _mean_and_sd(cells: list[str], where: str) -> tuple[float, float]:
         mean, sd = map(float, cells)
     except ValueError:
         mean = sd = math.nan
-    if not (math.isfinite(mean) and math.isfinite(sd) and sd >= 0):
+    most = inputs.largest("mean")
+    if not (abs(mean) <= most and 0 <= sd <= most):
         found = ", ".join(cells) or "nothing"
-        raise InputError(f"{where}: mean and sd must be two numbers and sd not negative, found {found}")
+        raise InputError(
+            f"{where}: mean and sd must be two numbers and sd not negative, at most {most:g}, found {found}"
+        )
     return mean, sd
 
 

@@ -163,6 +163,7 @@ def test_refused(prepared, text, sentence):
         ("Yuv,-0.03,0.002\nYuv,-0.03,0.002\n", "line 3: coefficient 'Yuv' is given twice"),
         ("Yu,-0.03,0.002\n", "line 2: unknown coefficient 'Yu'"),
         ("Yuv,-0.03,-0.002\n", "line 2: mean and sd must be two numbers and sd not negative"),
+        ("Yuv,1e300,0.002\n", "at most 1e+15, found 1e300, 0.002"),
         ("Yuv,-0.03,\n", "line 2: mean and sd must be two numbers"),
         ("Yuv,1,1\nNuv,1,1\nNur,1,1\n", "contradict each other"),
     ],
