@@ -95,9 +95,14 @@ def find(name: str, kind: str) -> Path:
     return path
 
 
+def absolute(path: str, folder: Path) -> str:
+    """A path that is relative to `folder`, made absolute."""
+    return str((folder / path).resolve())
+
+
 def located(name: str, folder: Path) -> str:
-    """The path of a file, which is relative to `folder`, made absolute; a built-in name as it is."""
-    return str((folder / name).resolve()) if Path(name).suffix else name
+    """A built-in name as it is, and the path of a file made absolute."""
+    return absolute(name, folder) if Path(name).suffix else name
 
 
 def read_text(path: Path) -> str:

@@ -106,7 +106,7 @@ class Study(TrialKeys):
         """The same with the paths of files, which are relative to `folder`, made absolute."""
         changes = {"vehicle": inputs.located(self.vehicle, folder)}
         if self.prior.table is not None:
-            table = inputs.located(self.prior.table, folder)
+            table = inputs.absolute(self.prior.table, folder)
             changes["prior"] = self.prior.model_copy(update={"table": table})
         if self.trials is not None:
             changes["trials"] = tuple(trial.located(folder) for trial in self.trials)
@@ -115,10 +115,11 @@ class Study(TrialKeys):
     @property
     def files(self) -> list[Path]:
         """The files that it names: vehicle, table of priors, manoeuvres and logs that are not built in."""
-        names = [self.vehicle, self.prior.table]
-        for _, trial, _ in self.each_trial():
-            names += [trial.manoeuvre, trial.data]
-        return [Path(name) for name in names if name is not None and Path(name).suffix]
+        trials = [trial for _, trial, _ in self.each_trial()]
+        paths = [self.prior.table, *(trial.data for trial in trials)]
+        names = [self.vehicle, *(trial.manoeuvre for trial in trials)]
+        paths += [name for name in names if name is not None and Path(name).suffix]
+        return [Path(path) for path in paths if path is not None]
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     of_use = [key for key in measured if QUANTITIES[key].state.removesuffix("dot") in changing]
     if not of_use:
         raise InputError(f"{data}: has no column with three readings or more")
-    source = [f'data = "{_from_file(data, path)}"']
+    source = [f'data = "{_relative(data, path)}"']
     if plane != "all":
         source.append(f'subproblem = "{plane}"     # the plane that the boat kept to, by its controls')
     if rest := [f'"{logs.HEADERS[key]}"' for key in log if key in QUANTITIES and key not in of_use]:
@@ -99,8 +99,12 @@ def _text(name, path, vehicle, **parts) -> str:
 
 
 def _from_file(name, path) -> str:
-    """A file as the study file `path` names it; a built-in name as it is."""
-    return Path(os.path.relpath(name, path.parent)).as_posix() if Path(name).suffix else str(name)
+    """A vehicle or manoeuvre as the study file `path` names it: a built-in name as it is."""
+    return _relative(name, path) if Path(name).suffix else str(name)
+
+
+def _relative(file, path) -> str:
+    return Path(os.path.relpath(file, path.parent)).as_posix()
 
 
 def _scatter(key, log, data) -> float:

@@ -84,8 +84,11 @@ class TrialKeys(Section):
 
     def located(self, folder: Path) -> "TrialKeys":
         """The same with the paths of files, which are relative to `folder`, made absolute."""
-        named = {key: name for key in ("manoeuvre", "data") if (name := getattr(self, key)) is not None}
-        return self.model_copy(update={key: inputs.located(name, folder) for key, name in named.items()})
+        if self.data is not None:
+            return self.model_copy(update={"data": inputs.absolute(self.data, folder)})
+        if self.manoeuvre is not None:
+            return self.model_copy(update={"manoeuvre": inputs.located(self.manoeuvre, folder)})
+        return self
 
 
 class TrialSection(TrialKeys):

@@ -80,6 +80,16 @@ def test_a_log_runs_to_a_report_about_the_vehicle_file(folder, bayesub, monkeypa
     assert "log.csv has changed since the run" in err
 
 
+def test_a_log_needs_no_suffix(folder, monkeypatch):
+    """It is never a built-in name: its path is from the study file, and its content is part of the run."""
+    (folder / "log.csv").rename(folder / "log")
+    (folder / "log.toml").write_text(LOG.replace("log.csv", "log"))
+    monkeypatch.chdir("/")
+    posed = study.load_study(folder / "log.toml")
+    assert posed.files == [folder / "log"]
+    assert study.prepare(posed).problem.record.n_readings
+
+
 def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(folder, bayesub):
     """A changed vehicle is neither continued with nor drawn into the report of another, whatever its name."""
     boat = folder / "boat.toml"
