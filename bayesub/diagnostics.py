@@ -57,9 +57,8 @@ def autocorrelation_time(chain) -> np.ndarray:
 
 
 def ess(chain) -> np.ndarray:
-    """(n_params,) effective sample size of the draws of all ensembles: their number over the autocorrelation time."""
-    n_draws = chain.shape[1] * chain.shape[2]
-    return np.sum(n_draws / autocorrelation_time(chain), axis=0)
+    """(n_params,) effective sample size of all draws: their number over the mean autocorrelation time of ensembles."""
+    return np.prod(chain.shape[:3]) / autocorrelation_time(chain).mean(axis=0)
 
 
 def bulk_ess(chain, scores=None) -> np.ndarray:
