@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from bayesub import data_check, inputs, logs, script, study, vehicle_check, vehicle_lines
-from bayesub.errors import InputError
+from bayesub.errors import InputError, naming
 from bayesub.hulls import load_hull
 from bayesub.manoeuvre_files import read_manoeuvre
-from bayesub.run_command import naming, prepared
+from bayesub.run_command import prepared
 from bayesub.sensors import flat
 from bayesub.trial_files import read_instruments
 from bayesub.vehicles import load_vehicle
@@ -41,7 +41,7 @@ def _data_card(path: Path, setup: study.Setup) -> data_check.DataCard | None:
     problem = setup.problem
     if not np.isfinite(problem.predicted(problem.prior.mean)).all():
         return None
-    with naming(path):
+    with naming(str(path)):
         return data_check.check(problem, f"{setup.study.name}: {setup.vehicle.name}")
 
 

@@ -1,5 +1,8 @@
 """The one error that users see: a sentence that names the file, the key and the remedy."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 LONGEST = 600  # characters of a message; what a file contains may be longer
 
 
@@ -12,3 +15,14 @@ class InputError(ValueError):
     def __init__(self, message: str):
         line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in message)
         super().__init__(line if len(line) <= LONGEST else f"{line[: LONGEST - 100]} .. {line[-96:]}")
+
+
+@contextmanager
+def naming(source: str) -> Iterator[None]:
+    """An InputError inside the block begins with its source, a file or a trial, unless it names it already."""
+    try:
+        yield
+    except InputError as error:
+        if source in str(error):
+            raise
+        raise InputError(f"{source}: {error}") from None

@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.table import Table
 
 from bayesub import runs, script, study
-from bayesub.errors import InputError
+from bayesub.errors import InputError, naming
 from bayesub.files import reason
 from bayesub.interruption import kept
 from bayesub.run_folder import open_folder
@@ -45,17 +45,8 @@ def run_one(file: Path, output: Path | None, options: Options) -> Outcome:
 
 def prepared(path: Path, loaded: study.Study) -> study.Setup:
     """The study made ready; what is wrong with it names its file."""
-    with naming(path):
+    with naming(str(path)):
         return study.prepare(loaded)
-
-
-@contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """An InputError inside the block names the file."""
-    try:
-        yield
-    except InputError as error:
-        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
 
 
 def _run(file: Path, folder: Path, loaded: study.Study | None, config: dict, options: Options, again: list) -> Outcome:

@@ -4,7 +4,6 @@ import hashlib
 import json
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Literal
@@ -13,7 +12,7 @@ import numpy as np
 import pydantic
 
 from bayesub import baselines, coefficients, identifiability, inputs, priors, results
-from bayesub.errors import InputError
+from bayesub.errors import InputError, naming
 from bayesub.files import write_text
 from bayesub.inputs import Positive, Section
 from bayesub.joint import JointProblem
@@ -157,7 +156,7 @@ def prepare(study: Study) -> Setup:
     vehicle = load_vehicle(study.vehicle)
     trials = {}
     for name, trial, sections in study.each_trial():
-        with _named(name):
+        with naming(f"trial '{name}'" if name else ""):
             nuisance = study.nuisance | trial.nuisance
             trials[name] = trial.build(vehicle, sections, nuisance, study.dt_s, data_rng)
     centre = vehicle.xi
@@ -170,7 +169,7 @@ def prepare(study: Study) -> Setup:
     noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
     problems = {}
     for (name, trial), noise in zip(trials.items(), noises, strict=True):
-        with _named(name):
+        with naming(f"trial '{name}'" if name else ""):
             problems[name] = Problem(
                 vehicle,
                 trial.manoeuvre,
@@ -184,15 +183,6 @@ def prepare(study: Study) -> Setup:
             )
     problem = problems[""] if study.trials is None else JointProblem(problems)
     return Setup(study, vehicle, trials, problem, sqp_rng, sampler_rng)
-
-
-@contextmanager
-def _named(trial: str) -> Iterator[None]:
-    """Errors of one of several trials name it."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"trial '{trial}': {error}" if trial else str(error)) from None
 
 
 def completed(study: Study, *, quick: bool) -> dict:

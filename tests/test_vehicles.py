@@ -104,6 +104,18 @@ def test_bad_files(tmp_path, suboff_file, pattern, replacement, message):
     assert "\n" not in str(error.value)
 
 
+def test_a_drag_that_pushes_has_no_self_propulsion(tmp_path, suboff_file):
+    """A propeller is matched to the drag -Xuu u^2; the sign of Xuu is the usual mistake, and is named."""
+    propeller = 'model = "constant_kt"\nkt = 0.2\ndiameter_m = 5'
+    text = re.sub(r"b = \[.*\].*\nrpm_per_mps = 10.0", propeller, suboff_file)
+    path = tmp_path / "boat.toml"
+    path.write_text(text)
+    assert bs.load_vehicle(path).rpm_per_mps > 0.0
+    path.write_text(re.sub(r"Xuu        = -0.001", "Xuu = 0.001", text))
+    with pytest.raises(bs.InputError, match=r"boat.toml: .* the sign of Xuu \(negative\)"):
+        bs.load_vehicle(path)
+
+
 def test_files_that_cannot_be_read(tmp_path):
     """A missing file, a directory, and a file that is not text are each said to be that."""
     (tmp_path / "folder.toml").mkdir()
