@@ -82,10 +82,11 @@ class CrossCheck:
                 f"NUTS has not converged itself (R-hat {self.rhat:.4f}, ESS {self.ess:.0f}), so that nothing follows; "
                 f"{difference}."
             )
-        verb = "agrees within" if self.verdict == "agree" else "disagrees beyond"
+        agrees = self.verdict == "agree"
         return (
-            f"NUTS with exact gradients {verb} Monte Carlo error in {n} means, {n} sds and {len(self.correlation_z)} "
-            f"correlations: {difference}, {self.threshold:.1f} are allowed."
+            f"NUTS with exact gradients {'agrees within' if agrees else 'disagrees beyond'} Monte Carlo error in {n} "
+            f"means, {n} sds and {len(self.correlation_z)} correlations: {difference}, {self.threshold:.1f} are allowed."
+            + ("" if agrees else " Of the shortest chains one in twenty does so by chance: sample on, to a larger ess.")
         )
 
     def to_json(self) -> dict:
