@@ -85,7 +85,7 @@ class CrossCheck:
         agrees = self.verdict == "agree"
         return (
             f"NUTS with exact gradients {'agrees within' if agrees else 'disagrees beyond'} Monte Carlo error in {n} "
-            f"means, {n} sds and {len(self.correlation_z)} correlations: {difference}, {self.threshold:.1f} are allowed."
+            f"means, {n} sds and {len(self.correlation_z)} correlations: {difference}, {self.threshold:.1f} allowed."
             + ("" if agrees else " Of the shortest chains one in twenty does so by chance: sample on, to a larger ess.")
         )
 
