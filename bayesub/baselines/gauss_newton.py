@@ -22,7 +22,8 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
     Parameters
     ----------
     start : (n_params,); by default the middle of the prior
-    tolerance : stop when an undamped step is shorter than this many posterior standard deviations
+    tolerance : stop when an undamped step is shorter than this many posterior standard deviations, or when no step
+        lowers the cost by as much as such a step would: at a jump of the forces, undamped steps stay long
 
     Returns
     -------
@@ -48,10 +49,12 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
         trials = t - steps * np.minimum(1.0, _LONGEST / np.abs(steps).max(axis=1, keepdims=True))
         trial_residuals, trial_costs = _misfit(problem, trials)
         best = np.argmin(trial_costs)
-        if not trial_costs[best] < cost:
-            status = "converged to round-off"
+        gain = cost - trial_costs[best]
+        if gain > 0.0:
+            t, residuals, cost = trials[best], trial_residuals[best], trial_costs[best]
+        if not gain >= tolerance**2:
+            status = "converged to a jump or to round-off"
             break
-        t, residuals, cost = trials[best], trial_residuals[best], trial_costs[best]
     slopes = prior.chain(np.eye(problem.n_params), t)
     return Estimate(
         method="Gauss-Newton posterior mode",
