@@ -37,10 +37,9 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
     if not np.isfinite(cost):
         raise ValueError("the simulation fails at the start of the search; choose a start that completes the manoeuvre")
     for _ in range(max_iterations):
-        jacobian = prior.chain(problem.jacobian(prior.parameters(t)), t)
         # Of both together the triangle has all inner products, and a row a parameter where they have one a reading.
-        reduced = triangle(np.column_stack([jacobian, residuals]))
-        u, s, vt = complete_svd(reduced[:, :-1])
+        reduced = triangle(np.column_stack([problem.jacobian(prior.parameters(t)), residuals]))
+        u, s, vt = complete_svd(prior.chain(reduced[:, :-1], t))
         force = s * (u.T @ reduced[:, -1]) + vt @ t
         if np.linalg.norm(force / np.sqrt(s**2 + 1.0)) < tolerance:
             status = "converged"
