@@ -29,6 +29,26 @@ def test_gauss_newton_from_a_bad_start():
     assert found.statuses[0].startswith("converged")
 
 
+class Jump(Linear):
+    """Two readings of one, and a cost of ten more where the first parameter is above 0.3."""
+
+    def __init__(self):
+        super().__init__(np.eye(2), np.ones(2), Normal(np.zeros(2), np.ones(2)))
+
+    def misfit(self, parameters):
+        residuals, deviances = super().misfit(parameters)
+        return residuals, deviances + 10.0 * (parameters[:, 0] > 0.3)
+
+
+def test_gauss_newton_stops_at_a_jump_that_no_gradient_shows():
+    """Undamped steps stay long there, and damped ones gain ever less; the mode without the jump is at (0.5, 0.5)."""
+    problem = Jump()
+    found = gauss_newton(problem, start=[-1.0, -1.0], max_iterations=100)
+    assert found.statuses == ("converged to a jump or to round-off",)
+    assert 0.29 < found.values[0] <= 0.3
+    assert problem.evaluations < 20 * 14
+
+
 def test_gauss_newton_with_fewer_readings_than_parameters():
     """The prior makes the mode unique also then, and its directions keep their variance."""
     prior = Normal(np.array([1.0, -2.0, 0.5]), np.array([0.5, 1.0, 2.0]))
