@@ -18,15 +18,15 @@ from itertools import product
 import numpy as np
 
 import bayesub as bs
-from bayesub import thesis
 from bayesub.baselines import linear_least_squares, linear_programme, sqp, trust_region
-from bayesub.coefficients import INDEX, NAMES
-from bayesub.linear_systems import linear_systems
-from bayesub.markdown import beside, table
-from bayesub.measured import measure
-from bayesub.plots import campaign as plots
-from bayesub.script import resumed
-from bayesub.thesis import MANOEUVRES, SEED, TOWED, VEHICLES, track_problem
+from bayesub.model.coefficients import INDEX, NAMES
+from bayesub.model.linear_form import linear_systems
+from bayesub.model.measured_motion import measure
+from bayesub.report.markdown import beside, table
+from bayesub.study.script import resumed
+from bayesub.thesis import cases as thesis
+from bayesub.thesis.cases import MANOEUVRES, SEED, TOWED, VEHICLES, track_problem
+from bayesub.thesis.plots import campaign as plots
 
 N_STARTS, N_FREE_STARTS = 50, 5  # by the thesis's rule, and of each search to its own end
 MAX_ITERATIONS = 500

@@ -19,11 +19,12 @@ import numpy as np
 from scipy import stats
 
 import bayesub as bs
-from bayesub import calibration, likelihoods
-from bayesub.markdown import table
+from bayesub.checks import calibration
 from bayesub.plots import calibration as plots
+from bayesub.problem import likelihoods
+from bayesub.report.markdown import table
 from bayesub.sampling.posterior import Criteria
-from bayesub.script import repeated
+from bayesub.study.script import repeated
 
 N_TRIALS, QUICK_TRIALS = 200, 6
 FALSE_ALARMS = 0.01  # of all quantities of a problem together
@@ -110,7 +111,7 @@ def trial(case, place, k):
     record = bs.observe(trajectory, case.sensors, rng)
     noise = {}
     if case.sd_factor != 1.0:
-        noise = {c.name: likelihoods.Gaussian(case.sd_factor * c.total_sd) for c in record.channels}
+        noise = {c.name: likelihoods.Normal(case.sd_factor * c.total_sd) for c in record.channels}
     problem = bs.Problem(boat, flown, record, free=case.free, prior=prior, noise=noise, dt=STEP)
     posterior = bs.sample(problem, rng=rng, n_walkers=N_WALKERS, max_steps=MAX_STEPS, criteria=CRITERIA)
     draws = calibration.independent_draws(posterior, rng)

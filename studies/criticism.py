@@ -14,11 +14,11 @@ import numpy as np
 from scipy import stats
 
 import bayesub as bs
-from bayesub import likelihoods
 from bayesub.baselines import gauss_newton
-from bayesub.coverage import Trials
-from bayesub.criticism import FALSE_ALARMS, criticise
-from bayesub.markdown import table
+from bayesub.checks.coverage import RepeatedTrials
+from bayesub.checks.fit import FALSE_ALARMS, criticise
+from bayesub.problem import likelihoods
+from bayesub.report.markdown import table
 
 N_RECORDS = 100
 PRIOR_SD = 0.25
@@ -62,7 +62,7 @@ CASES = {
     "2 % outliers": Case(sensors={"outlier_probability": 0.02}),
     "Student-t noise": Case(noise=_student_t),
     "correlated noise": Case(noise=_slow),
-    "noise sd 1.5 times as large": Case(noise=lambda channel: likelihoods.Gaussian(1.5 * channel.sd)),
+    "noise sd 1.5 times as large": Case(noise=lambda channel: likelihoods.Normal(1.5 * channel.sd)),
     "bias of 0.5 of the unit": Case(sensors={"bias": 0.5}),
     "Xuu held 10 % off": Case(held={"Xuu": 1.1}),
     "Nuu_dr held 10 % off": Case(held={"Nuu_dr": 1.1}),
@@ -102,7 +102,7 @@ def measured(case, track, rng, n_records):
             faults[fault] = faults.get(fault, 0) + 1
         errors.append(mode.values - problem.reference)
         covariances.append(mode.covariance)
-    coverage, error = Trials(np.array(errors), np.array(covariances)).mean_coverage(INTERVAL)
+    coverage, error = RepeatedTrials(np.array(errors), np.array(covariances)).mean_coverage(INTERVAL)
     return {
         "warned": float(warned[:, 0].mean()),
         "warned_at_truth": float(warned[:, 1].mean()),

@@ -16,13 +16,13 @@ from itertools import product
 import numpy as np
 
 import bayesub as bs
-from bayesub import thesis
-from bayesub.markdown import table
 from bayesub.plots import cross_check as plots
+from bayesub.report.markdown import table
 from bayesub.sampling import CrossCheck, cross_check
 from bayesub.sampling.posterior import STANDARD
-from bayesub.script import in_processes, resumed
-from bayesub.thesis import MANOEUVRES, VEHICLES
+from bayesub.study.script import in_processes, resumed
+from bayesub.thesis import cases as thesis
+from bayesub.thesis.cases import MANOEUVRES, VEHICLES
 
 N_DRAWS, N_TUNE = 1000, 300  # of each of four chains of NUTS
 ESS = 10_000  # of the ensemble sampler

@@ -13,23 +13,22 @@ at speed u has its position read to 0.5 m * l / 102.26 m and its attitude to 0.1
 0.5 m, 0.1 degrees and 1 s are to suboff. The prior is 25 % about the truth.
 """
 
-import tomllib
 from itertools import product
 
 import numpy as np
 
 import bayesub as bs
 from bayesub import identifiability
-from bayesub.coefficients import ADDED_MASSES, NAMES
 from bayesub.identifiability.profile import LEVEL_95
-from bayesub.inputs import DATA
-from bayesub.linear_systems import linear_systems
-from bayesub.markdown import table
+from bayesub.model.coefficients import ADDED_MASSES, NAMES
+from bayesub.model.linear_form import linear_systems
 from bayesub.plots import cancellation as cancellation_plot
 from bayesub.plots import collinearity as collinearity_plot
 from bayesub.plots import contribution as contribution_plot
 from bayesub.plots import profile as profile_plot
 from bayesub.plots import spectrum as spectrum_plot
+from bayesub.report.markdown import table
+from bayesub.thesis.cases import published
 
 VEHICLES = ("suboff", "auv690", "npsauv")
 MANOEUVRES = ("horizontal", "vertical", "coupled")
@@ -49,7 +48,7 @@ CANCELS = 10.0  # an order of magnitude; the thesis has 42 between its largest t
 
 def run(folder, *, quick, progress):
     """Tables and figures of every vehicle and manoeuvre."""
-    thesis = tomllib.loads((DATA / "thesis_results.toml").read_text())
+    thesis = published()
     pairs = [("suboff", "horizontal")] if quick else list(product(VEHICLES, MANOEUVRES))
     progress.stage("ill-conditioning")
     cases = {}

@@ -17,12 +17,13 @@ from functools import partial
 import numpy as np
 
 import bayesub as bs
-from bayesub import priors, thesis
-from bayesub.coefficients import HORIZONTAL, INDEX, NAMES
-from bayesub.markdown import table
-from bayesub.plots import known_coefficients as plots
+from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES
+from bayesub.problem import priors
+from bayesub.report.markdown import table
 from bayesub.sampling.posterior import Criteria
-from bayesub.script import repeated
+from bayesub.study.script import repeated
+from bayesub.thesis import cases
+from bayesub.thesis.plots import known_coefficients as plots
 
 N_TRIALS, QUICK_TRIALS = 50, 2
 ERROR = 0.01  # largest, of what is known
@@ -50,7 +51,7 @@ def run(folder, *, quick, progress):
 def unknown():
     """The coefficients to be found: neither towed nor held nor zero."""
     xi = bs.load_vehicle("suboff").xi
-    known = {*thesis.TOWED, *thesis.held("horizontal")}
+    known = {*cases.TOWED, *cases.held("horizontal")}
     return [name for name in HORIZONTAL if name not in known and xi[INDEX[name]] != 0.0]
 
 
@@ -64,14 +65,14 @@ def trial(quick, k):
     # The sd is of the truth, not of the guess: then the truth is a draw from its prior.
     guess = {n: (boat.xi[INDEX[n]], PRIOR_SD * abs(boat.xi[INDEX[n]])) for n in unknown()}
     others = {n: priors.normal(value + sd * rng.standard_normal(), sd) for n, (value, sd) in guess.items()}
-    given = np.where(np.isin(NAMES, thesis.TOWED), boat.xi * rng.uniform(1 - ERROR, 1 + ERROR, len(NAMES)), boat.xi)
-    towed = {n: priors.uniform(*sorted(given[INDEX[n]] / (1 + side * ERROR) for side in (-1, 1))) for n in thesis.TOWED}
+    given = np.where(np.isin(NAMES, cases.TOWED), boat.xi * rng.uniform(1 - ERROR, 1 + ERROR, len(NAMES)), boat.xi)
+    towed = {n: priors.uniform(*sorted(given[INDEX[n]] / (1 + side * ERROR) for side in (-1, 1))) for n in cases.TOWED}
     pose = partial(bs.Problem, boat, flown, record, dt=STEP)
     spread = priors.relative_normal(PRIOR_SD)
     problems = {
         EXACT: pose(free=unknown(), prior=priors.Given(spread, others)),
         HELD: pose(free=unknown(), prior=priors.Given(spread, others), xi=given),
-        UNCERTAIN: pose(free=[*unknown(), *thesis.TOWED], prior=priors.Given(spread, others | towed)),
+        UNCERTAIN: pose(free=[*unknown(), *cases.TOWED], prior=priors.Given(spread, others | towed)),
     }
     return {treatment: outcome(problem, rng) for treatment, problem in problems.items()}
 

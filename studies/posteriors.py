@@ -12,10 +12,10 @@ of its value, and combinations of the others; the median coefficient keeps two f
 A posterior that has not converged is marked and counts for none of this.
 Cost: about a quarter of an hour on one core. A killed run continues with --resume: posteriors and searches are kept.
 
-The trials are :func:`bayesub.thesis.trial`: position noise of 0.5 m on a boat of suboff's length, in proportion to the
-length, and attitude noise of 0.1 degrees, sampled every second on suboff, in proportion to length over speed; the prior
-is normal, 25 % about a guess 15 % off. SQP follows the thesis's rules (studies/baselines.py) on the exact track, and on
-the noisy readings of the trial, weighted by their noise; the added masses that reduce the rank it is told. A set is
+The trials are :func:`bayesub.thesis.cases.trial`: position noise of 0.5 m on a boat of suboff's length, in proportion
+to length, and attitude noise of 0.1 degrees, sampled every second on suboff, in proportion to length over speed; the
+prior is normal, 25 % about a guess 15 % off. SQP follows the thesis's rules (studies/baselines.py) on the exact track, and
+on the noisy readings of the trial, weighted by their noise; the added masses that reduce the rank it is told. A set is
 inside where it lies within the 95 % of posterior draws that are nearest to their mean by Mahalanobis distance, that fit
 best by chi-square, or that have the highest posterior density. Directions are those of the Fisher information at the
 truth in prior standard deviations: null by the equations, sloppy where the singular value is not above one, the others
@@ -28,15 +28,16 @@ import numpy as np
 from scipy import linalg
 
 import bayesub as bs
-from bayesub import identifiability, thesis
-from bayesub.coefficients import ADDED_MASSES
-from bayesub.linear_systems import linear_systems
-from bayesub.markdown import table
+from bayesub import identifiability
+from bayesub.model.coefficients import ADDED_MASSES
+from bayesub.model.linear_form import linear_systems
 from bayesub.plots import posterior as posterior_plot
-from bayesub.plots import posteriors as plots
 from bayesub.plots import style
-from bayesub.script import resumed
-from bayesub.thesis import MANOEUVRES, SEED, VEHICLES
+from bayesub.report.markdown import table
+from bayesub.study.script import resumed
+from bayesub.thesis import cases
+from bayesub.thesis.cases import MANOEUVRES, SEED, VEHICLES
+from bayesub.thesis.plots import posteriors as plots
 
 N_SETS, MAX_ITERATIONS, MAX_STEPS = 50, 500, 20_000
 QUICK = (5, 60, 400)
@@ -82,9 +83,9 @@ class Case:
     def __init__(self, folder, vehicle, manoeuvre, effort, progress):
         n_sets, max_iterations, max_steps = effort
         self.name = f"{vehicle}_{manoeuvre}"
-        self.problem = problem = thesis.trial(vehicle, manoeuvre)
+        self.problem = problem = cases.trial(vehicle, manoeuvre)
         file = folder / f"posterior_{self.name}.nc"
-        self.posterior = thesis.sampled(problem, file, max_steps=max_steps, progress=progress.update)
+        self.posterior = cases.sampled(problem, file, max_steps=max_steps, progress=progress.update)
         self.title = f"{vehicle} {manoeuvre}" + ("" if self.posterior.converged else " (not converged)")
         found = resumed(folder / f"sets_{self.name}.json", lambda: searches(problem, n_sets, max_iterations))
         self.sets = {key: np.array(values) for key, values in found.items()} | {"truth": problem.reference[None]}
@@ -152,10 +153,10 @@ def searches(problem, n_sets, max_iterations):
     """
     boat, flown = problem.vehicle, problem.manoeuvre
     vehicle, manoeuvre = boat.name, flown.name
-    exact, found = thesis.identified(vehicle, manoeuvre, n_sets, max_iterations)
+    exact, found = cases.identified(vehicle, manoeuvre, n_sets, max_iterations)
     prior, dt = bs.priors.relative_normal(0.25, boat.xi), problem.simulator.step
     noisy = bs.Problem(boat, flown, problem.record, free=exact.names, prior=prior, dt=dt)
-    again = thesis.identify(noisy, thesis.streams(vehicle, manoeuvre)[0], n_sets, max_iterations)
+    again = cases.identify(noisy, cases.streams(vehicle, manoeuvre)[0], n_sets, max_iterations)
     sets = {"starts": found.starts, "exact": found.solutions, "noisy": again.solutions}
     return {key: exact.coefficient_sets(values)[:, problem.columns].tolist() for key, values in sets.items()}
 

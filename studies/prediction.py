@@ -12,11 +12,11 @@ Cost: see the closing table.
 import numpy as np
 
 import bayesub as bs
-from bayesub import thesis
-from bayesub.markdown import beside, table
-from bayesub.plots import campaign, prediction
-from bayesub.simulate import Simulator
-from bayesub.thesis import SUBOFF_TIME, VEHICLES, WEIGHT
+from bayesub.model.simulate import Simulator
+from bayesub.report.markdown import beside, table
+from bayesub.thesis import cases
+from bayesub.thesis.cases import SUBOFF_TIME, VEHICLES, WEIGHT
+from bayesub.thesis.plots import campaign, prediction
 
 N_SETS, N_MANOEUVRES, N_DRAWS = 50, 100, 200
 HELD_STEP = 0.1  # s on suboff: the thesis's, with its controls held within a step
@@ -28,10 +28,10 @@ QUICK_FREE = ("Xuu", "Yuv", "Nuv", "Zuw", "Muw")
 def run(folder, *, quick, progress):
     """Errors of every set, calibration level and posterior draw on every manoeuvre."""
     vehicles, n_sets, n_manoeuvres = (("npsauv",), 4, 5) if quick else (VEHICLES, N_SETS, N_MANOEUVRES)
-    published, numbers, pictures = thesis.published(), {}, {}
+    published, numbers, pictures = cases.published(), {}, {}
     for vehicle in vehicles:
         progress.stage(f"{vehicle}: identify")
-        problem, found = thesis.identified(vehicle, "coupled", n_sets, 60 if quick else 500)
+        problem, found = cases.identified(vehicle, "coupled", n_sets, 60 if quick else 500)
         progress.stage(f"{vehicle}: sample the posterior")
         draws = posterior_draws(folder, vehicle, quick, progress)
         progress.stage(f"{vehicle}: predict")
@@ -47,11 +47,11 @@ def run(folder, *, quick, progress):
 
 def posterior_draws(folder, vehicle, quick, progress):
     """(n, 101) coefficient sets from the posterior of a tracked coupled manoeuvre, sampled once and kept."""
-    problem = thesis.trial(vehicle, "coupled", free=QUICK_FREE if quick else None)
-    posterior = thesis.sampled(problem, folder / f"posterior_{vehicle}_coupled.nc", progress=progress.update)
+    problem = cases.trial(vehicle, "coupled", free=QUICK_FREE if quick else None)
+    posterior = cases.sampled(problem, folder / f"posterior_{vehicle}_coupled.nc", progress=progress.update)
     assert posterior.converged, f"{vehicle}: {'; '.join(posterior.shortcomings)}"
     draws = posterior.draws
-    rows = np.random.default_rng(thesis.SEED).choice(len(draws), N_DRAWS, replace=False)
+    rows = np.random.default_rng(cases.SEED).choice(len(draws), N_DRAWS, replace=False)
     return problem.coefficient_sets(draws[rows])
 
 
@@ -71,7 +71,7 @@ def fly_all(problem, found, draws, n_manoeuvres, progress):
     errors, costs = ({key: [] for key in (*keys, "simulation")} for _ in range(2))
     tracks, ranks, seeds = [], [], []
     interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
-    for simulator in thesis.unseen(boat, n_manoeuvres):
+    for simulator in cases.unseen(boat, n_manoeuvres):
         times, manoeuvre = simulator.times, simulator.manoeuvre
         states, status = simulator.run(sets)
         held, _ = Simulator(boat, manoeuvre, times, dt=HELD_STEP * interval, controls="hold").run(boat.xi)

@@ -20,7 +20,6 @@ The thesis rounds exact velocities and accelerations, which have no likelihood. 
 step first: little enough that nine readings in ten are what exact values would give.
 """
 
-import tomllib
 from itertools import product
 
 import numpy as np
@@ -28,14 +27,14 @@ from scipy import linalg
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton, linear_least_squares
-from bayesub.coefficients import NAMES
-from bayesub.coverage import Trials
-from bayesub.inputs import DATA
-from bayesub.linear_systems import linear_systems
-from bayesub.markdown import table
-from bayesub.measured import recorded
-from bayesub.plots import intervals as plots
-from bayesub.script import resumed
+from bayesub.checks.coverage import RepeatedTrials
+from bayesub.model.coefficients import NAMES
+from bayesub.model.linear_form import linear_systems
+from bayesub.model.measured_motion import recorded
+from bayesub.report.markdown import table
+from bayesub.study.script import resumed
+from bayesub.thesis.cases import published
+from bayesub.thesis.plots import intervals as plots
 
 SEED = 960
 VEHICLES = ("suboff", "auv690", "npsauv")
@@ -62,7 +61,7 @@ DETERMINED = 0.5  # a coefficient is determined if the finest readings halve its
 
 def run(folder, *, quick, progress):
     """Twelve cases, the controlled experiment, and the Laplace approximation against sampling."""
-    held = tomllib.loads((DATA / "thesis_results.toml").read_text())["rank"]["fixed_added_mass"]
+    held = published()["rank"]["fixed_added_mass"]
     pairs = list(product(VEHICLES[2:] if quick else VEHICLES, MANOEUVRES[:1] if quick else MANOEUVRES, PRESETS))
     n_trials, n_grid_trials = (6, 3) if quick else (N_TRIALS, N_GRID_TRIALS)
     progress.stage("cases")
@@ -155,7 +154,8 @@ class Case:
             "converged": float(np.mean(statuses)),
             "found_from_centre": float(np.mean(same)),
             "fits": {
-                fit: self.summary(names[fit], Trials(np.array(errors[fit]), np.array(covariances[fit]))) for fit in FITS
+                fit: self.summary(names[fit], RepeatedTrials(np.array(errors[fit]), np.array(covariances[fit])))
+                for fit in FITS
             },
         }
 
@@ -219,8 +219,8 @@ def cell(ratio, interval, chosen, n_trials):
     result = {"ratio": ratio, "interval_s": interval, "n_readings": problem.record.n_readings, "n_trials": n_trials}
     widths = {}
     for fit in FITS[:2]:
-        everything = Trials(np.array(errors[fit]), np.array(covariances[fit]))
-        some = Trials(everything.errors[:, chosen], everything.covariances[:, chosen][:, :, chosen])
+        everything = RepeatedTrials(np.array(errors[fit]), np.array(covariances[fit]))
+        some = RepeatedTrials(everything.errors[:, chosen], everything.covariances[:, chosen][:, :, chosen])
         widths[fit] = np.median(some.sds, axis=0)
         result[fit] = {
             "mean_coverage_95": some.mean_coverage(0.95),

@@ -8,18 +8,17 @@ the velocities they are made of, and it takes their errors for independent.
 Cost: two minutes.
 """
 
-import tomllib
 from dataclasses import replace
 
 import numpy as np
 
 import bayesub as bs
 from bayesub.baselines import linear_least_squares, total_least_squares
-from bayesub.inputs import DATA
-from bayesub.linear_systems import linear_systems
-from bayesub.markdown import table
-from bayesub.measured import measure
-from bayesub.plots import rounding as plots
+from bayesub.model.linear_form import linear_systems
+from bayesub.model.measured_motion import measure
+from bayesub.report.markdown import table
+from bayesub.thesis.cases import published
+from bayesub.thesis.plots import rounding as plots
 
 VEHICLES = ("suboff", "auv690", "npsauv")
 N_MANOEUVRES = 100
@@ -30,7 +29,7 @@ FITS = ("rounded", "rounded load only", "total least squares")
 
 def run(folder, *, quick, progress):
     """Errors, standard errors and coverage of every coefficient, for each vehicle and pair of resolutions."""
-    held = tomllib.loads((DATA / "thesis_results.toml").read_text())["rank"]["fixed_added_mass"]["coupled"]
+    held = published()["rank"]["fixed_added_mass"]["coupled"]
     vehicles, n_manoeuvres = (VEHICLES[:1], 8) if quick else (VEHICLES, N_MANOEUVRES)
     cases = [
         (vehicle, scaled) for vehicle in vehicles for scaled in ((False, True) if vehicle != "suboff" else (False,))

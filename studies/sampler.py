@@ -21,11 +21,11 @@ import emcee
 import numpy as np
 
 import bayesub as bs
-from bayesub import diagnostics
-from bayesub.coefficients import NAMES, SUBPROBLEMS
-from bayesub.files import write_text
-from bayesub.markdown import table
+from bayesub.checks import convergence
+from bayesub.io.atomic import write_text
+from bayesub.model.coefficients import NAMES, SUBPROBLEMS
 from bayesub.plots import style
+from bayesub.report.markdown import table
 from bayesub.sampling import Posterior
 
 SEED = 690
@@ -170,7 +170,7 @@ def unseen(problem, posterior):
         return {"n": 0, "departure": 0.0}
     squares = along**2 - 1.0
     departures = [
-        np.abs(f.mean(axis=(0, 1, 2))) / f.std(axis=(0, 1, 2)) * np.sqrt(diagnostics.ess(f)) for f in (along, squares)
+        np.abs(f.mean(axis=(0, 1, 2))) / f.std(axis=(0, 1, 2)) * np.sqrt(convergence.ess(f)) for f in (along, squares)
     ]
     return {"n": along.shape[-1], "departure": float(np.max(departures))}
 

@@ -6,15 +6,14 @@ integrator with controls interpolated at its stages is better at 1 s steps than 
 Cost: seconds.
 """
 
-import tomllib
 from itertools import product
 
 import numpy as np
 
 import bayesub as bs
-from bayesub.inputs import DATA
-from bayesub.markdown import table
 from bayesub.plots import style
+from bayesub.report.markdown import table
+from bayesub.thesis.cases import published
 
 VEHICLES = ("suboff", "auv690", "npsauv")
 MANOEUVRES = ("horizontal", "vertical", "coupled")
@@ -26,7 +25,7 @@ COLOURS = {"suboff": style.POSTERIOR, "auv690": style.SQP, "npsauv": style.LINEA
 
 def run(folder, *, quick, progress):
     """Errors of every vehicle, manoeuvre, convention and step; draws ``time_step.png``."""
-    thesis = tomllib.loads((DATA / "thesis_results.toml").read_text())["time_step"]
+    thesis = published()["time_step"]
     cases = list(product(VEHICLES[:1] if quick else VEHICLES, MANOEUVRES))
     progress.stage("time steps")
     numbers = {}

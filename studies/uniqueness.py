@@ -8,20 +8,20 @@ far. What only the signs of one manoeuvre hide, another shows; what is structura
 Cost: seconds.
 """
 
-import tomllib
 from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import subspace_angles
 
 import bayesub as bs
-from bayesub.coefficients import ADDED_MASSES, AXES, INDEX, NAMES, SUBPROBLEMS, columns
 from bayesub.identifiability import held_fixed, rank, structure
-from bayesub.inputs import DATA
-from bayesub.kernels import layout
-from bayesub.linear_systems import linear_systems
-from bayesub.markdown import table
-from bayesub.plots import null_space, style
+from bayesub.kernels import workspace
+from bayesub.model.coefficients import ADDED_MASSES, AXES, INDEX, NAMES, SUBPROBLEMS, columns
+from bayesub.model.linear_form import linear_systems
+from bayesub.plots import style
+from bayesub.report.markdown import table
+from bayesub.thesis.cases import published
+from bayesub.thesis.plots import null_space
 
 VEHICLES = ("suboff", "auv690", "npsauv")
 MANOEUVRES = ("horizontal", "vertical", "coupled")
@@ -71,7 +71,7 @@ TYPICAL = dict(zip(AXES, (2e-3, 5e-3, 5e-3, 1e-5, 5e-4, 5e-4), strict=True))  # 
 
 def run(folder, *, quick, progress):
     """All parts; draws ``ranks``, ``spectra``, ``null_vectors`` and ``signs``, writes ``uniqueness.md``."""
-    thesis = tomllib.loads((DATA / "thesis_results.toml").read_text())["rank"]
+    thesis = published()["rank"]
     progress.stage("uniqueness")
     boats = {name: bs.load_vehicle(name) for name in VEHICLES}
     tracks = {m: {v: bs.simulate(boats[v], bs.load_manoeuvre(m, boats[v])) for v in VEHICLES} for m in MANOEUVRES}
@@ -146,11 +146,11 @@ def altered(boat, changes):
     body, xi = boat.body.copy(), boat.xi.copy()
     for name, value in changes.items():
         if name == "buoyancy":
-            value = value * body[layout.BODY.index("weight")]
+            value = value * body[workspace.BODY.index("weight")]
         if name in INDEX:
             xi[INDEX[name]] = value
         else:
-            body[layout.BODY.index(name)] = value
+            body[workspace.BODY.index(name)] = value
     return replace(boat, body=body, xi=xi)
 
 

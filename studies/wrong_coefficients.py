@@ -18,15 +18,16 @@ from functools import partial
 import numpy as np
 
 import bayesub as bs
-from bayesub import identifiability, thesis
+from bayesub import identifiability
 from bayesub.baselines import gauss_newton
-from bayesub.coefficients import ADDED_MASSES, NAMES
-from bayesub.joint import JointProblem
-from bayesub.linear_systems import linear_systems
-from bayesub.markdown import table
-from bayesub.plots import wrong_coefficients as plots
-from bayesub.script import repeated
-from bayesub.thesis import SUBOFF_TIME, VEHICLES
+from bayesub.model.coefficients import ADDED_MASSES, NAMES
+from bayesub.model.linear_form import linear_systems
+from bayesub.problem.joint import JointProblem
+from bayesub.report.markdown import table
+from bayesub.study.script import repeated
+from bayesub.thesis import cases
+from bayesub.thesis.cases import SUBOFF_TIME, VEHICLES
+from bayesub.thesis.plots import wrong_coefficients as plots
 
 PRIOR_SD = 0.25
 DATA = {"one manoeuvre": 1, "10 manoeuvres": 10, "100 manoeuvres": 100}
@@ -44,7 +45,7 @@ def run(folder, *, quick, progress):
     for vehicle in vehicles:
         boat = bs.load_vehicle(vehicle)
         n_seen = max(data.values())
-        simulators = list(thesis.unseen(boat, n_seen + n_unseen))
+        simulators = list(cases.unseen(boat, n_seen + n_unseen))
         sets = {}
         for kind, n in data.items():
             progress.stage(f"{vehicle}: {kind}")
@@ -55,7 +56,7 @@ def run(folder, *, quick, progress):
         progress.stage(f"{vehicle}: fly")
         names = randomised(boat, simulators[:1], np.random.default_rng(0)).names
         sets["null directions"] = null_moves(boat, names)
-        rng = np.random.default_rng(thesis.SEED)
+        rng = np.random.default_rng(cases.SEED)
         for kind, sd in RANDOM.items():
             sets[kind] = boat.xi * (1 + sd * rng.standard_normal((n_draws, len(NAMES))))
         numbers[vehicle] = {kind: outcome(boat, names, simulators, n_seen, xi) for kind, xi in sets.items()}
@@ -70,8 +71,8 @@ def run(folder, *, quick, progress):
 def open_set(vehicle, n_manoeuvres, k):
     """The k-th set that the tracks of so many manoeuvres leave open."""
     boat = bs.load_vehicle(vehicle)
-    simulators = thesis.unseen(boat, n_manoeuvres)
-    problem = randomised(boat, simulators, np.random.default_rng([thesis.SEED, n_manoeuvres, k]))
+    simulators = cases.unseen(boat, n_manoeuvres)
+    problem = randomised(boat, simulators, np.random.default_rng([cases.SEED, n_manoeuvres, k]))
     found = gauss_newton(problem, boat.xi[problem.columns], max_iterations=MOST_ITERATIONS)
     return {
         "xi": problem.coefficient_sets(found.values)[0].tolist(),

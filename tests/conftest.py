@@ -6,10 +6,11 @@ import tomllib
 import numpy as np
 import pytest
 import tomli_w
+from support.motions import smooth_manoeuvre
 
 import bayesub as bs
-from bayesub import cli, inputs
-from bayesub.manoeuvres import Manoeuvre
+from bayesub.cli import app
+from bayesub.io import toml_files
 
 
 @pytest.fixture
@@ -25,7 +26,7 @@ def bayesub(monkeypatch, capsys):
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["bayesub", *map(str, arguments)])
         with pytest.raises(SystemExit) as stop:
-            cli.main()
+            app.main()
         return stop.value.code or 0, *capsys.readouterr()
 
     return run
@@ -39,7 +40,7 @@ def suboff():
 @pytest.fixture(scope="session")
 def suboff_file():
     """The text of the suboff vehicle file."""
-    return inputs.find("suboff", "vehicles").read_text()
+    return toml_files.find("suboff", "vehicles").read_text()
 
 
 @pytest.fixture(scope="session")
@@ -94,17 +95,6 @@ def motions(rng):
     ratio = np.resize([1.7, 1.0, 0.6, 0.0, -0.8], n)  # n' by branch
     rpm = 11.0 * ratio * np.where(states[:, 6] == 0.0, 5.0, states[:, 6])
     return states, controls, rpm
-
-
-def smooth_manoeuvre(vehicle, duration, spacing=1 / 16, period=40.0, rudder=0.12, stern=0.03):
-    """Rudder and stern planes that swing between zero and twice the amplitude, sampled every `spacing`."""
-    times = np.arange(round(duration / spacing) + 1) * spacing
-    swing = 1.0 - np.cos(2 * np.pi * times / period)
-    controls = np.stack([rudder * swing, 0.3 * stern * swing, -stern * swing], axis=1)
-    initial = np.zeros(12)
-    initial[2], initial[6] = vehicle.depth_m, vehicle.speed_mps
-    rpm = np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps)
-    return Manoeuvre("smooth", times, controls, rpm, initial)
 
 
 @pytest.fixture(scope="session")

@@ -6,10 +6,10 @@ Those on the equations of motion take linear systems, one an axis: :func:`linear
 """
 
 from bayesub.baselines.estimate import Estimate
-from bayesub.baselines.feasible import posterior_mode
 from bayesub.baselines.gauss_newton import gauss_newton
 from bayesub.baselines.linear_least_squares import linear_least_squares, total_least_squares
 from bayesub.baselines.linear_programme import linear_programme
+from bayesub.baselines.posterior_mode import posterior_mode
 from bayesub.baselines.sqp import sqp
 from bayesub.baselines.trust_region import trust_region
 

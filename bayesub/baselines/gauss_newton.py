@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from bayesub.baselines.estimate import Estimate
-from bayesub.linalg import complete_svd, triangle
+from bayesub.identifiability.linalg import complete_svd, triangle
 
 _LONGEST = 1.0  # step of any coordinate; its prior sd is one, and the bounds of a prior are far away and flat
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import linalg
 
 from bayesub.baselines.estimate import Estimate
-from bayesub.baselines.linear_form import estimate, scaled
+from bayesub.baselines.scaled_axis import estimate, scaled
 
 
 def linear_least_squares(systems, guess: dict[str, float], *, held=(), rcond: float = 1e-12) -> Estimate:
@@ -18,7 +18,7 @@ def linear_least_squares(systems, guess: dict[str, float], *, held=(), rcond: fl
 
     Parameters
     ----------
-    systems : from :func:`bayesub.linear_systems.linear_systems`
+    systems : from :func:`bayesub.model.linear_form.linear_systems`
     guess : coefficient name -> value
     held : names of coefficients that keep the value of the guess, such as the added masses that reduce the rank
 

@@ -6,8 +6,8 @@ import numpy as np
 from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
-from bayesub.baselines.linear_form import estimate, scaled
-from bayesub.errors import InputError
+from bayesub.baselines.scaled_axis import estimate, scaled
+from bayesub.io.errors import InputError
 
 _TOLERANCE = 1e-10  # the tightest that HiGHS takes, on rows and columns of order one
 _EXACT = 1e-6  # data whose residuals come down to this are so exact that the tolerance of HiGHS shows
@@ -25,7 +25,7 @@ def linear_programme(systems, guess: dict[str, float], *, held=(), bounds=None, 
 
     Parameters
     ----------
-    systems : from :func:`bayesub.linear_systems.linear_systems`
+    systems : from :func:`bayesub.model.linear_form.linear_systems`
     guess : coefficient name -> value
     held : names of coefficients that keep the value of the guess
     bounds : coefficient name -> (low, high), either of them None for no bound

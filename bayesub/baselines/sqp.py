@@ -7,7 +7,7 @@ from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.starts import Normalised, search_from
-from bayesub.errors import InputError
+from bayesub.io.errors import InputError
 
 _STEP = float(np.sqrt(np.finfo(float).eps))  # of forward differences, in unknowns of order one
 _LEAST = np.finfo(float).tiny  # the logarithm of a cost below it has nothing left to say

@@ -7,7 +7,7 @@ from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.starts import Normalised, search_from
-from bayesub.linalg import complete_svd
+from bayesub.identifiability.linalg import complete_svd
 
 
 def trust_region(

@@ -7,7 +7,7 @@ handed in, and is never read off the small singular values of a sensitivity.
 
 import numpy as np
 
-from bayesub.linalg import complete_svd
+from bayesub.identifiability.linalg import complete_svd
 
 
 def null_basis(names, vectors, scale) -> np.ndarray:

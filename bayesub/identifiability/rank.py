@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 from scipy import linalg
 
-from bayesub.linalg import complete_svd
+from bayesub.identifiability.linalg import complete_svd
 
 ACCURACY = 1e-6  # relative; twenty bits, which no accelerometer or log of a trial reaches
 
@@ -90,7 +90,7 @@ class AxisRank:
 
 
 def rank(systems, prefer=(), accuracy: float = ACCURACY) -> dict[str, AxisRank]:
-    """Rank and null space of each axis of :func:`bayesub.linear_systems.linear_systems`.
+    """Rank and null space of each axis of :func:`bayesub.model.linear_form.linear_systems`.
 
     Columns are scaled to unit length, because the regressors differ by orders of magnitude. See :func:`round_off` for
     the threshold.

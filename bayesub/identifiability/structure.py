@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.identifiability.linalg import complete_svd
 from bayesub.identifiability.rank import ACCURACY
-from bayesub.linalg import complete_svd
 
 
 @dataclass(frozen=True)

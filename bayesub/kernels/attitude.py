@@ -2,7 +2,7 @@
 
 import math
 
-from bayesub.kernels.layout import jit
+from bayesub.kernels.jit import jit
 
 
 @jit

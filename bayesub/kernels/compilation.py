@@ -15,7 +15,7 @@ import llvmlite.binding
 import numba
 
 from bayesub.kernels.integrate import integrate
-from bayesub.kernels.layout import DIGEST
+from bayesub.kernels.jit import DIGEST
 
 _COMPILING = "BAYESUB_COMPILING"  # environment variable that tells the process that compiles
 

@@ -1,9 +1,10 @@
 """The equations of motion of one lane: state derivative from state and controls (model sections 1 to 6)."""
 
-from bayesub.kernels import layout as at
+from bayesub.kernels import workspace as at
 from bayesub.kernels.hydrodynamics import hydrodynamic_forces
-from bayesub.kernels.layout import BODY_ROWS, INVERSE_MASS, LANES, inline
+from bayesub.kernels.jit import inline
 from bayesub.kernels.trigonometry import sine_cosine
+from bayesub.kernels.workspace import BODY_ROWS, INVERSE_MASS, LANES
 
 
 @inline

@@ -7,7 +7,9 @@ from numba import prange
 
 from bayesub.kernels.attitude import euler_angles, quaternion
 from bayesub.kernels.dynamics import euler_derivative, quaternion_derivative
-from bayesub.kernels.layout import (
+from bayesub.kernels.jit import inline, jit, widest_vectors
+from bayesub.kernels.mass import inverse, mass_matrix
+from bayesub.kernels.workspace import (
     BODY_ROWS,
     COEFFICIENTS,
     INVERSE_MASS,
@@ -24,11 +26,7 @@ from bayesub.kernels.layout import (
     STATE,
     STATE_ROWS,
     SUM,
-    inline,
-    jit,
-    widest_vectors,
 )
-from bayesub.kernels.mass import inverse, mass_matrix
 
 OK, DIVERGED, LEFT_ENVELOPE = 0, 1, 2
 MAX_PITCH = math.radians(85.0)

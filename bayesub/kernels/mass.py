@@ -3,7 +3,8 @@
 import numpy as np
 
 from bayesub.kernels.hydrodynamics import ADDED_MASS
-from bayesub.kernels.layout import IXX, IXY, IYY, IYZ, IZX, IZZ, MASS, XG, YG, ZG, jit
+from bayesub.kernels.jit import jit
+from bayesub.kernels.workspace import IXX, IXY, IYY, IYZ, IZX, IZZ, MASS, XG, YG, ZG
 
 _ADDED_MASS = np.array(ADDED_MASS)
 

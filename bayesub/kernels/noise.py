@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numba import prange
 
-from bayesub.kernels.layout import batched, distinct_arrays, inline, jit, widest_vectors
+from bayesub.kernels.jit import batched, distinct_arrays, inline, jit, widest_vectors
 from bayesub.kernels.special import LOG_2, exponential, mills_ratio, split
 
 COLUMNS = 64

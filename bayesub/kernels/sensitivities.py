@@ -20,7 +20,10 @@ from numba import prange
 from bayesub.kernels.dynamics import euler_derivative, hydrostatics, propulsion, rigid_body
 from bayesub.kernels.hydrodynamics import store_regressors
 from bayesub.kernels.integrate import any_failed, copy_state, hermite, hermite_rates, load_block, stage
-from bayesub.kernels.layout import (
+from bayesub.kernels.jit import distinct_arrays, jit, widest_vectors
+from bayesub.kernels.mass import mass_matrix
+from bayesub.kernels.tangent import JACOBIAN_ROWS, N_COLUMNS, state_jacobian
+from bayesub.kernels.workspace import (
     BODY_ROWS,
     INVERSE_MASS,
     LANES,
@@ -34,12 +37,7 @@ from bayesub.kernels.layout import (
     STATE_ROWS,
     SUM,
     ZP,
-    distinct_arrays,
-    jit,
-    widest_vectors,
 )
-from bayesub.kernels.mass import mass_matrix
-from bayesub.kernels.tangent import JACOBIAN_ROWS, N_COLUMNS, state_jacobian
 
 N_STAGES = 4
 WIDTH = 16  # states, padded

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from bayesub.kernels.layout import inline
+from bayesub.kernels.jit import inline
 
 _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to an integer, which then stands in the lowest bits
 _LOG2_E = 1.0 / math.log(2.0)

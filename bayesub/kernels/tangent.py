@@ -1,10 +1,11 @@
 """The state Jacobian of the equations of motion: the tangent-linear equations of one lane (model section 6)."""
 
-from bayesub.kernels import layout as at
+from bayesub.kernels import workspace as at
 from bayesub.kernels.dynamics import hydrostatics, propulsion, rigid_body, row_times
 from bayesub.kernels.hydrodynamics import hydrodynamic_gradient
-from bayesub.kernels.layout import BODY_ROWS, INVERSE_MASS, LANES, N_STATES, inline
+from bayesub.kernels.jit import inline
 from bayesub.kernels.trigonometry import sine_cosine
+from bayesub.kernels.workspace import BODY_ROWS, INVERSE_MASS, LANES, N_STATES
 
 # Nothing depends on the position, so that the Jacobian has a column for each of phi theta psi u v w p q r.
 N_COLUMNS = 9

@@ -2,7 +2,7 @@
 
 import math
 
-from bayesub.kernels.layout import inline
+from bayesub.kernels.jit import inline
 
 # pi/2 in two parts; the first has 20 trailing zero bits, so that its multiples up to 2^20 are exact (Cody & Waite).
 _HALF_PI_HIGH = 1.57079632673412561417e00

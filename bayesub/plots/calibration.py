@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.coefficients import INDEX
+from bayesub.model.coefficients import INDEX
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.coefficients import INDEX, TERMS
+from bayesub.model.coefficients import INDEX, TERMS
 from bayesub.plots import style
 
 

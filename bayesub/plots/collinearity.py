@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from bayesub.coefficients import INDEX, TERMS
+from bayesub.model.coefficients import INDEX, TERMS
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 

@@ -7,7 +7,7 @@ from bayesub.plots.coefficients import labels
 
 
 def draw(card, path) -> None:
-    """One page of what :func:`bayesub.data_check.check` found."""
+    """One page of what :func:`bayesub.report.data_card.check` found."""
     n_rows, n_params = len(card.channels) + 1, len(card.names)
     width, row = max(11.7, 0.21 * n_params + 4.0), 0.27 * n_rows
     with style.figure(path, width, 2 * row + 3.2) as figure:

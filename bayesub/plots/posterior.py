@@ -4,7 +4,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from bayesub.coefficients import INDEX
+from bayesub.model.coefficients import INDEX
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels, ratios, starred
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub import logs
+from bayesub.io import log_files
 from bayesub.plots import style
 
 _NAMES = {"x": "north", "y": "east", "z": "depth"}
@@ -55,9 +55,9 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
 
 def _labelled(channel) -> tuple[str, float]:
     """Name and unit for an axis, and the factor from SI to the unit."""
-    header = logs.HEADERS[channel.quantity]
+    header = log_files.HEADERS[channel.quantity]
     shown = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
-    return style.with_unit(shown).replace(" ground", " bottom"), 1.0 / logs.COLUMNS[header][1]
+    return style.with_unit(shown).replace(" ground", " bottom"), 1.0 / log_files.COLUMNS[header][1]
 
 
 def _draw_path(axis, record, tracks, truth):

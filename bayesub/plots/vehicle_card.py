@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from bayesub.coefficients import AXES, INDEX, TERMS
+from bayesub.model.coefficients import AXES, INDEX, TERMS
+from bayesub.model.vehicles import load_vehicle
 from bayesub.plots import style
-from bayesub.vehicles import load_vehicle
 
 SMALLEST, LARGEST = 1e-10, 1e4  # sizes drawn; beyond them a coefficient sits at the edge
 _OTHERS = {"suboff": "o", "auv690": "s", "npsauv": "^"}
 
 
 def draw(card, path) -> None:
-    """One page of what :func:`bayesub.vehicle_check.check` found."""
+    """One page of what :func:`bayesub.report.vehicle_card.check` found."""
     boat = card.vehicle
     with style.figure(path, 11.7, 8.3) as figure:
         flights, below = figure.subfigures(2, 1, height_ratios=[1.0, 1.55])

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.errors import InputError
-from bayesub.files import locked, reason, replacing, writing
+from bayesub.io.atomic import locked, reason, replacing, writing
+from bayesub.io.errors import InputError
 
 _START = ("start.block", "start-copy.block")
 _DIGEST = hashlib.sha256().digest_size

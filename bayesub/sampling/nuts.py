@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from bayesub import diagnostics
-from bayesub.errors import InputError
+from bayesub.checks import convergence
+from bayesub.io.errors import InputError
 from bayesub.sampling.posterior import Posterior
 from bayesub.sampling.sampler import straightened
 
@@ -144,9 +144,9 @@ def compare(posterior: Posterior, chain, divergences: int = 0, gradients: int = 
         mean_z=_z(first, second),
         sd_z=_z(first**2, second**2),
         correlation_z=np.concatenate([np.empty(0), *correlations]),
-        threshold=diagnostics.threshold(n_params * (n_params + 3) // 2, FALSE_ALARMS),
-        rhat=float(diagnostics.rhat(chains[1]).max()),
-        ess=float(min(diagnostics.bulk_ess(chains[1]).min(), diagnostics.tail_ess(chains[1]).min())),
+        threshold=convergence.threshold(n_params * (n_params + 3) // 2, FALSE_ALARMS),
+        rhat=float(convergence.rhat(chains[1]).max()),
+        ess=float(min(convergence.bulk_ess(chains[1]).min(), convergence.tail_ess(chains[1]).min())),
         divergences=int(divergences),
         gradients=int(gradients),
     )
@@ -154,7 +154,7 @@ def compare(posterior: Posterior, chain, divergences: int = 0, gradients: int = 
 
 def _z(first, second) -> np.ndarray:
     """Difference of the means of two chains of features, in standard errors."""
-    variances = sum(f.var(axis=(0, 1, 2)) / diagnostics.ess(f) for f in (first, second))
+    variances = sum(f.var(axis=(0, 1, 2)) / convergence.ess(f) for f in (first, second))
     return (first.mean(axis=(0, 1, 2)) - second.mean(axis=(0, 1, 2))) / np.sqrt(variances)
 
 

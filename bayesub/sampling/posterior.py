@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayesub import diagnostics
+from bayesub.checks import convergence
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Posterior:
     ----------
     names : (n_params,) free coefficients
     chain : (n_ensembles, n_kept, n_walkers, n_params) non-dimensional coefficients, every `thin`-th step
-    log_prob : (n_ensembles, n_kept, n_walkers) up to a constant, in the units of :meth:`bayesub.priors.Prior.scaled`
+    log_prob : (n_ensembles, n_kept, n_walkers) up to a constant, in the units of ``Prior.scaled``
     prior_mean, prior_sd : (n_params,)
     n_warmup : steps discarded before the first kept one
     acceptance : fraction of proposals accepted
@@ -111,32 +111,32 @@ class Posterior:
 
     @cached_property
     def _scores(self) -> np.ndarray:
-        return diagnostics.rank_normalised(self._judged.chain)
+        return convergence.rank_normalised(self._judged.chain)
 
     @cached_property
     def tau(self) -> np.ndarray:
         """(n_ensembles, n_params) autocorrelation times, steps."""
-        return diagnostics.autocorrelation_time(self._judged.chain) * self._judged.thin
+        return convergence.autocorrelation_time(self._judged.chain) * self._judged.thin
 
     @cached_property
     def rhat(self) -> np.ndarray:
         """(n_params,) rank-normalised split R-hat across the ensembles."""
-        return diagnostics.rhat(self._judged.chain, self._scores)
+        return convergence.rhat(self._judged.chain, self._scores)
 
     @cached_property
     def bulk_ess(self) -> np.ndarray:
         """(n_params,)"""
-        return diagnostics.bulk_ess(self._judged.chain, self._scores)
+        return convergence.bulk_ess(self._judged.chain, self._scores)
 
     @cached_property
     def tail_ess(self) -> np.ndarray:
         """(n_params,)"""
-        return diagnostics.tail_ess(self._judged.chain)
+        return convergence.tail_ess(self._judged.chain)
 
     @cached_property
     def variance_trend(self) -> np.ndarray:
         """(n_params,) change of the variance from first to second half, in standard errors."""
-        return diagnostics.variance_trend(self._judged.chain, self._scores)
+        return convergence.variance_trend(self._judged.chain, self._scores)
 
     @cached_property
     def shortcomings(self) -> tuple[str, ...]:
@@ -152,7 +152,7 @@ class Posterior:
         )
         if short:  # the other criteria mean little on so short a chain
             return (f"{short}; {self._longer(wanted.taus / taus.min())}",)
-        trend, limit = self.variance_trend, diagnostics.threshold(len(self.names), wanted.false_alarms)
+        trend, limit = self.variance_trend, convergence.threshold(len(self.names), wanted.false_alarms)
         apart = "if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
         drift = f"the variance changes by {{:.1f}} standard errors from first to second half, above {limit:.1f}"
         found = [

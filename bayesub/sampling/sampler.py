@@ -14,8 +14,8 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.baselines import posterior_mode
-from bayesub.errors import InputError
-from bayesub.interruption import deferred
+from bayesub.io.errors import InputError
+from bayesub.io.interrupts import deferred
 from bayesub.sampling import checkpoint as store
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
@@ -54,7 +54,7 @@ def sample(
 
     Parameters
     ----------
-    problem : anything with the attributes and methods that inference sees of a :class:`bayesub.problem.Problem`
+    problem : anything with the attributes and methods that inference sees of a :class:`bayesub.problem.problem.Problem`
     rng : source of all random numbers
     n_walkers : of each ensemble, 16 by default; they do not see each other
     checkpoint : folder to continue from if it holds this very run, and to save to every ten seconds; with it, Ctrl-C

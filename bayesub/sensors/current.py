@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.logs import STATES
+from bayesub.io.log_files import STATES
 
 PHI, THETA, PSI = (STATES.index(name) for name in ("phi", "theta", "psi"))
 _TINY = 1e-30  # imaginary step, of which the square vanishes beside one
@@ -16,7 +16,7 @@ def over_ground(states, times, current_mps) -> np.ndarray:
 
     Parameters
     ----------
-    states : (.., n_times, 12) through the water, from :func:`bayesub.simulate`; times : (n_times,) s
+    states : (.., n_times, 12) through the water, from :func:`bayesub.model.simulate`; times : (n_times,) s
     current_mps : north and east, m/s
 
     Returns

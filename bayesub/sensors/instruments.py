@@ -6,10 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from bayesub.coefficients import nearest
-from bayesub.errors import InputError
-from bayesub.inputs import Positive
-from bayesub.logs import HEADERS
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.log_files import HEADERS
+from bayesub.io.toml_files import Positive
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name
 
 _COLUMNS = {channel_name(quantity): HEADERS[quantity] for quantity in QUANTITIES}

@@ -4,11 +4,10 @@
 deviation, an argument: a likelihood needs one.
 """
 
-from bayesub.coefficients import nearest
-from bayesub.errors import InputError
+from bayesub.io.errors import InputError, nearest
+from bayesub.model.vehicles import GRAVITY_MPS2
 from bayesub.sensors.instruments import ADCP, DVL, INS, Pressure, Track
 from bayesub.sensors.sensor import Sensor, channel_name, flat
-from bayesub.vehicles import GRAVITY_MPS2
 
 PHINS_ACCELEROMETER_MPS2 = 50e-6 * GRAVITY_MPS2  # 50 micro-g (thesis section 9.1.1)
 

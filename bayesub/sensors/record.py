@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub import logs
-from bayesub.errors import InputError
+from bayesub.io import log_files
+from bayesub.io.errors import InputError
 from bayesub.sensors.lever_arm import TURNING
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat
 
@@ -70,7 +70,7 @@ class Record:
     """What the sensors of a trial wrote down; the channels in a fixed order make the vector of readings.
 
     `truth` (101,) holds the coefficients behind a synthetic record, and `nuisances` what else is known of it: name
-    (:mod:`bayesub.nuisance`) -> true value in the unit of the name. For a real record they are None and empty.
+    (:mod:`bayesub.problem.nuisance`) -> true value in the unit of the name. For a real record they are None and empty.
     """
 
     channels: tuple[Channel, ...]
@@ -99,15 +99,15 @@ class Record:
         """
         columns = [(c.quantity, c.times + c.clock_offset_s, c.values) for c in self.channels]
         if manoeuvre is not None:
-            controls = zip((*logs.CONTROLS, "rpm"), (*manoeuvre.controls.T, manoeuvre.rpm), strict=True)
+            controls = zip((*log_files.CONTROLS, "rpm"), (*manoeuvre.controls.T, manoeuvre.rpm), strict=True)
             columns += [(name, manoeuvre.times, values) for name, values in controls]
-        written = [np.char.mod(logs.WRITTEN, times).astype(float) for _, times, _ in columns]
+        written = [np.char.mod(log_files.WRITTEN, times).astype(float) for _, times, _ in columns]
         times = np.unique(np.concatenate(written))
         log = {"time": times}
         for (name, _, values), own in zip(columns, written, strict=True):
             log[name] = np.full(len(times), np.nan)
             log[name][np.searchsorted(times, own)] = values
-        logs.write_log(Path(path), log)
+        log_files.write_log(Path(path), log)
 
     @classmethod
     def load(cls, path: str | Path, sensors, *, start_heading_deg: float = 0.0) -> "Record":
@@ -128,15 +128,15 @@ class Record:
 
         Raises InputError for a file that does not fit, and for a column without sensor or a sensor without column.
         """
-        return cls.of_log(logs.read_log(Path(path)), sensors, path, start_heading_deg=start_heading_deg)
+        return cls.of_log(log_files.read_log(Path(path)), sensors, path, start_heading_deg=start_heading_deg)
 
     @classmethod
     def of_log(cls, log, sensors, source, *, start_heading_deg: float = 0.0) -> "Record":
-        """The readings of a log from :func:`bayesub.logs.read_log`, as :meth:`load`; `source` is named in errors."""
+        """The readings of a log (:func:`bayesub.io.log_files.read_log`), as :meth:`load`; errors name the `source`."""
         by_quantity = {sensor.quantity: sensor for sensor in flat(sensors)}
         for quantity in log:
             if quantity in QUANTITIES and quantity not in by_quantity:
-                column = logs.HEADERS[quantity]
+                column = log_files.HEADERS[quantity]
                 raise InputError(f"{source}: column '{column}' has no sensor; add one for it or delete the column")
         channels = []
         for quantity, sensor in by_quantity.items():

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayesub.coefficients import ACCELERATIONS, nearest
-from bayesub.errors import InputError
-from bayesub.logs import COLUMNS, HEADERS, STATES
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.log_files import ACCELERATIONS, COLUMNS, HEADERS, STATES
 
 MAX_READINGS = 1_000_000
 

@@ -7,11 +7,11 @@ import numba
 import numpy as np
 import pytest
 
-from bayesub import bench
+from bayesub.cli import bench
 from bayesub.kernels.mass import inverse, mass_matrix
-from bayesub.manoeuvres import load_manoeuvre
-from bayesub.simulate import STEP_TOLERANCE_M, Simulator
-from bayesub.vehicles import load_vehicle
+from bayesub.model.manoeuvres import load_manoeuvre
+from bayesub.model.simulate import STEP_TOLERANCE_M, Simulator
+from bayesub.model.vehicles import load_vehicle
 
 
 @pytest.fixture(scope="module")

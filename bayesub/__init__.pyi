@@ -1,0 +1,53 @@
+# isort: skip_file
+from .io.errors import InputError
+from .model import coefficients
+from .model.coefficients import regressors
+from .model.vehicles import Vehicle, load_vehicle
+from .model.manoeuvres import Manoeuvre, load_manoeuvre, random_manoeuvre
+from .model.simulate import Trajectory, accelerations, simulate
+from .model.linear_form import linear_systems
+from . import sensors
+from .sensors import Record, observe
+from .problem import likelihoods, priors
+from .problem.problem import Problem
+from .problem.joint import JointProblem
+from . import baselines, identifiability
+from .checks.cross_validation import leave_one_out
+from .sampling import CrossCheck, Criteria, Posterior, cross_check, sample
+from .report.report import write_report
+from .study.study import load_study, run
+
+__version__: str
+
+__all__ = [
+    "Criteria",
+    "CrossCheck",
+    "InputError",
+    "JointProblem",
+    "Manoeuvre",
+    "Posterior",
+    "Problem",
+    "Record",
+    "Trajectory",
+    "Vehicle",
+    "accelerations",
+    "baselines",
+    "coefficients",
+    "cross_check",
+    "identifiability",
+    "leave_one_out",
+    "likelihoods",
+    "linear_systems",
+    "load_manoeuvre",
+    "load_study",
+    "load_vehicle",
+    "observe",
+    "priors",
+    "random_manoeuvre",
+    "regressors",
+    "run",
+    "sample",
+    "sensors",
+    "simulate",
+    "write_report",
+]

@@ -1,0 +1,1 @@
+"""Checks: whether chains have converged, whether the model fits, whether intervals hold what they say."""

@@ -1,0 +1,1 @@
+"""Input and output: files, errors that name them, the terminal, and interruptions."""

@@ -1,0 +1,66 @@
+"""Files that are written whole or not at all, and folders that one process at a time works in."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from bayesub.io.errors import InputError
+
+try:
+    import fcntl
+except ImportError:  # Windows: there two runs in one folder go unnoticed
+    fcntl = None
+
+PARTIAL = ".partial"
+LOCK = ".lock"
+
+
+def reason(error: OSError) -> str:
+    """Why the operating system refused, in its words."""
+    return (error.strerror or str(error)).lower()
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """What the operating system refuses inside the block is an InputError that names `path`."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {reason(error)}") from None
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A path to write to, which becomes `path` when the block ends: at any moment there is the old file or the new."""
+    partial = path.with_name(path.name + PARTIAL)
+    try:
+        yield partial
+        with partial.open("rb") as file:
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+def write_text(path: Path, text: str) -> None:
+    """Replace a file by a text."""
+    with replacing(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold the folder; InputError if another process does. The lock goes with its process, however that ends."""
+    with writing(folder):
+        file = (folder / LOCK).open("a")
+    with file:
+        if fcntl is not None:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(
+                    f"{folder}: another run is at work in it; wait for it, or choose another folder"
+                ) from None
+        yield

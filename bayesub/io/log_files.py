@@ -1,0 +1,167 @@
+"""Track, record and control-history CSV: one format, units in the column names (design section 5).
+
+Inside, columns have the short names of the field and SI units: ``time``; ``delta_r delta_b delta_s`` and ``rpm``;
+``x y z phi theta psi u v w p q r`` and ``udot .. rdot``; ``depth`` by pressure, ``heading`` by a compass and
+``u_ground v_ground w_ground``, body velocities over the ground where ``u v w`` are through the water. Empty cells are
+missing readings (not a number).
+"""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError, nearest
+
+VELOCITIES = ("u", "v", "w", "p", "q", "r")
+ACCELERATIONS = ("udot", "vdot", "wdot", "pdot", "qdot", "rdot")
+STATES = ("x", "y", "z", "phi", "theta", "psi", *VELOCITIES)
+OUTPUTS = (*STATES, *ACCELERATIONS)
+CONTROLS = ("delta_r", "delta_b", "delta_s")
+
+WRITTEN = "%.12g"  # digits of a number in a file
+CHUNK = 100_000  # rows that are searched at a time for what is wrong with a file
+
+_DEGREE = np.pi / 180.0
+_LINEAR = {name: f"{name}_m" for name in "xyz"} | {name: f"{name}_mps" for name in "uvw"}
+_LINEAR |= {name: f"{name}_mps2" for name in ACCELERATIONS[:3]}
+_ANGULAR = {"delta_r": "rudder", "delta_b": "bow_plane", "delta_s": "stern_plane"}
+_ANGULAR |= {"phi": "roll", "theta": "pitch", "psi": "yaw"}
+
+# Short name -> column header as written (HEADERS), and header -> (short name, factor to SI) as read (COLUMNS).
+HEADERS = {"time": "time_s", **{k: f"{v}_deg" for k, v in _ANGULAR.items()}, "rpm": "rpm", **_LINEAR}
+HEADERS |= {name: f"{name}_degps" for name in "pqr"} | {name: f"{name}_degps2" for name in ACCELERATIONS[3:]}
+HEADERS |= {"depth": "depth_m", "heading": "heading_deg"} | {f"{name}_ground": f"{name}_ground_mps" for name in "uvw"}
+COLUMNS = {header: (name, _DEGREE if "_deg" in header else 1.0) for name, header in HEADERS.items()}
+COLUMNS |= {header.replace("_deg", "_rad"): (name, 1.0) for name, header in HEADERS.items() if "_deg" in header}
+
+CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
+
+
+def read_log(path: Path) -> dict[str, np.ndarray]:
+    """Read a CSV file into short name -> (n,) array in SI units; InputError names file, column or line, and remedy.
+
+    Numbers are read as such, a million rows in seconds and in little more memory than they fill; only a file in which
+    that fails is read again as text, for the line that is wrong.
+    """
+    path = Path(path)
+    names = _header(path)
+    rows, line = _numbers(path, names)
+    _check_sizes(path, names, rows, line)
+    log = {COLUMNS[name][0]: values * COLUMNS[name][1] for name, values in zip(names, rows.T, strict=True)}
+    times = log["time"]
+    if not np.isfinite(times).all():
+        raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty")
+    late = np.flatnonzero(np.diff(times) <= 0)
+    if late.size:
+        before, found = times[late[0]], times[late[0] + 1]
+        raise InputError(
+            f"{path}: line {line[late[0] + 1]}: time_s must ascend, found {found:.12g} after {before:.12g}"
+        )
+    return log
+
+
+def _header(path: Path) -> list[str]:
+    """The names of the columns, all of them known."""
+    header = toml_files.read_line(path)
+    if not header:
+        raise InputError(f"{path}: is empty; expected a header line such as time_s,x_m,y_m")
+    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
+        if separator in header and "," not in header:
+            raise InputError(f"{path}: columns are separated by {word}; separate them by commas, with decimal points")
+    names = [name.strip().strip('"') for name in header.split(",")]
+    for name in names:
+        if name not in COLUMNS:
+            raise InputError(f"{path}: unknown column '{name}'{_nearest_column(name)}")
+    if "time_s" not in names:
+        raise InputError(f"{path}: column 'time_s' is missing")
+    shorts = [COLUMNS[name][0] for name in names]
+    if len(set(shorts)) < len(shorts):
+        repeated = next(name for name, short in zip(names, shorts, strict=True) if shorts.count(short) > 1)
+        raise InputError(f"{path}: column '{repeated}' is given twice")
+    return names
+
+
+def _nearest_column(name: str) -> str:
+    """A suggestion for an unknown column: the one of that quantity in another unit, or one that is spelt alike."""
+    quantity = name.rpartition("_")[0].lower()
+    same = [column for column in HEADERS.values() if column.rpartition("_")[0] == quantity]
+    return f": did you mean '{same[0]}'?" if same else nearest(name, COLUMNS)
+
+
+def _numbers(path: Path, names) -> tuple[np.ndarray, np.ndarray]:
+    """The rows (n, n_columns) of a file, blank ones left out, and the lines (n,) where they stand."""
+    import pandas as pd
+
+    options = {"skiprows": 1, "names": names, "header": None, "index_col": False, "encoding": "utf-8-sig"}
+    options |= {"skip_blank_lines": False, "skipinitialspace": True}
+    try:
+        with _parsing(path):
+            rows = pd.read_csv(path, dtype=float, **options).to_numpy()
+    except InputError:
+        raise
+    except ValueError:
+        raise _not_a_number(path, options) from None
+    if np.isinf(rows).any():
+        raise _not_a_number(path, options)
+    filled = ~np.isnan(rows).all(axis=1)
+    if not filled.any():
+        raise InputError(f"{path}: has a header but no rows")
+    return rows[filled], np.flatnonzero(filled) + 2
+
+
+@contextmanager
+def _parsing(path) -> Iterator[None]:
+    """What is not UTF-8 or has lines of too many cells is an InputError."""
+    import pandas as pd
+
+    try:
+        with toml_files.reading(path), warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            yield
+    except pd.errors.ParserWarning:
+        raise InputError(f"{path}: line 2: has more cells than there are columns; write decimal points") from None
+    except pd.errors.ParserError as error:
+        told = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
+        raise InputError(f"{path}: {told}; write decimal points, not commas") from None
+
+
+def _not_a_number(path, options) -> InputError:
+    """The error that names the first cell that is neither empty nor a finite number."""
+    import pandas as pd
+
+    with _parsing(path), pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
+        for table in tables:
+            numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
+            wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
+            if wrong.size:
+                row, column = wrong[0]
+                found = table.iat[row, column]
+                hint = "; write a decimal point" if "," in found else ""
+                where = f"line {table.index[row] + 2}, column '{table.columns[column]}'"
+                return InputError(f"{path}: {where}: '{found}' is not a finite number{hint}")
+    return InputError(f"{path}: holds cells that are not finite numbers")
+
+
+def _check_sizes(path, names, rows, line) -> None:
+    """InputError for the first number that is too large for its unit."""
+    largest = np.array([toml_files.largest(name) for name in names])
+    beyond = np.argwhere(np.abs(rows) > largest)
+    if beyond.size:
+        row, column = beyond[0]
+        told = f"{rows[row, column]:g} is beyond {largest[column]:g}"
+        raise InputError(f"{path}: line {line[row]}, column '{names[column]}': {told}; check the unit")
+
+
+def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
+    """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
+    import pandas as pd
+
+    table = pd.DataFrame({HEADERS[name]: log[name] / COLUMNS[HEADERS[name]][1] for name in HEADERS if name in log})
+    try:
+        table.to_csv(path, index=False, float_format=WRITTEN)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None

@@ -1,0 +1,215 @@
+"""Reading input files: TOML validated against a pydantic model, with one clear line when it does not fit."""
+
+import math
+import re
+import tomllib
+import typing
+import unicodedata
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import pydantic
+
+from bayesub.io.atomic import reason
+from bayesub.io.errors import InputError, nearest
+
+DATA = resources.files("bayesub") / "data"
+
+# Unit at the end of a name -> largest size that a number with that name may have, far above anything that floats.
+LARGEST = {"rpm_per_mps": 1e5, "deg_s": 1e4, "m": 1e7, "mps": 1e3, "mps2": 1e4, "deg": 1e6, "degps": 1e5, "degps2": 1e7}
+LARGEST |= {"rad": 1e5, "radps": 1e4, "radps2": 1e6, "s": 1e10, "kg": 1e10, "kgm2": 1e15, "kgm3": 1e5, "n": 1e12}
+LARGEST |= {"rpm": 1e6} | dict.fromkeys(("mean", "sd", "lower", "upper", "median", "value"), 1e15)
+
+
+def largest(name: str) -> float:
+    """The largest size of a number of that name, by its unit; infinite without one."""
+    return next((size for unit, size in LARGEST.items() if name == unit or name.endswith(f"_{unit}")), math.inf)
+
+
+class Section(pydantic.BaseModel):
+    """A table of an input file.
+
+    Errors are unknown keys, values of another type than the key's, numbers that are not finite or too large for their
+    unit, and control characters in texts.
+    """
+
+    model_config = pydantic.ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, strict=True)
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _with_tuples(cls, content):
+        return {key: _as_tuple(value) for key, value in content.items()} if isinstance(content, dict) else content
+
+    @pydantic.field_validator("*")
+    @classmethod
+    def _sensible(cls, value, info: pydantic.ValidationInfo):
+        for one in _single(value):
+            if isinstance(one, str) and any(unicodedata.category(c) == "Cc" and c not in "\n\t" for c in one):
+                raise ValueError(f"must not contain control characters, found {one!r}")
+            if isinstance(one, float) and abs(one) > largest(info.field_name):
+                raise ValueError(f"{one:g} is beyond {largest(info.field_name):g}; check the unit")
+        return value
+
+
+def _as_tuple(value):
+    """Lists as tuples, however deep; anything else as it is."""
+    return tuple(map(_as_tuple, value)) if isinstance(value, list) else value
+
+
+def _single(value) -> Iterator:
+    """The numbers and texts of a value that may be a tuple."""
+    if isinstance(value, tuple):
+        for part in value:
+            yield from _single(part)
+    else:
+        yield value
+
+
+Positive = Annotated[float, pydantic.Field(gt=0)]
+Length = Annotated[float, pydantic.Field(ge=0.01, le=1000.0)]  # of a boat, m
+Speed = Annotated[float, pydantic.Field(ge=0.001, le=100.0)]  # of a boat, m/s
+WaterDensity = Annotated[float, pydantic.Field(ge=500.0, le=2000.0)]  # of water, kg/m^3
+Model = TypeVar("Model", bound=Section)
+
+
+def built_in(kind: str) -> dict[str, Path]:
+    """Name -> file of the built-in ``vehicles`` or ``manoeuvres``."""
+    return {Path(f.name).stem: Path(str(f)) for f in sorted((DATA / kind).iterdir(), key=lambda f: f.name)}
+
+
+def find(name: str, kind: str) -> Path:
+    """The file of a built-in name or of a path; InputError if there is neither."""
+    files = built_in(kind)
+    if name in files:
+        return files[name]
+    path = Path(name)
+    if path.suffix == "":
+        raise InputError(
+            f"no {kind.removesuffix('s')} '{name}'{nearest(name, files)}; built in are {', '.join(files)}; "
+            "anything else must be the path of a file"
+        )
+    return path
+
+
+def absolute(path: str, folder: Path) -> str:
+    """A path that is relative to `folder`, made absolute."""
+    return str((folder / path).resolve())
+
+
+def located(name: str, folder: Path) -> str:
+    """A built-in name as it is, and the path of a file made absolute."""
+    return absolute(name, folder) if Path(name).suffix else name
+
+
+def read_text(path: Path) -> str:
+    """The text of a file, or an InputError that says why not."""
+    with reading(path):
+        return path.read_text(encoding="utf-8-sig")
+
+
+def read_line(path: Path) -> str:
+    """The first line of a text file without the spaces around it, or an InputError that says why not."""
+    with reading(path), path.open(encoding="utf-8-sig") as file:
+        return file.readline().strip()
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """What cannot be read or is not UTF-8 text inside the block is an InputError that names `path`."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {reason(error)}") from None
+    except UnicodeDecodeError:
+        raise _not_utf8(path) from None
+
+
+def _not_utf8(path: Path) -> InputError:
+    """The error that names the first byte of a file that is not UTF-8, and its line."""
+    text = path.read_text(encoding="utf-8", errors="surrogateescape")
+    wrong = re.search("[\udc80-\udcff]", text)
+    line, byte = text.count("\n", 0, wrong.start()) + 1, ord(wrong.group()) - 0xDC00
+    return InputError(f"{path}: line {line}: is not UTF-8 text, found the byte 0x{byte:02x}; save it as UTF-8")
+
+
+def read_toml(path: Path, model: type[Model]) -> Model:
+    """Read `path` into `model`; the InputError names file, key, what was found and what was expected."""
+    return validate(read_toml_table(path), model, str(path))
+
+
+def read_toml_table(path: Path) -> dict:
+    """The plain content of a TOML file."""
+    text = read_text(path)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{path}: is not valid TOML: brackets are nested too deeply") from None
+    except ValueError as error:  # TOMLDecodeError, and that of a whole number of thousands of digits
+        raise InputError(f"{path}: is not valid TOML: {str(error).partition(';')[0]}") from None
+
+
+def validate(content: dict, model: type[Model], source: str) -> Model:
+    """Build `model` from `content`; `source` names the origin in the error."""
+    try:
+        return model.model_validate(content)
+    except pydantic.ValidationError as error:
+        raise InputError(f"{source}: {_sentence(error, model)}") from None
+
+
+def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
+    # A mistyped key is both unknown and missing; the unknown one tells more.
+    first, *others = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
+    keys, siblings = _followed(first["loc"], model)
+    if first["type"] == "value_error" and siblings and keys and keys[-1] not in siblings and not keys[-1].isdigit():
+        keys.pop()  # the tag of a section that is wrong as a whole
+    key = ".".join(keys)
+    where = f"key '{key}': " if keys else ""
+    more = f" (and {len(others)} more)" if others else ""
+    if first["type"] == "missing":
+        return f"key '{key}' is missing{more}"
+    if first["type"] == "extra_forbidden":
+        return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}"
+    if first["type"].startswith("union_tag"):
+        return _wrong_kind(key, first) + more
+    message = first["msg"].removeprefix("Value error, ").replace("a valid tuple", "a list")
+    message = message.replace("valid dictionary or object to extract fields from", "table")
+    found = repr(first["input"])
+    told = found in message or isinstance(first["input"], dict)
+    shown = "" if told or len(found) >= 80 else f", found {found}"
+    return f"{where}{message[0].lower()}{message[1:]}{shown}{more}"
+
+
+def _wrong_kind(key: str, error: dict) -> str:
+    """What is wrong with the key that says which kind a section is of."""
+    if not isinstance(error["input"], dict):
+        return f"key '{key}': input should be a table"
+    context = error["ctx"]
+    inside = "model" if "(" in context["discriminator"] else context["discriminator"].strip("'")
+    if "tag" not in context:
+        return f"key '{key}.{inside}' is missing"
+    kinds = context["expected_tags"].replace("'", "").split(", ")
+    told = nearest(context["tag"], kinds)
+    return f"key '{key}.{inside}': unknown '{context['tag']}'{told}; expected one of {', '.join(kinds)}"
+
+
+def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:
+    """The keys of pydantic's `location`, without the tags of unions, and the keys valid where it ends."""
+    keys, models, free = [], [model], False  # free: any key may follow
+    for part in location[:-1]:
+        fields = [] if free else [m.model_fields[part].annotation for m in models if part in m.model_fields]
+        if fields or free or isinstance(part, int):
+            keys.append(str(part))
+        free = any(typing.get_origin(annotation) is dict for annotation in fields)
+        if fields:
+            models = [section for annotation in fields for section in _sections(annotation)]
+    return [*keys, *map(str, location[-1:])], [key for m in models for key in m.model_fields]
+
+
+def _sections(annotation) -> list[type[Section]]:
+    """The sections that an annotation admits."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return [annotation]
+    return [section for part in typing.get_args(annotation) for section in _sections(part)]

@@ -1,0 +1,124 @@
+"""Closed loops: plane orders that depend on how the vehicle moves, flown once by the kernels and recorded."""
+
+import numpy as np
+
+from bayesub.io.errors import InputError
+from bayesub.kernels import actuators, integrate, workspace
+from bayesub.model.vehicles import Vehicle
+
+STERN_PLANE, BOW_PLANE = 2, 1
+DEPTH, ROLL, PITCH = 2, 3, 4
+
+
+class Flight:
+    """A vehicle under way, steered by orders that hold for whole samples of its control history.
+
+    Between samples the planes move linearly and the integrator takes one step, so that flying the recorded history
+    again with a step of one sample gives the same track.
+
+    Parameters
+    ----------
+    vehicle : confined to the plane of the manoeuvre, if to any
+    sample : spacing of the control history, s
+    controls : (n + 1, 3) rad; planes that are not ordered keep these angles, the others are overwritten
+    state : (12,) at the start
+    """
+
+    def __init__(self, vehicle: Vehicle, sample: float, controls: np.ndarray, state: np.ndarray):
+        self.vehicle, self.sample, self.controls, self.state = vehicle, sample, controls, state
+        self.now = 0  # samples flown
+        self.orders = {}  # plane -> (samples at which an order was given, orders)
+        self._dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
+        self._body = vehicle.body[None].copy()
+
+    @property
+    def remaining(self) -> int:
+        """Samples left."""
+        return len(self.controls) - 1 - self.now
+
+    def ahead(self, orders: dict[int, float], n: int) -> np.ndarray:
+        """States (n, 12) of the next `n` samples if the planes are given these orders (rad) now."""
+        elapsed = np.arange(n + 1) * self.sample
+        span = np.full((n + 1, 4), self.vehicle.speed_mps)  # last column: n/k0, self-propelled
+        span[:, :3] = self.controls[self.now : self.now + n + 1]
+        boat = self.vehicle
+        for plane, order in orders.items():
+            limit = boat.plane_limits_rad[plane]
+            span[:, plane] = actuators.step_response(
+                elapsed,
+                span[0, plane],
+                np.clip(order, -limit, limit),
+                boat.plane_rate_radps,
+                boat.plane_time_constant_s,
+            )
+        self.controls[self.now : self.now + n + 1] = span[:, :3]
+        following = np.concatenate([span[1:], span[-1:]])
+        stages = np.stack([span, 0.5 * (span + following), following], axis=1)
+        states, _ = integrate.integrate(
+            self._dimensional,
+            self._body,
+            self.state[None],
+            stages,
+            self.sample,
+            elapsed[1:],
+            np.inf,
+            False,
+            np.arange(workspace.N_STATES),
+        )
+        return states[0]
+
+    def hold(self, orders: dict[int, float], n: int) -> None:
+        """Give these orders (rad) and fly `n` samples."""
+        if n == 0:
+            return
+        for plane, order in orders.items():
+            at, given = self.orders.setdefault(plane, ([], []))
+            at.append(self.now)
+            given.append(order)
+        self.state = self.ahead(orders, n)[-1]
+        self.now += n
+        if not np.isfinite(self.state).all():
+            raise InputError(
+                f"vehicle '{self.vehicle.name}' does not survive this closed-loop manoeuvre: "
+                f"it fails before {self.now * self.sample:.4g} s"
+            )
+
+
+def zigzag(flight: Flight, plane: int, angle: float, watched: int, reversal: float, executes: int, first: int) -> None:
+    """Put `plane` over to `angle`, and to the other side whenever the state `watched` has gone `reversal` that way.
+
+    The plane is put over `executes` times, the first time at sample `first`, and then amidships. Angles in rad.
+    """
+    flight.hold({plane: 0.0}, first)
+    sign = 0.0
+    for execute in range(executes):
+        if not flight.remaining:
+            return
+        order = {plane: angle if execute % 2 == 0 else -angle}
+        motion = flight.ahead(order, flight.remaining)[:, watched]
+        # The first leg shows to which side the plane sends the boat.
+        reached = np.flatnonzero((np.abs(motion) if execute == 0 else sign * motion) >= reversal)
+        n = reached[0] + 1 if reached.size else flight.remaining
+        flight.hold(order, n)
+        sign = -np.sign(motion[n - 1])
+    flight.hold({plane: 0.0}, flight.remaining)
+
+
+def control_depth(flight: Flight, autopilot, depths: np.ndarray, every: int) -> None:
+    """Let an autopilot that sees the boat `every` so many samples bring it to the ordered `depths` (n + 1,), m.
+
+    The depth error in ship lengths orders a pitch, up to a limit, and the pitch error and the pitch rate (per ship
+    length travelled) order the stern planes, of which a positive angle pitches the bow down; the bow planes, if used,
+    mirror them. `autopilot` has the gains, :class:`bayesub.model.manoeuvre_files.AutopilotSection`.
+    """
+    length, speed = flight.vehicle.length_m, flight.vehicle.speed_mps
+    limit = np.radians(autopilot.pitch_limit_deg)
+    while flight.remaining:
+        roll, pitch = flight.state[ROLL], flight.state[PITCH]
+        q, r = flight.state[10:]
+        pitch_rate = (q * np.cos(roll) - r * np.sin(roll)) * length / speed
+        too_deep = (flight.state[DEPTH] - depths[flight.now]) / length
+        ordered_pitch = np.clip(autopilot.pitch_per_depth * too_deep, -limit, limit)
+        stern = autopilot.plane_per_pitch * (pitch - ordered_pitch) + autopilot.plane_per_pitch_rate * pitch_rate
+        orders = {STERN_PLANE: stern, BOW_PLANE: -stern} if autopilot.bow_planes else {STERN_PLANE: stern}
+        flight.hold(orders, min(every, flight.remaining))

@@ -1,0 +1,111 @@
+"""The linear form of the equations of motion (model section 9): forces on coefficients, axis by axis."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub.io.log_files import ACCELERATIONS
+from bayesub.kernels.mass import mass_matrix
+from bayesub.model import coefficients
+from bayesub.model.simulate import Trajectory
+
+_REGRESSOR_ROUNDING = 3 * np.finfo(float).eps  # six roundings of half an epsilon: nu, four factors, the dimension
+_ROUND_OFF_ONLY = 0.1  # relative error of a column that holds no motion
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """One axis of the linear form ``matrix @ xi = load`` (model section 9), in N or N m.
+
+    matrix : (n_samples, n_columns), dimensional regressors; names : (n_columns,) coefficients; load : (n_samples,)
+    rounding : relative error (root mean square) to which each column is known, a number or (n_columns,)
+    """
+
+    axis: str
+    names: tuple[str, ...]
+    matrix: np.ndarray
+    load: np.ndarray
+    rounding: float | np.ndarray = _REGRESSOR_ROUNDING
+
+
+def linear_systems(trajectory, member: int = 0, free=None) -> dict[str, LinearSystem]:
+    """The linear form of each axis from the states and accelerations of a trajectory, simulated or measured
+    (:class:`bayesub.model.measured_motion.Motion`).
+
+    The load is rigid-body inertia minus hydrostatics minus propulsion. Columns are the coefficients that the
+    sub-problem uses and, if `free` names are given, only those: the others move to the load with their values in the
+    trajectory. Columns that vanish throughout, such as those of bow planes that do not move, are left out, and so are
+    axes without columns.
+
+    The regressors are exact functions of the given states but for round-off. Simulated accelerations come from the
+    equations of motion at these very states, so that integration errors do not enter; their round-off is what the
+    equations are then short of, and a column of which a tenth is round-off counts as vanishing. Of measured motion
+    every column that moves is kept.
+    """
+    simulator, xi = trajectory.simulator, trajectory.xi[member]
+    states, accelerations = trajectory.states[member], trajectory.accelerations[member]
+    used = set(coefficients.SUBPROBLEMS.get(simulator.subproblem, coefficients.NAMES))
+    free = used if free is None else used & set(free)
+    given = simulator.dimensional(np.where(np.isin(coefficients.NAMES, list(free)), 0.0, xi))[0]
+    body, factors = simulator.vehicle.body, simulator.vehicle.dimensional_factors
+    # What the free coefficients have to explain is how the motion differs from that of a boat without them.
+    without = simulator.accelerations(given / factors, trajectory.states[member : member + 1])[0]
+    loads = (accelerations - without) @ mass_matrix(given, body).T
+    columns = coefficients.regressors(states, accelerations, trajectory.controls)
+    noise = {}
+    if isinstance(trajectory, Trajectory):
+        dimensional = simulator.dimensional(xi)[0]
+        short = _forces(columns, dimensional - given) - loads
+        errors = np.linalg.norm(np.linalg.solve(mass_matrix(dimensional, body), short.T), axis=1)
+        # An acceleration is what two forces leave over, and no better than the round-off of either.
+        errors += np.finfo(float).eps * np.linalg.norm(without, axis=0)
+        sizes = np.linalg.norm(accelerations, axis=0)
+        noise = np.divide(errors, sizes, out=np.zeros(6), where=sizes > 0)
+        noise = dict(zip(ACCELERATIONS, noise, strict=True))
+
+    systems = {}
+    for axis, block in columns.items():
+        terms = [term for term in coefficients.TERMS if term.axis == axis]
+        rounding = np.array([noise.get(term.regressor, 0.0) for term in terms])
+        moves = (np.abs(block).max(axis=0) > 0) & (rounding < _ROUND_OFF_ONLY)
+        keep = np.array([term.name in free for term in terms]) & moves
+        if keep.any():
+            names = tuple(term.name for term, wanted in zip(terms, keep, strict=True) if wanted)
+            matrix = block[:, keep] * factors[coefficients.columns(names)]
+            load = loads[:, coefficients.AXES.index(axis)]
+            systems[axis] = LinearSystem(axis, names, matrix, load, _REGRESSOR_ROUNDING + rounding[keep])
+    return systems
+
+
+def stacked(trials) -> dict[str, LinearSystem]:
+    """The linear form of each axis from those of several trials of one vehicle; a null vector is one of all of them.
+
+    A column that a trial leaves out, because it vanishes there, is zero in its rows.
+    """
+    first, *others = trials
+    return {axis: _stacked([t[axis] for t in trials if axis in t]) for axis in _axes(trials)} if others else first
+
+
+def _axes(trials):
+    return [axis for axis in coefficients.AXES if any(axis in systems for systems in trials)]
+
+
+def _stacked(systems) -> LinearSystem:
+    found = {name for system in systems for name in system.names}
+    names = tuple(name for name in coefficients.NAMES if name in found)
+    matrix = np.zeros((sum(len(system.matrix) for system in systems), len(names)))
+    errors = np.zeros_like(matrix[: len(systems)])
+    end = 0
+    for k, system in enumerate(systems):
+        begin, end = end, end + len(system.matrix)
+        places = [names.index(name) for name in system.names]
+        matrix[begin:end, places] = system.matrix
+        errors[k, places] = system.rounding * np.linalg.norm(system.matrix, axis=0)
+    rounding = np.linalg.norm(errors, axis=0) / np.linalg.norm(matrix, axis=0)
+    return LinearSystem(systems[0].axis, names, matrix, np.concatenate([s.load for s in systems]), rounding)
+
+
+def _forces(columns, dimensional) -> np.ndarray:
+    """(n_samples, 6) hydrodynamic forces, N and N m, of dimensional coefficients (101,) on regressors by axis."""
+    parts = [block @ dimensional[coefficients.columns(coefficients.names_of_axis(a))] for a, block in columns.items()]
+    return np.stack(parts, axis=1)

@@ -1,0 +1,107 @@
+"""Manoeuvres: control histories to fly, built from a TOML description for a vehicle or read from a CSV file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import log_files, toml_files
+from bayesub.io.errors import InputError
+from bayesub.model.manoeuvre_files import ManoeuvreFile, RandomFile, read_manoeuvre, straight_and_level
+from bayesub.model.vehicles import Vehicle
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """A control history, the same for every coefficient set that flies it.
+
+    Attributes
+    ----------
+    times : (n,) ascending from zero, s
+    controls : (n, 3) rudder, bow plane, stern plane, rad
+    rpm : (n,) propeller speed
+    initial_state : (12,) straight and level, at the vehicle's trial speed, and at its trial depth or that of the file
+    subproblem : plane to which the motion is confined unless the caller says otherwise, or None
+    """
+
+    name: str
+    times: np.ndarray
+    controls: np.ndarray
+    rpm: np.ndarray
+    initial_state: np.ndarray
+    subproblem: str | None = None
+    description: str = ""
+
+    def __post_init__(self):
+        for array in (self.times, self.controls, self.rpm, self.initial_state):
+            array.setflags(write=False)
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return float(self.times[-1])
+
+
+def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
+    """Build a manoeuvre for `vehicle` from a built-in name, a TOML file or a control-history CSV.
+
+    ``random:17`` is the random manoeuvre of seed 17. A CSV has the columns ``time_s, rudder_deg, bow_plane_deg,
+    stern_plane_deg, rpm``; missing plane columns are zero and without ``rpm`` the propeller keeps its self-propelled
+    speed. InputError names file, key and remedy.
+    """
+    if str(name).startswith("random:"):
+        seed = str(name).removeprefix("random:")
+        if not seed.isdecimal():
+            raise InputError(f"the seed in '{name}' must be a whole number, as in random:17")
+        return _build(_random_file(seed=int(seed)), vehicle)
+    path = toml_files.find(str(name), "manoeuvres")
+    if path.suffix.lower() == ".csv":
+        return _from_csv(path, vehicle)
+    return _build(read_manoeuvre(path), vehicle)
+
+
+def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes) -> Manoeuvre:
+    """A random manoeuvre (thesis section 8.2), like ``load_manoeuvre("random", vehicle)`` with a seed drawn from `rng`.
+
+    `changes` are keys of a manoeuvre file of kind "random", such as ``interval_s=50.0`` or ``rudder_limit_deg=15.0``.
+    The name of the manoeuvre holds the seed, and loads it again if there are no changes.
+    """
+    return _build(_random_file(seed=int(rng.integers(2**32)), **changes), vehicle)
+
+
+def _random_file(seed: int, **changes) -> RandomFile:
+    content = toml_files.read_toml_table(toml_files.find("random", "manoeuvres"))
+    return toml_files.validate(
+        content | {"name": f"random:{seed}", "seed": seed} | changes, RandomFile, "random manoeuvre"
+    )
+
+
+def _build(file: ManoeuvreFile, vehicle: Vehicle) -> Manoeuvre:
+    times = file.times(vehicle)
+    return Manoeuvre(
+        name=file.name,
+        times=times,
+        controls=file.controls(vehicle, file.orders(vehicle)),
+        rpm=np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps),
+        initial_state=file.initial_state(vehicle),
+        subproblem=file.subproblem,
+        description=file.description,
+    )
+
+
+def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
+    log = log_files.read_log(path)
+    times = log.pop("time")
+    unknown = [name for name in log if name not in (*log_files.CONTROLS, "rpm")]
+    if unknown and not any(name in log for name in (*log_files.CONTROLS, "rpm")):
+        raise InputError(f"{path}: has no control column; expected some of {', '.join(log_files.CONTROL_COLUMNS)}")
+    if times[0] != 0.0:
+        raise InputError(f"{path}: a control history begins at time_s = 0, found {times[0]:g}")
+    if len(times) < 2:
+        raise InputError(f"{path}: a control history needs at least two rows")
+    zero = np.zeros(len(times))
+    controls = np.column_stack([log.get(name, zero) for name in log_files.CONTROLS])
+    rpm = log.get("rpm", np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps))
+    if not (np.isfinite(controls).all() and np.isfinite(rpm).all()):
+        raise InputError(f"{path}: a control column has empty cells; every row needs its controls")
+    return Manoeuvre(path.stem, times, controls, rpm, straight_and_level(vehicle))

@@ -1,0 +1,70 @@
+"""The residuals of every channel beside what its noise model makes of them."""
+
+import numpy as np
+from scipy import special
+
+from bayesub.plots import style
+
+LIMIT = 5.0  # of the axis of residuals, in standard deviations, unless a tenth of them is beyond
+BINS = 20
+_INSIDE = 0.99  # of a histogram's bars and a channel's correlations lie between the dashed lines, each by itself
+
+
+def draw(path, criticism, residuals: dict, times: dict) -> None:
+    """A row for each channel: residuals against time, their correlations, and a histogram of their probabilities.
+
+    Parameters
+    ----------
+    criticism : from :func:`bayesub.checks.fit.criticise`
+    residuals, times : quantile residuals (n_draws, n_readings) of each channel and their times (n_readings,) s; the
+        first draw is shown against time, and the histogram is of all draws
+    """
+    names = list(residuals)
+    with style.figure(path, 9.0, 0.9 + 1.15 * len(names)) as figure:
+        rows = figure.subplots(len(names), 3, squeeze=False, width_ratios=[2.4, 1.0, 1.0], sharex="col")
+        for row, name in zip(rows, names, strict=True):
+            check = criticism.checks[name]
+            colour = style.SQP if check.failed else style.POSTERIOR
+            _draw_against_time(row[0], times[name], residuals[name][0], colour)
+            row[0].set_ylabel(f"{name} \u2717" if check.failed else name, color=colour)
+            _draw_correlations(row[1], check, colour)
+            _draw_histogram(row[2], residuals[name], colour)
+        titles = ("quantile residuals; grey: three sd", "correlation at a lag", "probability below a reading")
+        for axis, title in zip(rows[0], titles, strict=True):
+            axis.set_title(title, fontsize=9)
+        for axis, label in zip(rows[-1], ("time (s)", "lag (readings)", "0 to 1, flat if it fits"), strict=True):
+            axis.set_xlabel(label)
+
+
+def _draw_against_time(axis, times, residuals, colour):
+    axis.axhspan(-3, 3, color=style.PRIOR, alpha=0.4, lw=0)
+    limit = max(LIMIT, 1.2 * np.quantile(np.abs(residuals), 0.9))
+    beyond = np.abs(residuals) > limit
+    axis.plot(times[~beyond], residuals[~beyond], ".", ms=2.0, color=colour)
+    axis.plot(times[beyond], limit * np.sign(residuals[beyond]), "d", ms=3.5, color=colour)
+    axis.set_ylim(-1.15 * limit, 1.15 * limit)
+    if limit == LIMIT:
+        axis.set_yticks([-3, 0, 3])
+
+
+def _draw_correlations(axis, check, colour):
+    lags = np.arange(1, len(check.correlations) + 1)
+    if len(lags):
+        band = special.ndtri(0.5 + 0.5 * _INSIDE) / np.sqrt(check.n_readings)
+        for edge in (-band, band):
+            axis.axhline(edge, color=style.TRUTH, lw=0.8, ls="--")
+        axis.bar(lags, check.correlations, width=0.6, color=colour)
+        axis.axhline(0.0, color=style.TRUTH, lw=0.5)
+        size = max(0.3, 1.1 * np.abs(check.correlations).max())
+        axis.set_ylim(-min(size, 1.05), min(size, 1.05))
+        axis.set_xticks([1, 5, 10, 15, 20])
+
+
+def _draw_histogram(axis, residuals, colour):
+    n = residuals.shape[1]
+    spread = special.ndtri(0.5 + 0.5 * _INSIDE) * np.sqrt(n / BINS * (1.0 - 1.0 / BINS)) * BINS / n
+    axis.hist(special.ndtr(residuals).ravel(), np.linspace(0, 1, BINS + 1), density=True, color=colour)
+    for edge in (max(0.0, 1.0 - spread), 1.0 + spread):
+        axis.axhline(edge, color=style.TRUTH, lw=0.8, ls="--")
+    axis.set_ylim(0.0, max(2.0, axis.get_ylim()[1]))
+    axis.set_xticks([0, 0.5, 1])

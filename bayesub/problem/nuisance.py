@@ -1,0 +1,182 @@
+"""Nuisance parameters: what the readings depend on besides the hydrodynamic coefficients.
+
+A nuisance parameter is named with its unit, and is given, sampled and reported in it:
+
+- ``yaw0_deg``, ``u0_mps``, ..: a state at the start of the manoeuvre
+- ``current_north_mps``, ``current_east_mps``: a constant current
+- ``bias_yaw_deg``, ``bias_u_ground_mps``, ..: what a channel reads too much, all the time
+- ``sd_yaw_deg``, ..; ``dof_x``; ``correlation_time_yaw_s``: of its noise (:mod:`bayesub.problem.likelihoods`)
+- ``mass_kg``, ``buoyancy_n``, ``Ixx_kgm2`` .. ``Izx_kgm2``, ``xG_m`` .. ``zB_m``, ``zP_m``: of the body. The weight
+  goes with the mass, and the buoyancy goes with the weight, so that the trim stays; ``buoyancy_n`` changes the trim.
+- ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bayesub.io import log_files
+from bayesub.io.errors import InputError, nearest
+from bayesub.kernels import workspace
+from bayesub.model.vehicles import GRAVITY_MPS2, Vehicle
+
+_UNITS = {"I": "kgm2", "x": "m", "y": "m", "z": "m"}
+CURRENTS = ("current_north_mps", "current_east_mps")
+
+# Name -> entries of the body vector and what a unit of the parameter adds to each; b1 .. b9 in their own unit.
+BODY = {"mass_kg": {"mass": 1.0, "weight": GRAVITY_MPS2, "buoyancy": GRAVITY_MPS2}, "buoyancy_n": {"buoyancy": 1.0}}
+BODY |= {f"{key}_{_UNITS[key[0]]}": {key: 1.0} for key in workspace.BODY if key[0] in _UNITS}
+BODY |= {key: {key: 1.0} for key in workspace.THRUST}
+
+# Name -> state at the start, and its SI units for a unit of the parameter.
+INITIAL = {}
+for _state in log_files.STATES:
+    _stem, _, _unit = log_files.HEADERS[_state].rpartition("_")
+    INITIAL[f"{_stem}0_{_unit}"] = {f"{_state}0": log_files.COLUMNS[log_files.HEADERS[_state]][1]}
+
+MOVING = {"horizontal": ("x", "y", "psi", "u", "v", "r"), "vertical": ("x", "z", "theta", "u", "w", "q")}
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """One nuisance parameter.
+
+    value : where it is if it is not inferred, in its unit, and factor : from its unit to SI
+    motion : parameters of :meth:`bayesub.model.simulate.Simulator.sensitivities` -> SI units for a unit of this one
+    channel, attribute : of the noise or "bias", for parameters of a channel
+    """
+
+    name: str
+    value: float
+    factor: float = 1.0
+    motion: dict[str, float] = field(default_factory=dict)
+    channel: str = ""
+    attribute: str = ""
+
+
+def find(name: str, vehicle: Vehicle, manoeuvre, channels, noises) -> Nuisance:
+    """The nuisance parameter of a name, for a vehicle on a manoeuvre and channels, each with its noise model.
+
+    Raises InputError for a name that there is not, or that has no part in the sub-problem of the manoeuvre.
+    """
+    if name in BODY:
+        idle = vehicle.idle(manoeuvre.subproblem)
+        first = next(iter(BODY[name]))
+        if first in idle:
+            raise InputError(f"nuisance '{name}': has no part in the {manoeuvre.subproblem} sub-problem; leave it out")
+        return Nuisance(name, _body_value(vehicle, first), motion=BODY[name])
+    if name in INITIAL:
+        ((start, factor),) = INITIAL[name].items()
+        state = start[:-1]
+        if state not in MOVING.get(manoeuvre.subproblem, log_files.STATES):
+            raise InputError(f"nuisance '{name}': stays zero in the {manoeuvre.subproblem} sub-problem; leave it out")
+        value = manoeuvre.initial_state[log_files.STATES.index(state)] / factor
+        return Nuisance(name, value, factor, INITIAL[name])
+    if name in CURRENTS:
+        if not any(channel.over_ground for channel in channels):
+            raise InputError(f"nuisance '{name}': no channel is over the ground, so that none feels a current")
+        return Nuisance(name, 0.0)
+    of_channels = _of_channels(channels, noises)
+    if name not in of_channels:
+        valid = [*BODY, *INITIAL, *CURRENTS, *of_channels]
+        raise InputError(f"nuisance '{name}': there is no such parameter{nearest(name, valid)}")
+    return of_channels[name]
+
+
+def _body_value(vehicle, key):
+    value = vehicle.body[workspace.BODY.index(key)]
+    if key in workspace.THRUST:
+        value /= 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
+    return float(value)
+
+
+def _of_channels(channels, noises) -> dict[str, Nuisance]:
+    found = []
+    for channel, noise in zip(channels, noises, strict=True):
+        column = log_files.HEADERS[channel.quantity]
+        factor = log_files.COLUMNS[column][1]
+        found.append(Nuisance(f"bias_{column}", 0.0, factor, channel=channel.name, attribute="bias"))
+        names = {
+            "sd": (f"sd_{column}", factor),
+            "dof": (f"dof_{channel.name}", 1.0),
+            "correlation_time_s": (f"correlation_time_{channel.name}_s", 1.0),
+        }
+        for attribute in noise.SAMPLED:
+            name, factor_of = names[attribute]
+            value = getattr(noise, attribute) / factor_of
+            found.append(Nuisance(name, value, factor_of, channel=channel.name, attribute=attribute))
+    return {nuisance.name: nuisance for nuisance in found}
+
+
+class Nuisances:
+    """All nuisance parameters of a problem.
+
+    Attributes
+    ----------
+    names : (n,), and held : (n,) their values if they are not inferred
+    """
+
+    def __init__(self, parameters: tuple[Nuisance, ...], vehicle: Vehicle, manoeuvre):
+        self.parameters = parameters
+        self.names = tuple(parameter.name for parameter in parameters)
+        self.held = np.array([parameter.value for parameter in parameters])
+        self._body, self._initial = vehicle.body, manoeuvre.initial_state
+        # What a unit of each adds to the body vector, in which thrust is dimensional, and to the state at the start.
+        thrust = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
+        units = np.where(np.isin(workspace.BODY, workspace.THRUST), thrust, 1.0)
+        self._on_body = self._effects(workspace.BODY) * units
+        self._on_start = self._effects([f"{state}0" for state in log_files.STATES])
+        self._of_channels = {}
+        for k, parameter in enumerate(parameters):
+            if parameter.channel:
+                self._of_channels.setdefault(parameter.channel, []).append((parameter.attribute, k, parameter.factor))
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def _effects(self, keys) -> np.ndarray:
+        """(n, n_keys) what a unit of each parameter adds to parameters of the simulator."""
+        rows = [[p.motion.get(key, 0.0) for key in keys] for p in self.parameters]
+        return np.reshape(rows, (len(self.parameters), len(keys)))
+
+    def on_motion(self) -> tuple[tuple[str, ...], np.ndarray]:
+        """The parameters of the simulator that any of these moves, and (n_moved, n) how much a unit of each does."""
+        moved = tuple(dict.fromkeys(key for parameter in self.parameters for key in parameter.motion))
+        return moved, self._effects(moved).T
+
+    def body(self, values) -> np.ndarray | None:
+        """(n_batch, N_BODY) body vectors of values (n_batch, n), or None if they are all the vehicle's."""
+        return self._changed(values, self._body, self._on_body)
+
+    def initial(self, values) -> np.ndarray | None:
+        """(n_batch, 12) states at the start of values (n_batch, n), or None if they are all the manoeuvre's."""
+        return self._changed(values, self._initial, self._on_start)
+
+    def _changed(self, values, base, effects):
+        return base + (values - self.held) @ effects if effects.any() else None
+
+    def currents(self, values) -> np.ndarray | None:
+        """(n_batch, 2) currents to the north and east, m/s, of values (n_batch, n), or None if there is none."""
+        if not self.current_columns():
+            return None
+        currents = np.zeros((len(values), 2))
+        for k, towards in self.current_columns():
+            currents[:, towards] = values[:, k]
+        return currents
+
+    def current_columns(self) -> list[tuple[int, int]]:
+        """Position among these, and 0 for north or 1 for east, of each component of the current."""
+        return [(k, CURRENTS.index(name)) for k, name in enumerate(self.names) if name in CURRENTS]
+
+    def biases(self, channels) -> list[tuple[int, int, float]]:
+        """Position of the channel, position of its bias among these and factor to SI, for each bias."""
+        return [
+            (i, k, factor)
+            for i, channel in enumerate(channels)
+            for attribute, k, factor in self._of_channels.get(channel.name, ())
+            if attribute == "bias"
+        ]
+
+    def of_noise(self, channel) -> list[tuple[str, int, float]]:
+        """Attribute, position among these and factor to SI of each unknown of the noise of a channel."""
+        return [entry for entry in self._of_channels.get(channel.name, ()) if entry[0] != "bias"]

@@ -1,0 +1,174 @@
+"""The card of a study's data: what every channel covers in time, what looks wrong in it, and what it informs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub.checks import convergence
+from bayesub.io import log_files
+from bayesub.io.errors import InputError
+
+GAP = 3.0  # median intervals between two readings, beyond which readings are missing rather than dropped
+FALSE_ALARMS = 0.01  # probability that a channel of smooth motion and normal noise has a candidate for an outlier
+NAMED = 5  # coefficients that a line names
+
+
+@dataclass(frozen=True)
+class ChannelCard:
+    """One channel of one trial.
+
+    Attributes
+    ----------
+    name : that of the channel, with the trial in brackets if there are several; column : in its file
+    times : (n,) s
+    interval_s : the median between two readings
+    gaps : (start, end) in s of each time without readings, and outliers : times of readings unlike their neighbours
+    n_directions : of parameter space in which this channel alone is sharper than the prior
+    contraction : (n_params,) posterior sd over prior sd by this channel alone, as the Fisher information at the prior
+        centre has it
+    """
+
+    name: str
+    column: str
+    times: np.ndarray
+    interval_s: float
+    gaps: tuple[tuple[float, float], ...]
+    outliers: np.ndarray
+    n_directions: int
+    contraction: np.ndarray
+
+    def line(self, names) -> str:
+        """The card of the channel in words, with the names (n_params,) of the parameters."""
+        gaps = ", ".join(f"{start:.4g} to {end:.4g}" for start, end in self.gaps[:3]) + (" .." if self.gaps[3:] else "")
+        faults = [f"{len(self.gaps)} gap{'s'[: len(self.gaps) != 1]}" + (f" ({gaps} s)" if gaps else "")]
+        if len(self.outliers):
+            at = ", ".join(f"{time:.4g}" for time in self.outliers[:5]) + (" .." if len(self.outliers) > 5 else "")
+            faults.append(f"outliers? at {at} s")
+        best = [k for k in np.argsort(self.contraction) if self.contraction[k] < 0.5][:NAMED]
+        known = ", ".join(f"{names[k]} {self.contraction[k]:.2g}" for k in best)
+        told = f"alone {known} of the prior sd" if known else "alone halves no prior sd"
+        return (
+            f"{self.name}: {len(self.times)} readings from {self.times[0]:.4g} to {self.times[-1]:.4g} s, every "
+            f"{self.interval_s:.3g} s, {', '.join(faults)}; {self.n_directions} of {len(names)} directions, {told}"
+        )
+
+
+@dataclass(frozen=True)
+class DataCard:
+    """What the data of a study are like.
+
+    Attributes
+    ----------
+    names : (n_params,), of which the first n_coefficients are coefficients
+    channels : of all trials
+    durations : name of a trial ("" for the only one) -> seconds covered by its controls
+    n_directions, contraction : as those of a channel, by all of them together
+    """
+
+    title: str
+    names: tuple[str, ...]
+    n_coefficients: int
+    channels: tuple[ChannelCard, ...]
+    durations: dict[str, float]
+    n_directions: int
+    contraction: np.ndarray
+
+    def lines(self) -> list[str]:
+        """The card in words, a line a channel."""
+        together = f"together: {self.n_directions} of {len(self.names)} directions sharper than the prior"
+        return [*(channel.line(self.names) for channel in self.channels), together]
+
+    def to_json(self) -> dict:
+        """Everything but the times of the readings."""
+        channels = [
+            {
+                "name": c.name,
+                "column": c.column,
+                "n_readings": len(c.times),
+                "first_s": float(c.times[0]),
+                "last_s": float(c.times[-1]),
+                "interval_s": c.interval_s,
+                "gaps_s": [list(gap) for gap in c.gaps],
+                "outlier_candidates_s": c.outliers.tolist(),
+                "n_directions": c.n_directions,
+                "contraction": dict(zip(self.names, c.contraction.tolist(), strict=True)),
+            }
+            for c in self.channels
+        ]
+        together = dict(zip(self.names, self.contraction.tolist(), strict=True))
+        return {"channels": channels, "n_directions": self.n_directions, "contraction": together}
+
+
+def check(problem, title: str) -> DataCard:
+    """The card of a problem of one trial or several, at the centre of its prior.
+
+    Raises InputError if the simulation fails there, or readings weigh more than can be squared.
+    """
+    channels, rows, durations = [], [], {}
+    positions = np.arange(problem.n_params)
+    for trial, part, places in problem.each_trial(positions):
+        with np.errstate(over="ignore", invalid="ignore"):
+            whitened = part.jacobian(problem.prior.mean[places]) * problem.prior.sd[places]
+            size = np.sum(whitened**2)
+        if not np.isfinite(size):
+            raise InputError(
+                f"{title}: the boat of the prior centre does not complete the trial, or a sensor has an sd of next to "
+                "nothing; check the vehicle and the sensors"
+            )
+        whole = np.zeros((len(whitened), problem.n_params))
+        whole[:, places] = whitened
+        rows.append(whole)
+        durations[trial] = part.manoeuvre.duration
+        for channel in part.record.channels:
+            name = f"{channel.name}[{trial}]" if trial else channel.name
+            channels.append(_channel(name, channel, whole[part.rows[channel.name]]))
+    informed = _information(np.concatenate(rows))
+    return DataCard(title, problem.names, problem.n_coefficients, tuple(channels), durations, *informed)
+
+
+def _channel(name, channel, whitened) -> ChannelCard:
+    times = channel.times
+    steps = np.diff(times)
+    interval = float(np.median(steps)) if len(steps) else 0.0
+    gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
+    outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
+    column = log_files.HEADERS[channel.quantity]
+    return ChannelCard(name, column, times, interval, gaps, outliers, *_information(whitened))
+
+
+def _information(whitened) -> tuple[int, np.ndarray]:
+    """Directions sharper than the prior, and posterior sd over prior sd (n,), of a whitened Jacobian (n_rows, n)."""
+    _, s, vt = np.linalg.svd(whitened, full_matrices=False)
+    gained = vt**2 * (s**2 / (1.0 + s**2))[:, None]
+    return int(np.count_nonzero(s > 1.0)), np.sqrt(np.clip(1.0 - gained.sum(axis=0), 0.0, 1.0))
+
+
+def outlier_candidates(times, values, sd: float) -> np.ndarray:
+    """Positions of single readings that are far from the cubic through the two on either side.
+
+    Far is beyond what normal noise does once in a hundred channels, in standard deviations of `sd` or of the robust
+    spread of the channel itself (1.4826 median absolute deviations), if that is larger; of neighbours that are far only
+    the farthest counts. Where readings are missing nothing is said. Motion that bends between readings,
+    as after a step of the rudder, makes candidates too if the sensor is that good.
+
+    Parameters
+    ----------
+    times, values : (n,)
+    """
+    if len(times) < 5:
+        return np.empty(0, dtype=int)
+    inner = np.arange(2, len(times) - 2)
+    stencil = inner[:, None] + np.array([-2, -1, 1, 2])
+    at, nodes = times[inner, None], times[stencil]
+    weights = np.ones_like(nodes)
+    for j in range(4):
+        others = [k for k in range(4) if k != j]
+        weights[:, j] = np.prod((at - nodes[:, others]) / (nodes[:, [j]] - nodes[:, others]), axis=1)
+    scale = np.sqrt(1.0 + np.sum(weights**2, axis=1))
+    off = np.abs(values[inner] - np.sum(weights * values[stencil], axis=1)) / scale
+    whole = nodes[:, 3] - nodes[:, 0] <= 2.0 * GAP * np.median(np.diff(times))
+    off = np.where(whole, off, 0.0)
+    spread = max(sd, 1.4826 * np.median(off))
+    padded = np.pad(off, 2)
+    largest = off >= np.max([padded[k : k + len(off)] for k in range(5)], axis=0)
+    return inner[largest & (off > spread * convergence.threshold(len(off), FALSE_ALARMS))]

@@ -1,0 +1,113 @@
+"""Short flights and linear stability of a vehicle: numbers for whoever asks what kind of boat it is."""
+
+import numpy as np
+
+from bayesub.kernels import actuators, workspace
+from bayesub.model.coefficients import INDEX
+from bayesub.model.manoeuvre_files import straight_and_level
+from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.simulate import Simulator, Trajectory, accelerations
+from bayesub.model.vehicles import Vehicle
+
+STEP = 0.02  # integration step in ship lengths travelled; a flight that fails is repeated with a tenth of it
+LONGEST_S = 1e9  # for a ship length; beyond it nothing is flown
+NUDGE = 1e-5  # of speed, speed per length and 1 rad, for derivatives
+
+
+def number_or_none(value) -> float | None:
+    """A float, or None for what is not finite."""
+    return float(value) if np.isfinite(value) else None
+
+
+def fly(vehicle: Vehicle, lengths: float, orders: dict[int, float], subproblem: str | None) -> Trajectory | None:
+    """The vehicle from straight flight for some ship lengths, planes ordered over at once (plane -> rad).
+
+    A flight that fails is repeated with a tenth of the step, since it may be the step that failed. None if a ship
+    length takes so long or short that times or steps are no numbers.
+    """
+    scale = np.float64(vehicle.length_m) / vehicle.speed_mps
+    rpm = np.float64(vehicle.rpm_per_mps) * vehicle.speed_mps
+    if not (1.0 / LONGEST_S < scale < LONGEST_S and np.isfinite(rpm) and rpm > 0.0):
+        return None
+    times = np.linspace(0.0, lengths, round(lengths / STEP) + 1) * scale
+    controls = np.zeros((len(times), 3))
+    for plane, angle in orders.items():
+        demand = float(np.clip(angle, -vehicle.plane_limits_rad[plane], vehicle.plane_limits_rad[plane]))
+        moved = actuators.response(
+            times,
+            np.zeros(1),
+            np.full(1, demand),
+            np.float64(vehicle.plane_rate_radps),
+            np.float64(vehicle.plane_time_constant_s),
+            abs(demand),
+        )
+        controls[:, plane] = np.where(np.isfinite(moved), moved, demand)
+    flown = Manoeuvre("check", times, controls, np.full(len(times), rpm), straight_and_level(vehicle), subproblem)
+    for step in (STEP * scale, 0.1 * STEP * scale):
+        trajectory = Simulator(vehicle, flown, times, dt=step).trajectory(vehicle.xi)
+        if trajectory.status[0] == "ok":
+            break
+    return trajectory
+
+
+def stability_indices(vehicle: Vehicle) -> dict[str, float | None]:
+    """G_h and G_v, the margins of straight-line stability in the two planes (Arentzen & Mandel 1960; Feldman 1987).
+
+    ``G_h = 1 - Nv (Yr - m) / (Yv (Nr - m xG))``, ``G_v = 1 - Mw (Zq + m) / (Zw (Mq - m xG))``, non-dimensional; above
+    zero is stable, without help from righting moment. None where a damping derivative is not negative.
+    """
+    mass = vehicle.body[workspace.MASS] / (0.5 * vehicle.water_density_kgm3 * np.float64(vehicle.length_m) ** 3)
+    moment = mass * vehicle.body[workspace.XG] / vehicle.length_m
+    yv, yr, nv, nr = (vehicle.xi[INDEX[name]] for name in ("Yuv", "Yur", "Nuv", "Nur"))
+    zw, zq, mw, mq = (vehicle.xi[INDEX[name]] for name in ("Zuw", "Zuq", "Muw", "Muq"))
+    with np.errstate(all="ignore"):
+        horizontal = 1.0 - nv * (yr - mass) / (yv * (nr - moment))
+        vertical = 1.0 - mw * (zq + mass) / (zw * (mq - moment))
+    return {
+        "horizontal_G_h": number_or_none(horizontal) if yv < 0.0 and nr - moment < 0.0 else None,
+        "vertical_G_v": number_or_none(vertical) if zw < 0.0 and mq - moment < 0.0 else None,
+    }
+
+
+def growth(vehicle: Vehicle) -> float:
+    """Growth of the least stable small motion about straight flight, per ship length travelled; negative is stable.
+
+    The largest real part among the eigenvalues of u v w p q r, roll and pitch, righting moment included.
+    """
+    speed, length = vehicle.speed_mps, np.float64(vehicle.length_m)
+    rpm = vehicle.rpm_per_mps * speed
+    steps = NUDGE * np.array([1.0, 1.0, *[speed] * 3, *[speed / length] * 3])  # roll, pitch and the six velocities
+    places = [3, 4, 6, 7, 8, 9, 10, 11]
+    states = np.tile(straight_and_level(vehicle), (2 * len(places), 1))
+    for k, (place, step) in enumerate(zip(places, steps, strict=True)):
+        states[2 * k : 2 * k + 2, place] += [step, -step]
+    rates = accelerations(vehicle, states, np.zeros(3), rpm)
+    matrix = np.zeros((8, 8))
+    matrix[2:] = ((rates[::2] - rates[1::2]) / (2.0 * steps[:, None])).T
+    matrix[0, 5] = matrix[1, 6] = 1.0
+    if not np.isfinite(matrix).all():
+        return np.nan
+    try:
+        return np.linalg.eigvals(matrix).real.max() * length / speed
+    except np.linalg.LinAlgError:
+        return np.nan
+
+
+def turning_circle(vehicle: Vehicle, states: np.ndarray, rudder: float) -> dict:
+    """Measures of a turn from its states (n, 12): steady ones from its end; tactical diameter at 180 deg of heading.
+
+    rudder : deg
+    """
+    end, length = states[-1], vehicle.length_m
+    speed, rate = np.linalg.norm(end[6:8]), end[11]
+    turned = np.abs(states[:, 5]) >= np.pi
+    tactical = np.abs(states[turned.argmax(), 1]) / length if turned.any() else np.nan
+    steady = abs(rate) * length > 1e-3 * speed
+    return {
+        "rudder_deg": rudder,
+        "diameter_lengths": number_or_none(2.0 * speed / (abs(rate) * length)) if steady else None,
+        "tactical_diameter_lengths": number_or_none(tactical),
+        "speed_ratio": number_or_none(speed / vehicle.speed_mps),
+        "drift_angle_deg": number_or_none(abs(np.degrees(np.arctan2(-end[7], end[6])))),
+        "positive_rudder_turns": ("to starboard" if rate > 0.0 else "to port") if steady else None,
+    }

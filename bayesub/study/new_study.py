@@ -1,0 +1,126 @@
+"""New study files: of a manoeuvre that is simulated, or of a log."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import log_files, toml_files
+from bayesub.io.errors import InputError
+from bayesub.problem.nuisance import MOVING
+from bayesub.sensors.sensor import QUANTITIES
+from bayesub.study.new_vehicle import check_name
+
+_NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
+_OVER_GROUND = {"x", "y", "u_ground", "v_ground"}
+
+_SENSOR = """
+[[sensors]]
+kind = "sensor"
+column = "{column}"
+sd = {sd:<24} # CHANGE: guessed from its scatter; the data sheet knows
+"""
+_TRACK = """
+[[sensors]]                   # "track", "pressure", "compass", "ins", "dvl", "adcp", "sensor", or a preset
+kind = "track"
+position_sd_m = 0.5
+attitude_sd_deg = 0.1
+interval_s = 1.0
+"""
+_NUISANCE = """# [nuisance]                  # what else is unknown
+# bias_yaw_deg = { mean = 0.0, sd = 2.0 }"""
+_IN_CURRENT = """[nuisance]                    # what else is unknown; the start needs no entry
+current_north_mps = { mean = 0.0, sd = 0.3 }"""
+_EAST = "\ncurrent_east_mps = { mean = 0.0, sd = 0.3 }"
+_HEADING = "\nyaw0_deg = { mean = 0.0, sd = 5.0 }  # CHANGE: nobody read the heading"
+_GUESS = """centre = "perturbed"          # a guess: the truth times (1 + perturbation_sd * normal); or "vehicle"
+perturbation_sd = 0.15"""
+
+
+def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
+    """The text of a study file `path` that simulates a vehicle on a manoeuvre and measures its track."""
+    return _text(
+        name,
+        path,
+        vehicle,
+        what=f"the manoeuvre {manoeuvre}",
+        source=f'manoeuvre = "{_from_file(manoeuvre, path)}"',
+        sensors=_TRACK,
+        free=manoeuvre if manoeuvre in MOVING else "all",
+        centre=_GUESS,
+        nuisance=_NUISANCE,
+        sqp_starts=5,
+    )
+
+
+def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
+    """The text of a study file `path` on the log `data`, with a sensor for each of its columns.
+
+    Planes that rest confine the motion to the horizontal or the vertical; what does not change in it is ignored.
+    """
+    log = log_files.read_log(data)
+    moving = {key: np.ptp(np.nan_to_num(log[key])) > 0.0 for key in log_files.CONTROLS if key in log}
+    planes, rudder = moving.get("delta_b") or moving.get("delta_s"), moving.get("delta_r")
+    plane = "all" if planes and rudder else "vertical" if planes else "horizontal"
+    changing = MOVING.get(plane, log_files.STATES)
+    measured = [
+        key for key in log_files.HEADERS if key in log and key in QUANTITIES and np.isfinite(log[key]).sum() >= 3
+    ]
+    of_use = [key for key in measured if QUANTITIES[key].state.removesuffix("dot") in changing]
+    if not of_use:
+        raise InputError(f"{data}: has no column with three readings or more")
+    source = [f'data = "{_relative(data, path)}"']
+    if plane != "all":
+        source.append(f'subproblem = "{plane}"     # the plane that the boat kept to, by its controls')
+    if rest := [f'"{log_files.HEADERS[key]}"' for key in log if key in QUANTITIES and key not in of_use]:
+        source.append(f"ignore = [{', '.join(rest)}]")
+    nuisance = _IN_CURRENT if _OVER_GROUND & set(of_use) else _NUISANCE
+    if nuisance is _IN_CURRENT and "psi" in changing:
+        read = any(QUANTITIES[key].state == "psi" for key in of_use)
+        nuisance += _EAST + ("" if read else _HEADING)
+    return _text(
+        name,
+        path,
+        vehicle,
+        what=f"the log {data.name}",
+        source="\n".join(source),
+        sensors="".join(
+            _SENSOR.format(column=log_files.HEADERS[key], sd=f"{_scatter(key, log, data):.2g}") for key in of_use
+        ),
+        free=plane,
+        centre='centre = "vehicle"',
+        nuisance=nuisance,
+        sqp_starts=0,
+    )
+
+
+def _text(name, path, vehicle, **parts) -> str:
+    check_name(name)
+    text = (toml_files.DATA / "templates" / "study.toml").read_text(encoding="utf-8")
+    return text.format(name=name, file=path, vehicle=_from_file(vehicle, path), **parts)
+
+
+def _from_file(name, path) -> str:
+    """A vehicle or manoeuvre as the study file `path` names it: a built-in name as it is."""
+    return _relative(name, path) if Path(name).suffix else str(name)
+
+
+def _relative(file, path) -> str:
+    return Path(os.path.relpath(file, path.parent)).as_posix()
+
+
+def _scatter(key, log, data) -> float:
+    """Standard deviation of the noise of a column, in its unit.
+
+    Of a smooth signal with independent noise the median second difference, over the root of six, says what it is; it
+    is at least half the smallest step.
+    """
+    header = log_files.HEADERS[key]
+    readings = log[key][np.isfinite(log[key])]
+    if QUANTITIES[key].state == "psi":
+        readings = np.unwrap(readings)
+    steps = np.abs(np.diff(readings))
+    if not steps.any():
+        raise InputError(f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log")
+    scatter = np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0))
+    return float(max(scatter, 0.5 * steps[steps > 0.0].min())) / log_files.COLUMNS[header][1]

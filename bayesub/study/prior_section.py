@@ -1,0 +1,205 @@
+"""Priors and noise models in study files."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import pydantic
+
+from bayesub.io import log_files, toml_files
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.toml_files import Positive, Section
+from bayesub.model import coefficients
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem import likelihoods, priors
+from bayesub.sensors import Channel
+
+LogSd = Annotated[float, pydantic.Field(gt=0, le=10)]  # ten is a factor of 22,000
+
+
+class PriorOfOne(Section):
+    """The prior of one parameter, in its unit: one of the pairs below, or a value that it is fixed at."""
+
+    mean: float | None = None
+    sd: Positive | None = None
+    lower: float | None = None
+    upper: float | None = None
+    median: float | None = None
+    log_sd: LogSd | None = None
+    value: float | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_kind(self):
+        if tuple(self.model_dump(exclude_none=True)) not in _KINDS:
+            raise ValueError("a prior is mean and sd, lower and upper, median and log_sd, or a fixed value")
+        self.build()
+        return self
+
+    def build(self) -> priors.Prior | None:
+        """The prior; None for a fixed value."""
+        given = self.model_dump(exclude_none=True)
+        make = _KINDS[tuple(given)]
+        return make(**given) if make else None
+
+
+_KINDS = {
+    ("mean", "sd"): priors.normal,
+    ("lower", "upper"): priors.uniform,
+    ("median", "log_sd"): priors.log_normal,
+    ("value",): None,
+}
+
+
+class PriorSection(Section):
+    """The prior of the coefficients: a spread for all, and what is given of single ones.
+
+    kind : "vehicle" takes the standard deviations in the vehicle file; `sd`, if given, is the relative one of the rest
+    given : coefficient -> its own prior, and table : CSV file of further ones with the columns coefficient, mean, sd,
+    of which an sd of zero fixes the coefficient
+    correlations : (coefficient, coefficient, correlation) of those given by mean and sd
+    """
+
+    kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "vehicle"]
+    sd: Positive | None = None
+    half_width: Positive | None = None
+    log_sd: LogSd | None = None
+    centre: Literal["vehicle", "perturbed"] = "vehicle"
+    perturbation_sd: Positive = 0.25
+    given: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
+    table: str | None = None
+    correlations: tuple[tuple[str, str, float], ...] = ()
+
+    @pydantic.model_validator(mode="after")
+    def _its_own_spread(self):
+        wanted = {"relative_uniform": "half_width", "relative_log_normal": "log_sd"}.get(self.kind, "sd")
+        given = [key for key in ("sd", "half_width", "log_sd") if getattr(self, key) is not None]
+        if given != [wanted] and (given or self.kind != "vehicle"):
+            raise ValueError(f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}")
+        return self
+
+    def build(self, centre: np.ndarray, vehicle: Vehicle) -> tuple[priors.Spread | priors.Given, dict[str, float]]:
+        """The prior about `centre` (101,), and the coefficients that are fixed with their values."""
+        spread, of_vehicle = self._spread(centre, vehicle)
+        given = ({} if self.table is None else _table(Path(self.table))) | self.given
+        fixed = {name: one.value for name, one in given.items() if one.value is not None}
+        built = of_vehicle | {name: one.build() for name, one in given.items() if name not in fixed}
+        _known(fixed)
+        if not built and not self.correlations:
+            return spread, fixed
+        return priors.Given(spread, built, self.correlations), fixed
+
+    def _spread(self, centre, vehicle) -> tuple[priors.Spread, dict[str, priors.Prior]]:
+        """The spread of all coefficients, and the priors that the vehicle file gives."""
+        if self.kind != "vehicle":
+            return getattr(priors, self.kind)(self.sd or self.half_width or self.log_sd, centre), {}
+        if self.sd is None and not np.isfinite(vehicle.sd).any():
+            raise InputError(
+                f"prior: vehicle '{vehicle.name}' gives no coefficient an sd; write {{ value = .., sd = .. }} in its "
+                "file, or add the relative 'sd' of all"
+            )
+        otherwise = None if self.sd is None else priors.relative_normal(self.sd, centre)
+        prior = priors.from_vehicle(vehicle, otherwise, centre)
+        return prior.others, prior.priors
+
+
+def _known(names) -> None:
+    for name in names:
+        if name not in coefficients.INDEX:
+            raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, coefficients.NAMES)}")
+
+
+def _table(path: Path) -> dict[str, PriorOfOne]:
+    """Priors of a CSV file with the columns coefficient, mean, sd; what follows a # is a remark."""
+    lines = enumerate(toml_files.read_text(path).splitlines(), start=1)
+    rows = [(n, [cell.strip() for cell in line.partition("#")[0].split(",")]) for n, line in lines]
+    rows = [(n, cells) for n, cells in rows if any(cells)]
+    if not rows:
+        raise InputError(f"{path}: is empty; expected a header line coefficient,mean,sd")
+    (_, header), *rows = rows
+    if header != ["coefficient", "mean", "sd"]:
+        raise InputError(f"{path}: columns must be coefficient,mean,sd, found {','.join(header)}")
+    priors_of = {}
+    for line, (name, *numbers) in rows:
+        if name not in coefficients.INDEX:
+            near = nearest(name, coefficients.NAMES)
+            raise InputError(f"{path}: line {line}: unknown coefficient '{name}'{near}")
+        if name in priors_of:
+            raise InputError(f"{path}: line {line}: coefficient '{name}' is given twice")
+        mean, sd = _mean_and_sd(numbers, f"{path}: line {line}")
+        priors_of[name] = PriorOfOne(mean=mean, sd=sd) if sd > 0 else PriorOfOne(value=mean)
+    return priors_of
+
+
+def _mean_and_sd(cells: list[str], where: str) -> tuple[float, float]:
+    try:
+        mean, sd = map(float, cells)
+    except ValueError:
+        mean = sd = math.nan
+    most = toml_files.largest("mean")
+    if not (abs(mean) <= most and 0 <= sd <= most):
+        found = ", ".join(cells) or "nothing"
+        raise InputError(
+            f"{where}: mean and sd must be two numbers and sd not negative, at most {most:g}, found {found}"
+        )
+    return mean, sd
+
+
+class NoiseSection(Section):
+    """What the noise models of a channel share; numbers are in the unit of its column.
+
+    sd : standard deviation, by default that of noise and rounding of the sensor together
+    """
+
+    sd: Positive | None = None
+
+    def build(self, channel: Channel) -> likelihoods.Normal:
+        """The noise model, in SI units."""
+        given = self.model_dump(exclude={"kind", "sd"})
+        factor = log_files.COLUMNS[log_files.HEADERS[channel.quantity]][1]
+        return _NOISES[self.kind](channel.total_sd if self.sd is None else factor * self.sd, **given)
+
+
+class NormalNoise(NoiseSection):
+    kind: Literal["normal"]
+
+
+class UnknownSdNoise(NoiseSection):
+    kind: Literal["unknown_sd"]
+
+
+class StudentTNoise(NoiseSection):
+    kind: Literal["student_t"]
+    dof: Positive
+
+
+class AR1Noise(NoiseSection):
+    kind: Literal["ar1"]
+    correlation_time_s: Positive
+
+
+_NOISES = {
+    "normal": likelihoods.Normal,
+    "unknown_sd": likelihoods.UnknownSd,
+    "student_t": likelihoods.StudentT,
+    "ar1": likelihoods.AR1,
+}
+AnyNoiseSection = Annotated[
+    NormalNoise | UnknownSdNoise | StudentTNoise | AR1Noise, pydantic.Field(discriminator="kind")
+]
+
+
+def noise_models(sections: dict[str, NoiseSection], trials) -> list[dict[str, object]]:
+    """For the channels of each trial: channel name -> noise model, of sections by column.
+
+    Raises InputError for a column that no sensor of any trial reads.
+    """
+    by_column = [{log_files.HEADERS[channel.quantity]: channel for channel in channels} for channels in trials]
+    known = {column for columns in by_column for column in columns}
+    for column in sections:
+        if column not in known:
+            raise InputError(f"noise.{column}: no sensor reads that column{nearest(column, known)}")
+    return [
+        {columns[c].name: section.build(columns[c]) for c, section in sections.items() if c in columns}
+        for columns in by_column
+    ]

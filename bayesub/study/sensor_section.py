@@ -1,0 +1,64 @@
+"""Sensors in study files: a section for each kind, whose keys are the arguments of the sensor in Python."""
+
+import functools
+import inspect
+import operator
+from typing import Annotated, Literal
+
+import pydantic
+
+from bayesub import sensors
+from bayesub.io.toml_files import Section
+
+KINDS = {
+    "track": sensors.Track,
+    "sensor": sensors.Sensor,
+    "pressure": sensors.Pressure,
+    "compass": sensors.Compass,
+    "ins": sensors.INS,
+    "dvl": sensors.DVL,
+    "adcp": sensors.ADCP,
+    "autosub": sensors.autosub,
+    "thesis_rounding": sensors.thesis_rounding,
+    "tracking_range": sensors.tracking_range,
+}
+
+
+PRESETS = ("autosub", "thesis_rounding", "tracking_range")
+PLACED = ("lever_arm_m", "clock_offset_s")
+FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outliers alone is none
+
+
+class SensorSection(Section):
+    """What every kind may have (:class:`bayesub.sensors.Sensor`), faults and place and clock, besides its own keys."""
+
+    dropout: float | None = None
+    gaps: tuple[tuple[float, float], ...] | None = None
+    outlier_probability: float | None = None
+    outlier_scale: float | None = None
+    lever_arm_m: tuple[float, float, float] | None = None
+    clock_offset_s: float | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _can_exist(self):
+        self.build()
+        return self
+
+    def build(self) -> tuple[sensors.Sensor, ...]:
+        """The sensors that the section describes; InputError if they cannot exist."""
+        make = KINDS[self.kind]
+        given = self.model_dump(exclude={"kind"}, exclude_none=True)
+        own = {key: given.pop(key) for key in inspect.signature(make).parameters if key in given}
+        return sensors.modified(make(**own), **given)
+
+
+def _section(kind: str) -> type[SensorSection]:
+    # Place and clock are left out of a completed study that gives none, so that earlier runs resume.
+    arguments = [a for a in inspect.signature(KINDS[kind]).parameters.values() if a.name not in PLACED]
+    keys = {a.name: (a.annotation, ... if a.default is a.empty else a.default) for a in arguments}
+    return pydantic.create_model(f"{kind}_section", __base__=SensorSection, kind=(Literal[kind], ...), **keys)
+
+
+AnySensorSection = Annotated[
+    functools.reduce(operator.or_, [_section(kind) for kind in KINDS]), pydantic.Field(discriminator="kind")
+]

@@ -1,0 +1,223 @@
+"""A log as a trial: the controls that were flown, what the sensors read, and what is unknown of the start."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import log_files
+from bayesub.io.errors import InputError, nearest
+from bayesub.model.manoeuvre_files import straight_and_level
+from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.simulate import Trajectory
+from bayesub.problem import priors
+from bayesub.problem.nuisance import CURRENTS, INITIAL, MOVING
+from bayesub.sensors import Record, flat
+
+CONTROL_COLUMNS = (*log_files.CONTROLS, "rpm")
+
+# The prior of the start, where it is not given. From readings it is this many times as wide as their own standard
+# error, so that using them again in the likelihood counts them no more than one per cent twice.
+WIDENED = 10.0
+# Of a state that nobody read: about straight and level, with a standard deviation of
+UNREAD_SPEED = 0.1  # trial speeds, for u v w
+UNREAD_TURN = 0.1  # rad in a ship length travelled, for p q r
+UNREAD_TILT = np.radians(5.0)  # for roll and pitch
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One trial of a study.
+
+    nuisance : name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included
+    truth : the motion behind a simulated trial, or None
+    n_left_out : readings of the log before its first or after its last control
+    """
+
+    manoeuvre: Manoeuvre
+    record: Record
+    nuisance: dict[str, priors.Prior] = field(default_factory=dict)
+    truth: Trajectory | None = None
+    n_left_out: int = 0
+
+
+def read_trial(
+    path,
+    vehicle,
+    sensors,
+    *,
+    nuisance=None,
+    known=None,
+    subproblem: str | None = None,
+    clock_offset_s: float = 0.0,
+    max_control_gap_s: float | None = None,
+    ignore=(),
+) -> Trial:
+    """Read the log of a trial (:mod:`bayesub.io.log_files`).
+
+    The trial begins when every control has its first cell, which is time zero from then on, and ends when the first of
+    them has its last. Controls are joined by straight lines between the cells of each; readings outside are left out.
+
+    The start is unknown: every state of the motion that the readings depend on becomes a nuisance parameter. Its prior
+    is `nuisance`, or else a straight line through the readings of the first ship length travelled, at the start and
+    widened ten times, or else, if nobody read it, about straight and level (constants of this module).
+
+    Parameters
+    ----------
+    sensors : as of :meth:`bayesub.sensors.Record.load`
+    nuisance : name -> prior, of the start and of anything else
+    known : name -> value of states at the start that are known, such as ``{"u0_mps": 1.5}``
+    subproblem : plane to which the motion was confined
+    clock_offset_s : how far the clock of the readings is ahead of that of the controls; adds to those of the sensors
+    max_control_gap_s : longest time between two cells of a control; by default that of a ship length travelled, in
+        which the boat answers little to what a plane does unseen
+    ignore : columns that are not used
+
+    Raises InputError for a file that does not fit, a gap in the controls, and a channel of a motion that the
+    sub-problem does not have.
+    """
+    path, nuisance, known = Path(path), dict(nuisance or {}), dict(known or {})
+    log = log_files.read_log(path)
+    for column in ignore:
+        if log_files.COLUMNS.get(column, (None,))[0] not in log or column == "time_s":
+            raise InputError(
+                f"{path}: ignore names '{column}', no column{nearest(column, map(log_files.HEADERS.get, log))}"
+            )
+        del log[log_files.COLUMNS[column][0]]
+    length_time = vehicle.length_m / vehicle.speed_mps
+    begin, times, controls, rpm = _controls(log, vehicle, path, max_control_gap_s or length_time)
+    readings = {name: values for name, values in log.items() if name not in CONTROL_COLUMNS}
+    readings["time"] = readings["time"] - begin
+    sensors = [replace(sensor, clock_offset_s=sensor.clock_offset_s + clock_offset_s) for sensor in flat(sensors)]
+    whole = Record.of_log(readings, sensors, path)
+    record = _within(whole, times[-1], path)
+    moving = MOVING.get(subproblem, log_files.STATES)
+    for channel in record.channels:
+        if channel.state.removesuffix("dot") not in moving:
+            column = log_files.HEADERS[channel.quantity]
+            raise InputError(
+                f"{path}: '{column}' does not change in the {subproblem} sub-problem; leave out its sensor and put the "
+                "column under ignore"
+            )
+    initial = straight_and_level(vehicle)
+    initial[log_files.STATES.index("u")] = rpm[0] / vehicle.rpm_per_mps
+    for name, (state, factor) in _starts().items():
+        if state not in moving or not _matters(state, record, nuisance):
+            continue
+        if name in known:
+            initial[log_files.STATES.index(state)] = factor * known.pop(name)
+            continue
+        if name not in nuisance:
+            about = _start(state, record, nuisance, initial, vehicle, path)
+            nuisance[name] = priors.normal(*(float(x) / factor for x in about))
+        initial[log_files.STATES.index(state)] = factor * nuisance[name].mean[0]
+    for name in known:
+        raise InputError(
+            f"nuisance.{name}: a value is for the start, of a state that the readings depend on; leave it out"
+        )
+    manoeuvre = Manoeuvre(path.stem, times, controls, rpm, initial, subproblem)
+    return Trial(manoeuvre, record, nuisance, n_left_out=whole.n_readings - record.n_readings)
+
+
+def _starts() -> dict[str, tuple[str, float]]:
+    """Name of a state at the start -> short name of the state, and factor to SI."""
+    return {name: (start[:-1], factor) for name, entry in INITIAL.items() for start, factor in entry.items()}
+
+
+def _controls(log, vehicle, path, max_gap):
+    """Start (s of the log), times (n,) from zero, controls (n, 3) and rpm (n,)."""
+    cells = {}
+    for name in CONTROL_COLUMNS:
+        if name in log:
+            given = np.isfinite(log[name])
+            if given.sum() < 2:
+                raise InputError(
+                    f"{path}: control column '{log_files.HEADERS[name]}' needs two cells at least; delete it if unused"
+                )
+            cells[name] = log["time"][given], log[name][given]
+    if not cells:
+        raise InputError(f"{path}: has no control column; expected some of {', '.join(log_files.CONTROL_COLUMNS)}")
+    begin, end = max(times[0] for times, _ in cells.values()), min(times[-1] for times, _ in cells.values())
+    if not begin < end:
+        raise InputError(f"{path}: its control columns have no time in common")
+    for name, (times, _) in cells.items():
+        long = (np.diff(times) > max_gap) & (times[1:] > begin) & (times[:-1] < end)
+        if long.any():
+            k = np.flatnonzero(long)[0]
+            raise InputError(
+                f"{path}: control column '{log_files.HEADERS[name]}' has a gap from {times[k]:.6g} to "
+                f"{times[k + 1]:.6g} s; cut the log there, or "
+                f"raise max_control_gap_s ({max_gap:.3g}) if a straight line is what was flown"
+            )
+    times = np.unique(np.concatenate([times for times, _ in cells.values()]))
+    times = times[(times >= begin) & (times <= end)]
+    joined = {name: np.interp(times, *cell) for name, cell in cells.items()}
+    still = np.zeros(len(times))
+    controls = np.column_stack([joined.get(name, still) for name in log_files.CONTROLS])
+    rpm = joined.get("rpm", np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps))
+    return begin, times - begin, controls, rpm
+
+
+def _within(record, duration, path) -> Record:
+    """The record without readings before zero or after `duration`."""
+    channels = []
+    for channel in record.channels:
+        flown = (channel.times >= 0.0) & (channel.times <= duration)
+        if not flown.any():
+            raise InputError(f"{path}: no reading of '{log_files.HEADERS[channel.quantity]}' lies within the controls")
+        channels.append(replace(channel, times=channel.times[flown], values=channel.values[flown]))
+    return Record(tuple(channels))
+
+
+def _matters(state, record, nuisance) -> bool:
+    """Whether any reading depends on a state at the start."""
+    read = {channel.state for channel in record.channels}
+    if state in ("x", "y", "z"):
+        return state in read
+    if state == "psi":
+        turned = any(name in nuisance for name in CURRENTS) and any(c.over_ground for c in record.channels)
+        return bool(read & {"x", "y", "psi"}) or turned
+    return True
+
+
+def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, float]:
+    """Mean and sd of the prior of a state at the start, SI units."""
+    channels = sorted((c for c in record.channels if c.state == state), key=lambda c: c.over_ground)
+    if not channels:
+        if state == "psi":
+            raise InputError(f"{path}: nobody read the heading that the readings depend on; give nuisance.yaw0_deg")
+        turn = UNREAD_TURN * vehicle.speed_mps / vehicle.length_m
+        sd = {"u": UNREAD_SPEED * vehicle.speed_mps, "p": turn, "phi": UNREAD_TILT}
+        alike = "u" if state in "uvw" else "p" if state in "pqr" else "phi"
+        return initial[log_files.STATES.index(state)], sd[alike]
+    channel = channels[0]
+    value, sd = _at_zero(channel, vehicle.length_m / vehicle.speed_mps)
+    column = log_files.HEADERS[channel.quantity]
+    besides = [sd * WIDENED, _size(nuisance, f"bias_{column}") * log_files.COLUMNS[column][1]]
+    if channel.over_ground and state in "uvw":
+        besides += [_size(nuisance, name) for name in CURRENTS]
+    if channel.displaced:
+        arm = np.linalg.norm(channel.lever_arm_m)
+        besides.append(arm if state in "xyz" else arm * UNREAD_TURN * vehicle.speed_mps / vehicle.length_m)
+    return value, float(np.linalg.norm(besides))
+
+
+def _size(nuisance, name) -> float:
+    """How large a nuisance parameter may well be, zero if there is none of that name."""
+    return float(np.hypot(nuisance[name].mean, nuisance[name].sd)[0]) if name in nuisance else 0.0
+
+
+def _at_zero(channel, window) -> tuple[float, float]:
+    """Where a straight line through the readings of the first `window` seconds, or the first three, is at the start.
+
+    Its standard error counts what the readings are off the line, and how far it is drawn back.
+    """
+    n = max(3, np.count_nonzero(channel.times <= window))
+    times, values = channel.times[:n], channel.values[:n]
+    if len(times) < 3:
+        return values[0], channel.total_sd
+    lines = np.stack([np.ones_like(times), times], axis=1)
+    (value, slope), *_ = np.linalg.lstsq(lines, values, rcond=None)
+    off = np.sqrt(np.sum((values - lines @ [value, slope]) ** 2) / (len(times) - 2))
+    error = max(channel.total_sd, off) * np.sqrt(np.linalg.inv(lines.T @ lines)[0, 0])
+    return value, float(np.hypot(error, slope * times[0]))

@@ -1,0 +1,1 @@
+"""Comparison with the thesis: its nine cases, its published numbers, and ours beside them."""

@@ -1,0 +1,135 @@
+"""The thesis's nine identification cases, three boats on three manoeuvres, and its published numbers.
+
+Vehicles stand in for the classified boats in order: suboff for submarine 1, auv690 for 2, npsauv for 3.
+"""
+
+import tomllib
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from bayesub import baselines
+from bayesub.model.coefficients import INDEX, NAMES
+from bayesub.model.linear_form import linear_systems
+from bayesub.model.manoeuvres import load_manoeuvre
+from bayesub.model.simulate import Simulator, simulate
+from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.problem import priors
+from bayesub.problem.problem import Problem
+from bayesub.sampling import Posterior, posterior_file, sample
+from bayesub.sensors import Track, observe
+
+VEHICLES = ("suboff", "auv690", "npsauv")
+MANOEUVRES = ("horizontal", "vertical", "coupled")
+SEED = 2003
+TOLERANCES = (0.1, 0.01)  # parTol and funcTol (section 7.2.2)
+SUBOFF_TIME = 102.2606 / 7.5  # s to travel a ship length, to which the sampling interval refers
+# What a towing tank without a planar motion mechanism measures: forces at drift and rudder angles (appendix G).
+TOWED = ("Xuu", "Xvv", "Xuu_drdr", "Yuv", "Yv_absnu", "Yuu_dr", "Nuv", "Nv_absnu", "Nuu_dr")
+WEIGHT = 10.0  # samples of the thesis to one of ours
+
+
+def published() -> dict:
+    """The thesis's numbers: table -> rows or columns, submarines 1 to 3 in order."""
+    return tomllib.loads((resources.files("bayesub.thesis") / "thesis_results.toml").read_text(encoding="utf-8"))
+
+
+def held(manoeuvre: str) -> list[str]:
+    """The added masses that are held at the truth so that the other coefficients are unique (section 6.4)."""
+    return published()["rank"]["fixed_added_mass"][manoeuvre]
+
+
+def free_coefficients(boat: Vehicle, manoeuvre: str) -> list[str]:
+    """The coefficients identified in section 7.3: in the equations of the manoeuvre, not zero and not held."""
+    systems = linear_systems(simulate(boat, load_manoeuvre(manoeuvre, boat)))
+    return [
+        name
+        for system in systems.values()
+        for name in system.names
+        if name not in held(manoeuvre) and boat.xi[INDEX[name]] != 0.0
+    ]
+
+
+def track_problem(boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, rng=None, sd=1.0) -> Problem:
+    """The track whose sum of squared residuals is the cost of model section 10 when `sd` (m and degrees) is one.
+
+    It is sampled every second and weighted ten-fold, for the thesis's every 0.1 s; times scale with length over speed.
+    """
+    flown = load_manoeuvre(manoeuvre, boat)
+    truth = simulate(boat, flown)
+    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
+    sensor = Track(sd / np.sqrt(WEIGHT), sd / np.sqrt(WEIGHT), interval)
+    record = observe(truth, sensor, rng)
+    prior = priors.relative_normal(0.25, boat.xi if centre is None else centre)
+    return Problem(boat, flown, record, free=free, prior=prior, xi=xi, dt=truth.simulator.step)
+
+
+def streams(vehicle: str, manoeuvre: str) -> list[np.random.Generator]:
+    """Random numbers of a case: for the starts of searches, and for noise."""
+    seed = [SEED, VEHICLES.index(vehicle), MANOEUVRES.index(manoeuvre)]
+    return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(2)]
+
+
+def identify(problem: Problem, rng: np.random.Generator, n_starts: int, max_iterations: int = 500):
+    """SQP from random starts by the rules of section 7.2: forward differences and the thesis's tolerances."""
+    return baselines.sqp(
+        problem,
+        rng=rng,
+        n_starts=n_starts,
+        gradients="forward",
+        tolerances=TOLERANCES,
+        max_iterations=max_iterations,
+    )
+
+
+def identified(vehicle: str, manoeuvre: str, n_starts: int, max_iterations: int = 500):
+    """The problem of a case and the coefficient sets that SQP identifies from exact tracks, best first."""
+    boat = load_vehicle(vehicle)
+    problem = track_problem(boat, manoeuvre, free_coefficients(boat, manoeuvre))
+    return problem, identify(problem, streams(vehicle, manoeuvre)[0], n_starts, max_iterations)
+
+
+def unseen(boat: Vehicle, n: int, *, first: int = 0):
+    """Simulators of the first `n` random manoeuvres (section 8.2) from seed `first` on that the boat completes.
+
+    Output times are those of :func:`track_problem`; the manoeuvre's name has its seed.
+    """
+    seed, found = first, 0
+    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
+    while found < n:
+        manoeuvre = load_manoeuvre(f"random:{seed}", boat)
+        simulator = Simulator(boat, manoeuvre, np.arange(interval, manoeuvre.duration, interval))
+        seed += 1
+        if simulator.run(boat.xi)[1][0] == 0:
+            found += 1
+            yield simulator
+
+
+def trial(vehicle: str, manoeuvre: str, *, sd: float = 0.25, free=None) -> Problem:
+    """What a tracking range makes of a case: every coefficient that is not zero, and the added masses, free.
+
+    Position to 0.5 m on suboff and to as many ship lengths on the others, attitude to 0.1 degrees, sampled as
+    :func:`track_problem`; the prior is normal with `sd` about a guess 15 % off.
+    """
+    boat = load_vehicle(vehicle)
+    flown = load_manoeuvre(manoeuvre, boat)
+    truth = simulate(boat, flown)
+    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
+    guess, noise = streams(vehicle, manoeuvre)
+    sensor = Track(0.5 * boat.length_m / load_vehicle("suboff").length_m, 0.1, interval)
+    prior = priors.relative_normal(sd, priors.perturbed(boat.xi, 0.15, guess))
+    record = observe(truth, sensor, noise)
+    return Problem(boat, flown, record, free=free or NAMES, prior=prior, dt=truth.simulator.step)
+
+
+def sampled(
+    problem: Problem, file: Path, *, max_steps: int = 20_000, progress: Callable = lambda *_: None
+) -> Posterior:
+    """The posterior of a trial, sampled once and kept in `file`, its chain in a folder beside it; converged or not."""
+    if not file.exists():
+        rng = np.random.default_rng(SEED)
+        chain = file.with_name(f"chain_{file.stem}")
+        posterior_file.save(sample(problem, rng=rng, max_steps=max_steps, checkpoint=chain, progress=progress), file)
+    return posterior_file.load(file)

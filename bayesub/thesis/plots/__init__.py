@@ -1,0 +1,1 @@
+"""Figures that serve one study of the thesis each."""

@@ -1,0 +1,77 @@
+"""Ranks, their simulated band and coverage; a normal model that is calibrated, and two that are not."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bayesub.checks import calibration
+from bayesub.plots import calibration as plots
+from bayesub.sampling import Posterior
+
+N_TRIALS = 200
+
+
+def ranks(rng, sd_factor=1.0, shift=0.0):
+    """Of truths among draws from the exact posterior of a normal mean, whose sd and mean are wrong by so much."""
+    truth = rng.standard_normal(N_TRIALS)
+    reading = truth + 0.5 * rng.standard_normal(N_TRIALS)
+    sd = np.sqrt(0.25 / 1.25)
+    draws = reading / 1.25 + sd * (shift + sd_factor * rng.standard_normal((calibration.N_DRAWS, N_TRIALS)))
+    return calibration.rank(truth, draws)
+
+
+def inside(ranks, limits):
+    ecdf = calibration.ecdf(ranks)
+    return np.all((ecdf >= limits[0]) & (ecdf <= limits[1]))
+
+
+def test_the_band_has_its_false_alarm_rate(rng):
+    """Of a thousand sets of uniform ranks a tenth leaves a band of 10 %, at whatever rank."""
+    limits = calibration.band(N_TRIALS, 0.1, rng)
+    sets = rng.integers(calibration.N_DRAWS + 1, size=(1000, N_TRIALS))
+    alarms = np.mean([not inside(one, limits) for one in sets])
+    # The standard deviation of 1000 is 0.0095; the band's levels are discrete, which makes it a little wide.
+    assert 0.06 < alarms < 0.13
+    lower, upper = limits
+    points = np.arange(1, calibration.N_DRAWS + 1) / (calibration.N_DRAWS + 1)
+    assert np.all((lower < points) & (points < upper))
+
+
+def test_a_right_posterior_is_calibrated_and_wrong_ones_are_not(rng):
+    """An sd two thirds of what it should be and a mean off by half an sd leave the band; exact draws do not."""
+    limits = calibration.band(N_TRIALS, 0.001, rng)
+    assert inside(ranks(rng), limits)
+    assert not inside(ranks(rng, sd_factor=1 / 1.5), limits)
+    assert not inside(ranks(rng, sd_factor=1.6), limits)
+    assert not inside(ranks(rng, shift=0.5), limits)
+
+
+def test_coverage_of_whole_ranks():
+    """Each rank once: exactly 50, 90 and 95 % of them lie inside."""
+    assert calibration.coverage(np.arange(calibration.N_DRAWS + 1)) == {0.5: 0.5, 0.9: 0.9, 0.95: 0.95}
+
+
+def test_coverage_of_a_narrow_posterior(rng):
+    """Intervals two thirds as wide as they should be hold the truth as often as the normal law says."""
+    found = calibration.coverage(np.concatenate([ranks(rng, sd_factor=1 / 1.5) for _ in range(20)]))
+    for level, fraction in found.items():
+        expected = 2 * stats.norm.cdf(stats.norm.ppf(0.5 + level / 2) / 1.5) - 1
+        # 4000 trials know a fraction to 0.008.
+        assert fraction == pytest.approx(expected, abs=0.03)
+
+
+def test_draws_come_from_different_walkers(rng):
+    """A chain that holds the number of the walker everywhere gives each number at most once."""
+    walkers = np.arange(200.0).reshape(4, 1, 50, 1) * np.ones((1, 30, 1, 1))
+    posterior = Posterior(("c0",), walkers, walkers[..., 0], np.zeros(1), np.ones(1), 0, 0.5, 1, 1.0, {})
+    draws = calibration.independent_draws(posterior, rng)
+    assert draws.shape == (calibration.N_DRAWS, 1)
+    assert len(np.unique(draws)) == calibration.N_DRAWS
+
+
+def test_pictures(rng, tmp_path):
+    found = {"Xuu": ranks(rng), "log likelihood": ranks(rng)}
+    limits = calibration.band(N_TRIALS, 0.01, rng)
+    plots.draw_ecdf(tmp_path / "ecdf.png", {name: calibration.ecdf(r) for name, r in found.items()}, limits)
+    plots.draw_histograms(tmp_path / "ranks.png", found, calibration.N_DRAWS, (4, 17))
+    assert all(path.stat().st_size > 5000 for path in tmp_path.glob("*.png"))

@@ -1,0 +1,140 @@
+"""Track and record files."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bayesub import InputError
+from bayesub.io.log_files import ACCELERATIONS, COLUMNS, CONTROLS, HEADERS, STATES, read_log, write_log
+from bayesub.io.toml_files import largest
+
+
+def csv(tmp_path, text):
+    path = tmp_path / "log.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def test_headers_are_those_of_the_design():
+    """The columns are those that are documented, with their units."""
+    documented = (
+        "time_s,rudder_deg,bow_plane_deg,stern_plane_deg,rpm,x_m,y_m,z_m,roll_deg,pitch_deg,yaw_deg,u_mps,v_mps,w_mps,"
+        "p_degps,q_degps,r_degps,udot_mps2,vdot_mps2,wdot_mps2,pdot_degps2,qdot_degps2,rdot_degps2"
+    )
+    names = ("time", *CONTROLS, "rpm", *STATES, *ACCELERATIONS)
+    assert [HEADERS[name] for name in names] == documented.split(",")
+    instruments = {"depth_m", "heading_deg", "u_ground_mps", "v_ground_mps", "w_ground_mps"}
+    assert set(HEADERS.values()) == set(documented.split(",")) | instruments
+
+
+def test_units(tmp_path):
+    """Degrees and radians are told apart by the column name; empty cells are missing readings."""
+    log = read_log(
+        csv(tmp_path, "time_s,roll_deg,yaw_rad,p_degps,q_radps,rdot_radps2,x_m\n1,180,2,90,3,4,\n2,,0,0,0,0,5\n")
+    )
+    assert log["phi"][0] == np.pi
+    assert np.isnan(log["phi"][1])
+    assert (log["psi"][0], log["p"][0], log["q"][0], log["rdot"][0]) == (2.0, np.pi / 2, 3.0, 4.0)
+    assert np.isnan(log["x"][0])
+    assert log["x"][1] == 5.0
+
+
+@pytest.mark.parametrize("prefix", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_byte_order_mark_and_line_ends(tmp_path, prefix, end):
+    """Files from spreadsheets are read as they are."""
+    log = read_log(csv(tmp_path, prefix + end.join([b"time_s, x_m", b"0,1.5", b"1,2.5", b""])))
+    np.testing.assert_array_equal(log["x"], [1.5, 2.5])
+
+
+def readings(name):
+    """Numbers in SI units that a column may have, or none."""
+    size = 0.999 * min(1e6, COLUMNS[HEADERS[name]][1] * largest(HEADERS[name]))
+    return st.one_of(st.floats(-size, size, allow_subnormal=False), st.just(np.nan))
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    columns=st.lists(st.sampled_from([name for name in HEADERS if name != "time"]), unique=True),
+    rows=st.integers(1, 5),
+    data=st.data(),
+)
+def test_round_trip(tmp_path_factory, columns, rows, data):
+    """What is written is read back to twelve digits, missing readings included."""
+    times = np.cumsum(data.draw(st.lists(st.floats(0.01, 100.0), min_size=rows, max_size=rows)))
+    log = {"time": times}
+    for name in columns:
+        log[name] = np.array(data.draw(st.lists(readings(name), min_size=rows, max_size=rows)))
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    write_log(path, log)
+    back = read_log(path)
+    assert set(back) == set(log)
+    for name, values in log.items():
+        np.testing.assert_allclose(back[name], values, rtol=1e-11, atol=0)
+
+
+REFUSED = [
+    ("", "is empty; expected a header line"),
+    ("\n0,1\n", "is empty; expected a header line"),
+    ("time_s,x_m\n", "has a header but no rows"),
+    ("time_s;x_m\n0;1\n", "separated by semicolons"),
+    ("time_s,height_m\n0,1\n", "unknown column 'height_m'"),
+    ("time_s,yaw_degs\n0,1\n", "unknown column 'yaw_degs': did you mean 'yaw_deg'"),
+    ("x_m,y_m\n0,1\n", "column 'time_s' is missing"),
+    ("time_s,x_m,x_m\n0,1,1\n", "column 'x_m' is given twice"),
+    ("time_s,yaw_deg,yaw_rad\n0,1,1\n", "column 'yaw_deg' is given twice"),
+    ("time_s,x_m\n0,1\n1,two\n", "line 3, column 'x_m': 'two' is not a finite number"),
+    ("time_s,x_m\n0,inf\n", "line 2, column 'x_m': 'inf' is not a finite number"),
+    ("time_s,x_m\n0,1\n2,1\n1,1\n", "line 4: time_s must ascend, found 1"),
+    ("time_s,x_m\n0,1\n0,1\n", "line 3: time_s must ascend, found 0"),
+    ("time_s,x_m\n0,1\n,1\n", "line 3: time_s is empty"),
+    ("time_s,x_m\n0,1\n1,2,3\n", "Expected 2 fields in line 3, saw 3; write decimal points"),
+    ("time_s,x_m\n0,5,1\n1,2\n", "line 2: has more cells than there are columns; write decimal points"),
+    ("time_s,x_m\n0,5,1\n1,two\n", "line 2: has more cells than there are columns"),
+    ("time_s,x_m\n0,two\n" + 90_000 * "1,2\n" + "1,2,3\n", "line 90003"),
+    ('time_s,x_m\n0,"1,5"\n', "line 2, column 'x_m': '1,5' is not a finite number; write a decimal point"),
+    ("time_s\tx_m\n0\t1\n", "separated by tabs"),
+    ("time_s,u_kts\n0,1\n", "unknown column 'u_kts': did you mean 'u_mps'"),
+    ("time_s,depth_ft\n0,1\n", "unknown column 'depth_ft': did you mean 'depth_m'"),
+    (b"time_s,x_m\n0,1\n" + 10000 * b"\n" + b"1,\xff\n", "is not UTF-8 text"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), REFUSED)
+def test_bad_files(tmp_path, text, message):
+    """A log that does not fit is refused in one line that names file and place."""
+    path = csv(tmp_path, text)
+    with pytest.raises(InputError, match=message) as error:
+        read_log(path)
+    assert str(error.value).startswith(f"{path}: ")
+    assert "\n" not in str(error.value)
+
+
+def test_line_numbers_count_blank_lines(tmp_path):
+    """The line in the message is the line of the file."""
+    with pytest.raises(InputError, match="line 5"):
+        read_log(csv(tmp_path, "time_s,x_m\n0,1\n\n1,2\n2,bad\n"))
+
+
+def test_a_place_that_cannot_be_written(tmp_path):
+    """Writing where one cannot is an error that names the file."""
+    with pytest.raises(InputError, match="cannot be written"):
+        write_log(tmp_path / "absent" / "log.csv", {"time": np.zeros(1)})
+
+
+def test_a_long_log_is_read_as_numbers(tmp_path):
+    """A hundred thousand rows take a fraction of a second, and the wrong cell in the last is found by its line."""
+    n = 100_000
+    rows = "\n".join(f"{k}.5,{k % 7},," for k in range(n))
+    path = csv(tmp_path, f"time_s,x_m,y_m,rpm\n{rows}\n")
+    began = time.perf_counter()
+    log = read_log(path)
+    assert time.perf_counter() - began < 2.0  # 0.02 s; as text it took 0.15 s
+    assert log["time"][-1] == n - 0.5
+    assert np.isnan(log["y"]).all()
+    path.write_text(path.read_text() + f"{n}.5,1.5.1,,\n")
+    with pytest.raises(InputError, match=f"line {n + 2}, column 'x_m': '1.5.1'"):
+        read_log(path)

@@ -1,0 +1,54 @@
+"""Motion as a record holds it."""
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.model.linear_form import linear_systems
+from bayesub.model.measured_motion import recorded
+
+
+@pytest.fixture(scope="module")
+def exact(suboff):
+    """A random manoeuvre and a record of its true velocities, attitudes and accelerations."""
+    track = bs.simulate(suboff, bs.load_manoeuvre("random:0", suboff), dt=1.0, sample=1.0)
+    return track, bs.observe(track, bs.sensors.autosub(), None)
+
+
+def test_exact_readings_make_the_exact_linear_form(exact, suboff):
+    """Of readings without error the linear form is that of the simulation, from the first reading on."""
+    track, record = exact
+    simulated = linear_systems(track)
+    for axis, system in linear_systems(recorded(record, track.simulator, suboff.xi)).items():
+        assert system.names == simulated[axis].names
+        reference = simulated[axis].matrix[1:]
+        # Outputs between steps are interpolated, here at the ends of steps: round-off of a sum of four terms.
+        np.testing.assert_allclose(system.matrix, reference, rtol=1e-9, atol=1e-9 * np.abs(reference).max())
+        scale = np.abs(system.matrix * suboff.xi[bs.coefficients.columns(system.names)]).max()
+        np.testing.assert_allclose(system.load, simulated[axis].load[1:], atol=1e-9 * scale)
+
+
+def test_a_plane_confines_the_motion(suboff, spiral_track, rng):
+    """In the horizontal plane readings of heave, roll and pitch play no part: there is no such motion."""
+    record = bs.observe(spiral_track, bs.sensors.autosub(interval_s=5.0), rng)
+    motion = recorded(record, spiral_track.simulator, suboff.xi)
+    assert not motion.states[..., [3, 4, 8, 9, 10]].any()
+    assert not motion.accelerations[..., [2, 3, 4]].any()
+    readings = {channel.name: channel.values for channel in record.channels}
+    np.testing.assert_array_equal(motion.states[0, :, 6], readings["u_ground"])
+    np.testing.assert_array_equal(motion.accelerations[0, :, 5], readings["rdot"])
+    assert set(linear_systems(motion)) == {"X", "Y", "N"}
+    assert motion.controls.shape == (120, 3)
+
+
+def test_readings_that_are_missing(suboff, spiral_track, rng):
+    """A record without what the equations need, or with other times for it, is refused by its column."""
+    sensors = bs.sensors.autosub(channels=("u_ground", "v_ground", "r", "udot", "vdot"))
+    with pytest.raises(bs.InputError, match="no readings of 'rdot_degps2'"):
+        recorded(bs.observe(spiral_track, sensors, rng), spiral_track.simulator, suboff.xi)
+    sensors = bs.sensors.modified(bs.sensors.autosub(), ["vdot"], interval_s=2.0)
+    with pytest.raises(bs.InputError, match="'vdot_mps2' have times of their own; give one interval"):
+        recorded(bs.observe(spiral_track, sensors, rng), spiral_track.simulator, suboff.xi)
+    sensors = bs.sensors.modified(bs.sensors.autosub(), ["v_ground"], lever_arm_m=(-30.0, 0.0, 0.0))
+    with pytest.raises(bs.InputError, match="'v_mps' is measured at a lever arm"):
+        recorded(bs.observe(spiral_track, sensors, rng), spiral_track.simulator, suboff.xi)

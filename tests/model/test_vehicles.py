@@ -1,0 +1,131 @@
+"""Vehicle files: what is read and what is refused."""
+
+import re
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.kernels.mass import mass_matrix
+from bayesub.kernels.workspace import BODY
+from bayesub.model.coefficients import NAMES
+from bayesub.model.vehicles import GRAVITY_MPS2
+
+
+@pytest.mark.parametrize("name", ["suboff", "auv690", "npsauv"])
+def test_built_in_vehicles(name):
+    """Every built-in vehicle floats upright at neutral weight, and its mass matrix is positive definite."""
+    vehicle = bs.load_vehicle(name)
+    body = dict(zip(BODY, vehicle.body, strict=True))
+    assert vehicle.name == name
+    assert body["zG"] > body["zB"]
+    assert body["weight"] == body["buoyancy"] == GRAVITY_MPS2 * body["mass"]
+    matrix = mass_matrix(vehicle.xi * vehicle.dimensional_factors, vehicle.body)
+    assert np.linalg.eigvalsh((matrix + matrix.T) / 2).min() > 0
+
+
+def test_order_of_coefficients_in_the_file_does_not_matter(full, boat, vehicle_with):
+    """Coefficients are read by name."""
+    shuffled = boat | {"coefficients": dict(reversed(boat["coefficients"].items()))}
+    np.testing.assert_array_equal(vehicle_with(shuffled).xi, full.xi)
+    np.testing.assert_array_equal(full.xi, [boat["coefficients"][name] for name in NAMES])
+
+
+def test_arrays_are_read_only(full):
+    """A vehicle cannot be changed by accident."""
+    for array in (full.xi, full.body, full.plane_limits_rad):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_standard_deviations_stand_beside_values(boat, vehicle_with):
+    """A coefficient with an sd has the same value; the others have none, in any number format."""
+    plain = vehicle_with(boat)
+    given = {"Yuv": {"value": -0.032, "sd": 0.003}, "Xuu": {"value": -1}, "Nuu": {"value": 0, "sd": 1e-5}}
+    vehicle = vehicle_with(boat | {"coefficients": boat["coefficients"] | given})
+    found = {name: (x, sd) for name, x, sd in zip(NAMES, vehicle.xi, vehicle.sd, strict=True)}
+    assert found["Yuv"] == (-0.032, 0.003)
+    assert found["Nuu"] == (0.0, 1e-5)
+    assert found["Xuu"][0] == -1.0
+    assert np.isnan(found["Xuu"][1])
+    assert np.isnan(plain.sd).all()
+    assert np.isfinite(vehicle.sd).sum() == 2
+    others = [k for k, name in enumerate(NAMES) if name not in given]
+    np.testing.assert_array_equal(vehicle.xi[others], plain.xi[others])
+
+
+REFUSED = [
+    (r"length_m = 102.2606\n", "", "key 'body.length_m' is missing"),
+    (r"\[actuators\]", "[actuator]", r"unknown key 'actuator': did you mean 'actuators'\?"),
+    (r"rpm_per_mps = 10.0", "rpm_per_mps = 10.0\nrpm_per_knot = 5", "unknown key 'propulsion.rpm_per_knot'"),
+    (r"rpm_per_mps = 10.0", "rpm_per_mps = 10.0\nthrust_line_z = 1", r"did you mean 'thrust_line_z_m'\?"),
+    (r"speed_mps = 7.5", "speed_mps = nan", "key 'trial.speed_mps'"),
+    (r"speed_mps = 7.5", "speed_mps = inf", "key 'trial.speed_mps'"),
+    (r"speed_mps = 7.5", 'speed_mps = "fast"', "key 'trial.speed_mps'.*found 'fast'"),
+    (r"mass_kg = 1.00271e\+07", "mass_kg = -1.0", "key 'body.mass_kg'.*found -1.0"),
+    (r"mass_kg = 1.00271e\+07", "mass_kg = 0", "key 'body.mass_kg'"),
+    (r"Ixx = 1.83394e\+08, ", "", "key 'body.inertia_kgm2.Ixx' is missing"),
+    (r"Ixy = 0", "Ixy = 0, Izzz = 1", "unknown key 'body.inertia_kgm2.Izzz': did you mean 'Izz'"),
+    (r"centre_of_gravity_m = \[0.0, ", "centre_of_gravity_m = [", "key 'body.centre_of_gravity_m"),
+    (r"b = \[-0.00072709, ", "b = [", "key 'propulsion.b'"),
+    (r"Xrp        = 6.05e-05", "Xrp        = nan", "key 'coefficients.Xrp'"),
+    (
+        r"Xrp        = 6.05e-05",
+        'Xrp = "small"',
+        "key 'coefficients.Xrp': should be a finite number or { value = .., sd = .. }",
+    ),
+    (r"Xrp        = 6.05e-05", "Xrp = true", "key 'coefficients.Xrp'.*found True"),
+    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, sd = -1e-5 }", "key 'coefficients.Xrp.sd'.*found -1e-05"),
+    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, sd = 0 }", "key 'coefficients.Xrp.sd'"),
+    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, std = 1e-5 }", "unknown key 'coefficients.Xrp.std'"),
+    (r"Xrp        = 6.05e-05", "Xrp = { sd = 1e-5 }", "key 'coefficients.Xrp.value' is missing"),
+    (r"Xrp        = 6.05e-05", "Xrp = 1e300", r"key 'coefficients.Xrp.value': 1e\+300 is beyond 1e\+15"),
+    (r"length_m = 102.2606", "length_m = 1e200", "body.length_m': input should be less than or equal to 1000"),
+    (r"length_m = 102.2606", "length_m = 1e-200", "body.length_m': input should be greater than or equal to 0.01"),
+    (r"Xrp        = 6.05e-05", "", r"1 of the 101 coefficients missing \(Xrp\)"),
+    (r"Xrp        = 6.05e-05", "Xrpp       = 6.05e-05", "unknown coefficient 'Xrpp': did you mean 'Xrp'"),
+    (r"neutrally_buoyant = true", "neutrally_buoyant = false", "neutrally_buoyant = false with buoyancy_n"),
+    (r"neutrally_buoyant = true", "neutrally_buoyant = true\nbuoyancy_n = 1e8", "give either"),
+    (r"\[trial\]", "[trial", "is not valid TOML"),
+    (r"speed_mps = 7.5", "speed_mps = 7.5\nspeed_mps = 8", "is not valid TOML"),
+]
+
+
+@pytest.mark.parametrize(("pattern", "replacement", "message"), REFUSED)
+def test_bad_files(tmp_path, suboff_file, pattern, replacement, message):
+    """A vehicle file that does not fit is refused in one line that names file, key and remedy."""
+    text, count = re.subn(pattern, replacement, suboff_file, count=1)
+    assert count == 1
+    path = tmp_path / "boat.toml"
+    path.write_text(text)
+    with pytest.raises(bs.InputError, match=message) as error:
+        bs.load_vehicle(path)
+    assert str(error.value).startswith(f"{path}: ")
+    assert "\n" not in str(error.value)
+
+
+def test_a_drag_that_pushes_has_no_self_propulsion(tmp_path, suboff_file):
+    """A propeller is matched to the drag -Xuu u^2; the sign of Xuu is the usual mistake, and is named."""
+    propeller = 'model = "constant_kt"\nkt = 0.2\ndiameter_m = 5'
+    text = re.sub(r"b = \[.*\].*\nrpm_per_mps = 10.0", propeller, suboff_file)
+    path = tmp_path / "boat.toml"
+    path.write_text(text)
+    assert bs.load_vehicle(path).rpm_per_mps > 0.0
+    path.write_text(re.sub(r"Xuu        = -0.001", "Xuu = 0.001", text))
+    with pytest.raises(bs.InputError, match=r"boat.toml: .* the sign of Xuu \(negative\)"):
+        bs.load_vehicle(path)
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    """A missing file, a directory, and a file that is not text are each said to be that."""
+    (tmp_path / "folder.toml").mkdir()
+    (tmp_path / "noise.toml").write_bytes(b"\xff\xfe\x00\x81")
+    for name, message in (
+        ("absent.toml", "cannot be read: no such file"),
+        ("folder.toml", "cannot be read: is a directory"),
+        ("noise.toml", "line 1: is not UTF-8 text, found the byte 0xff"),
+    ):
+        with pytest.raises(bs.InputError, match=f"{name}: {message}"):
+            bs.load_vehicle(tmp_path / name)
+    with pytest.raises(bs.InputError, match=r"no vehicle 'subof': did you mean 'suboff'.*built in are auv690"):
+        bs.load_vehicle("subof")

@@ -1,0 +1,228 @@
+"""What the report says of the fit, and its page: pictures, tables, nothing from outside, nothing unescaped."""
+
+import dataclasses
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub import identifiability
+from bayesub.baselines import gauss_newton
+from bayesub.checks import fit as criticism
+from bayesub.plots import fit as criticism_plot
+from bayesub.problem import likelihoods
+from bayesub.problem.joint import JointProblem
+from bayesub.report import remedies, report
+from bayesub.sampling.posterior import Posterior
+
+FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr")
+SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=2.0, channels=("x", "y", "yaw"))
+HOSTILE = "<script src='x'>alert(\"1\")</script>{{ 7 * 7 }}"
+FIGURES = ("coefficients", "track", "criticism", "spectrum", "correlation", "corner", "nuisance")
+
+
+def posed(track, seed=0, sensors=SENSOR, current_mps=(0.0, 0.0), **given):
+    record = bs.observe(track, sensors, np.random.default_rng(seed), current_mps=current_mps)
+    given = {"free": FREE, "prior": bs.priors.relative_normal(0.25), "dt": 1.0} | given
+    return bs.Problem(track.simulator.vehicle, track.simulator.manoeuvre, record, **given)
+
+
+def sentence(problem, at=None):
+    """What is said of the residuals at the posterior mode."""
+    at = gauss_newton(problem).values if at is None else at
+    residuals = problem.quantile_residuals(at, np.random.default_rng(2))
+    times = {name: problem.channels[name][0].times for name in residuals}
+    return remedies.sentence(criticism.criticise(residuals, times), problem)
+
+
+def posterior_of(problem, rng):
+    """Draws of the Laplace approximation, as a chain of four ensembles."""
+    mode = gauss_newton(problem)
+    chain = mode.values + rng.standard_normal((4, 60, 8, problem.n_params)) @ np.linalg.cholesky(mode.covariance).T
+    log_prob = problem.log_prob(chain.reshape(-1, problem.n_params)).reshape(4, 60, 8)
+    prior = problem.prior
+    return Posterior(problem.names, chain, log_prob, prior.mean, prior.sd, 10, 0.5, 100, 1.0, {"diverged": 0})
+
+
+@pytest.fixture(scope="module")
+def problem(spiral_track):
+    return posed(spiral_track, nuisance={"yaw0_deg": bs.priors.normal(0.0, 1.0)})
+
+
+@pytest.fixture(scope="module")
+def numbers(problem):
+    posterior = posterior_of(problem, np.random.default_rng(1))
+    fit = report._criticised(problem, posterior)[0]
+    estimates = [bs.baselines.sqp(problem.naive(), rng=np.random.default_rng(3), n_starts=1)]
+    numbers = report._numbers(problem, estimates, identifiability.fisher(problem, posterior.best), posterior, fit)
+    return numbers | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
+
+
+class Page(HTMLParser):
+    """All elements of a page with their attributes, and the text outside scripts and styles."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.words, self._within = [], [], ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        self._within = tag
+
+    def handle_data(self, data):
+        if self._within not in ("script", "style"):
+            self.words.append(data)
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.elements if name == tag]
+
+
+def page_of(numbers, words=""):
+    captions = {name: f"What {name} & others are. More.{words}" for name in FIGURES}
+    return report._page(numbers, [{"name": n, "caption": c, "image": b"picture"} for n, c in captions.items()])
+
+
+@pytest.fixture(scope="module")
+def page(numbers):
+    return page_of(numbers)
+
+
+def test_a_right_model_is_not_doubted_and_agrees_with_the_chi_square_of_all(problem, numbers):
+    found = numbers["criticism"]
+    assert found["fits"]
+    assert found["n_tests"] == 18
+    assert "look like" in numbers["verdict"]["fit"]
+    pooled = np.average(
+        [c["chi_square_per_reading"] for c in found["channels"].values()],
+        weights=[c["n_readings"] for c in found["channels"].values()],
+    )
+    # One is at the best draw, the other the mean over draws: apart by about the parameters over the readings.
+    assert pooled == pytest.approx(numbers["chi_square_per_reading"], abs=2 * problem.n_params / 900)
+    at_one = problem.quantile_residuals(problem.reference, np.random.default_rng(0))
+    expected = np.mean(((problem.predicted(problem.reference)[0] - problem.readings) / problem.sds) ** 2)
+    assert np.mean(np.concatenate([part[0] for part in at_one.values()]) ** 2) == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_forgotten_current_is_said_with_its_remedy(spiral_track):
+    said = sentence(posed(spiral_track, current_mps=(0.1, 0.05)))
+    assert "intervals are too narrow" in said
+    assert "current_north_mps, current_east_mps in [nuisance]" in said
+    known = {f"current_{way}_mps": bs.priors.normal(0.0, 0.2) for way in ("north", "east")}
+    assert "look like" in sentence(posed(spiral_track, current_mps=(0.1, 0.05), nuisance=known))
+
+
+def test_outliers_and_a_wrong_sd_are_said_with_their_remedies(spiral_track):
+    outliers = bs.sensors.modified(SENSOR, ["yaw"], outlier_probability=0.04)
+    said = sentence(posed(spiral_track, sensors=outliers))
+    assert 'kind = "student_t" in [noise.yaw_deg]' in said
+    assert "x_m" not in said
+    for factor, word in ((1 / 1.5, "raise the sd"), (1.6, "lower the sd")):
+        noise = {"yaw": likelihoods.Normal(factor * np.radians(0.1))}
+        said = sentence(posed(spiral_track, noise=noise))
+        assert word in said
+        assert ("too wide" in said) == (factor > 1)
+        assert 'kind = "unknown_sd" in [noise.yaw_deg]' in said
+
+
+def test_slow_noise_is_said_and_quiet_once_told(spiral_track):
+    slow = likelihoods.AR1(np.radians(0.1), 6.0)
+    quiet = posed(spiral_track, noise={"yaw": slow})
+    rng = np.random.default_rng(4)
+    channels = [
+        dataclasses.replace(c, values=slow.sample(quiet.predicted(quiet.reference)[0][600:], c.times, rng))
+        if c.name == "yaw"
+        else c
+        for c in quiet.record.channels
+    ]
+    record = dataclasses.replace(quiet.record, channels=tuple(channels))
+    given = {"free": FREE, "prior": bs.priors.relative_normal(0.25), "dt": 1.0}
+    vehicle, manoeuvre = quiet.vehicle, quiet.manoeuvre
+    assert 'kind = "ar1" in [noise.yaw_deg]' in sentence(bs.Problem(vehicle, manoeuvre, record, **given))
+    assert "look like" in sentence(bs.Problem(vehicle, manoeuvre, record, noise={"yaw": slow}, **given))
+
+
+def test_trials_of_a_joint_problem_and_channels_without_noise(spiral_track):
+    joint = JointProblem({"first": posed(spiral_track, 1), "second": posed(spiral_track, 2, current_mps=(0.1, 0.0))})
+    said = sentence(joint, joint.reference)
+    assert "x[second]" in said
+    assert "x[first]" not in said
+    rounded = posed(spiral_track, sensors=bs.sensors.Sensor("yaw_deg", resolution=1.0, interval_s=2.0))
+    assert "no residuals" in sentence(rounded, rounded.reference)
+
+
+@pytest.mark.parametrize("n_channels", [1, 10])
+def test_the_figure_is_drawn_for_one_channel_and_for_ten(n_channels, tmp_path, rng):
+    times = {f"channel {k}": np.arange(40.0) for k in range(n_channels)} | {"short": np.arange(3.0)}
+    residuals = {name: 3.0 * rng.standard_normal((2, len(own))) for name, own in times.items()}
+    criticism_plot.draw(tmp_path / "figure.png", criticism.criticise(residuals, times), residuals, times)
+    assert (tmp_path / "figure.png").stat().st_size > 10_000
+
+
+def test_the_verdict_comes_first(page):
+    places = [page.index(words) for words in ("Converged", "Nothing found against", "<dt>Known", "<img", "<table")]
+    assert places == sorted(places)
+
+
+def test_every_picture_has_words_and_is_in_the_page(page):
+    pictures = Page(page).all("img")
+    assert len(pictures) == page.count("<figcaption>") == 7
+    for picture in pictures:
+        assert len(picture["alt"]) > 20
+        assert picture["src"].startswith("data:image/png;base64,")
+
+
+def test_nothing_is_loaded(page):
+    for _, attributes in Page(page).elements:
+        for key in ("src", "href"):
+            assert attributes.get(key, "data:").startswith("data:")
+    assert "http" not in page
+    assert "@import" not in page
+    assert "url(" not in page
+
+
+def test_every_table_sorts_and_scrolls_by_itself(page):
+    elements = Page(page).elements
+    tables = [k for k, (tag, _) in enumerate(elements) if tag == "table"]
+    assert len(tables) == 5
+    for k in tables:
+        assert elements[k][1]["class"] == "sortable"
+        tag, box = elements[k - 1]
+        assert (tag, box["class"], box["tabindex"]) == ("div", "scroll", "0")
+        assert box["aria-label"]
+        assert elements[k + 1][0] == "thead"
+    for head in Page(page).all("th"):
+        assert head["aria-sort"] == "none"
+        assert head["scope"] == "col"
+    assert page.count("<tbody>") == page.count("</tbody>") == len(tables)
+    for part in page.split("<thead>")[1:]:
+        heads, rows = part.split("</thead>")
+        rows = rows.split("</tbody>")[0].split("<tr>")[1:]
+        assert rows
+        assert {row.count("<td") for row in rows} == {heads.count("<th ")}
+
+
+def test_every_text_is_escaped(numbers, page):
+    """Whatever names, questions, sentences and captions hold, the page has the elements of an ordinary one."""
+    hostile = page_of(with_texts(numbers, lambda text: text + HOSTILE), HOSTILE)
+    assert re.findall(r"<[a-z]+[^>]{0,20}", page) == re.findall(r"<[a-z]+[^>]{0,20}", hostile)
+    assert HOSTILE not in hostile
+    shown = "".join(Page(hostile).words).count(HOSTILE)
+    assert shown >= len(FIGURES) + len(numbers["parameters"] + numbers["nuisance"])  # captions and rows, as they are
+    assert "{{ 7 * 7 }}" in hostile
+
+
+def with_texts(value, change):
+    """A JSON value with every text changed."""
+    if isinstance(value, dict):
+        return {key: with_texts(one, change) for key, one in value.items()}
+    if isinstance(value, list):
+        return [with_texts(one, change) for one in value]
+    return change(value) if isinstance(value, str) else value
+
+
+def test_light_dark_paper_and_phone(page):
+    for rule in ("prefers-color-scheme: dark", "@media print", "max-width: 40rem", 'name="viewport"', 'lang="en-GB"'):
+        assert rule in page

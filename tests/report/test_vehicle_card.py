@@ -1,0 +1,280 @@
+"""The card of a vehicle: planted faults are found, indices mean what they say, and nothing breaks it."""
+
+import copy
+import json
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import tomli_w
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import bayesub as bs
+from bayesub.io import toml_files
+from bayesub.kernels import workspace
+from bayesub.model.coefficients import INDEX, NAMES
+from bayesub.plots import vehicle_card
+from bayesub.report.flights import fly, growth, stability_indices, turning_circle
+from bayesub.report.vehicle_card import PAIRS, check, typical_ranges
+from bayesub.report.vehicle_lines import lines
+
+
+def changed(vehicle, **values):
+    """The vehicle with other coefficients."""
+    xi = vehicle.xi.copy()
+    for name, value in values.items():
+        xi[INDEX[name]] = value
+    return replace(vehicle, xi=xi)
+
+
+def of(vehicle, *names):
+    return [vehicle.xi[INDEX[name]] for name in names]
+
+
+def test_built_in_vehicles():
+    """suboff and npsauv give no cause for a warning; auv690's published added masses are not symmetric."""
+    assert check(bs.load_vehicle("suboff")).warnings == []
+    assert check(bs.load_vehicle("npsauv")).warnings == []
+    told = [w.text for w in check(bs.load_vehicle("auv690")).warnings]
+    assert len(told) == 3
+    assert "G_v = -0.10" in told[0]
+    assert "which suffices at trial speed" in told[0]
+    assert all("not symmetric" in text for text in told[1:])
+
+
+@pytest.mark.parametrize("name", ["suboff", "auv690", "npsauv"])
+def test_a_horizontal_index_of_zero_is_neutral_stability(name):
+    """Where G_h vanishes, so does the growth of small motions in the plane; on either side the signs agree."""
+    boat = bs.load_vehicle(name)
+    mass = boat.body[workspace.MASS] / boat.dimensional_factors[INDEX["Yvdot"]]
+    yv, yr, nr = of(boat, "Yuv", "Yur", "Nur")
+    neutral = yv * nr / (yr - mass)
+    for factor in (0.9, 1.0, 1.1):
+        other = changed(boat, Nuv=factor * neutral).restricted("horizontal")
+        index, rate = stability_indices(other)["horizontal_G_h"], growth(other)
+        assert index == pytest.approx(1.0 - factor, abs=1e-12)
+        # Heading, depth, .. and, confined to the plane, roll and pitch neither grow nor decay.
+        assert (rate > 1e-4) == (factor > 1.0)
+
+
+def test_a_vertical_index_of_zero_is_neutral_without_righting_moment(suboff):
+    mass = suboff.body[workspace.MASS] / suboff.dimensional_factors[INDEX["Zwdot"]]
+    zw, zq, mq = of(suboff, "Zuw", "Zuq", "Muq")
+    body = suboff.body.copy()
+    body[workspace.ZB] = body[workspace.ZG]
+    for factor in (0.9, 1.1):
+        other = replace(changed(suboff, Muw=factor * zw * mq / (zq + mass), Zu_absw=0.0, Mu_absw=0.0), body=body)
+        assert stability_indices(other)["vertical_G_v"] == pytest.approx(1.0 - factor, abs=1e-12)
+        assert (growth(other.restricted("vertical")) > 1e-4) == (factor > 1.0)
+
+
+@pytest.mark.parametrize("name", ["suboff", "auv690", "npsauv"])
+def test_a_gentle_turn_is_that_of_the_linear_equations(name):
+    """r l/U = (Nv Yd - Yv Nd) d / (Yv Nr - Nv (Yr - m)), within the share of cross-flow drag.
+
+    That share is proportional to the rudder: 6 % at half a degree, and so above 1 % at a tenth.
+    """
+    boat = bs.load_vehicle(name)
+    angle = np.radians(0.1)
+    mass = boat.body[workspace.MASS] / boat.dimensional_factors[INDEX["Yvdot"]]
+    yv, yr, nv, nr, yd, nd = of(boat, "Yuv", "Yur", "Nuv", "Nur", "Yuu_dr", "Nuu_dr")
+    rate = (nv * yd - yv * nd) * angle / (yv * nr - nv * (yr - mass))
+    states = fly(boat, 40.0, {0: angle}, "horizontal").states[0]
+    found = turning_circle(boat, states, 0.1)
+    assert found["diameter_lengths"] == pytest.approx(2.0 / abs(rate), rel=0.02)
+    assert found["positive_rudder_turns"] == "to port"
+
+
+def test_a_circle_is_measured_as_one(suboff):
+    """Of a circle of four ship lengths flown sideways by five degrees."""
+    radius, speed, drift = 2.0 * suboff.length_m, 6.0, np.radians(5.0)
+    angle = np.linspace(0.0, 2.0 * np.pi, 2001)
+    states = np.zeros((len(angle), 12))
+    states[:, 0], states[:, 1] = radius * np.sin(angle), radius * (1.0 - np.cos(angle))
+    states[:, 5], states[:, 11] = angle, speed / radius
+    states[:, 6], states[:, 7] = speed * np.cos(drift), -speed * np.sin(drift)
+    found = turning_circle(suboff, states, 15.0)
+    assert found["diameter_lengths"] == pytest.approx(4.0)
+    assert found["tactical_diameter_lengths"] == pytest.approx(4.0, rel=1e-5)
+    assert found["drift_angle_deg"] == pytest.approx(5.0)
+    assert found["speed_ratio"] == pytest.approx(0.8)
+    assert found["positive_rudder_turns"] == "to starboard"
+
+
+FAULTS = {
+    "thrust 2 times the drag": ({"Xuu": -0.0005}, "the thrust is 2 times the drag"),
+    "no drag": ({"Xuu": 0.0}, "no drag"),
+    "speed": ({"Xuu": -0.0005}, "does not hold its speed"),
+    "unstable course": ({"Nuv": -0.03}, "G_h = -0.34: straight flight is unstable and it holds no course"),
+    "unstable depth": ({"Muw": 0.05}, "which does not suffice at trial speed"),
+    "undamped": ({"Nur": 0.0}, "G_h is undefined"),
+    "degrees for radians": ({"Yuu_dr": 0.005929 * 180 / np.pi}, "Yuu_dr = 0.34 is out of the ordinary"),
+    "wide circle": ({"Nuu_dr": -0.0002, "Yuu_dr": 0.0005}, "ship lengths, where boats need"),
+    "no rudder": ({"Nuu_dr": 0.0, "Yuu_dr": 0.0}, "does not answer its rudder"),
+    "rudder ahead": ({"Nuu_dr": 0.002217}, "the rudder acts ahead of the centre"),
+    "bow up": ({"Muu_ds": 0.002409, "Zuu_ds": 0.005603}, "pitches the bow up"),
+    "no stern planes": ({"Muu_ds": 0.0, "Zuu_ds": 0.0}, "does not answer its stern planes"),
+    "planes ahead": ({"Zuu_ds": 0.005603}, "the stern planes act ahead"),
+    "asymmetric": ({"Yrdot": -0.0008}, "not symmetric: Yrdot = -0.0008, Nvdot = 0.000609"),
+    "mass": ({"Yvdot": 0.02}, "the mass matrix is not positive definite"),
+    "sign": ({"Yuv": 0.03}, "damping has the wrong sign: Yuv positive"),
+    "no added mass": ({"Zwdot": 0.0}, "no added mass: Zwdot zero"),
+    "sinks": ({"Zuu": 0.001, "Muu": -0.0005}, "does not fly straight"),
+    "rolls": ({"Kup": 0.006, "Kp_absp": 0.0}, "small disturbances of straight flight grow"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planted_faults_are_found(suboff, fault):
+    values, words = FAULTS[fault]
+    card = check(changed(suboff, **values))
+    assert any(words in w.text for w in card.warnings), card.warnings
+    assert all(w.remedy for w in card.warnings)
+
+
+@pytest.mark.parametrize(
+    ("entry", "value", "words"),
+    [
+        ("zG", -1.0, "no righting moment: the centre of gravity lies 0.6 m above that of buoyancy"),
+        ("zG", -0.4, "lies at the height of that of buoyancy"),
+        ("buoyancy", 9.6e7, "buoyancy is 97.59 % of the weight"),
+        ("Ixx", 2e10, "those of no body"),
+        ("Iyy", 6.2e6, "Iyy is that of a radius of gyration of 0.0077 ship lengths"),
+        ("zP", 3.0, "does not fly straight"),
+    ],
+)
+def test_planted_faults_of_the_body(suboff, entry, value, words):
+    body = suboff.body.copy()
+    body[workspace.BODY.index(entry)] = value
+    texts = [w.text for w in check(replace(suboff, body=body)).warnings]
+    assert any(words in text for text in texts), texts
+
+
+def test_typical_ranges():
+    """Every built-in coefficient is in its range, and a coefficient that no boat has has none."""
+    ranges = typical_ranges()
+    for name in toml_files.built_in("vehicles"):
+        sizes = np.abs(bs.load_vehicle(name).xi)
+        used = sizes > 0
+        assert np.all((sizes >= ranges[:, 0]) & (sizes <= ranges[:, 1]) | ~used)
+    assert np.isnan(ranges[INDEX["Nu_absr_dr"]]).all()
+
+
+def test_zeros_are_listed_by_axis(suboff):
+    zeros = check(suboff).numbers["zero_coefficients"]
+    assert sorted(name for names in zeros.values() for name in names) == sorted(
+        name for name in NAMES if suboff.xi[INDEX[name]] == 0.0
+    )
+    assert zeros["K"] == ["Kuu"]
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+absurd = st.one_of(finite, st.sampled_from([0.0, 1e-300, -1e-300, 1e10, -1e10, 1e200, -1e200, 5e-324]))
+CONTENT = tomllib.loads(toml_files.find("suboff", "vehicles").read_text())
+
+
+def told(content, folder):
+    """The card of a file of `content`, printed and as JSON; None if the file is refused in one line."""
+    path = folder / "boat.toml"
+    path.write_text(tomli_w.dumps(content))
+    try:
+        vehicle = bs.load_vehicle(path)
+    except bs.InputError as error:
+        refusal = str(error)
+    else:
+        refusal = ""
+    assert "\n" not in refusal
+    if refusal:
+        return None
+    card = check(vehicle)
+    assert all(isinstance(line, str) and "nan" not in line.split() for line in lines(card))
+    return json.loads(json.dumps(card.to_json(), allow_nan=False))
+
+
+@settings(max_examples=60, deadline=None)
+@given(values=st.dictionaries(st.sampled_from(NAMES), absurd, max_size=20))
+def test_absurd_coefficients(values, tmp_path_factory):
+    """Whatever the coefficients, the answer is a card or one line."""
+    content = CONTENT | {"coefficients": CONTENT["coefficients"] | values}
+    told(content, tmp_path_factory.mktemp("absurd"))
+
+
+@pytest.mark.parametrize(("name", "value"), [("Yvdot", 1e100), ("Nur", 5e-324), ("Muu_ds", -1e3)])
+def test_absurd_boats_can_be_drawn(suboff, tmp_path, name, value):
+    vehicle_card.draw(check(changed(suboff, **{name: value})), tmp_path / "card.png")
+    assert (tmp_path / "card.png").stat().st_size > 20_000
+
+
+KEYS = [
+    ("trial", "speed_mps"),
+    ("trial", "depth_m"),
+    ("body", "length_m"),
+    ("body", "mass_kg"),
+    ("body", "water_density_kgm3"),
+    ("body", "inertia_kgm2", "Ixx"),
+    ("body", "inertia_kgm2", "Ixy"),
+    ("propulsion", "rpm_per_mps"),
+    ("propulsion", "thrust_line_z_m"),
+    ("actuators", "rate_deg_s"),
+    ("actuators", "time_constant_s"),
+    ("actuators", "rudder_limit_deg"),
+    ("actuators", "plane_limit_deg"),
+]
+
+
+@settings(max_examples=80, deadline=None)
+@given(changes=st.dictionaries(st.sampled_from(KEYS), absurd, min_size=1, max_size=4))
+def test_absurd_bodies(changes, tmp_path_factory):
+    """Whatever the masses, lengths and speeds; what is not positive and must be is refused."""
+    content = copy.deepcopy(CONTENT)
+    for (*tables, key), value in changes.items():
+        table = content
+        for name in tables:
+            table = table[name]
+        table[key] = value
+    found = told(content, tmp_path_factory.mktemp("absurd"))
+    signed = {"depth_m", "Ixy", "thrust_line_z_m"}
+    if any(value <= 0.0 and keys[-1] not in signed for keys, value in changes.items()):
+        assert found is None
+
+
+def test_from_an_outline_to_a_card(bayesub, tmp_path, monkeypatch):
+    """new geometry, new vehicle, check: status 0 with warnings; a second time nothing is replaced."""
+    monkeypatch.chdir(tmp_path)
+    assert bayesub("new", "geometry", "mine")[0] == 0
+    assert bayesub("new", "vehicle", "mine", "--geometry", "mine_hull.toml")[0] == 0
+    assert bayesub("new", "vehicle", "copy", "-o", "other.toml", "--from", "npsauv")[0] == 0
+    status, out, _ = bayesub("check", "mine.toml", "mine_hull.toml", "--card", "card.png")
+    assert status == 0
+    assert "warning: the boat has no drag" in out
+    assert "mine_hull.toml: geometry of a hull of 5 m" in out
+    assert (tmp_path / "card.png").stat().st_size > 20_000
+    status, out, _ = bayesub("check", "--json", "other.toml", "suboff", "horizontal.csv")
+    assert status == 2
+    status, out, _ = bayesub("check", "--json", "other.toml", "suboff")
+    found = json.loads(out)
+    assert found["other.toml"]["vehicle"] == "copy"
+    assert found["suboff"]["stability"]["horizontal_G_h"] == pytest.approx(0.46, abs=0.005)
+    for arguments, words in (
+        (("new", "vehicle", "mine"), "exists already"),
+        (("new", "vehicle", "x", "--from", "suboff", "--geometry", "mine_hull.toml"), "exclude each other"),
+        (("new", "vehicle", "x", "--from", "subof"), "did you mean 'suboff'"),
+        (("check", "suboff", "npsauv", "--card", "two.png"), "--card draws one vehicle or study, found 2"),
+        (("check", "absent.toml"), "cannot be read"),
+        (("check", "suboff", "--card", "absent/card.png"), "absent/card.png: cannot be drawn"),
+        (("check", "suboff", "--card", "card.boat"), "card.boat: cannot be drawn"),
+    ):
+        status, _, err = bayesub(*arguments)
+        assert status == 2
+        assert words in err
+        assert err.count("\n") == 1
+
+
+def test_pairs_are_the_added_masses_that_are_equal_in_ideal_fluid():
+    """Each is the other with force and acceleration exchanged."""
+    forces, motions = "XYZKMN", "uvwpqr"
+    for one, other in PAIRS:
+        assert forces.index(one[0]) == motions.index(other[1])
+        assert forces.index(other[0]) == motions.index(one[1])

@@ -1,0 +1,134 @@
+"""The second sampler: it agrees on a known posterior, and sees a planted disagreement."""
+
+import sys
+
+import numpy as np
+import pytest
+from support.toys import Banana, Linear, ill_conditioned
+
+import bayesub as bs
+from bayesub.checks import convergence
+from bayesub.plots import cross_check as plot
+from bayesub.problem.priors import Normal
+from bayesub.sampling import nuts as module
+
+
+def ensemble(problem, rng, n_steps=400):
+    """Independent draws from a linear problem's posterior, as if sampled by four ensembles of 20 walkers."""
+    factor = np.linalg.cholesky(problem.covariance)
+    chain = problem.mean + rng.standard_normal((4, n_steps, 20, problem.n_params)) @ factor.T
+    log_prob, prior = np.zeros(chain.shape[:3]), problem.prior
+    return bs.Posterior(problem.names, chain, log_prob, prior.mean, prior.sd, 0, 0.5, 1, 1.0, {})
+
+
+@pytest.fixture(scope="module")
+def problem():
+    """Linear with condition 10, so that draws in parameters are exact."""
+    problem, _ = ill_conditioned(sd=1e3)
+    return problem
+
+
+def exact(problem, rng, n_draws=1000):
+    """Draws (4, n_draws, n_params) that NUTS would make, independent."""
+    factor = np.linalg.cholesky(problem.covariance)
+    return problem.mean + rng.standard_normal((4, n_draws, problem.n_params)) @ factor.T
+
+
+def test_equal_posteriors_agree(problem, rng):
+    """In a hundred comparisons about one false alarm, and z that are standard normal."""
+    checks = [module.compare(ensemble(problem, rng), exact(problem, rng, 400)) for _ in range(40)]
+    z = np.concatenate([np.concatenate([c.mean_z, c.sd_z, c.correlation_z]) for c in checks])
+    assert len(z) == 40 * (6 + 6 + 15)
+    # Of about 1000 numbers the sd is known to 2-3 %; tau is never below 1, so that standard errors are a little wide.
+    assert z.std() == pytest.approx(1.0, abs=0.1)
+    assert sum(c.verdict == "disagree" for c in checks) <= 2
+
+
+@pytest.mark.parametrize(
+    ("plant", "what"),
+    [
+        (lambda draws: draws + np.eye(6)[2] * 0.3, "the mean of c2"),
+        (lambda draws: draws * (1.0 + 0.25 * np.eye(6)[4]), "the sd of c4"),
+        (lambda draws: draws + 0.3 * draws[..., [5]] * np.eye(6)[1], "the correlation of c1 with c5"),
+    ],
+)
+def test_a_planted_disagreement_is_found_and_named(problem, rng, plant, what):
+    """A third of a posterior sd, a quarter of an sd, a correlation of 0.3."""
+    scale = np.sqrt(np.diag(problem.covariance))
+    factor = np.linalg.cholesky(problem.covariance / np.outer(scale, scale))
+    white = rng.standard_normal((4, 1000, 6))
+    draws = plant(white) if "correlation" in what else plant(white @ factor.T)
+    if "correlation" in what:
+        draws = draws @ factor.T
+    check = module.compare(ensemble(problem, rng), problem.mean + scale * draws)
+    assert check.verdict == "disagree"
+    if "correlation" not in what:  # a correlation in white coordinates is spread over several in parameters
+        assert f"in {what}," in check.sentence
+    assert "disagrees beyond Monte Carlo error" in check.sentence
+
+
+def test_nuts_that_has_not_converged_proves_nothing(problem, rng):
+    draws = exact(problem, rng)
+    draws[1] += 0.5 * np.sqrt(np.diag(problem.covariance))
+    check = module.compare(ensemble(problem, rng), draws)
+    assert check.verdict == "inconclusive"
+    assert "nothing follows" in check.sentence
+
+
+def test_it_is_saved_and_drawn(problem, rng, tmp_path, monkeypatch):
+    check = module.compare(ensemble(problem, rng), exact(problem, rng))
+    again = module.CrossCheck.from_json(check.to_json())
+    assert again.sentence == check.sentence
+    np.testing.assert_array_equal(again.correlation_z, check.correlation_z)
+    monkeypatch.setattr(plot, "labels", list)  # those of coefficients
+    plot.draw(tmp_path / "check.png", check)
+    assert (tmp_path / "check.png").stat().st_size > 5000
+
+
+def test_without_nutpie_one_line_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "nutpie", None)
+    with pytest.raises(bs.InputError, match=r"pip install 'bayesub\[cross-check\]'"):
+        module.require_nutpie()
+
+
+def test_nuts_and_emcee_agree_on_a_bent_sheet():
+    """Exact gradients through the straightened coordinates: both samplers give the banana; a wider one is noticed."""
+    _nutpie_or_skip()
+    problem, rng = Banana(), np.random.default_rng(3)
+    posterior = bs.sample(problem, rng=rng, n_walkers=16)
+    check = bs.cross_check(problem, posterior, rng=rng)
+    assert check.verdict == "agree", check.sentence
+    assert bs.cross_check(Banana(reach=2.0), posterior, rng=rng).verdict == "disagree"
+
+
+class Stepped(Linear):
+    """Eight independent normals of variance 1/2, each e times less likely above zero than below."""
+
+    def __init__(self):
+        super().__init__(np.eye(8), np.zeros(8), Normal(np.zeros(8), np.ones(8)))
+
+    def log_likelihood(self, parameters):
+        return super().log_likelihood(parameters) - np.count_nonzero(np.atleast_2d(parameters) > 0.0, axis=1)
+
+
+def test_jumps_that_no_gradient_shows_do_not_stop_nuts():
+    """Means and variances are right, for the gradients that a smooth density takes and not hundreds a draw."""
+    _nutpie_or_skip()
+    draws, divergences, gradients = module.sample_nuts(
+        Stepped(), rng=np.random.default_rng(3), n_draws=1000, n_tune=200, n_chains=2, progress=lambda *_: None
+    )
+    mean = -np.tanh(0.5) / np.sqrt(np.pi)
+    for moment, truth in ((draws, mean), ((draws - mean) ** 2, 0.5 - mean**2)):
+        chain = moment[:, :, None]
+        error = moment.std(axis=(0, 1)) / np.sqrt(convergence.ess(chain))
+        z = (moment.mean(axis=(0, 1)) - truth) / error
+        assert np.abs(z).max() < 4.0  # 3 is passed by chance once in 25
+    assert gradients < 20 * 2400
+    assert divergences == 0
+
+
+def _nutpie_or_skip():
+    try:
+        module.require_nutpie()
+    except bs.InputError:
+        pytest.skip("nutpie is not installed")

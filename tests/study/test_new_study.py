@@ -1,0 +1,69 @@
+"""New study files: what is written can be read back and poses a problem."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.io import toml_files
+from bayesub.study import new_study, study
+
+
+def test_a_new_study_is_one_that_can_be_posed(tmp_path, monkeypatch):
+    """Of a simulated manoeuvre, and of a log in another folder; both are read back and pose a problem."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "first.toml"
+    path.write_text(new_study.simulated("first", path, "auv690", "zigzag_20_20"))
+    assert study.prepare(study.load_study(path)).problem.names[0] == "Xuu"
+    (tmp_path / "logs").mkdir()
+    log = tmp_path / "logs" / "trial.csv"
+    boat = bs.load_vehicle("auv690")
+    spiral = bs.load_manoeuvre("horizontal", boat)
+    record = bs.observe(bs.simulate(boat, spiral), bs.sensors.DVL(sd_mps=0.005), np.random.default_rng(1))
+    record.save(log, spiral)
+    path.write_text(new_study.of_log("first", path, "auv690", log))
+    posed = study.load_study(path)
+    assert 'data = "logs/trial.csv"' in path.read_text()
+    assert (posed.subproblem, posed.ignore) == ("horizontal", ("w_ground_mps",))
+    # The median of some hundred second differences knows the noise to a tenth or so.
+    assert [sensor.sd for sensor in posed.sensors] == pytest.approx([0.005] * 2, rel=0.3)
+    assert "current_north_mps" in study.prepare(posed).problem.names
+
+
+def test_files_are_named_from_the_study_file(tmp_path, monkeypatch):
+    """A study in a folder of its own finds its vehicle and its manoeuvre, wherever it is run."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "boat.toml").write_bytes(toml_files.built_in("vehicles")["auv690"].read_bytes())
+    (tmp_path / "flown.toml").write_bytes(toml_files.built_in("manoeuvres")["horizontal"].read_bytes())
+    (tmp_path / "mine").mkdir()
+    path = Path("mine/first.toml")
+    path.write_text(new_study.simulated("first", path, "boat.toml", "flown.toml"))
+    assert 'vehicle = "../boat.toml"' in path.read_text()
+    monkeypatch.chdir("/")
+    posed = study.load_study(tmp_path / path)
+    assert posed.files == [tmp_path / "boat.toml", tmp_path / "flown.toml"]
+    assert study.prepare(posed).vehicle.name == "auv690"
+
+
+def test_scatter_of_a_column_that_rounding_hides(tmp_path):
+    """Where half of the second differences are zero, half a step is guessed; a constant column is refused."""
+    log = tmp_path / "log.csv"
+    log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,{k // 5}\n" for k in range(50)))
+    assert "sd = 0.5 " in new_study.of_log("a", tmp_path / "a.toml", "auv690", log)
+    log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,7\n" for k in range(50)))
+    with pytest.raises(bs.InputError, match="column 'x_m' never changes"):
+        new_study.of_log("a", tmp_path / "a.toml", "auv690", log)
+
+
+def test_a_vertical_log_needs_neither_heading_nor_cross_current(tmp_path):
+    """What cannot change in the plane of the motion is not among the nuisance parameters."""
+    boat = bs.load_vehicle("npsauv")
+    zigzag = bs.load_manoeuvre("vertical", boat)
+    record = bs.observe(bs.simulate(boat, zigzag), bs.sensors.DVL(sd_mps=0.005), np.random.default_rng(1))
+    record.save(tmp_path / "log.csv", zigzag)
+    path = tmp_path / "vertical.toml"
+    path.write_text(new_study.of_log("vertical", path, "npsauv", tmp_path / "log.csv"))
+    names = study.prepare(study.load_study(path)).problem.names
+    assert "current_north_mps" in names
+    assert not {"current_east_mps", "yaw0_deg"} & set(names)

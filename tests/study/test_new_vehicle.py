@@ -1,0 +1,99 @@
+"""New files: what is written loads, holds every key, and replaces nothing."""
+
+import re
+import tomllib
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.io import toml_files
+from bayesub.model import hulls
+from bayesub.model.coefficients import NAMES
+from bayesub.model.vehicles import (
+    ActuatorsSection,
+    BodySection,
+    InertiaSection,
+    PolynomialSection,
+    TrialSpeedSection,
+    VehicleFile,
+)
+from bayesub.study import new_vehicle
+
+OPTIONAL = {"buoyancy_n", "model"}  # they exclude other keys; both are in comments
+
+
+def load(text, folder):
+    path = folder / "boat.toml"
+    path.write_text(text)
+    return bs.load_vehicle(path)
+
+
+def test_a_template_has_every_key_and_no_coefficient(tmp_path):
+    text = new_vehicle.vehicle("mine")
+    vehicle = load(text, tmp_path)
+    assert vehicle.name == "mine"
+    np.testing.assert_array_equal(vehicle.xi, 0.0)
+    assert np.isnan(vehicle.sd).all()
+    content = tomllib.loads(text)
+    sections = {
+        "trial": TrialSpeedSection,
+        "body": BodySection,
+        "propulsion": PolynomialSection,
+        "actuators": ActuatorsSection,
+    }
+    assert content.keys() == VehicleFile.model_fields.keys()
+    for key, section in sections.items():
+        assert content[key].keys() == section.model_fields.keys() - OPTIONAL, key
+    assert content["body"]["inertia_kgm2"].keys() == InertiaSection.model_fields.keys()
+    assert list(content["coefficients"]) == list(NAMES)
+    for term in bs.coefficients.TERMS:
+        assert re.search(
+            rf"(?m)^{term.name} .*# .*l\^{term.power} {re.escape(term.regressor.replace('*', ' '))}$", text
+        )
+
+
+def test_a_geometry_fills_the_added_masses(tmp_path):
+    """The estimates are in the file to the digits it has, with their sd and source; the body is the displaced water."""
+    path = tmp_path / "hull.toml"
+    path.write_text(new_vehicle.geometry("mine"))
+    hull = hulls.load_hull(path)
+    text = new_vehicle.vehicle("mine", hull)
+    vehicle = load(text, tmp_path)
+    estimates = hull.estimates
+    for name, value, sd in zip(NAMES, vehicle.xi, vehicle.sd, strict=True):
+        if name in estimates:
+            assert value == pytest.approx(estimates[name].value, rel=1e-3)
+            assert sd == pytest.approx(estimates[name].sd, rel=0.05)
+            assert re.search(rf"(?m)^{name} .*{re.escape(estimates[name].source)}$", text)
+        else:
+            assert value == 0.0
+            assert np.isnan(sd)
+    assert vehicle.length_m == 5.0
+    assert vehicle.body[0] == pytest.approx(1025.0 * hull.volume, rel=1e-5)
+    prior = bs.priors.from_vehicle(vehicle)
+    assert prior.has_scale(np.arange(101), vehicle.xi).sum() == len(estimates)
+
+
+@pytest.mark.parametrize("name", toml_files.built_in("vehicles"))
+def test_a_copy_is_the_vehicle_under_another_name(name, tmp_path):
+    copied, original = load(new_vehicle.copied("mine", name), tmp_path), bs.load_vehicle(name)
+    assert copied.name == "mine"
+    np.testing.assert_array_equal(copied.xi, original.xi)
+    np.testing.assert_array_equal(copied.body, original.body)
+
+
+@pytest.mark.parametrize("name", ["", "my boat", 'quo"te', "../up", ".hidden", "boat\n"])
+def test_names_that_are_no_names(name):
+    with pytest.raises(bs.InputError, match="a name is made of letters"):
+        new_vehicle.vehicle(name)
+
+
+def test_nothing_is_overwritten(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("precious")
+    with pytest.raises(bs.InputError, match="exists already; choose another file with -o"):
+        new_vehicle.write_new(path, "new")
+    assert path.read_text() == "precious"
+    with pytest.raises(bs.InputError, match="cannot be written: no such file or directory"):
+        new_vehicle.write_new(tmp_path / "absent" / "mine.toml", "new")

@@ -1,0 +1,180 @@
+"""Priors and noise models in study files."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bayesub import InputError
+from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownSd
+from bayesub.study import study
+
+HEAD = """
+name = "small"
+vehicle = "suboff"
+manoeuvre = "horizontal"
+seed = 3
+dt_s = 1.0
+[[sensors]]
+kind = "track"
+channels = ["x", "y", "yaw"]
+position_sd_m = 0.2
+attitude_sd_deg = 0.1
+interval_s = 20.0
+[[sensors]]
+kind = "dvl"
+sd_mps = 0.01
+resolution_mps = 0.01
+channels = ["u_ground"]
+interval_s = 20.0
+[free]
+coefficients = ["Xuu", "Yuv", "Nuv", "Nur"]
+"""
+NORMAL = '[prior]\nkind = "relative_normal"\nsd = 0.25\n'
+
+
+@pytest.fixture
+def prepared(tmp_path):
+    """prepared(text): the problem of a study with this text after HEAD."""
+
+    def prepare(text):
+        path = tmp_path / "study.toml"
+        path.write_text(HEAD + text)
+        return study.prepare(study.load_study(path))
+
+    return prepare
+
+
+def test_priors_of_single_coefficients(prepared, tmp_path):
+    """A towing-tank value, a correlated pair, bounds and a fixed value beside a spread for the rest."""
+    table = tmp_path / "tank.csv"
+    table.write_text("coefficient,mean,sd\nYuv,-0.03,0.002\nNuv,-0.012,0.001\nNur,-0.006,0\n")
+    text = f'table = "{table}"\ncorrelations = [["Yuv", "Nuv", 0.6]]\n'
+    text += "[prior.given]\nXuu = { lower = -0.002, upper = -0.0005 }\n"
+    setup = prepared(NORMAL + text)
+    prior, names = setup.problem.prior, setup.problem.names
+    assert names == ("Xuu", "Yuv", "Nuv")  # Nur is fixed
+    assert setup.problem.xi[study.coefficients.INDEX["Nur"]] == -0.006
+    covariance = [[4e-6, 1.2e-6], [1.2e-6, 1e-6]]
+    points = np.array([[-0.001, -0.031, -0.0115], [-0.0018, -0.027, -0.014], [-0.003, -0.03, -0.012]])
+    expected = stats.uniform.logpdf(points[:, 0], -0.002, 0.0015)
+    expected += stats.multivariate_normal([-0.03, -0.012], covariance).logpdf(points[:, 1:])
+    np.testing.assert_allclose(prior.log_density(points), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("kind", "key"), [("relative_uniform", "half_width"), ("relative_log_normal", "log_sd")])
+def test_other_spreads(prepared, kind, key):
+    problem = prepared(f'[prior]\nkind = "{kind}"\n{key} = 0.75\n').problem
+    low, middle, high = (problem.prior.quantiles(p) / problem.reference for p in (1e-12, 0.5, 1 - 1e-12))
+    np.testing.assert_allclose(middle, 1.0, rtol=1e-12)
+    if kind == "relative_uniform":
+        np.testing.assert_allclose(np.sort([low, high], axis=0), [[0.25] * 4, [1.75] * 4], rtol=1e-9)
+    else:
+        assert np.all(low > 0)
+
+
+def test_noise_models(prepared):
+    """Each channel has the model of its section, in SI units; without one it is what the sensor says."""
+    text = '[noise.x_m]\nkind = "student_t"\ndof = 4.0\n[noise.yaw_deg]\nkind = "ar1"\nsd = 0.3\n'
+    text += 'correlation_time_s = 20.0\n[noise.y_m]\nkind = "unknown_sd"\n'
+    problem = prepared(NORMAL + text).problem
+    assert problem.noises == (StudentT(0.2, 4.0), UnknownSd(0.2), AR1(np.radians(0.3), 20.0), Rounded(0.01, 0.01))
+    naive = prepared(NORMAL + '[noise.u_ground_mps]\nkind = "normal"\n').problem
+    assert naive.noises[-1] == Normal(np.hypot(0.01, 0.01 / np.sqrt(12)))
+
+
+def test_nuisance_and_current(prepared):
+    """The trial has a current, which the problem infers."""
+    text = "[truth]\ncurrent_mps = [0.3, -0.1]\n[nuisance]\ncurrent_north_mps = { mean = 0.0, sd = 0.5 }\n"
+    text += "sd_x_m = { median = 0.3, log_sd = 0.5 }\nyaw0_deg = { lower = -2.0, upper = 2.0 }\n"
+    problem = prepared(NORMAL + text).problem
+    assert problem.names[-3:] == ("current_north_mps", "sd_x_m", "yaw0_deg")
+    np.testing.assert_allclose(problem.reference[-3:], [0.3, 0.2, 0.0], atol=1e-15)
+
+
+@pytest.fixture
+def own_boat(tmp_path, suboff_file):
+    """The path of a suboff whose file gives three standard deviations, one of them of a coefficient that is zero."""
+    text = suboff_file
+    for name, value, sd in (("Yuv", -0.03238, 0.003), ("Nuv", -0.012107, 0.002), ("Nuu", 0.0, 1e-5)):
+        text = re.sub(rf"(?m)^{name} .*$", f"{name} = {{ value = {value}, sd = {sd} }}", text)
+    path = tmp_path / "own.toml"
+    path.write_text(text)
+    return path
+
+
+def test_prior_of_the_vehicle_file(tmp_path, own_boat):
+    """kind "vehicle": its own sds; a relative one for the rest, or the rest fixed; single priors go first."""
+
+    def prepared(text):
+        path = tmp_path / "study.toml"
+        head = HEAD.replace('"suboff"', f'"{own_boat}"').replace('"Nur"]', '"Nur", "Nuu"]')
+        path.write_text(head + '[prior]\nkind = "vehicle"\n' + text)
+        return study.prepare(study.load_study(path)).problem
+
+    problem = prepared("")
+    assert problem.names == ("Yuv", "Nuv", "Nuu")
+    np.testing.assert_array_equal(problem.prior.sd, [0.003, 0.002, 1e-5])
+    np.testing.assert_array_equal(problem.prior.mean, [-0.03238, -0.012107, 0.0])
+    problem = prepared(
+        'sd = 0.1\ncorrelations = [["Yuv", "Nuv", 0.5]]\n[prior.given]\nYuv = { mean = -0.03, sd = 0.001 }\n'
+    )
+    assert problem.names == ("Xuu", "Yuv", "Nuv", "Nur", "Nuu")
+    np.testing.assert_allclose(problem.prior.sd, [1e-4, 0.001, 0.002, 0.0005911, 1e-5])
+    assert problem.prior.mean[1] == -0.03
+    problem = prepared('centre = "perturbed"\n')
+    assert problem.prior.mean[0] != -0.03238
+    np.testing.assert_array_equal(problem.prior.sd, [0.003, 0.002, 1e-5])
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ('[prior]\nkind = "vehicle"\n', "vehicle 'suboff' gives no coefficient an sd"),
+        ('[prior]\nkind = "vehicle"\nlog_sd = 0.3\n', "a vehicle prior needs 'sd', found log_sd"),
+        ('[prior]\nkind = "relative_uniform"\nsd = 0.25\n', "needs 'half_width', found sd"),
+        ('[prior]\nkind = "relative_normal"\n', "needs 'sd', found nothing"),
+        (NORMAL + "[prior.given]\nXu = { mean = 1.0, sd = 1.0 }\n", "unknown coefficient 'Xu'"),
+        (NORMAL + "[prior.given]\nXu = { value = 1.0 }\n", "unknown coefficient 'Xu'"),
+        (NORMAL + "[prior.given]\nXuu = { mean = 1.0, upper = 1.0 }\n", "a prior is mean and sd, lower and upper"),
+        (NORMAL + "[prior.given]\nXuu = { lower = 1.0, upper = 1.0 }\n", "lower must be below upper"),
+        (NORMAL + "[prior.given]\nXuu = { mean = 1.0, sd = -1.0 }\n", "prior.given.Xuu.sd"),
+        (NORMAL + 'correlations = [["Yuv", "Nuv", 0.5]]\n', "'Yuv' is correlated but is not given a mean and an sd"),
+        (NORMAL + 'table = "no.csv"\n', "no.csv: cannot be read: no such file"),
+        (NORMAL + "[nuisance]\nyaw0_deg = { value = 1.0 }\n", "nuisance.yaw0_deg: a value leaves nothing to infer"),
+        (NORMAL + "[nuisance]\nyaw0 = { mean = 1.0, sd = 1.0 }\n", "no such parameter: did you mean 'yaw0_deg'"),
+        (NORMAL + '[noise.z_m]\nkind = "normal"\n', "noise.z_m: no sensor reads that column"),
+        (NORMAL + '[noise.x_m]\nkind = "student_t"\n', "key 'noise.x_m.dof' is missing"),
+        (NORMAL + '[noise.x_m]\nkind = "cauchy"\n', "noise.x_m"),
+        (NORMAL + '[noise.x_m]\nkind = "normal"\nsd = -0.1\n', "noise.x_m.sd"),
+        (NORMAL + "[truth]\ncurrent_mps = [1.0]\n", "truth.current_mps"),
+    ],
+)
+def test_refused(prepared, text, sentence):
+    with pytest.raises(InputError) as error:
+        prepared(text)
+    assert sentence in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        ("Yuv,-0.03,0.002\nYuv,-0.03,0.002\n", "line 3: coefficient 'Yuv' is given twice"),
+        ("Yu,-0.03,0.002\n", "line 2: unknown coefficient 'Yu'"),
+        ("Yuv,-0.03,-0.002\n", "line 2: mean and sd must be two numbers and sd not negative"),
+        ("Yuv,1e300,0.002\n", "at most 1e+15, found 1e300, 0.002"),
+        ("Yuv,-0.03,\n", "line 2: mean and sd must be two numbers"),
+        ("Yuv,1,1\nNuv,1,1\nNur,1,1\n", "contradict each other"),
+    ],
+)
+def test_refused_tables(prepared, tmp_path, rows, sentence):
+    table = tmp_path / "tank.csv"
+    table.write_text("coefficient,mean,sd\n" + rows)
+    correlations = ""
+    if "contradict" in sentence:
+        correlations = 'correlations = [["Yuv", "Nuv", 0.9], ["Nuv", "Nur", 0.9], ["Yuv", "Nur", -0.9]]\n'
+    with pytest.raises(InputError) as error:
+        prepared(NORMAL + f'table = "{table}"\n' + correlations)
+    assert sentence in str(error.value)

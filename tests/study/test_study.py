@@ -1,0 +1,261 @@
+"""Studies from file to report, through the command line."""
+
+import errno
+import json
+import os
+import signal
+import tomllib
+
+import numpy as np
+import pytest
+import tomli_w
+
+from bayesub.io import log_files
+from bayesub.sampling import posterior_file, sampler
+from bayesub.study import study
+from bayesub.study.run_folder import open_folder
+
+SMALL = """
+name = "small"
+question = "Is <script>alert(1)</script> & 'this' a question?"
+vehicle = "auv690"
+manoeuvre = "horizontal"
+seed = 3
+[[sensors]]
+kind = "track"
+channels = ["x", "y", "yaw"]
+position_sd_m = 0.2
+attitude_sd_deg = 0.1
+interval_s = 2.0
+[free]
+coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
+[prior]
+kind = "relative_normal"
+sd = 0.25
+centre = "perturbed"
+perturbation_sd = 0.1
+[baselines]
+sqp_starts = 2
+"""
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A study of four coefficients that converges in seconds."""
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, small, tmp_path):
+    folder = tmp_path / "run"
+    status, out, _ = bayesub("run", small, "-o", folder)
+    assert status == 0
+    assert out.splitlines()[-1] == "CONVERGED"
+    config = tomllib.loads((folder / "config.toml").read_text())
+    assert config["sampler"] == {"n_ensembles": 4, "max_steps": 20000, "rhat": 1.01, "ess": 400.0, "taus": 25.0}
+    assert {"python", "numpy", "emcee"} <= config["versions"].keys()
+    numbers = json.loads((folder / "numbers.json").read_text())
+    posterior = posterior_file.load(folder / "posterior.nc")
+    assert posterior.converged
+    assert [p["sd"] for p in numbers["parameters"]] == pytest.approx(posterior.sd, rel=0.02)  # thinned against whole
+    for row in numbers["parameters"]:  # the truth is a plausible draw: within five posterior sd
+        assert abs(row["mean"] - row["reference"]) < 5 * row["sd"]
+
+    assert numbers["criticism"]["fits"]
+    page = (folder / "report.html").read_text()
+    assert page.count("<script") == 1  # that which sorts the tables
+    assert "Is &lt;script&gt;alert(1)&lt;/script&gt; &amp;" in page
+    assert "http" not in page.replace('xmlns="http', "")
+    assert page.index("Converged.") < page.index("<img")
+    for name in ("coefficients", "track", "criticism", "spectrum", "correlation", "corner"):
+        assert (folder / f"{name}.png").stat().st_size > 5000
+        assert (folder / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+
+    status, _, err = bayesub("run", small, "-o", folder)
+    assert status == 2
+    assert "--resume" in err
+    assert "--force" in err
+
+    before = (folder / "posterior.nc").read_bytes(), posterior.chain
+    status, out, _ = bayesub("run", small, "-o", folder, "--resume")
+    assert status == 0
+    np.testing.assert_array_equal(posterior_file.load(folder / "posterior.nc").chain, before[1])
+
+    (folder / "report.html").unlink()
+    assert bayesub("report", folder)[0] == 0
+    assert (folder / "report.html").exists()
+
+
+def test_resume_names_the_first_difference(bayesub, small, tmp_path):
+    loaded = study.load_study(small)
+    with open_folder(tmp_path / "run", study.completed(loaded, quick=False), resume=False, force=False):
+        pass
+    small.write_text(SMALL.replace("position_sd_m = 0.2", "position_sd_m = 0.3"))
+    status, _, err = bayesub("run", small, "-o", tmp_path / "run", "--resume")
+    assert status == 2
+    assert "sensors" in err
+    assert "0.2" in err
+    assert "0.3" in err
+
+
+def test_an_interrupted_run_resumes_to_the_same_bits(bayesub, small, tmp_path):
+    longer = SMALL + "[sampler]\ness = 6000.0\n"
+    small.write_text(longer)
+    assert bayesub("run", small, "-o", tmp_path / "whole")[0] == 0
+    small.write_text(longer + "max_steps = 100\n")
+    status, out, _ = bayesub("run", small, "-o", tmp_path / "part")
+    assert status == 1
+    assert out.splitlines()[-1] == "NOT CONVERGED"
+    assert "NOT CONVERGED" in (tmp_path / "part" / "report.html").read_text()
+    assert "not converged: " in out
+    small.write_text(longer)  # the stopping rule may change
+    assert bayesub("run", small, "-o", tmp_path / "part", "--resume")[0] == 0
+    whole, part = (posterior_file.load(tmp_path / name / "posterior.nc") for name in ("whole", "part"))
+    np.testing.assert_array_equal(whole.chain, part.chain)
+    np.testing.assert_array_equal(whole.rhat, part.rhat)
+
+
+def test_quick_applies_the_quick_table(small):
+    small.write_text(SMALL + "[quick]\nseed = 9\nbaselines = { sqp_starts = 1 }\n")
+    assert study.load_study(small, quick=True).baselines.sqp_starts == 1
+    assert study.load_study(small, quick=True).seed == 9
+    assert study.load_study(small).baselines.sqp_starts == 2
+
+
+def test_the_same_study_gives_the_same_trial_bit_for_bit(small):
+    first, second = (study.prepare(study.load_study(small)).problem for _ in range(2))
+    np.testing.assert_array_equal(first.readings, second.readings)
+    np.testing.assert_array_equal(first.prior.mean, second.prior.mean)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("seed = 3", "seed = -3"), ["seed", "greater than or equal to 0"]),
+        (("seed = 3", "sead = 3"), ["sead", "did you mean 'seed'"]),
+        (('"Yuv"', '"Yuw"'), ["Yuw", "did you mean"]),
+        (("position_sd_m = 0.2", "position_sd_m = nan"), ["position_sd_m", "finite"]),
+        (("position_sd_m = 0.2", "position_sd_m = 0.0"), ["position_sd_m", "greater than 0"]),
+        (("interval_s = 2.0", "interval_s = 2000.0"), ["interval_s", "longer than the manoeuvre"]),
+        (('"yaw"', '"yow"'), ["yow", "yaw"]),
+        (('vehicle = "auv690"', 'vehicle = "auv960"'), ["auv960", "did you mean 'auv690'"]),
+        (("sqp_starts = 2", "sqp_starts = 2\n[sampler]\nn_walkers = 3"), ["n_walkers", "greater than or equal to 4"]),
+        (("[prior]", "[prior"), ["not valid TOML"]),
+    ],
+)
+def test_a_bad_study_is_one_line_on_standard_error_and_status_2(bayesub, small, tmp_path, change, words):
+    small.write_text(SMALL.replace(*change))
+    status, _, err = bayesub("run", small, "-o", tmp_path / "run")
+    assert status == 2
+    assert err.count("\n") == 1
+    assert all(word in err for word in words), err
+
+
+def test_contradictory_options_and_foreign_folders_are_refused(bayesub, small, tmp_path):
+    assert bayesub("run", small, "--resume", "--force")[0] == 2
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "thesis.doc").write_text("mine")
+    status, _, err = bayesub("run", small, "-o", tmp_path / "run", "--force")
+    assert status == 2
+    assert "other files" in err
+    assert (tmp_path / "run" / "thesis.doc").exists()
+    assert bayesub("run", small, "-o", tmp_path / "none", "--resume")[0] == 2
+    assert bayesub("report", tmp_path / "none")[0] == 2
+    assert bayesub("run", tmp_path / "absent.toml")[0] == 2
+    assert bayesub("sail")[0] == 2
+    assert bayesub("simulate", "suboff")[0] == 2
+
+
+def test_list_and_check_know_everything_built_in(bayesub, small):
+    status, out, _ = bayesub("list")
+    assert status == 0
+    assert all(name in out for name in ("suboff", "auv690", "npsauv", "horizontal"))
+    assert bayesub("list", "boats")[0] == 2
+    files = [path for kind in ("vehicles", "manoeuvres") for path in study.inputs.built_in(kind).values()]
+    status, out, _ = bayesub("check", *files, small)
+    assert status == 0
+    assert "4 free coefficients" in out
+
+
+def test_simulate_writes_a_track_that_reads_back_and_flies_again(bayesub, tmp_path):
+    first, second = tmp_path / "first.csv", tmp_path / "second.csv"
+    status, out, _ = bayesub(
+        "simulate", "suboff", "horizontal", "-o", first, "--dt", 0.5, "--plot", tmp_path / "track.png"
+    )
+    assert status == 0
+    assert "ok" in out
+    assert (tmp_path / "track.png").stat().st_size > 5000
+    log = log_files.read_log(first)
+    assert log["time"][-1] == 600.0
+    assert log["u"][0] == 7.5
+    # The controls in the track are the manoeuvre: flown again they give the same track to the digits of the file.
+    columns = {name: log[name] for name in ("time", *log_files.CONTROLS, "rpm")}
+    log_files.write_log(tmp_path / "controls.csv", columns)
+    assert bayesub(
+        "simulate", "suboff", tmp_path / "controls.csv", "-o", second, "--dt", 0.5, "--subproblem", "horizontal"
+    )[0] == 0  # fmt: skip
+    again = log_files.read_log(second)
+    for name in ("x", "y", "psi", "r"):
+        np.testing.assert_allclose(again[name], log[name], rtol=1e-9, atol=1e-6)
+
+
+def test_simulate_says_when_a_boat_leaves_the_envelope(bayesub, tmp_path):
+    times = np.linspace(0.0, 200.0, 201)
+    log_files.write_log(tmp_path / "loop.csv", {"time": times, "delta_s": np.where(times > 1, -1.5, 0.0)})
+    status, out, _ = bayesub("simulate", "npsauv", tmp_path / "loop.csv", "-o", tmp_path / "track.csv")
+    assert status == 1
+    assert "left_envelope" in out
+
+
+def test_ctrl_c_prints_the_command_that_continues(bayesub, small, tmp_path, monkeypatch):
+    """Before sampling and during it: one line, exit status 130, and the command works."""
+    small.write_text(SMALL + "[sampler]\ness = 6000.0\n")  # more than the first look finds
+    folder = tmp_path / "a run"
+    command = f"bayesub run {small} -o '{folder}' --resume"
+
+    def press(*_, **__):
+        signal.raise_signal(signal.SIGINT)
+
+    with monkeypatch.context() as during:
+        during.setattr(study.baselines, "sqp", press)
+        status, _, err = bayesub("run", small, "-o", folder)
+    assert (status, err) == (130, f"bayesub: interrupted; what is done is saved, continue with: {command}\n")
+
+    with monkeypatch.context() as during:
+        during.setattr(sampler, "_describe", lambda _: (press(), (0.0, ""))[1])
+        status, _, err = bayesub("run", small, "-o", folder, "--resume")
+    assert (status, err.splitlines()[-1].endswith(command)) == (130, True)
+    assert len(list((folder / "chain").glob("[0-9]*.block"))) == 2  # up to the first look, and the step after it
+    status, out, _ = bayesub("run", small, "-o", folder, "--resume")
+    assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
+
+
+def test_a_folder_at_work_is_refused(bayesub, small, tmp_path):
+    """Also by --force, which leaves it as it is; a folder in which nothing was begun is not in the way."""
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "config.toml.partial").write_text("killed while writ")
+    with open_folder(tmp_path / "run", {"quick_run": False}, resume=False, force=False):
+        for option in ("--resume", "--force"):
+            config = study.completed(study.load_study(small), quick=False)
+            (tmp_path / "run" / "config.toml").write_text(tomli_w.dumps(config))
+            status, _, err = bayesub("run", small, "-o", tmp_path / "run", option)
+            assert status == 2
+            assert "another run is at work in it" in err
+            assert err.count("\n") == 1
+    assert (tmp_path / "run" / "config.toml").exists()
+
+
+def test_a_full_disk_is_one_line(bayesub, small, tmp_path, monkeypatch):
+    """Wherever in a study it happens."""
+
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(study.baselines, "sqp", full)
+    status, _, err = bayesub("run", small, "-o", tmp_path / "run")
+    assert status == 2
+    assert (
+        err
+        == f"bayesub: {tmp_path / 'run'}: no space left on device; what is done is saved, make room and use --resume\n"
+    )

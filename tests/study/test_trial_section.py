@@ -1,0 +1,198 @@
+"""Trials in study files: logs as data, and several trials at once."""
+
+import json
+import tomllib
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.io import toml_files
+from bayesub.study import study
+
+LOG = """
+name = "logged"
+vehicle = "auv690"
+data = "log.csv"
+subproblem = "horizontal"
+seed = 3
+[[sensors]]
+kind = "track"
+channels = ["x", "y", "yaw"]
+position_sd_m = 0.2
+attitude_sd_deg = 0.1
+[free]
+coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
+[prior]
+kind = "relative_normal"
+sd = 0.25
+[baselines]
+sqp_starts = 1
+[sampler]
+ess = 50.0
+"""
+TRIALS = """
+[[trials]]
+name = "logged"
+data = "log.csv"
+subproblem = "horizontal"
+[[trials]]
+name = "zigzag"
+manoeuvre = "zigzag_20_20"
+nuisance = { yaw0_deg = { mean = 0.0, sd = 1.0 } }
+[trials.truth]
+current_mps = [0.1, 0.0]
+"""
+JOINT = LOG.replace('data = "log.csv"\nsubproblem = "horizontal"\n', "").replace("[free]", TRIALS + "[free]")
+
+
+@pytest.fixture
+def folder(tmp_path, bayesub):
+    """A folder with a log and the studies of it."""
+    instruments = LOG[LOG.index("[[sensors]]") : LOG.index("[free]")]
+    (tmp_path / "instruments.toml").write_text(instruments)
+    options = ("--sensors", tmp_path / "instruments.toml", "--perturb", 0.1, "--seed", 5, "--sample", 0.1)
+    assert bayesub("simulate", "auv690", "horizontal", "-o", tmp_path / "log.csv", *options)[0] == 0
+    (tmp_path / "log.toml").write_text(LOG)
+    (tmp_path / "joint.toml").write_text(JOINT)
+    return tmp_path
+
+
+def test_a_log_runs_to_a_report_about_the_vehicle_file(folder, bayesub, monkeypatch):
+    """From another folder: the path is from the study file. No truth, no linear least squares, and no other log."""
+    monkeypatch.chdir("/")
+    status, out, _ = bayesub("run", folder / "log.toml", "-o", folder / "run")
+    assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
+    numbers = json.loads((folder / "run" / "numbers.json").read_text())
+    assert numbers["reference_is_truth"] is False
+    assert [b["method"] for b in numbers["baselines"]] == ["SQP"]
+    assert [row["name"] for row in numbers["nuisance"]] == ["x0_m", "y0_m", "yaw0_deg", "u0_mps", "v0_mps", "r0_degps"]
+    assert "the vehicle file" in (folder / "run" / "report.html").read_text()
+    config = tomllib.loads((folder / "run" / "config.toml").read_text())
+    assert list(config["files_sha256"]) == [str(folder / "log.csv")]
+    assert bayesub("report", folder / "run")[0] == 0
+    with (folder / "log.csv").open("a") as file:
+        file.write("176.5,0,0,0,,,,\n")
+    status, _, err = bayesub("run", folder / "log.toml", "-o", folder / "run", "--resume")
+    assert status == 2
+    assert "files_sha256" in err
+    status, _, err = bayesub("report", folder / "run")
+    assert status == 2
+    assert "log.csv has changed since the run" in err
+
+
+def test_a_log_needs_no_suffix(folder, monkeypatch):
+    """It is never a built-in name: its path is from the study file, and its content is part of the run."""
+    (folder / "log.csv").rename(folder / "log")
+    (folder / "log.toml").write_text(LOG.replace("log.csv", "log"))
+    monkeypatch.chdir("/")
+    posed = study.load_study(folder / "log.toml")
+    assert posed.files == [folder / "log"]
+    assert study.prepare(posed).problem.record.n_readings
+
+
+def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(folder, bayesub):
+    """A changed vehicle is neither continued with nor drawn into the report of another, whatever its name."""
+    boat = folder / "boat.toml"
+    boat.write_bytes(toml_files.built_in("vehicles")["auv690"].read_bytes())
+    (folder / "log.toml").write_text(LOG.replace('"auv690"', '"boat.toml"'))
+    assert bayesub("run", folder / "log.toml", "-o", folder / "run")[0] == 0
+    assert bayesub("report", folder / "run")[0] == 0
+    boat.write_text(boat.read_text() + "# another\n")
+    for command in (("run", folder / "log.toml", "-o", folder / "run", "--resume"), ("report", folder / "run")):
+        status, _, err = bayesub(*command)
+        assert status == 2
+        assert "boat.toml" in err
+
+
+def test_the_joint_posterior_of_two_trials_is_the_product(folder, rng):
+    """Likelihoods of a log and of a simulated trial multiply; each has its own start, and the prior counts once."""
+    joint = study.prepare(study.load_study(folder / "joint.toml")).problem
+    assert "yaw0_deg[logged]" in joint.names
+    assert "yaw0_deg[zigzag]" in joint.names
+    parameters = joint.prior.mean + 0.1 * joint.prior.sd * rng.standard_normal((4, joint.n_params))
+    parts = [problem.log_likelihood(own) for _, problem, own in joint.each_trial(parameters)]
+    assert len(parts) == 2
+    np.testing.assert_allclose(joint.log_likelihood(parameters), np.sum(parts, axis=0), rtol=1e-12)
+    alone = study.prepare(study.load_study(folder / "log.toml")).problem
+    places = [joint.names.index(n if n in bs.coefficients.INDEX else f"{n}[logged]") for n in alone.names]
+    np.testing.assert_allclose(alone.log_likelihood(parameters[:, places]), parts[0], rtol=1e-12)
+
+
+def test_a_joint_study_reports_each_trial(folder, bayesub):
+    status, out, _ = bayesub("run", folder / "joint.toml", "-o", folder / "run")
+    assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
+    numbers = json.loads((folder / "run" / "numbers.json").read_text())
+    by_name = {trial["name"]: trial for trial in numbers["trials"]}
+    assert list(by_name) == ["logged", "zigzag"]
+    n = [trial["n_readings"] for trial in by_name.values()]
+    squares = sum(trial["n_readings"] * trial["chi_square_per_reading"] for trial in by_name.values())
+    assert squares / sum(n) == pytest.approx(numbers["chi_square_per_reading"], rel=1e-9)
+    for name in by_name:
+        assert (folder / "run" / f"track_{name}.png").stat().st_size > 5000
+        assert (folder / "run" / f"record_{name}.csv").exists()
+    page = (folder / "run" / "report.html").read_text()
+    assert page.count("Track and residuals") >= 2
+
+
+def test_check_draws_the_card_of_the_data(folder, bayesub):
+    status, out, _ = bayesub("check", folder / "joint.toml", "--card", folder / "card.png")
+    assert status == 0
+    assert "yaw[logged]: 176 readings" in out
+    assert "of 11 directions" in out
+    assert (folder / "card.png").stat().st_size > 5000
+    _, out, _ = bayesub("check", folder / "log.toml", "--json")
+    (found,) = json.loads(out).values()
+    assert [channel["column"] for channel in found["channels"]] == ["x_m", "y_m", "yaw_deg"]
+
+
+REFUSED = [
+    (
+        ("seed = 3", 'seed = 3\nmanoeuvre = "horizontal"'),
+        "give one of manoeuvre, data, trials; found manoeuvre and data",
+    ),
+    (('data = "log.csv"\n', ""), "give one of manoeuvre, data, trials; found none"),
+    (('data = "log.csv"', 'manoeuvre = "horizontal"'), "subproblem is for 'data'"),
+    (("[free]", "[truth]\ncurrent_mps = [0.1, 0.0]\n[free]"), "truth is what a simulated trial knows"),
+    (("sd = 0.25", 'sd = 0.25\ncentre = "perturbed"'), "'perturbed' is a guess about a simulated truth"),
+    (("attitude_sd_deg", "dropout = 0.1\nattitude_sd_deg"), "sensors.0.dropout: is of simulated readings"),
+    (
+        ("attitude_sd_deg", "interval_s = 2.0\nattitude_sd_deg = 0.1\nclock_offset_s = 500.0\n#"),
+        "no reading of 'x_m' lies",
+    ),
+    (('data = "log.csv"', 'data = "lag.csv"'), "lag.csv: cannot be read"),
+    (("[baselines]", "[nuisance]\nmass_kg = { value = 1.0 }\n[baselines]"), "nuisance.mass_kg: a value leaves nothing"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), REFUSED)
+def test_what_contradicts_a_log(folder, bayesub, change, message):
+    """Is refused in one line with the reason."""
+    assert change[0] in LOG
+    (folder / "log.toml").write_text(LOG.replace(*change))
+    status, _, err = bayesub("check", folder / "log.toml")
+    assert status == 2
+    assert err.count("\n") == 1
+    assert message in err
+
+
+def test_trials_that_do_not_fit(folder, bayesub):
+    for change, message in (
+        (('name = "zigzag"', 'name = "logged"'), "two trials are named 'logged'"),
+        (("yaw0_deg =", "mass_kg ="), "nuisance 'mass_kg' is of the body"),
+        (("yaw0_deg =", "yaw9_deg ="), "trial 'zigzag': "),
+        (("zigzag_20_20", "zigzag_20"), "trial 'zigzag': no manoeuvre 'zigzag_20'"),
+    ):
+        (folder / "joint.toml").write_text(JOINT.replace(*change))
+        status, _, err = bayesub("check", folder / "joint.toml")
+        assert status == 2
+        assert message in err
+
+
+def test_simulate_takes_presets_and_names_them(bayesub, tmp_path):
+    options = ("suboff", "horizontal", "-o", tmp_path / "log.csv", "--dt", 1, "--sample", 1)
+    assert bayesub("simulate", *options, "--sensors", "tracking_range")[0] == 0
+    assert "yaw_deg" in toml_files.read_line(tmp_path / "log.csv")
+    status, _, err = bayesub("simulate", *options, "--sensors", "tracking_rang")
+    assert status == 2
+    assert "did you mean 'tracking_range'" in err

@@ -1,0 +1,213 @@
+"""Drive bayesub with changed input files: python tests/fuzz.py --files 5000 [--seed 1] [--keep FOLDER]
+
+Every file goes through `bayesub check`; what that accepts is flown. A file may be refused, in one line that names it
+and says why, or accepted, and then every number that comes of it is finite or the boat fails in words. Anything else is
+a defect: another exception, a refusal of several lines, a number that is not finite, more than ten seconds or two
+gigabytes.
+"""
+
+import argparse
+import collections
+import contextlib
+import io
+import json
+import multiprocessing
+import os
+import resource
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from pathlib import Path
+
+import numpy as np
+from support import mutations
+
+import bayesub as bs
+from bayesub.cli import app
+from bayesub.io import log_files
+from bayesub.io.errors import InputError
+from bayesub.study import study
+
+SECONDS, BYTES, LONGEST = 10.0, 2 << 30, 600
+DEFECTS = ("unclear", "absurd", "traceback", "hang", "crash")
+SENSORS = [bs.sensors.Track(0.5, 0.5, channels=("x", "y", "yaw")), bs.sensors.Sensor("u_mps", sd=0.01)]
+
+
+class Defect(Exception):
+    """What must not happen."""
+
+
+def bayesub(*arguments) -> tuple[int, str]:
+    """Exit status and output of the command line, in this process; InputError passes."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        status = app.app.main([str(a) for a in arguments], prog_name="bayesub", standalone_mode=False)
+    return status or 0, out.getvalue()
+
+
+def finite_track(path: Path) -> None:
+    """The track of a boat that did not fail is finite throughout."""
+    log = log_files.read_log(path)
+    if not all(np.isfinite(column).all() for column in log.values()):
+        raise Defect("a track that is 'ok' is not finite")
+
+
+def flown(folder: Path, vehicle, manoeuvre) -> None:
+    status, out = bayesub("simulate", vehicle, manoeuvre, "-o", folder / "track.csv")
+    if status and not ("diverged" in out or "left_envelope" in out):
+        raise Defect(f"status {status} without a word: {out}")
+    if not status:
+        finite_track(folder / "track.csv")
+
+
+def drive(kind: str, path: Path) -> None:
+    """Take a file of a kind through the command line; InputError if it is refused."""
+    folder = path.parent
+    if kind in mutations.BESIDE:
+        name, text = mutations.BESIDE[kind]
+        (folder / name).write_bytes(path.read_bytes())
+        path, kind = folder / "study.toml", "study"
+        path.write_text(text)
+    try:
+        text = bayesub("check", path, "--json")[1]
+    except InputError as error:
+        if not any(name in str(error) for name in (path.name, *(beside for beside, _ in mutations.BESIDE.values()))):
+            raise Defect(f"a refusal that names no file: {error}") from None
+        raise
+    json.loads(text, parse_constant=_refuse_constant)
+    if kind == "vehicle":
+        flown(folder, path, folder / "good_history.csv")
+    elif kind in ("manoeuvre", "history"):
+        flown(folder, "auv690", path)
+    elif kind == "geometry":
+        made = folder / "made.toml"
+        made.unlink(missing_ok=True)
+        bayesub("new", "vehicle", "made", "--geometry", path, "-o", made)
+        bayesub("check", made, "--json")
+    elif kind == "log":
+        record = bs.Record.load(path, SENSORS)
+        if not all(np.isfinite(channel.values).all() for channel in record.channels):
+            raise Defect("a reading is not finite")
+    elif kind == "study":
+        problem = study.prepare(study.load_study(path)).problem
+        found = problem.log_prob(problem.prior.mean[None])[0]
+        if not (np.isfinite(found) or (found == -np.inf and "at the prior means" in text)):
+            raise Defect(f"the log posterior at the prior mean is {found}")
+
+
+def _refuse_constant(name):
+    raise Defect(f"JSON holds {name}")
+
+
+def verdict(kind: str, path: Path) -> tuple[str, str]:
+    """What became of a file: "refused", "accepted" or the name of a defect, and what was said."""
+    try:
+        drive(kind, path)
+    except InputError as error:
+        said = str(error)
+        if len(said.splitlines()) != 1 or not said.isprintable() or len(said) > LONGEST:
+            return "unclear", ascii(said[:LONGEST])
+        return "refused", said
+    except Defect as defect:
+        return "absurd", str(defect)
+    except BaseException:
+        return "traceback", traceback.format_exc()
+    return "accepted", ""
+
+
+def work(connection, folder: Path) -> None:
+    """The process that reads the files, with limited memory."""
+    os.chdir(folder)
+    mutations.write_beside(Path())
+    flown(folder, "auv690", "good_history.csv")  # loads what is compiled
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, resource.RLIM_INFINITY))
+    connection.send(None)
+    while True:
+        kind, path = connection.recv()
+        mutations.write_beside(Path())
+        connection.send(verdict(kind, path))
+
+
+class Worker:
+    """A process that is replaced when it hangs."""
+
+    def __init__(self, folder: Path):
+        self.folder, self.context = folder, multiprocessing.get_context("forkserver")
+        self.process = None
+
+    def verdict(self, kind: str, path: Path) -> tuple[str, str]:
+        if self.process is None:
+            self.connection, other = self.context.Pipe()
+            self.process = self.context.Process(target=work, args=(other, self.folder), daemon=True)
+            self.process.start()
+            other.close()
+            self.connection.recv()
+        self.connection.send((kind, path))
+        try:
+            if self.connection.poll(SECONDS):
+                return self.connection.recv()
+            found = "hang", f"more than {SECONDS:g} s"
+        except EOFError:
+            found = "crash", f"exit code {self.process.exitcode}"
+        self.stop()
+        return found
+
+    def stop(self) -> None:
+        if self.process is not None:
+            self.process.kill()
+            self.process.join()
+            self.process = None
+
+
+def files(n: int, seed: int):
+    """Kind, suffix, name of the change and content of `n` changed files."""
+    good = mutations.corpus()
+    for k in range(n):
+        rng = np.random.default_rng([seed, k])
+        kind, suffix, text = good[k % len(good)]
+        data, change = mutations.mutated(text, rng)
+        yield kind, suffix, change, data
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--files", type=int, default=5000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where files that show a defect are kept")
+    options = parser.parse_args()
+    counts, began, slowest = collections.Counter(), time.perf_counter(), 0.0
+    with tempfile.TemporaryDirectory() as temporary:
+        worker = Worker(Path(temporary))
+        for k, (kind, suffix, change, data) in enumerate(files(options.files, options.seed)):
+            path = Path(temporary) / f"mutant{suffix}"
+            path.write_bytes(data)
+            start = time.perf_counter()
+            outcome, said = worker.verdict(kind, path)
+            slowest = max(slowest, time.perf_counter() - start)
+            counts[kind, outcome] += 1
+            if outcome in DEFECTS:
+                print(f"{k}, {kind}, {change}: {outcome}: {said}")
+                if options.keep:
+                    options.keep.mkdir(parents=True, exist_ok=True)
+                    (options.keep / f"{k}_{kind}_{outcome}{suffix}").write_bytes(data)
+        worker.stop()
+    print_table(counts)
+    print(f"{time.perf_counter() - began:.0f} s, the slowest file {slowest:.1f} s")
+    sys.exit(any(outcome in DEFECTS for _, outcome in counts))
+
+
+def print_table(counts: collections.Counter) -> None:
+    """Kinds down, outcomes across."""
+    outcomes = ("refused", "accepted", *DEFECTS)
+    print(f"{'kind':12}{'files':>8}" + "".join(f"{outcome:>11}" for outcome in outcomes))
+    for kind in [*dict.fromkeys(kind for kind, _ in counts), "all"]:
+        row = [sum(n for (k, o), n in counts.items() if kind in (k, "all") and o == outcome) for outcome in outcomes]
+        print(f"{kind:12}{sum(row):8}" + "".join(f"{n:11}" for n in row))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,167 @@
+"""The page of our numbers beside the thesis's: it has every row, every path leads somewhere, and nothing is typed."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import bayesub as bs
+from bayesub.cli import app
+from bayesub.io.errors import InputError
+from bayesub.thesis import cases as thesis
+from bayesub.thesis import counterparts, page
+from bayesub.thesis.counterparts import NONE, NOT_KEPT, NOT_RUN, Entry
+
+FIGURES = Path(__file__).parents[2] / "figures"
+SECTIONS, ELSEWHERE, BEYOND = counterparts.load()
+committed = pytest.mark.skipif(not FIGURES.is_dir(), reason="figures are not part of a source distribution")
+
+
+def all_rows(folder):
+    return {row.path: row for name, section in SECTIONS.items() for row in counterparts.rows(folder, name, section)}
+
+
+def planted(folder, study, numbers):
+    """A folder of runs with one study of these numbers."""
+    (folder / study).mkdir(parents=True, exist_ok=True)
+    (folder / study / "numbers.json").write_text(json.dumps(numbers))
+    return folder
+
+
+def test_every_row_of_the_thesis_has_a_counterpart_or_a_reason(tmp_path):
+    found = all_rows(tmp_path)
+    assert set(found) == {path for path, _ in counterparts.leaves(thesis.published())}
+    for path, row in found.items():
+        assert row.ours in (NOT_RUN, NONE), path
+        assert row.sentence.endswith("."), path
+        assert (row.ours == NONE) == row.sentence.startswith("No counterpart: "), path
+
+
+def test_every_entry_is_some_rows_own():
+    for name, section in SECTIONS.items():
+        paths = [path for path, _ in counterparts.leaves(thesis.published()[name])]
+        owners = {next(e.thesis for e in section.rows if e.keys(path) is not None) for path in paths}
+        assert owners == {entry.thesis for entry in section.rows}, name
+
+
+@committed
+def test_every_path_leads_to_a_number_of_its_study():
+    found = all_rows(FIGURES)
+    assert not [path for path, row in found.items() if row.ours == NOT_KEPT]
+    for name, section in SECTIONS.items():
+        run = (FIGURES / section.study / "numbers.json").is_file()
+        for row in (row for path, row in found.items() if path[0] == name):
+            assert (row.ours == NOT_RUN) == (bool(section.study) and not run), row.path
+
+
+@committed
+def test_every_link_leads_somewhere_and_every_figure_is_drawn():
+    links = re.findall(r"\]\(([^)]+)\)", page.page(FIGURES))
+    assert len(links) > len(SECTIONS)
+    for link in links:
+        assert (FIGURES / link).exists(), link
+    for section in SECTIONS.values():
+        if (FIGURES / section.study / "numbers.json").is_file():
+            for file in section.figures.values():
+                assert (FIGURES / section.study / file).is_file(), file
+
+
+@committed
+def test_the_committed_page_is_that_of_the_committed_numbers():
+    text = (FIGURES / "README.md").read_text(encoding="utf-8")
+    assert text == page.page(FIGURES), "bayesub report figures writes it anew"
+
+
+def test_ratios_are_of_what_the_study_found(tmp_path):
+    """Twice the thesis's numbers, in metres for its millimetres, have ratios of two; the mean is over searches."""
+    published = thesis.published()["sqp"]["horizontal"]
+    cases = {}
+    for k, vehicle in enumerate(thesis.VEHICLES):
+        cases[f"{vehicle} horizontal"] = {
+            "names": ["a", "b", "c"],
+            "sqp": {
+                "position_m": [2e-3 * x * published["mean_max_position_error_mm"][k] for x in (0.5, 1.0, 1.5)],
+                "costs": [2 * published["mean_converged_cost"][k], None],
+            },
+        }
+    found = all_rows(planted(tmp_path, "baselines", {"cases": cases}))
+    for key in ("mean_max_position_error_mm", "mean_converged_cost"):
+        assert found["sqp", "horizontal", key].ratios == pytest.approx([2.0] * 3, rel=1e-12)
+    assert found["sqp", "horizontal", "m"].ours == [3, 3, 3]
+    assert found["sqp", "horizontal", "mean_seconds"].ours == NOT_KEPT
+    assert found["prediction", "max"].ours == NOT_RUN
+
+
+def test_lengths_scale_and_fewer_numbers_of_the_thesis_are_compared_by_means(tmp_path):
+    """Boats that err by the same share of their length err alike on a boat as long as suboff."""
+    boats = {name: bs.load_vehicle(name) for name in thesis.VEHICLES}
+    errors = {f"{name} horizontal": {"hold": {"position_m": {"0.1": 0.01 * b.length_m}}} for name, b in boats.items()}
+    row = all_rows(planted(tmp_path, "time_step", errors))["time_step", "max_position_error_m", "horizontal", "0.1"]
+    length = boats["suboff"].length_m
+    assert row.ours == pytest.approx([0.01 * length] * 3, rel=1e-12)
+    assert row.thesis == [0.688, 0.695]
+    assert row.ratios == pytest.approx([0.01 * length / 0.6915], rel=1e-12)
+
+
+def test_words_have_no_ratio(tmp_path):
+    numbers = {"cases": {"one": {"errors": {"LP": [1e-9, 3e-8], "LLS": [2e-10]}}}}
+    row = all_rows(planted(tmp_path, "baselines", numbers))["linear_programming", "relative_error"]
+    assert row.ours == [3e-8]
+    assert row.ratios == []
+
+
+@pytest.mark.parametrize(
+    ("path", "values"),
+    [("a/*/c", [1, 2, 3]), ("a/x/c", [1, 2]), ("b", [4]), ("a/z", None), ("b/c", None), ("d", None)],
+)
+def test_paths_take_lists_apart_and_do_not_invent(path, values):
+    numbers = {"a": {"x": {"c": [1, [2, None]]}, "y": {"c": 3}}, "b": 4, "d": [None]}
+    if values is None:
+        with pytest.raises(KeyError):
+            counterparts.at(numbers, path)
+    else:
+        assert counterparts.at(numbers, path) == values
+
+
+def test_a_star_is_one_key():
+    entry = Entry("m/*/*", "{0} {1}", "")
+    assert entry.keys(("m", "horizontal", "0.1")) == ["horizontal", "0.1"]
+    assert entry.keys(("m", "horizontal")) is None
+    assert entry.keys(("n", "horizontal", "0.1")) is None
+
+
+def test_a_study_is_picked_up_when_it_has_run(tmp_path, capsys):
+    """Before, the page says so; no number of another folder gets there."""
+    planted(tmp_path, "uniqueness", {})
+    assert f"| wrong_coefficients | {BEYOND['wrong_coefficients']} | {NOT_RUN} |" in page.page(tmp_path)
+    kinds = {key: {"mean": 1.0} for key in ("best", "middle", "worst", "random", "simulation")}
+    extremes = {"max": 431.2, "mean": 1.0, "median": 1.0, "min": 1.0}
+    planted(tmp_path, "prediction", {v: {"all": extremes, "kinds": kinds} for v in thesis.VEHICLES})
+    for name in ("wrong_coefficients", "towing"):
+        planted(tmp_path, name, {})
+        (tmp_path / name / "config.toml").write_text(f'question = "Why {name}?"\n')
+    app.app.main(["report", str(tmp_path)], prog_name="bayesub", standalone_mode=False)
+    assert "README.md" in capsys.readouterr().out
+    text = (tmp_path / "README.md").read_text()
+    assert "| 215.6, 113.7, 88.56 | 431, " in text
+    assert "| 2, " in text
+    assert "| [wrong_coefficients](wrong_coefficients) |" in text
+    assert "| [towing](towing) |  | Why towing? |" in text
+
+
+def test_a_folder_without_the_thesiss_studies_and_another_readme_are_left_alone(tmp_path):
+    planted(tmp_path, "mine", {})
+    assert page.write(tmp_path) is None
+    planted(tmp_path, "uniqueness", {})
+    (tmp_path / "README.md").write_text("# My runs\n")
+    with pytest.raises(InputError, match="is not bayesub's"):
+        page.write(tmp_path)
+    assert (tmp_path / "README.md").read_text() == "# My runs\n"
+
+
+def test_damaged_numbers_are_named(tmp_path):
+    planted(tmp_path, "uniqueness", {})
+    (tmp_path / "uniqueness" / "numbers.json").write_text("{")
+    with pytest.raises(InputError, match=r"uniqueness.numbers.json: is damaged"):
+        page.write(tmp_path)
