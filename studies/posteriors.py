@@ -14,12 +14,12 @@ Cost: about a quarter of an hour on one core. A killed run continues with --resu
 
 The trials are :func:`bayesub.thesis.cases.trial`: position noise of 0.5 m on a boat of suboff's length, in proportion
 to length, and attitude noise of 0.1 degrees, sampled every second on suboff, in proportion to length over speed; the
-prior is normal, 25 % about a guess 15 % off. SQP follows the thesis's rules (studies/baselines.py) on the exact track, and
-on the noisy readings of the trial, weighted by their noise; the added masses that reduce the rank it is told. A set is
-inside where it lies within the 95 % of posterior draws that are nearest to their mean by Mahalanobis distance, that fit
-best by chi-square, or that have the highest posterior density. Directions are those of the Fisher information at the
-truth in prior standard deviations: null by the equations, sloppy where the singular value is not above one, the others
-stiff.
+prior is normal, 25 % about a guess 15 % off. SQP follows the thesis's rules (studies/baselines.py) on the exact track,
+and on the noisy readings of the trial, weighted by their noise; the added masses that reduce the rank are known. A set
+is inside where it lies within the 95 % of posterior draws that are nearest to their mean by Mahalanobis distance, that
+fit best by chi-square, or that have the highest posterior density. Directions are those of the Fisher information at
+the truth in prior standard deviations: null by the equations, sloppy where the singular value is not above one, the
+others stiff.
 """
 
 from itertools import product

@@ -179,7 +179,8 @@ def mechanism(boat, manoeuvre, axis, expected, changes):
 
 def held_coefficients(systems, ranks):
     """For each axis that is not unique: every choice of coefficients that could be held, and how well the rest is then
-    known (smallest over largest singular value, zero if still not unique)."""
+    known (smallest over largest singular value, zero if still not unique).
+    """
     return {
         f"{vehicle} {manoeuvre} {axis}": {
             " ".join(names): value

@@ -21,7 +21,7 @@ from bayesub.cli.run import Options, run_many, run_one, verdict_of
 from bayesub.cli.run import report as report_run
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.interrupts import kept
+from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain, console
 from bayesub.model import coefficients
 from bayesub.model.hulls import load_hull
@@ -64,7 +64,7 @@ MANOEUVRE = {"metavar": "MANOEUVRE", "shell_complete": _built_in("manoeuvres")}
 def main() -> None:
     """Run the command line; an InputError is one line on standard error and exit status 2."""
     try:
-        with warnings.catch_warnings(), kept():
+        with warnings.catch_warnings(), interruptible():
             console.quiet = False
             warnings.showwarning = lambda message, *_: print(f"bayesub: {message}", file=sys.stderr)
             sys.exit(app(prog_name="bayesub", standalone_mode=False))

@@ -7,7 +7,7 @@ import numpy as np
 
 from bayesub.cli.run import prepared
 from bayesub.io import log_files, toml_files
-from bayesub.io.errors import InputError, naming
+from bayesub.io.errors import InputError, error_source
 from bayesub.model.hulls import load_hull
 from bayesub.model.manoeuvre_files import read_manoeuvre
 from bayesub.model.vehicles import load_vehicle
@@ -43,7 +43,7 @@ def _data_card(path: Path, setup: study.Setup) -> data_card.DataCard | None:
     problem = setup.problem
     if not np.isfinite(problem.predicted(problem.prior.mean)).all():
         return None
-    with naming(str(path)):
+    with error_source(str(path)):
         return data_card.check(problem, f"{setup.study.name}: {setup.vehicle.name}")
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from rich.table import Table
 
 from bayesub.io.atomic import reason
-from bayesub.io.errors import InputError, naming
-from bayesub.io.interrupts import kept
+from bayesub.io.errors import InputError, error_source
+from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import INTERRUPTED, Bars, complain, console, duration, say
 from bayesub.sampling.nuts import require_nutpie
 from bayesub.study import runs, script, study
@@ -45,7 +45,7 @@ def run_one(file: Path, output: Path | None, options: Options) -> Outcome:
 
 def prepared(path: Path, loaded: study.Study) -> study.Setup:
     """The study made ready; what is wrong with it names its file."""
-    with naming(str(path)):
+    with error_source(str(path)):
         return study.prepare(loaded)
 
 
@@ -101,7 +101,7 @@ def _held(folder: Path, config: dict, options: Options, again: list[str]) -> Ite
     """Work in a run folder; Ctrl-C ends it with the command that continues."""
     with open_folder(folder, config, resume=options.resume, force=options.force):
         try:
-            with kept():
+            with interruptible():
                 yield
         except KeyboardInterrupt:
             complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)

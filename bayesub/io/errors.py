@@ -19,7 +19,7 @@ class InputError(ValueError):
 
 
 @contextmanager
-def naming(source: str) -> Iterator[None]:
+def error_source(source: str) -> Iterator[None]:
     """An InputError inside the block begins with its source, a file or a trial, unless it names it already."""
     try:
         yield

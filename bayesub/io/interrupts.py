@@ -11,7 +11,7 @@ AGAIN_S = 0.02  # after which a lost interruption is repeated
 
 
 @contextmanager
-def kept() -> Iterator[None]:
+def interruptible() -> Iterator[None]:
     """Ctrl-C inside the block raises KeyboardInterrupt out of it, whatever becomes of the exception on the way.
 
     Compiled code turns it into a SystemError, and a library that is being imported perhaps into an ImportError. Where

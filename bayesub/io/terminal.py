@@ -1,12 +1,18 @@
 """What the command line says, and how: sentences, progress bars, exit status."""
 
-import re
 import sys
-import time
-from typing import NoReturn
+from typing import NoReturn, Protocol
 
+import rich.progress
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    SpinnerColumn,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -34,36 +40,46 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
 
 
-def pace(elapsed: float, text: str) -> str:
-    """Rate and time remaining of a stage after `elapsed` s, if `text` counts its items, as "3 of 5 starts" does.
+class Progress(Protocol):
+    """What work that takes time reports to."""
 
-    The time remaining is that of a constant pace.
-    """
-    counted = re.match(r"(\d+) of (\d+)\b", text)
-    done, n_items = map(int, counted.groups()) if counted else (0, 0)
-    if not (0 < done < n_items and elapsed > 0.0):
-        return ""
-    rate = done / elapsed
-    told = f"{rate:.3g}/s" if rate >= 1.0 else f"{60.0 * rate:.3g}/min"
-    return f"{told}, {duration((n_items - done) / rate)} left"
+    def stage(self, name: str) -> None:
+        """A stage begins, and the one before is done."""
+
+    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
+        """So many of `total` units of the stage are done; the note says what else there is to know."""
+
+
+class Silent:
+    """Progress that nobody sees."""
+
+    def stage(self, name: str) -> None:
+        """As :meth:`Progress.stage`."""
+
+    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
+        """As :meth:`Progress.update`."""
+
+
+SILENT = Silent()
 
 
 class Bars:
-    """One progress bar a stage; nothing when the output is not a terminal."""
+    """One progress bar a stage, with its pace and the time left; nothing when the output is not a terminal."""
 
     def __init__(self):
-        self.bars = Progress(
+        self.bars = rich.progress.Progress(
             SpinnerColumn(),
             TextColumn("{task.description:32}"),
             BarColumn(bar_width=24),
-            TextColumn("{task.percentage:3.0f} %"),
+            TaskProgressColumn(show_speed=False),
+            TextColumn("{task.fields[count]}"),
             TimeElapsedColumn(),
-            TextColumn("{task.fields[text]}"),
-            TextColumn("{task.fields[pace]}"),
+            TimeRemainingColumn(),
+            TextColumn("{task.fields[note]}"),
             console=console,
             disable=console.quiet or not console.is_terminal,
         )
-        self.task, self.began = None, 0.0
+        self.task = None
 
     def __enter__(self):
         self.bars.start()
@@ -75,15 +91,16 @@ class Bars:
 
     def _end(self):
         if self.task is not None:
-            self.bars.update(self.task, completed=1.0, pace="")
+            total = self.bars.tasks[self.task].total
+            self.bars.update(self.task, completed=total, total=total)
             self.bars.stop_task(self.task)
 
     def stage(self, name: str) -> None:
-        """A stage begins, and the one before is done."""
+        """As :meth:`Progress.stage`."""
         self._end()
-        self.task = self.bars.add_task(name, total=1.0, text="", pace="")
-        self.began = time.perf_counter()
+        self.task = self.bars.add_task(name, total=1.0, count="", note="")
 
-    def update(self, fraction: float, text: str) -> None:
-        """A `fraction` of the stage is done; `text` says what of it."""
-        self.bars.update(self.task, completed=fraction, text=text, pace=pace(time.perf_counter() - self.began, text))
+    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
+        """As :meth:`Progress.update`."""
+        count = f"{done:g} of {total:g} {unit}" if unit else ""
+        self.bars.update(self.task, completed=done, total=total, count=count, note=note)

@@ -114,7 +114,8 @@ class UnknownSd:
 
     def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator) -> np.ndarray:
         """(reading - predicted) / sd with an sd drawn given the predictions: of n readings, their squares sum to
-        chi-square with n degrees of freedom whatever they are."""
+        chi-square with n degrees of freedom whatever they are.
+        """
         relative = np.sqrt(rng.chisquare(len(readings), (len(predicted), 1)) / len(readings))
         return -self.residuals(predicted, readings, times) * relative
 

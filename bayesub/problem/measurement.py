@@ -79,7 +79,8 @@ class MeasurementModel:
 
     def _in_current(self, outputs):
         """Slice, channel, rows among the times and attitude (n_batch, n, 3), which positions can do without, of each
-        channel in a current."""
+        channel in a current.
+        """
         for part, channel, rows, here in zip(self.slices, self.channels, self._rows, self.carried, strict=True):
             if here:
                 attitude = (
@@ -89,7 +90,8 @@ class MeasurementModel:
 
     def _at_lever_arms(self, outputs):
         """Slice, channel, what turns the lever arm (n_batch, n, 3) and where that stands in (n_times, n_measured), of
-        each channel that has one."""
+        each channel that has one.
+        """
         for part, channel, rows in zip(self.slices, self.channels, self._rows, strict=True):
             if channel.displaced:
                 columns = [self.measured.index(name) for name in TURNING[channel.state]]

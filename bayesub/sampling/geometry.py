@@ -2,8 +2,9 @@
 
 *Whitening.* In the units x of the prior (:meth:`bayesub.problem.priors.Prior.scaled`), in which its standard deviations
 are one, the residuals have at the mode the Jacobian ``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (x - x_mode)`` the
-Laplace approximation is N(0, I); coordinates run from the stiffest to the sloppiest. Of those that the data leave to the
-prior any rotation will do: they are rotated to the axes of the parameters (varimax: Kaiser 1958), where bounds are walls.
+Laplace approximation is N(0, I); coordinates run from the stiffest to the sloppiest. Of those that the data leave to
+the prior any rotation will do: they are rotated to the axes of the parameters (varimax: Kaiser 1958), where bounds
+are walls.
 
 *Straightening.* The posterior is a thin sheet around a curved surface: far along the sloppy coordinates the stiff
 ones sit many of their own standard deviations away from the mode. The stiff coordinates z_B of one decade of singular

@@ -1,8 +1,13 @@
-"""Studies that compare problems: Python files with a docstring (question, claim, cost) and one function
+"""Studies that compare problems: Python files with a docstring (question, claim, cost) and three functions.
 
-    run(folder, *, quick, progress)
+``compute(run)``
+    does the work and returns the numbers, as JSON types; what ``draw`` needs is among them
+``draw(run, numbers)``
+    makes figures and tables of the numbers
+``claims(numbers)``
+    yields pairs: whether a claim holds, and the sentence that is said if it does not
 
-which computes, draws into `folder`, asserts the claim and returns the numbers that are worth keeping.
+`run` is a :class:`ScriptRun`. The numbers are on disk before anything is drawn or judged.
 """
 
 import ast
@@ -13,13 +18,16 @@ import signal
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
+from types import ModuleType
 
 import joblib
 import numba
+import numpy as np
 
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.run_folder import environment
 
 
@@ -40,24 +48,94 @@ def config(path: Path, *, quick: bool) -> dict:
     return {"name": path.stem, "question": question(path), "script_sha256": digest} | environment(quick=quick)
 
 
-def run(path: Path, folder: Path, *, quick: bool, progress) -> str:
-    """Run a script into an opened folder and write its ``numbers.json``; the claim that failed, or the empty string."""
+class ScriptRun:
+    """A run folder, as a study script sees it.
+
+    Attributes
+    ----------
+    name : of the study
+    folder : where everything is written
+    quick : whether the small version is wanted
+    progress : object to report to (:class:`bayesub.io.terminal.Progress`)
+    formats : suffixes of figures
+    """
+
+    def __init__(self, name: str, folder: Path, *, quick: bool, progress: Progress = SILENT, formats=(".png",)):
+        self.name, self.folder, self.quick, self.progress, self.formats = name, folder, quick, progress, formats
+
+    def figure(self, name: str) -> list[Path]:
+        """The files to draw a figure to, one for each format."""
+        return [self.folder / f"{name}{suffix}" for suffix in self.formats]
+
+    def page(self, lines: Iterable[str]) -> None:
+        """Write the tables of the study, Markdown."""
+        write_text(self.folder / f"{self.name}.md", "\n".join(lines) + "\n")
+
+    def part(self, name: str, make: Callable[[], dict]) -> dict:
+        """What `make` returns, as JSON types; a part that an earlier run finished is read back."""
+        file = self.folder / f"{name}.json"
+        if not file.exists():
+            write_text(file, json.dumps(make()))
+        return json.loads(file.read_text(encoding="utf-8"))
+
+    def save_arrays(self, name: str, **arrays) -> None:
+        """Keep arrays for ``draw``, compressed."""
+        np.savez_compressed(self.folder / f"{name}.npz", **arrays)
+
+    def load_arrays(self, name: str) -> dict[str, np.ndarray]:
+        """The arrays that ``compute`` has saved."""
+        with np.load(self.folder / f"{name}.npz") as arrays:
+            return dict(arrays)
+
+    def repeat(self, name: str, work: Callable[[int], dict], n: int) -> list[dict]:
+        """What `work` returns for 0, 1, .., n - 1: read from a file as far as it goes, then done, each in a process.
+
+        The file has a line of JSON for each; one that a kill left half written is done again.
+        """
+        file = self.folder / f"{name}.jsonl"
+        text = file.read_text(encoding="utf-8") if file.exists() else ""
+        lines = text[: text.rfind("\n") + 1].splitlines()[:n]
+        write_text(file, "".join(line + "\n" for line in lines))
+        for result in in_processes(work, range(len(lines), n)):
+            lines.append(json.dumps(result))
+            with file.open("a", encoding="utf-8") as stream:
+                stream.write(lines[-1] + "\n")
+            self.progress.update(len(lines), n, name)
+        return [json.loads(line) for line in lines]
+
+
+def load(path: Path) -> ModuleType:
+    """The script as a module."""
     spec = importlib.util.spec_from_file_location(f"study_{path.stem}", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    try:
-        numbers = module.run(folder, quick=quick, progress=progress)
-    except AssertionError as error:
-        return str(error) or "a claim of the study does not hold"
-    write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
-    return ""
+    return module
 
 
-def resumed(file: Path, make: Callable[[], dict]) -> dict:
-    """The content of a finished part's JSON file, or what `make` returns, saved there."""
-    if not file.exists():
-        write_text(file, json.dumps(make()))
-    return json.loads(file.read_text(encoding="utf-8"))
+def run(path: Path, folder: Path, *, quick: bool, progress: Progress = SILENT, formats=(".png",)) -> str:
+    """Run a script in an opened folder; the claim that failed, or the empty string.
+
+    ``numbers.json`` is written before anything is drawn or judged.
+    """
+    study = ScriptRun(path.stem, folder, quick=quick, progress=progress, formats=formats)
+    module = load(path)
+    text = json.dumps(module.compute(study), indent=1)
+    write_text(folder / "numbers.json", text)
+    progress.stage("figures")
+    return _conclude(module, study, json.loads(text))
+
+
+def redraw(path: Path, folder: Path, *, quick: bool, formats=(".png",)) -> str:
+    """Draw a finished run again and judge it, from its ``numbers.json``; the claim that failed, or the empty string."""
+    study = ScriptRun(path.stem, folder, quick=quick, formats=formats)
+    numbers = json.loads((folder / "numbers.json").read_text(encoding="utf-8"))
+    return _conclude(load(path), study, numbers)
+
+
+def _conclude(module: ModuleType, study: ScriptRun, numbers: dict) -> str:
+    """Draw, and then judge."""
+    module.draw(study, numbers)
+    return next((sentence for holds, sentence in module.claims(numbers) if not holds), "")
 
 
 def in_processes(work: Callable, items: Iterable) -> Iterator:
@@ -70,19 +148,3 @@ def in_processes(work: Callable, items: Iterable) -> Iterator:
     with joblib.parallel_config("loky", inner_max_num_threads=1, initializer=ignore_interrupt):
         parallel = joblib.Parallel(n_jobs=numba.get_num_threads(), return_as="generator")
         yield from parallel(joblib.delayed(work)(item) for item in items)
-
-
-def repeated(file: Path, work: Callable[[int], dict], n: int, progress) -> list[dict]:
-    """What `work` returns for 0, 1, .., n - 1: read from the file as far as it goes, then done, each in a process.
-
-    The file has a line of JSON for each; one that a kill left half written is done again.
-    """
-    text = file.read_text(encoding="utf-8") if file.exists() else ""
-    done = text[: text.rfind("\n") + 1].splitlines()[:n]
-    write_text(file, "".join(line + "\n" for line in done))
-    for result in in_processes(work, range(len(done), n)):
-        done.append(json.dumps(result))
-        with file.open("a", encoding="utf-8") as stream:
-            stream.write(done[-1] + "\n")
-        progress.update(len(done) / n, f"{len(done)} of {n}")
-    return [json.loads(line) for line in done]

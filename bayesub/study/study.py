@@ -14,7 +14,7 @@ import pydantic
 from bayesub import baselines, identifiability
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
-from bayesub.io.errors import InputError, naming
+from bayesub.io.errors import InputError, error_source
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model import coefficients
 from bayesub.model.linear_form import linear_systems, stacked
@@ -153,13 +153,14 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
 
 def prepare(study: Study) -> Setup:
     """Simulate the truth and measure it, or read the logs, and pose the problem; the same for the same study, bit for
-    bit."""
+    bit.
+    """
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(study.seed).spawn(4)]
     data_rng, guess_rng, sqp_rng, sampler_rng = streams
     vehicle = load_vehicle(study.vehicle)
     trials = {}
     for name, trial, sections in study.each_trial():
-        with naming(f"trial '{name}'" if name else ""):
+        with error_source(f"trial '{name}'" if name else ""):
             nuisance = study.nuisance | trial.nuisance
             trials[name] = trial.build(vehicle, sections, nuisance, study.dt_s, data_rng)
     centre = vehicle.xi
@@ -172,7 +173,7 @@ def prepare(study: Study) -> Setup:
     noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
     problems = {}
     for (name, trial), noise in zip(trials.items(), noises, strict=True):
-        with naming(f"trial '{name}'" if name else ""):
+        with error_source(f"trial '{name}'" if name else ""):
             problems[name] = Problem(
                 vehicle,
                 trial.manoeuvre,
