@@ -7,6 +7,7 @@ import pytest
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton
+from bayesub.io.log_files import STATES
 from bayesub.kernels import workspace
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.problem.likelihoods import AR1, StudentT, UnknownSd
@@ -128,7 +129,7 @@ def test_motion_is_over_the_ground(problem, parameters):
         if channel.over_ground:
             rows = np.searchsorted(problem.simulator.times, channel.times)
             np.testing.assert_allclose(
-                motion[rows, bs.logs.STATES.index(channel.state)], predicted[part], rtol=0, atol=1e-12
+                motion[rows, STATES.index(channel.state)], predicted[part], rtol=0, atol=1e-12
             )
 
 

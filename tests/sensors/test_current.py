@@ -6,6 +6,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 import bayesub as bs
+from bayesub.io.log_files import STATES
 from bayesub.sensors import ADCP, DVL, Sensor, Track, over_ground
 
 CURRENT = (0.37, -0.52)
@@ -72,7 +73,7 @@ def test_only_what_is_over_the_ground_feels_the_current(flown):
     for before, after in zip(still.channels, moving.channels, strict=True):
         if before.over_ground:
             column = bs.sensors.QUANTITIES[before.quantity].state
-            expected = (ground - states)[:, bs.logs.STATES.index(column)]
+            expected = (ground - states)[:, STATES.index(column)]
             np.testing.assert_allclose(after.values - before.values, expected, rtol=0, atol=1e-10)
         else:
             np.testing.assert_array_equal(after.values, before.values)

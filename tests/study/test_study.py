@@ -172,7 +172,7 @@ def test_list_and_check_know_everything_built_in(bayesub, small):
     assert status == 0
     assert all(name in out for name in ("suboff", "auv690", "npsauv", "horizontal"))
     assert bayesub("list", "boats")[0] == 2
-    files = [path for kind in ("vehicles", "manoeuvres") for path in study.inputs.built_in(kind).values()]
+    files = [path for kind in ("vehicles", "manoeuvres") for path in study.toml_files.built_in(kind).values()]
     status, out, _ = bayesub("check", *files, small)
     assert status == 0
     assert "4 free coefficients" in out
