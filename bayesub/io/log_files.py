@@ -1,9 +1,13 @@
-"""Track, record and control-history CSV: one format, units in the column names (design section 5).
+"""Track, record and control-history CSV: one format, units in the column names.
 
-Inside, columns have the short names of the field and SI units: ``time``; ``delta_r delta_b delta_s`` and ``rpm``;
-``x y z phi theta psi u v w p q r`` and ``udot .. rdot``; ``depth`` by pressure, ``heading`` by a compass and
-``u_ground v_ground w_ground``, body velocities over the ground where ``u v w`` are through the water. Empty cells are
-missing readings (not a number).
+In memory columns have the short names of the field and SI units:
+
+- ``time``;
+- ``delta_r delta_b delta_s`` and ``rpm``, the controls;
+- ``x y z phi theta psi u v w p q r`` and ``udot .. rdot``, the motion, with ``u v w`` through the water;
+- ``depth`` by pressure, ``heading`` by a compass, and ``u_ground v_ground w_ground``, body velocities over the ground.
+
+An empty cell is a missing reading (not a number).
 """
 
 import warnings
@@ -31,7 +35,8 @@ _LINEAR |= {name: f"{name}_mps2" for name in ACCELERATIONS[:3]}
 _ANGULAR = {"delta_r": "rudder", "delta_b": "bow_plane", "delta_s": "stern_plane"}
 _ANGULAR |= {"phi": "roll", "theta": "pitch", "psi": "yaw"}
 
-# Short name -> column header as written (HEADERS), and header -> (short name, factor to SI) as read (COLUMNS).
+# Short name -> column header as written (HEADERS), and header -> (short name, SI units in one unit of it) as read
+# (COLUMNS).
 HEADERS = {"time": "time_s", **{k: f"{v}_deg" for k, v in _ANGULAR.items()}, "rpm": "rpm", **_LINEAR}
 HEADERS |= {name: f"{name}_degps" for name in "pqr"} | {name: f"{name}_degps2" for name in ACCELERATIONS[3:]}
 HEADERS |= {"depth": "depth_m", "heading": "heading_deg"} | {f"{name}_ground": f"{name}_ground_mps" for name in "uvw"}
@@ -41,25 +46,46 @@ COLUMNS |= {header.replace("_deg", "_rad"): (name, 1.0) for name, header in HEAD
 CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 
 
-def read_log(path: Path) -> dict[str, np.ndarray]:
-    """Read a CSV file into short name -> (n,) array in SI units; InputError names file, column or line, and remedy.
+def si_factor(name: str) -> float:
+    """SI units in one unit of a column: pi/180 for ``yaw_deg``, 1 for ``yaw_rad`` and ``x_m``.
 
-    Numbers are read as such, a million rows in seconds and in little more memory than they fill; only a file in which
-    that fails is read again as text, for the line that is wrong.
+    Parameters
+    ----------
+    name : str
+        Header of a column, or short name of a quantity for the column as it is written.
+    """
+    return COLUMNS[HEADERS.get(name, name)][1]
+
+
+def positions(*names: str) -> list[int]:
+    """Where states (or accelerations, which follow them) of these short names stand in :data:`OUTPUTS`."""
+    return [OUTPUTS.index(name) for name in names]
+
+
+def read_log(path: Path) -> dict[str, np.ndarray]:
+    """Read a CSV file into short name -> (n,) array in SI units.
+
+    Numbers are parsed directly, a million rows in seconds and in little more memory than they fill. Only a file in
+    which that fails is read a second time as text, to find the line that is wrong.
+
+    Raises
+    ------
+    InputError
+        With file, column or line, and remedy.
     """
     path = Path(path)
     names = _header(path)
     rows, line = _numbers(path, names)
     _check_sizes(path, names, rows, line)
-    log = {COLUMNS[name][0]: values * COLUMNS[name][1] for name, values in zip(names, rows.T, strict=True)}
+    log = {COLUMNS[name][0]: values * si_factor(name) for name, values in zip(names, rows.T, strict=True)}
     times = log["time"]
     if not np.isfinite(times).all():
         raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty")
     late = np.flatnonzero(np.diff(times) <= 0)
     if late.size:
-        before, found = times[late[0]], times[late[0] + 1]
+        before, after = times[late[0]], times[late[0] + 1]
         raise InputError(
-            f"{path}: line {line[late[0] + 1]}: time_s must ascend, found {found:.12g} after {before:.12g}"
+            f"{path}: line {line[late[0] + 1]}: time_s must ascend, found {after:.12g} after {before:.12g}"
         )
     return log
 
@@ -125,8 +151,8 @@ def _parsing(path) -> Iterator[None]:
     except pd.errors.ParserWarning:
         raise InputError(f"{path}: line 2: has more cells than there are columns; write decimal points") from None
     except pd.errors.ParserError as error:
-        told = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
-        raise InputError(f"{path}: {told}; write decimal points, not commas") from None
+        reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
+        raise InputError(f"{path}: {reason}; write decimal points, not commas") from None
 
 
 def _not_a_number(path, options) -> InputError:
@@ -139,10 +165,10 @@ def _not_a_number(path, options) -> InputError:
             wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
             if wrong.size:
                 row, column = wrong[0]
-                found = table.iat[row, column]
-                hint = "; write a decimal point" if "," in found else ""
+                cell = table.iat[row, column]
+                hint = "; write a decimal point" if "," in cell else ""
                 where = f"line {table.index[row] + 2}, column '{table.columns[column]}'"
-                return InputError(f"{path}: {where}: '{found}' is not a finite number{hint}")
+                return InputError(f"{path}: {where}: '{cell}' is not a finite number{hint}")
     return InputError(f"{path}: holds cells that are not finite numbers")
 
 
@@ -152,15 +178,15 @@ def _check_sizes(path, names, rows, line) -> None:
     beyond = np.argwhere(np.abs(rows) > largest)
     if beyond.size:
         row, column = beyond[0]
-        told = f"{rows[row, column]:g} is beyond {largest[column]:g}"
-        raise InputError(f"{path}: line {line[row]}, column '{names[column]}': {told}; check the unit")
+        excess = f"{rows[row, column]:g} is beyond {largest[column]:g}"
+        raise InputError(f"{path}: line {line[row]}, column '{names[column]}': {excess}; check the unit")
 
 
 def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
     """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
     import pandas as pd
 
-    table = pd.DataFrame({HEADERS[name]: log[name] / COLUMNS[HEADERS[name]][1] for name in HEADERS if name in log})
+    table = pd.DataFrame({HEADERS[name]: log[name] / si_factor(name) for name in HEADERS if name in log})
     try:
         table.to_csv(path, index=False, float_format=WRITTEN)
     except OSError as error:

@@ -57,7 +57,7 @@ def _labelled(channel) -> tuple[str, float]:
     """Name and unit for an axis, and the factor from SI to the unit."""
     header = log_files.HEADERS[channel.quantity]
     shown = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
-    return style.with_unit(shown).replace(" ground", " bottom"), 1.0 / log_files.COLUMNS[header][1]
+    return style.with_unit(shown).replace(" ground", " bottom"), 1.0 / log_files.si_factor(header)
 
 
 def _draw_path(axis, record, tracks, truth):

@@ -32,7 +32,7 @@ BODY |= {key: {key: 1.0} for key in workspace.THRUST}
 INITIAL = {}
 for _state in log_files.STATES:
     _stem, _, _unit = log_files.HEADERS[_state].rpartition("_")
-    INITIAL[f"{_stem}0_{_unit}"] = {f"{_state}0": log_files.COLUMNS[log_files.HEADERS[_state]][1]}
+    INITIAL[f"{_stem}0_{_unit}"] = {f"{_state}0": log_files.si_factor(_state)}
 
 MOVING = {"horizontal": ("x", "y", "psi", "u", "v", "r"), "vertical": ("x", "z", "theta", "u", "w", "q")}
 
@@ -94,7 +94,7 @@ def _of_channels(channels, noises) -> dict[str, Nuisance]:
     found = []
     for channel, noise in zip(channels, noises, strict=True):
         column = log_files.HEADERS[channel.quantity]
-        factor = log_files.COLUMNS[column][1]
+        factor = log_files.si_factor(column)
         found.append(Nuisance(f"bias_{column}", 0.0, factor, channel=channel.name, attribute="bias"))
         names = {
             "sd": (f"sd_{column}", factor),

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.log_files import ACCELERATIONS, COLUMNS, HEADERS, STATES
+from bayesub.io.log_files import ACCELERATIONS, COLUMNS, HEADERS, STATES, si_factor
 
 MAX_READINGS = 1_000_000
 
@@ -106,7 +106,7 @@ class Sensor:
     @property
     def factor(self) -> float:
         """From the unit of the column to SI."""
-        return COLUMNS[self.column][1]
+        return si_factor(self.column)
 
     def reading_times(self, duration: float) -> np.ndarray:
         """(n,) times of the readings in a trial of `duration`, both in s, missing ones included."""

@@ -123,4 +123,4 @@ def _scatter(key, log, data) -> float:
     if not steps.any():
         raise InputError(f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log")
     scatter = np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0))
-    return float(max(scatter, 0.5 * steps[steps > 0.0].min())) / log_files.COLUMNS[header][1]
+    return float(max(scatter, 0.5 * steps[steps > 0.0].min())) / log_files.si_factor(header)

@@ -156,7 +156,7 @@ class NoiseSection(Section):
     def build(self, channel: Channel) -> likelihoods.Normal:
         """The noise model, in SI units."""
         given = self.model_dump(exclude={"kind", "sd"})
-        factor = log_files.COLUMNS[log_files.HEADERS[channel.quantity]][1]
+        factor = log_files.si_factor(channel.quantity)
         return _NOISES[self.kind](channel.total_sd if self.sd is None else factor * self.sd, **given)
 
 

@@ -193,7 +193,7 @@ def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, floa
     channel = channels[0]
     value, sd = _at_zero(channel, vehicle.length_m / vehicle.speed_mps)
     column = log_files.HEADERS[channel.quantity]
-    besides = [sd * WIDENED, _size(nuisance, f"bias_{column}") * log_files.COLUMNS[column][1]]
+    besides = [sd * WIDENED, _size(nuisance, f"bias_{column}") * log_files.si_factor(column)]
     if channel.over_ground and state in "uvw":
         besides += [_size(nuisance, name) for name in CURRENTS]
     if channel.displaced:
