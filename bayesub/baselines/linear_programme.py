@@ -7,21 +7,27 @@ from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.scaled_axis import estimate, scaled
+from bayesub.identifiability.linalg import complete_svd
 from bayesub.io.errors import InputError
 
 _TOLERANCE = 1e-10  # the tightest that HiGHS takes, on rows and columns of order one
 _EXACT = 1e-6  # data whose residuals come down to this are so exact that the tolerance of HiGHS shows
 _REFINEMENTS = 2
+_METHODS = ("highs-ipm", "highs-ds", "highs")  # in this order, until one of them finds the optimum
+_NULL = 1e-12  # singular value over the largest below which a direction of an axis is not determined
+_INFEASIBLE, _UNBOUNDED = 2, 3
 
 
 def linear_programme(systems, guess: dict[str, float], *, held=(), bounds=None, constraints=()) -> Estimate:
     """Minimise the largest absolute residual of ``matrix @ xi = load`` of each axis.
 
-    In scaled unknowns z the programme is ``min t, -t <= row @ z - load <= t`` for every row, solved by the interior
-    point method of HiGHS followed by its crossover to a vertex: more exact on data without noise than its dual
-    simplex. Columns are scaled to a largest entry of one, the rows and the load to a largest load of one. On data
-    without noise its tolerance would cost digits, so that the programme is solved again for what the first solution
-    leaves (iterative refinement; Gleixner, Steffy & Wolter 2016).
+    The programme is ``min t, -t <= row @ z - load <= t`` for every row, solved by the interior point method of HiGHS
+    followed by its crossover to a vertex, and by its simplex methods where that fails. The unknowns z are those in
+    which the columns of the matrix are orthogonal and of the same size (from the singular value decomposition), and
+    the rows are scaled to a largest load of one: with the coefficients themselves as unknowns the condition number of
+    an axis is 1e5, and on which processors the interior point method then succeeds is a matter of rounding. On data
+    without noise the tolerance of HiGHS would cost digits, so that the programme is solved again for what the first
+    solution leaves (iterative refinement; Gleixner, Steffy & Wolter 2016).
 
     Parameters
     ----------
@@ -35,7 +41,9 @@ def linear_programme(systems, guess: dict[str, float], *, held=(), bounds=None, 
     Returns
     -------
     Estimate whose cost is the largest residual relative to the largest load, largest over the axes. Where the rank is
-    deficient, any of the best solutions is returned: hold an added mass of the axis.
+    deficient the solution stays at the guess along what is not determined, unless bounds or constraints forbid it: hold
+    an added mass of the axis. The coefficients of an axis that has no solution are not a number, the cost is then
+    infinite, and the status says why.
     """
     began = time.perf_counter()
     forms = scaled(systems, guess, held)
@@ -54,48 +62,65 @@ def linear_programme(systems, guess: dict[str, float], *, held=(), bounds=None, 
 
 
 def _solve(form, bounds, constraints):
-    """Coefficients of an axis, its largest residual relative to its largest load, and what went wrong, if anything."""
+    """Coefficients of an axis, its largest residual relative to its largest load, and why there are none, or ""."""
     whole = np.abs(form.load + form.matrix @ (form.centre * form.lengths)).max()
-    values, status = form.centre, ""
-    residuals = form.load
-    for _ in range(_REFINEMENTS + 1):
+    values, residuals = form.centre, form.load
+    for refinement in range(_REFINEMENTS + 1):
         size = np.abs(residuals).max()
         result, step = _programme(form, values, residuals, bounds, constraints)
-        if result.x is None:
-            remedy = "relax bounds or constraints" if result.status == 2 else "hold a coefficient or give bounds"
-            return values, np.inf, f"{form.axis}: {result.message.strip()}; {remedy}"
-        status = "" if result.status == 0 else f"{form.axis}: {result.message.strip()}"
+        if step is None:
+            if refinement:  # what is to be refined is a solution
+                break
+            impossible = result.status in (_INFEASIBLE, _UNBOUNDED)
+            remedy = "relax bounds or constraints" if impossible else "hold a coefficient or give bounds"
+            status = f"{form.axis}: no solution: {result.message.strip()}; {remedy}"
+            return np.full(len(values), np.nan), np.inf, status
         trial = form.load - form.matrix @ ((values + step - form.centre) * form.lengths)
-        if np.abs(trial).max() > size:
+        if refinement and np.abs(trial).max() > size:
             break
         values, residuals = values + step, trial
         if np.abs(residuals).max() > _EXACT * size:
             break
-    return values, np.abs(residuals).max() / whole, status
+    return values, np.abs(residuals).max() / whole, ""
 
 
 def _programme(form, values, load, bounds, constraints):
-    """The result of HiGHS and the change of `values` (n_columns,) that makes the largest residual smallest."""
-    peaks, unit = np.abs(form.matrix).max(axis=0), np.abs(load).max() or 1.0
-    matrix, load = form.matrix / peaks, load / unit
-    factors = unit / (form.lengths * peaks)  # change of a coefficient per unknown of the programme
+    """The result of HiGHS and the change of `values` (n_columns,) that makes the largest residual smallest, or None."""
+    unit = np.abs(load).max() or 1.0
+    u, s, vt = complete_svd(form.matrix)
+    s = np.where(s > _NULL * s[0], s, np.inf)  # along the others nothing changes the residuals
+    size = np.sqrt(len(u))  # of a column of entries of order one
+    matrix, load = size * u * np.isfinite(s), load / unit
+    reach = np.where(np.isfinite(s), size / s, 1.0)
+    back = unit * vt.T * reach / form.lengths[:, None]  # change of the coefficients per unknown of the programme
     one = np.ones((len(matrix), 1))
     rows, uppers = [np.hstack([matrix, -one]), np.hstack([-matrix, -one])], [load, -load]
+    for weights, upper in _limits(form.names, bounds, constraints):
+        row = weights @ back
+        largest = np.abs(row).max()
+        rows.append(np.append(row / largest, 0.0)[None])
+        uppers.append([(upper - weights @ values) / largest])
+    for method in _METHODS:
+        result = optimize.linprog(
+            np.append(np.zeros(matrix.shape[1]), 1.0),
+            A_ub=np.concatenate(rows),
+            b_ub=np.concatenate(uppers),
+            bounds=[*[(None, None)] * matrix.shape[1], (0.0, None)],
+            method=method,
+            options={"primal_feasibility_tolerance": _TOLERANCE, "dual_feasibility_tolerance": _TOLERANCE},
+        )
+        if result.status == 0:
+            return result, back @ result.x[:-1]
+        if result.status == _INFEASIBLE:
+            break
+    return result, None
+
+
+def _limits(names, bounds, constraints):
+    """Weights (n_columns,) and upper limit of the weighted sum of coefficients, of each constraint and each bound."""
     for weights, upper in constraints:
-        weight = np.array([weights.get(name, 0.0) for name in form.names])
-        size = np.abs(weight * factors).max()
-        rows.append(np.append(weight * factors / size, 0.0)[None])
-        uppers.append([(upper - weight @ values) / size])
-    limits = [
-        [None if limit is None else (limit - value) / factor for limit in bounds.get(name, (None, None))]
-        for name, value, factor in zip(form.names, values, factors, strict=True)
-    ]
-    result = optimize.linprog(
-        np.append(np.zeros(matrix.shape[1]), 1.0),
-        A_ub=np.concatenate(rows),
-        b_ub=np.concatenate(uppers),
-        bounds=[*limits, (0.0, None)],
-        method="highs-ipm",
-        options={"primal_feasibility_tolerance": _TOLERANCE, "dual_feasibility_tolerance": _TOLERANCE},
-    )
-    return result, None if result.x is None else factors * result.x[:-1]
+        yield np.array([weights.get(name, 0.0) for name in names]), upper
+    for k, name in enumerate(names):
+        for sign, limit in zip((-1.0, 1.0), bounds.get(name, (None, None)), strict=True):
+            if limit is not None:
+                yield sign * np.eye(len(names))[k], sign * limit

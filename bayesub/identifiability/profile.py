@@ -116,20 +116,23 @@ class _Search:
     def _linear(self, t):
         """Residuals, sensitivity to coefficient k, and the decomposition of that to the others without their null.
 
-        The readings are rotated so that at most n_params + 1 of them are left; lengths and angles stay.
+        The readings are rotated so that at most n_params + 1 of them are left; lengths and angles stay. Directions
+        whose singular value is round-off are left out like null ones: a step along them would be round-off over
+        round-off, so long that the readings themselves are lost in the rounding of the parameters.
         """
-        rows = np.linalg.qr(np.column_stack([self.jacobian(t), self.residuals(t[None])[0]]), mode="r")
+        jacobian = self.jacobian(t)
+        rows = np.linalg.qr(np.column_stack([jacobian, self.residuals(t[None])[0]]), mode="r")
         u, s, vt = split_svd(rows[:, self.others], self.null)
-        informed = len(s) - len(self.null)
-        return rows[:, -1], rows[:, self.k], u[:, :informed], s[:informed], vt[:informed]
+        s = s[: len(s) - len(self.null)]
+        informed = np.flatnonzero(s > len(jacobian) * np.finfo(float).eps * s.max(initial=0.0))
+        return rows[:, -1], rows[:, self.k], u[:, informed], s[informed], vt[informed]
 
     def curvature(self, t):
         """Second derivative of the profile over two: what of the sensitivity the others cannot imitate, squared."""
         if self.along is not None:
             return 0.0
-        _, column, u, s, _ = self._linear(t)
-        seen = u[:, s > 0.0]
-        rest = column - seen @ (seen.T @ column)
+        _, column, u, _, _ = self._linear(t)
+        rest = column - u @ (u.T @ column)
         return rest @ rest
 
     def at(self, t, target, reference):
@@ -145,8 +148,7 @@ class _Search:
         residuals = residuals + column * (target - t[self.k])
         t, cost = np.where(np.arange(len(t)) == self.k, target, t), np.inf
         for _ in range(_MAX_ITERATIONS):
-            with np.errstate(invalid="ignore", divide="ignore"):
-                gains = np.where(s > 0.0, s / (s**2 + _DAMPING[:, None]), 0.0)
+            gains = s / (s**2 + _DAMPING[:, None])
             trials = np.repeat(t[None], len(_DAMPING), axis=0)
             trials[:, self.others] -= (gains * (u.T @ residuals)) @ vt
             costs = self.cost(trials)

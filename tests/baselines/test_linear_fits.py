@@ -1,15 +1,18 @@
 """Fits of the equations of motion: least squares, total least squares, linear programming."""
 
+import importlib
 import itertools
 
 import numpy as np
 import pytest
+from scipy.optimize import OptimizeResult
 
 from bayesub.baselines import Estimate, linear_least_squares, linear_programme, total_least_squares
 from bayesub.io.errors import InputError
 from bayesub.model.coefficients import HORIZONTAL, INDEX, columns
 from bayesub.model.linear_form import LinearSystem, linear_systems
 
+linear_programme_module = importlib.import_module("bayesub.baselines.linear_programme")
 HELD = ("Yvdot", "Nvdot", "Nrdot")
 
 
@@ -207,3 +210,43 @@ def test_an_estimate_survives_its_file(fit, planted):
     again = Estimate.from_json(found.to_json())
     assert again.to_json() == found.to_json()
     assert again.starts is None
+
+
+def test_the_linear_programme_falls_back_to_the_simplex(planted, monkeypatch):
+    """Where the interior point method gives up, as it does for rounding's sake, the answer is the same."""
+    systems, truth, guess = planted
+    linprog = linear_programme_module.optimize.linprog
+
+    def without_interior_point(*arguments, method, **options):
+        if method == "highs-ipm":
+            return OptimizeResult(x=None, status=4, message="HiGHS Status 15: Unknown")
+        return linprog(*arguments, method=method, **options)
+
+    monkeypatch.setattr(linear_programme_module.optimize, "linprog", without_interior_point)
+    solution = linear_programme(systems, guess)
+    assert solution.statuses == ("optimal",)
+    np.testing.assert_allclose(solution.values, [truth[name] for name in solution.names], rtol=1e-11)
+
+
+def test_a_guess_is_not_a_solution(planted, monkeypatch):
+    """An axis that no method solves has no values, an infinite cost and a status that names it; the others have."""
+    systems, truth, guess = planted
+    infeasible = linear_programme(systems, guess, bounds={"a": (2.0, 3.0)}, constraints=[({"a": 1.0}, 1.0)])
+    assert np.isnan(infeasible.values[:3]).all()
+    np.testing.assert_allclose(infeasible.values[3:], [truth["d"], truth["e"]], rtol=1e-11)
+
+    failure = OptimizeResult(x=None, status=4, message="HiGHS Status 15: Unknown")
+    monkeypatch.setattr(linear_programme_module.optimize, "linprog", lambda *_, **__: failure)
+    failed = linear_programme(systems, guess)
+    assert np.isnan(failed.values).all()
+    assert np.isinf(failed.costs[0])
+    assert failed.statuses[0].startswith("Y: no solution: HiGHS Status 15: Unknown; hold a coefficient")
+
+
+def test_the_linear_programme_leaves_the_guess_along_what_is_not_determined(spiral_track, suboff, guess):
+    """With every coefficient free the fit is as good, and no coefficient runs away; least squares does the same."""
+    systems = linear_systems(spiral_track)
+    solution, other = linear_programme(systems, guess), linear_least_squares(systems, guess)
+    assert solution.statuses == ("optimal",)
+    assert solution.costs[0] < 1e-12
+    np.testing.assert_allclose(solution.values, other.values, rtol=1e-6, atol=1e-12)
