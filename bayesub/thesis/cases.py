@@ -4,13 +4,14 @@ Vehicles stand in for the classified boats in order: suboff for submarine 1, auv
 """
 
 import tomllib
-from collections.abc import Callable
 from importlib import resources
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 from bayesub import baselines
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.coefficients import INDEX, NAMES
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
@@ -23,6 +24,7 @@ from bayesub.sensors import Track, observe
 
 VEHICLES = ("suboff", "auv690", "npsauv")
 MANOEUVRES = ("horizontal", "vertical", "coupled")
+CASES = tuple(product(VEHICLES, MANOEUVRES))
 SEED = 2003
 TOLERANCES = (0.1, 0.01)  # parTol and funcTol (section 7.2.2)
 SUBOFF_TIME = 102.2606 / 7.5  # s to travel a ship length, to which the sampling interval refers
@@ -34,6 +36,21 @@ WEIGHT = 10.0  # samples of the thesis to one of ours
 def published() -> dict:
     """The thesis's numbers: table -> rows or columns, submarines 1 to 3 in order."""
     return tomllib.loads((resources.files("bayesub.thesis") / "thesis_results.toml").read_text(encoding="utf-8"))
+
+
+def time_scale(boat: Vehicle) -> float:
+    """The time that a boat takes for its length over suboff's, to which sampling intervals and time steps refer."""
+    return boat.length_m / boat.speed_mps / SUBOFF_TIME
+
+
+def length_scale(boat: Vehicle) -> float:
+    """The length of a boat over suboff's, to which position noise refers."""
+    return boat.length_m / load_vehicle("suboff").length_m
+
+
+def tracking_range(boat: Vehicle) -> Track:
+    """Position to 0.5 m and attitude to 0.1 degrees once a second on suboff, in proportion on the others."""
+    return Track(0.5 * length_scale(boat), 0.1, time_scale(boat))
 
 
 def held(manoeuvre: str) -> list[str]:
@@ -59,8 +76,7 @@ def track_problem(boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, 
     """
     flown = load_manoeuvre(manoeuvre, boat)
     truth = simulate(boat, flown)
-    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
-    sensor = Track(sd / np.sqrt(WEIGHT), sd / np.sqrt(WEIGHT), interval)
+    sensor = Track(sd / np.sqrt(WEIGHT), sd / np.sqrt(WEIGHT), time_scale(boat))
     record = observe(truth, sensor, rng)
     prior = priors.relative_normal(0.25, boat.xi if centre is None else centre)
     return Problem(boat, flown, record, free=free, prior=prior, xi=xi, dt=truth.simulator.step)
@@ -96,40 +112,35 @@ def unseen(boat: Vehicle, n: int, *, first: int = 0):
 
     Output times are those of :func:`track_problem`; the manoeuvre's name has its seed.
     """
-    seed, found = first, 0
-    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
-    while found < n:
+    seed, count, interval = first, 0, time_scale(boat)
+    while count < n:
         manoeuvre = load_manoeuvre(f"random:{seed}", boat)
         simulator = Simulator(boat, manoeuvre, np.arange(interval, manoeuvre.duration, interval))
         seed += 1
         if simulator.run(boat.xi)[1][0] == 0:
-            found += 1
+            count += 1
             yield simulator
 
 
 def trial(vehicle: str, manoeuvre: str, *, sd: float = 0.25, free=None) -> Problem:
     """What a tracking range makes of a case: every coefficient that is not zero, and the added masses, free.
 
-    Position to 0.5 m on suboff and to as many ship lengths on the others, attitude to 0.1 degrees, sampled as
-    :func:`track_problem`; the prior is normal with `sd` about a guess 15 % off.
+    The sensor is :func:`tracking_range`; the prior is normal with `sd` about a guess 15 % off.
     """
     boat = load_vehicle(vehicle)
     flown = load_manoeuvre(manoeuvre, boat)
     truth = simulate(boat, flown)
-    interval = boat.length_m / boat.speed_mps / SUBOFF_TIME
     guess, noise = streams(vehicle, manoeuvre)
-    sensor = Track(0.5 * boat.length_m / load_vehicle("suboff").length_m, 0.1, interval)
     prior = priors.relative_normal(sd, priors.perturbed(boat.xi, 0.15, guess))
-    record = observe(truth, sensor, noise)
+    record = observe(truth, tracking_range(boat), noise)
     return Problem(boat, flown, record, free=free or NAMES, prior=prior, dt=truth.simulator.step)
 
 
-def sampled(
-    problem: Problem, file: Path, *, max_steps: int = 20_000, progress: Callable = lambda *_: None
-) -> Posterior:
+def sampled(problem: Problem, file: Path, *, max_steps: int = 20_000, progress: Progress = SILENT) -> Posterior:
     """The posterior of a trial, sampled once and kept in `file`, its chain in a folder beside it; converged or not."""
     if not file.exists():
         rng = np.random.default_rng(SEED)
         chain = file.with_name(f"chain_{file.stem}")
-        posterior_file.save(sample(problem, rng=rng, max_steps=max_steps, checkpoint=chain, progress=progress), file)
+        report = lambda done, note="": progress.update(done, 1.0, note=note)  # noqa: E731
+        posterior_file.save(sample(problem, rng=rng, max_steps=max_steps, checkpoint=chain, progress=report), file)
     return posterior_file.load(file)
