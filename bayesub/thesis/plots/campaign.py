@@ -1,6 +1,6 @@
 """Figures of the deterministic baselines: costs, coefficients, accuracies (thesis Figures 30 to 59 and 89 to 96).
 
-A case is a dictionary of JSON types as ``studies/baselines.py`` saves it.
+A case is a dictionary of JSON types as :func:`bayesub.thesis.optimisers.compare` gives it.
 """
 
 import numpy as np
@@ -14,12 +14,12 @@ _FLOOR = 1e-16
 
 def draw_costs(path, case) -> None:
     """Histograms of initial and converged cost, largest position error and evaluations of the SQP searches."""
-    found = case["sqp"]
-    costs = [("initial", found["initial_costs"], style.PRIOR), ("converged", found["costs"], style.SQP)]
+    search = case["sqp"]
+    costs = [("initial", search["initial_costs"], style.PRIOR), ("converged", search["costs"], style.SQP)]
     panels = (
         ("cost (m$^2$ + deg$^2$)", costs),
-        ("largest position error (mm)", [("", 1e3 * np.array(found["position_m"]), style.SQP)]),
-        ("evaluations", [("", found["efforts"], style.SQP)]),
+        ("largest position error (mm)", [("", 1e3 * np.array(search["position_m"]), style.SQP)]),
+        ("evaluations", [("", search["efforts"], style.SQP)]),
     )
     with style.figure(path, 9.0, 2.8) as figure:
         for axis, (label, groups) in zip(figure.subplots(1, 3), panels, strict=True):
@@ -40,8 +40,12 @@ def draw_coefficients(path, names, ratios, starts, bounds, *, label="SQP, conver
 
     Parameters
     ----------
-    ratios, starts : (n_starts, n_params)
+    path : one file or several
+    names : (n_params,) coefficients
+    ratios : (n_starts, n_params) where searches end
+    starts : (n_starts, n_params) where they began
     bounds : (low, high) ratios, or empty where they differ by coefficient
+    label : of the ends
     """
     draw_sets(path, names, (("start", starts, "o", "#909090"), (label, ratios, "o", style.SQP)), bounds)
 
@@ -49,7 +53,12 @@ def draw_coefficients(path, names, ratios, starts, bounds, *, label="SQP, conver
 def draw_sets(path, names, groups, bounds=()) -> None:
     """Ratios to the truth of groups of coefficient sets, side by side; up to forty coefficients a row.
 
-    groups : (label, ratios (n, n_params), marker, colour), and bounds : as :func:`draw_coefficients`
+    Parameters
+    ----------
+    path : one file or several
+    names : (n_params,) coefficients
+    groups : (label, ratios (n, n_params), marker, colour)
+    bounds : as :func:`draw_coefficients`
     """
     n_rows = int(np.ceil(len(names) / _ROW))
     width = int(np.ceil(len(names) / n_rows))
@@ -80,7 +89,7 @@ def draw_accuracy(path, cases) -> None:
         axis = figure.subplots()
         for n, case in enumerate(cases.values()):
             for k, (method, colour, text) in enumerate(methods):
-                errors = np.maximum(case["errors"][method], _FLOOR)
+                errors = np.maximum(np.array(case["errors"][method], dtype=float), _FLOOR)  # none: not a number
                 x = n + 0.2 * (k - 1.5) + np.linspace(-0.06, 0.06, len(errors))
                 axis.semilogy(x, errors, "o", ms=2.2, mew=0, color=colour, label=text if n == 0 else None)
         axis.axhline(0.1, color=style.TRUTH, lw=0.7, ls="--", label="starts")
@@ -94,14 +103,13 @@ def draw_noise(path, cases) -> None:
     """Noise at which each coefficient is known to 10 % only, which is what the searches start from."""
     with style.figure(path, 9.0, 3.8) as figure:
         panels = figure.subplots(1, 2)
-        colours = dict(zip(dict.fromkeys(case.split()[0] for case in cases), style_colours(), strict=False))
         lines = dict(zip(dict.fromkeys(case.split()[1] for case in cases), ("-", ":", "--"), strict=False))
         for name, case in cases.items():
             vehicle, manoeuvre = name.split()
             for panel, key, factor in zip(panels, ("track_m", "velocity_mps"), (1e3, 1e3), strict=True):
                 levels = factor * np.sort(list(case["lost_at"][key].values()))
                 share = 100 * np.arange(1, len(levels) + 1) / len(levels)
-                panel.semilogx(levels, share, lines[manoeuvre], color=colours[vehicle], label=name)
+                panel.semilogx(levels, share, lines[manoeuvre], color=style.VEHICLES[vehicle], label=name)
         marks = (("track noise (mm and 0.001 deg)", 1.0), ("velocity noise (mm/s)", 10.0))
         for panel, (text, mark) in zip(panels, marks, strict=True):
             panel.axvline(mark, color=style.TRUTH, lw=0.8)
@@ -109,8 +117,3 @@ def draw_noise(path, cases) -> None:
         panels[0].set_title("trust region on 10 Hz tracks; line: 1 mm", fontsize=9)
         panels[1].set_title("linear least squares, 10 Hz; line: 1 cm/s", fontsize=9)
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
-
-
-def style_colours() -> tuple[str, ...]:
-    """Colours of the vehicles."""
-    return style.POSTERIOR, style.SQP, style.LINEAR
