@@ -83,8 +83,11 @@ class ScriptRun:
         np.savez_compressed(self.folder / f"{name}.npz", **arrays)
 
     def load_arrays(self, name: str) -> dict[str, np.ndarray]:
-        """The arrays that ``compute`` has saved."""
-        with np.load(self.folder / f"{name}.npz") as arrays:
+        """The arrays that ``compute`` has saved; InputError if the run left none."""
+        file = self.folder / f"{name}.npz"
+        if not file.exists():
+            raise InputError(f"{file}: is missing, and figures that need it cannot be drawn; run the study again")
+        with np.load(file) as arrays:
             return dict(arrays)
 
     def repeat(self, name: str, work: Callable[[int], dict], n: int) -> list[dict]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.identifiability.rank import ACCURACY
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
@@ -14,7 +15,9 @@ def draw_ranks(path, rows, columns, cells) -> None:
 
     Parameters
     ----------
-    rows, columns : their labels
+    path : one file or several
+    rows : (n_rows,) labels
+    columns : (n_columns,) labels
     cells : list of rows of (rank, columns, practical rank), or None where there is none
     """
     with style.figure(path, 1.4 + 0.95 * len(columns), 1.0 + 0.27 * len(rows)) as figure:
@@ -49,13 +52,13 @@ def draw_ranks(path, rows, columns, cells) -> None:
         axis.legend(loc="upper center", bbox_to_anchor=(0.45, 0.0), ncols=3, fontsize=8, columnspacing=1.0)
 
 
-def draw_spectra(path, cases, colours) -> None:
+def draw_spectra(path, cases) -> None:
     """Singular values over the largest, axis by axis: a panel a manoeuvre, a colour a vehicle.
 
     Parameters
     ----------
-    cases : manoeuvre -> vehicle -> axis -> AxisRank
-    colours : vehicle -> colour
+    path : one file or several
+    cases : manoeuvre -> vehicle -> axis -> :meth:`bayesub.identifiability.AxisRank.summary`
     """
     with style.figure(path, 10.0, 4.4) as figure:
         widths = [len(next(iter(by_vehicle.values()))) for by_vehicle in cases.values()]
@@ -63,18 +66,11 @@ def draw_spectra(path, cases, colours) -> None:
         for panel, (manoeuvre, by_vehicle) in zip(panels, cases.items(), strict=True):
             for k, (vehicle, ranks) in enumerate(by_vehicle.items()):
                 for j, r in enumerate(ranks.values()):
-                    place = np.full(r.columns, j + 0.24 * (k - 1))
-                    values = np.maximum(r.singular_values / r.singular_values[0], FLOOR)
-                    null, weak = r.singular_values <= r.threshold, np.zeros(r.columns, dtype=bool)
-                    weak[r.practical_rank : r.rank] = True
-                    clear = ~null & ~weak
-                    panel.semilogy(place[clear], values[clear], "_", color=colours[vehicle], ms=9, mew=1.4)
-                    panel.semilogy(place[weak], values[weak], "s", color=colours[vehicle], ms=5)
-                    panel.semilogy(place[null], values[null], "D", color=colours[vehicle], ms=5, mfc="none")
+                    _draw_axis(panel, j + 0.24 * (k - 1), r, style.VEHICLES[vehicle])
             everything = [r for ranks in by_vehicle.values() for r in ranks.values()]
-            top = max(r.threshold / r.singular_values[0] for r in everything)
+            top = max(r["threshold"] / r["singular_values"][0] for r in everything)
             panel.axhspan(FLOOR, top, color=style.NULL, alpha=0.15, lw=0)
-            panel.axhspan(top, everything[0].accuracy, color=style.WEAK, alpha=0.12, lw=0)
+            panel.axhspan(top, ACCURACY, color=style.WEAK, alpha=0.12, lw=0)
             names = list(next(iter(by_vehicle.values())))
             panel.set_xticks(range(len(names)), names)
             panel.set_xlim(-0.5, len(names) - 0.5)
@@ -85,11 +81,23 @@ def draw_spectra(path, cases, colours) -> None:
         panels[0].set_ylabel("singular value over the largest, unit columns")
         panels[-1].text(-0.4, top / 2, "round-off: not unique", fontsize=8, va="top")
         text = "above round-off, below any instrument: ill-conditioned"
-        panels[-1].text(-0.4, everything[0].accuracy / 2, text, fontsize=8, va="top")
-        handles = [panels[0].plot([], [], "_", ms=9, mew=2.0, color=c, label=v)[0] for v, c in colours.items()]
+        panels[-1].text(-0.4, ACCURACY / 2, text, fontsize=8, va="top")
+        vehicles = next(iter(cases.values()))
+        handles = [panels[0].plot([], [], "_", ms=9, mew=2.0, color=style.VEHICLES[v], label=v)[0] for v in vehicles]
         for marker, fill, label in (("s", "full", "seen by the equations only"), ("D", "none", "null")):
             handles += panels[0].plot([], [], marker, color=style.TRUTH, ms=5, fillstyle=fill, label=label)
         figure.legend(handles=handles, loc="outside lower center", ncols=5, fontsize=8)
+
+
+def _draw_axis(panel, place, r, colour) -> None:
+    """The singular values of one axis: clear, weak and null ones."""
+    values = np.array(r["singular_values"])
+    null, weak = values <= r["threshold"], np.zeros(len(values), dtype=bool)
+    weak[r["practical_rank"] : r["rank"]] = True
+    values = np.maximum(values / values[0], FLOOR)
+    looks = {"_": {"ms": 9, "mew": 1.4}, "s": {"ms": 5}, "D": {"ms": 5, "mfc": "none"}}
+    for members, (marker, look) in zip((~null & ~weak, weak, null), looks.items(), strict=True):
+        panel.semilogy(np.full(members.sum(), place), values[members], marker, color=colour, **look)
 
 
 def draw_null_vectors(path, vectors) -> None:
@@ -97,6 +105,7 @@ def draw_null_vectors(path, vectors) -> None:
 
     Parameters
     ----------
+    path : one file or several
     vectors : axis -> (names of the columns, label of a row -> null vector as a dict coefficient -> change)
     """
     heights = [len(rows) + 1.6 for _, rows in vectors.values()]
@@ -117,23 +126,27 @@ def draw_null_vectors(path, vectors) -> None:
         bar.set_label("change of the non-dimensional coefficient along the null vector, the largest being one")
 
 
-def draw_signs(path, histories) -> None:
+def draw_signs(path, vehicles, arrays) -> None:
     """Figure 27 of the thesis in kind: the relative signs of two pairs of motions over time.
 
     Parameters
     ----------
-    histories : vehicle -> (ship lengths travelled (n,), label of the pair -> relative sign of -1, 0 or 1 (n,))
+    path : one file or several
+    vehicles : names, a column of panels each
+    arrays : vehicle -> ship lengths travelled (n_samples,), and "vehicle/pair" -> relative sign of the two motions,
+        -1, 0 or 1 (n_samples,)
     """
-    n_pairs = len(next(iter(histories.values()))[1])
-    with style.figure(path, 9.5, 1.5 * n_pairs + 0.9) as figure:
-        panels = figure.subplots(n_pairs, len(histories), sharex=True, sharey=True, squeeze=False)
-        for column, (vehicle, (lengths, pairs)) in zip(panels.T, histories.items(), strict=True):
+    pairs = list(dict.fromkeys(key.partition("/")[2] for key in arrays if "/" in key))
+    with style.figure(path, 9.5, 1.5 * len(pairs) + 0.9) as figure:
+        panels = figure.subplots(len(pairs), len(vehicles), sharex=True, sharey=True, squeeze=False)
+        for column, vehicle in zip(panels.T, vehicles, strict=True):
             column[0].set_title(vehicle, fontsize=9)
-            for panel, first, (label, signs) in zip(column, panels[:, 0], pairs.items(), strict=True):
-                panel.plot(lengths[signs != 0], signs[signs != 0], ".", ms=1.5, color=style.POSTERIOR)
+            for panel, first, pair in zip(column, panels[:, 0], pairs, strict=True):
+                signs = arrays[f"{vehicle}/{pair}"]
+                panel.plot(arrays[vehicle][signs != 0], signs[signs != 0], ".", ms=1.5, color=style.POSTERIOR)
                 text = f"equal in {100 * np.mean(signs > 0):.2g} % of samples"
                 panel.text(0.5, 0.5, text, transform=panel.transAxes, ha="center", va="center", fontsize=8)
                 panel.set_ylim(-1.6, 1.6)
                 panel.set_yticks([-1, 1], ["opposite", "equal"])
-                first.set_ylabel(f"signs of {label}")
+                first.set_ylabel(f"signs of {pair}")
             column[-1].set_xlabel("ship lengths travelled at trial speed")
