@@ -63,6 +63,10 @@ class ScriptRun:
     def __init__(self, name: str, folder: Path, *, quick: bool, progress: Progress = SILENT, formats=(".png",)):
         self.name, self.folder, self.quick, self.progress, self.formats = name, folder, quick, progress, formats
 
+    def __getstate__(self):
+        """In another process there is nobody to report to."""
+        return self.__dict__ | {"progress": SILENT}
+
     def figure(self, name: str) -> list[Path]:
         """The files to draw a figure to, one for each format."""
         return [self.folder / f"{name}{suffix}" for suffix in self.formats]
@@ -105,6 +109,10 @@ class ScriptRun:
                 stream.write(lines[-1] + "\n")
             self.progress.update(len(lines), n, name)
         return [json.loads(line) for line in lines]
+
+    def in_processes(self, work: Callable, items: Iterable) -> Iterator:
+        """What `work` returns for each item, in order (:func:`in_processes`); in it :meth:`part` may be used."""
+        return in_processes(work, items)
 
 
 def load(path: Path) -> ModuleType:
