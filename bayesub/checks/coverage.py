@@ -1,4 +1,4 @@
-"""Do the intervals of an estimate hold the truth as often as they claim? Trials of the same kind, side by side."""
+"""Coverage: how often the intervals of an estimate hold the truth in repeated trials."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class RepeatedTrials:
 
     @property
     def sds(self) -> np.ndarray:
-        """(n_trials, n_params)"""
+        """(n_trials, n_params) stated standard deviations."""
         return np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2))
 
     @property
@@ -53,3 +53,15 @@ class RepeatedTrials:
         """
         lower = np.linalg.cholesky(self.covariances / (self.sds[:, :, None] * self.sds[:, None, :]))
         return np.mean(np.linalg.solve(lower, self.standardised[..., None])[..., 0] ** 2, axis=1)
+
+
+def standard_errors_off(mean_coverage: tuple[float, float], probability: float, n_intervals: int) -> float:
+    """Mean coverage less `probability`, in standard errors.
+
+    Parameters
+    ----------
+    mean_coverage : mean and its standard error (:meth:`RepeatedTrials.mean_coverage`)
+    n_intervals : number of intervals; the standard error is at least that of as many independent ones
+    """
+    mean, error = mean_coverage
+    return (mean - probability) / max(error, np.sqrt(probability * (1 - probability) / n_intervals))

@@ -14,6 +14,7 @@ import ast
 import hashlib
 import importlib.util
 import json
+import re
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
@@ -81,6 +82,15 @@ class ScriptRun:
         if not file.exists():
             write_text(file, json.dumps(make()))
         return json.loads(file.read_text(encoding="utf-8"))
+
+    def parts(self, stage: str, makes: dict[str, Callable[[], dict]]) -> dict[str, dict]:
+        """What each of `makes` returns, by name, one after the other: a stage of the run, each a :meth:`part`."""
+        self.progress.stage(stage)
+        results = {}
+        for name, make in makes.items():
+            results[name] = self.part(re.sub(r"\W+", "_", f"{stage} {name}"), make)
+            self.progress.update(len(results), len(makes), "parts", name)
+        return results
 
     def save_arrays(self, name: str, **arrays) -> None:
         """Keep arrays for ``draw``, compressed."""
