@@ -9,15 +9,16 @@ _LIMIT = 2.0  # ratios beyond 1 +- this are drawn at the edge
 _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK)
 
 
-def draw_ratios(path, case) -> None:
+def draw_ratios(path, names, truth, errors) -> None:
     """Ratio to the truth of every coefficient that is not zero, one dot a manoeuvre, forces above moments.
 
     Parameters
     ----------
-    case : dictionary with names (n,), truth (n,) and fits -> "rounded" -> errors (n_manoeuvres, n)
+    names : (n,) of the coefficients
+    truth : (n,)
+    errors : (n_manoeuvres, n) estimate less truth
     """
-    names, truth = np.array(case["names"]), np.array(case["truth"])
-    errors = np.array(case["fits"]["rounded"]["errors"])
+    names, truth = np.array(names), np.array(truth)
     with style.figure(path, 9.0, 6.4) as figure:
         panels = figure.subplots(2, 1)
         for panel, axes, kind in zip(panels, ("XYZ", "KMN"), ("force", "moment"), strict=True):
@@ -45,7 +46,7 @@ def draw_coverage(path, cases) -> None:
 
     Parameters
     ----------
-    cases : case -> dictionary as for :func:`draw_ratios`, with coverage (n,) and bias_over_spread (n,) in its fits
+    cases : case -> fits -> "rounded" and "rounded load only" -> coverage (n,) and bias_over_spread (n,)
     """
     with style.figure(path, 9.0, 3.8) as figure:
         coverage, bias = figure.subplots(1, 2)
@@ -68,7 +69,12 @@ def draw_coverage(path, cases) -> None:
 
 
 def draw_tracks(path, cases) -> None:
-    """Largest position error with which each identified set reproduces the manoeuvre it was identified from."""
+    """Largest position error with which each identified set reproduces the manoeuvre it was identified from.
+
+    Parameters
+    ----------
+    cases : case -> position_m (n_manoeuvres,), None where the simulation fails
+    """
     with style.figure(path, 6.5, 3.8) as figure:
         panel = figure.subplots()
         for (name, case), colour in zip(cases.items(), _COLOURS, strict=False):
