@@ -11,9 +11,12 @@ _COLOURS = (style.LINEAR, style.SQP, style.POSTERIOR)
 def draw(path, names, trial, treatments, level: float) -> None:
     """Above, intervals of one trial as ratios to the truth; below, how many of all trials hold the truth.
 
+    Parameters
+    ----------
     names : (n,) coefficients
     trial : treatment -> lower and upper (n,)
-    treatments : treatment -> coverage (n,)
+    treatments : treatment -> n_trials and coverage (n,)
+    level : probability of the intervals
     """
     columns = np.arange(len(names))
     with style.figure(path, 0.62 * len(names) + 1.6, 5.6) as figure:

@@ -1,0 +1,33 @@
+"""Simulations an effective sample, by problem and sampler."""
+
+from bayesub.plots import style
+
+_COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR)
+
+
+def draw(path, problems: dict, samplers, goal: float) -> None:
+    """Simulations an effective sample by problem and sampler; open marks have not converged.
+
+    Parameters
+    ----------
+    problems : problem -> n_params, and sampler -> converged, per_sample
+    samplers : their names
+    goal : most that is wanted, a vertical line
+    """
+    with style.figure(path, 9.0, 1.6 + 0.22 * len(problems)) as figure:
+        panel = figure.subplots()
+        for name, colour in zip(samplers, _COLOURS, strict=True):
+            for row, result in enumerate(problems.values()):
+                if name in result:
+                    fill = colour if result[name]["converged"] else "none"
+                    panel.plot(result[name]["per_sample"], row, "o", ms=6, mec=colour, mfc=fill)
+        panel.axvline(goal, color=style.PRIOR)
+        panel.set_xscale("log")
+        names = [f"{problem} ({result['n_params']})" for problem, result in problems.items()]
+        panel.set_yticks(range(len(problems)), names, fontsize=8)
+        panel.invert_yaxis()
+        panel.set_xlabel(
+            "simulations an effective sample of the worst known coefficient; open: not converged, at least"
+        )
+        marks = [panel.plot([], [], "o", color=c, label=name)[0] for name, c in zip(samplers, _COLOURS, strict=True)]
+        figure.legend(handles=marks, loc="outside upper center", ncols=3, fontsize=8)

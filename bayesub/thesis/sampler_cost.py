@@ -1,0 +1,105 @@
+"""What a posterior costs, by this sampler and by the moves that emcee comes with."""
+
+import time
+
+import emcee
+import numpy as np
+
+from bayesub.checks import convergence
+from bayesub.problem.priors import Normal
+from bayesub.problem.problem import Problem
+from bayesub.sampling import Posterior
+
+N_ENSEMBLES = 4
+N_JACOBIANS = 12
+UNSEEN = 0.01  # singular value, in prior sd: the data move the mean by as much, less than a standard error
+
+
+def cost(posterior: Posterior) -> dict:
+    """What a posterior cost, in simulations an effective sample of its worst parameter, and whether it converged."""
+    ess = posterior.bulk_ess
+    worst = int(np.argmin(ess))
+    return {
+        "converged": posterior.converged,
+        "evaluations": posterior.evaluations,
+        "seconds": posterior.seconds,
+        "ess": float(ess[worst]),
+        "worst": posterior.names[worst],
+        "per_sample": float(posterior.evaluations / ess[worst]),
+        "tau": float(posterior.tau.max()),
+        "rhat": float(posterior.rhat.max()),
+        "acceptance": float(posterior.acceptance),
+    }
+
+
+def rival(problem: Problem, moves, rng: np.random.Generator, budget: int) -> Posterior:
+    """Independent emcee ensembles of three walkers a parameter, in prior coordinates, from draws of the prior.
+
+    Parameters
+    ----------
+    moves : called for the moves of each ensemble
+    budget : number of simulations
+    """
+    n_params = problem.n_params
+    n_walkers = 4 * (1 + 3 * n_params // 4)
+    n_steps = budget // (N_ENSEMBLES * n_walkers)
+    watch = time.perf_counter()
+
+    def log_prob(t):
+        return problem.log_likelihood(problem.prior.parameters(t)) - 0.5 * np.einsum("ij,ij->i", t, t)
+
+    chains, densities, accepted = [], [], 0.0
+    for _ in range(N_ENSEMBLES):
+        sampler = emcee.EnsembleSampler(n_walkers, n_params, log_prob, moves=moves(), vectorize=True)
+        state = np.random.RandomState(rng.integers(2**32)).get_state()  # the generator that emcee knows
+        sampler.run_mcmc(emcee.State(_starts(log_prob, rng, n_walkers, n_params), random_state=state), n_steps)
+        half = n_steps // 2
+        chains.append(problem.prior.parameters(sampler.get_chain(discard=half)))
+        densities.append(sampler.get_log_prob(discard=half))
+        accepted += sampler.acceptance_fraction.mean() / N_ENSEMBLES
+    return Posterior(
+        names=problem.names,
+        chain=np.array(chains),
+        log_prob=np.array(densities),
+        prior_mean=problem.prior.mean,
+        prior_sd=problem.prior.sd,
+        n_warmup=n_steps // 2,
+        acceptance=accepted,
+        evaluations=problem.evaluations,
+        seconds=time.perf_counter() - watch,
+        failures=dict(problem.failures),
+    )
+
+
+def _starts(log_prob, rng, n, n_params):
+    """(n, n_params) draws of the prior whose simulation completes."""
+    starts = np.empty((0, n_params))
+    while len(starts) < n:
+        t = rng.standard_normal((n, n_params))
+        starts = np.concatenate([starts, t[np.isfinite(log_prob(t))]])
+    return starts[:n]
+
+
+def unseen(problem: Problem, posterior: Posterior) -> dict | None:
+    """The directions that the data do not see, along which a posterior must have mean and sd of a normal prior.
+
+    Returns
+    -------
+    dict or None
+        Their number ``n``, and the largest ``departure`` of mean and sd from the prior's in Monte Carlo standard
+        errors. None where the prior is not normal.
+    """
+    if not isinstance(problem.prior, Normal):
+        return None
+    # At one point every motion that fits has directions which it alone does not see: take several.
+    some = posterior.draws[:: len(posterior.draws) // N_JACOBIANS]
+    jacobians = [problem.jacobian(parameters) * problem.prior.sd for parameters in some]
+    _, s, vt = np.linalg.svd(np.concatenate(jacobians) / np.sqrt(len(some)), full_matrices=False)
+    along = (posterior.chain - problem.prior.mean) / problem.prior.sd @ vt[s < UNSEEN].T
+    if not along.shape[-1]:
+        return {"n": 0, "departure": 0.0}
+    squares = along**2 - 1.0
+    departures = [
+        np.abs(f.mean(axis=(0, 1, 2))) / f.std(axis=(0, 1, 2)) * np.sqrt(convergence.ess(f)) for f in (along, squares)
+    ]
+    return {"n": along.shape[-1], "departure": float(np.max(departures))}
