@@ -22,7 +22,8 @@ from bayesub.io.errors import InputError, nearest
 
 VELOCITIES = ("u", "v", "w", "p", "q", "r")
 ACCELERATIONS = ("udot", "vdot", "wdot", "pdot", "qdot", "rdot")
-STATES = ("x", "y", "z", "phi", "theta", "psi", *VELOCITIES)
+ANGLES = ("phi", "theta", "psi")
+STATES = ("x", "y", "z", *ANGLES, *VELOCITIES)
 OUTPUTS = (*STATES, *ACCELERATIONS)
 CONTROLS = ("delta_r", "delta_b", "delta_s")
 

@@ -1,4 +1,4 @@
-"""Control-plane dynamics: a rate-limited first-order lag (model section 7, thesis section 8.2)."""
+"""Control-plane dynamics: a rate-limited first-order lag (model manual, section 7; thesis section 8.2)."""
 
 import numpy as np
 
@@ -11,10 +11,16 @@ def step_response(elapsed, start, demand, rate, time_constant):
 
     Parameters
     ----------
-    elapsed : (n,) array of times since the step, s
-    start, demand : angles at and after the step, rad
-    rate : slew limit, rad/s
-    time_constant : s
+    elapsed : (n,) array
+        Times since the step, s.
+    start : float
+        Angle at the step, rad.
+    demand : float
+        Ordered angle, rad.
+    rate : float
+        Slew limit, rad/s.
+    time_constant : float
+        s.
     """
     error = abs(demand - start)
     direction = np.sign(demand - start)
@@ -25,7 +31,28 @@ def step_response(elapsed, start, demand, rate, time_constant):
 
 
 def response(times, demand_times, demands, rate, time_constant, limit):
-    """Plane angle at `times` (n,) under `demands` (m,) that begin at `demand_times` (m,), from zero; angles in rad."""
+    """Plane angles under several demands one after the other, from zero.
+
+    Parameters
+    ----------
+    times : (n,) array
+        s.
+    demand_times : (m,) array
+        When each demand begins, s.
+    demands : (m,) array
+        Ordered angles, rad.
+    rate : float
+        Slew limit, rad/s.
+    time_constant : float
+        s.
+    limit : float
+        Largest angle to either side, rad.
+
+    Returns
+    -------
+    (n,) array
+        Angles at `times`, rad.
+    """
     angles = np.zeros(len(times))
     angle = 0.0
     for j, (begin, demand) in enumerate(zip(demand_times, np.clip(demands, -limit, limit), strict=True)):

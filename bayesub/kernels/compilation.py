@@ -1,8 +1,13 @@
 """Compile the kernels in a process of their own, so that every process that computes loads the same machine code.
 
 A kernel that was compiled in the running process may call another copy of an inner function than one that was loaded
-from the cache, optimised once more or once less, and round the last digit differently. If all processes load, a
-study gives the same bits on its first run as on any other.
+from the cache, optimised once more or once less, and round the last digit differently. If all processes load, a study
+gives the same bits on its first run as on any other. This holds on the same machine and with the same versions of
+bayesub, Python, NumPy, SciPy, numba and LLVM: for another processor other instructions are chosen, and last digits
+differ.
+
+The products of :mod:`bayesub.sampling.polynomial` are compiled apart, where they are used. They are single products and
+sums that the compiler may not contract or reorder, and have the same bits whoever compiles them.
 """
 
 import os
@@ -17,13 +22,20 @@ import numba
 from bayesub.kernels.integrate import integrate
 from bayesub.kernels.jit import DIGEST
 
-_COMPILING = "BAYESUB_COMPILING"  # environment variable that tells the process that compiles
+CALL_ALL = "from bayesub.kernels.first_calls import call_all; call_all()"
+_COMPILING = "BAYESUB_COMPILING"  # environment variable of the process that compiles
 
 
-def ensure(script: str) -> None:
-    """Run `script`, Python that calls every kernel, in another process, unless it has been run for this installation.
+def ensure(script: str = CALL_ALL) -> None:
+    """Run a script that calls every kernel in another process, unless this was done before for this installation.
 
-    If that fails, or nothing can be cached, the kernels are compiled where they are used. At a terminal it says so.
+    If the script fails, or nothing can be cached, the kernels are compiled where they are used. A line on standard
+    error tells a user at a terminal what takes so long.
+
+    Parameters
+    ----------
+    script : str
+        Python source.
     """
     if numba.config.DISABLE_JIT or _COMPILING in os.environ or ensure.done:
         return

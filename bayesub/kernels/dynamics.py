@@ -1,4 +1,4 @@
-"""The equations of motion of one lane: state derivative from state and controls (model sections 1 to 6)."""
+"""The equations of motion of one lane: state derivative from state and controls (model manual, sections 1 to 6)."""
 
 from bayesub.kernels import workspace as at
 from bayesub.kernels.hydrodynamics import hydrodynamic_forces
@@ -9,9 +9,9 @@ from bayesub.kernels.workspace import BODY_ROWS, INVERSE_MASS, LANES
 
 @inline
 def propulsion(work, i, u, ordered):
-    """Thrust (N) and torque (N m) of the three-branch polynomial (section 5), and their derivatives with u.
+    """Thrust (N) and torque (N m) of the three-branch polynomial, and their derivatives with u.
 
-    `ordered` is n/k0, the speed at which the propeller speed self-propels (m/s).
+    They are those of the model manual, section 5. `ordered` is n/k0, the speed that the propeller speed keeps up (m/s).
     """
     forward = ordered > u if u >= 0.0 else ordered < u  # n' = n / (k0 u) > 1
     astern = ordered <= 0.0 if u >= 0.0 else ordered >= 0.0  # n' <= 0
@@ -35,7 +35,7 @@ def propulsion(work, i, u, ordered):
 
 @inline
 def rigid_body(work, i, u1, v1, w1, p1, q1, r1, u2, v2, w2, p2, q2, r2):
-    """The velocity terms of the left-hand sides (section 2), in N and N m, as a bilinear form.
+    """The velocity terms of the left-hand sides (model manual, section 2), in N and N m, as a bilinear form.
 
     With the velocity in both places they are the terms themselves; the form of a velocity and its variation plus that
     of the variation and the velocity is their derivative.
@@ -66,7 +66,7 @@ def rigid_body(work, i, u1, v1, w1, p1, q1, r1, u2, v2, w2, p2, q2, r2):
 
 @inline
 def hydrostatics(work, i, gx, gy, gz):
-    """Weight and buoyancy (section 3), in N and N m; (gx, gy, gz) is the downward direction in body axes."""
+    """Weight and buoyancy (model manual, section 3), in N and N m; (gx, gy, gz) points down, in body axes."""
     weight = work[(BODY_ROWS + at.WEIGHT) * LANES + i]
     buoyancy = work[(BODY_ROWS + at.BUOYANCY) * LANES + i]
     net = weight - buoyancy
@@ -104,7 +104,7 @@ def accelerations(work, i, row, gx, gy, gz, dr, db, ds, ordered):
 
 @inline
 def euler_derivative(work, i, state, dr, db, ds, ordered):
-    """The twelve rates (section 1) of lane `i` whose state, with Euler angles, begins at row `state`."""
+    """The twelve rates (model manual, section 1) of lane `i` whose state, with Euler angles, begins at row `state`."""
     row = state * LANES + i
     sphi, cphi = sine_cosine(work[row + 3 * LANES])
     sth, cth = sine_cosine(work[row + 4 * LANES])

@@ -17,7 +17,7 @@ def sgn(x):
 
 @inline
 def hydrodynamic_forces(work, i, u, v, w, p, q, r, dr, db, ds):
-    """X, Y, Z (N) and K, M, N (N m) of the terms without accelerations (model section 4), lane `i` of `work`."""
+    """X, Y, Z (N) and K, M, N (N m) of lane `i`, terms without accelerations (model manual, section 4)."""
     nu = sqrt(v * v + w * w)
     X = (
         work[(COEFFICIENTS + 0) * LANES + i] * (u*u)  # Xuu

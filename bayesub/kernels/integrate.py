@@ -50,6 +50,7 @@ def load_block(work, first, coefficients, body, initial):
 
 @inline
 def copy_state(work, source, target):
+    """Copy the state of all lanes from row `source` to row `target`."""
     for j in range(STATE_ROWS * LANES):
         work[target * LANES + j] = work[source * LANES + j]
 
@@ -200,6 +201,7 @@ def _fate(work, i, max_speed2, quaternions):
 
 @jit
 def any_failed(work, max_speed2, quaternions):
+    """Whether any lane has left the envelope, is faster than the root of `max_speed2`, or has no finite rates."""
     failed = 0
     for i in range(LANES):
         failed += _fate(work, i, max_speed2, quaternions)
@@ -266,19 +268,30 @@ def integrate(coefficients, body, initial, stages, step, times, max_speed, quate
 
     Parameters
     ----------
-    coefficients : (n_batch, 101) array, dimensional (N, m, kg, s)
+    coefficients : (n_batch, 101) array
+        Dimensional (N, m, kg, s).
     body : (n_batch, N_BODY) array
-    initial : (n_batch, 12) array of initial states
-    stages : (n_steps + 1, 3, 4) array of controls at the start, middle and end of each step
-    step : step length, s
-    times : (n_times,) ascending output times from 0 to n_steps * step, s
-    max_speed : a member that reaches this speed (m/s) has diverged
-    quaternions : integrate the attitude as a quaternion, which knows no limit of pitch, instead of Euler angles
-    rows : (n_outputs,) which of the 12 states and, after them, the 6 accelerations (udot .. rdot) to keep
+    initial : (n_batch, 12) array
+        States at the start.
+    stages : (n_steps + 1, 3, 4) array
+        Controls at the start, middle and end of each step.
+    step : float
+        s.
+    times : (n_times,) array
+        Ascending output times from 0 to n_steps * step, s.
+    max_speed : float
+        A member that reaches this speed (m/s) has diverged.
+    quaternions : bool
+        Whether the attitude is integrated as a quaternion, which has no limit of pitch, instead of Euler angles.
+    rows : (n_outputs,) array
+        Which of the 12 states and, after them, the 6 accelerations (udot .. rdot) are wanted.
 
     Returns
     -------
-    states (n_batch, n_times, n_outputs), not a number from the failure of a member on, and status (n_batch,).
+    states : (n_batch, n_times, n_outputs) array
+        Not a number from the failure of a member on.
+    status : (n_batch,) array
+        OK, DIVERGED or LEFT_ENVELOPE.
     """
     n_batch = coefficients.shape[0]
     states = np.empty((n_batch, times.shape[0], len(rows)))
@@ -309,13 +322,16 @@ def body_accelerations(coefficients, body, states, controls):
 
     Parameters
     ----------
-    coefficients, body : as in :func:`integrate`
+    coefficients : (n_batch, 101) array
+        Dimensional (N, m, kg, s).
+    body : (n_batch, N_BODY) array
     states : (n_batch, n_times, 12) array
     controls : (n_times, 4) array
 
     Returns
     -------
-    (n_batch, n_times, 6) array, m/s^2 and rad/s^2.
+    (n_batch, n_times, 6) array
+        m/s^2 and rad/s^2.
     """
     n_batch, n_times = states.shape[0], states.shape[1]
     result = np.empty((n_batch, n_times, 6))

@@ -31,7 +31,8 @@ def jit(function=None, **options):
 def batched(function):
     """Compile a kernel whose first argument is a batch, to run on all threads if that has more than LANES members.
 
-    For fewer, waking the threads would take longer than the work.
+    For fewer, waking the threads would take longer than the work. The attribute `variants` of the result holds both
+    compiled functions.
     """
     serial = jit(types.FunctionType(function.__code__, function.__globals__, f"{function.__name__}_serial"))
     parallel = jit(function, parallel=True)
@@ -40,6 +41,7 @@ def batched(function):
     def kernel(batch, *arguments):
         return (parallel if len(batch) > LANES else serial)(batch, *arguments)
 
+    kernel.variants = serial, parallel
     return kernel
 
 

@@ -1,4 +1,4 @@
-"""The mass matrix M = M_rb - M_a (model sections 2 and 6) and its inverse."""
+"""The mass matrix M = M_rb - M_a (model manual, sections 2 and 6) and its inverse."""
 
 import numpy as np
 

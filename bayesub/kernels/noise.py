@@ -252,7 +252,10 @@ def rounded_slopes(predicted, readings, half_step, sds):
 
     Returns
     -------
-    slopes, information : (n_batch, n), by predicted / sd and by its square; information lies between zero and one
+    slopes : (n_batch, n) array
+        First derivatives by predicted / sd.
+    information : (n_batch, n) array
+        Second derivatives by predicted / sd, between zero and one.
     """
     slopes, information = np.empty(predicted.shape), np.empty(predicted.shape)
     for member in prange(len(predicted)):

@@ -1,6 +1,7 @@
-"""Derivatives of a simulated motion by coefficients, body and initial state: the tangent-linear equations (section 6).
+"""Derivatives of a simulated motion by coefficients, body and initial state.
 
-A Runge-Kutta step of the tangent-linear equations takes a sensitivity s (12,) to
+They follow from the tangent-linear equations (model manual, section 6), of which a Runge-Kutta step takes a sensitivity
+s (12,) to
 
     s + P s[3:] + sum over the stages j of G_j f_j
 
@@ -330,13 +331,29 @@ def sensitivities(
 
     Parameters
     ----------
-    coefficients (1, 101), body (1, N_BODY), stages, step, times : as for :func:`bayesub.kernels.integrate.integrate`
-    history : from :func:`fly`
-    parameters : (n_body,) positions in the body vector of the body parameters
-    sources : (n,) whose force a column has: coefficient k as k, axis a of body parameter m as 101 + 6 m + a
-    factors, axes : (n,) factor of that force, and the axis 0 .. 5 along which it acts
-    initial : (n, WIDTH) sensitivities at the start
-    rows : (n_rows,) which of the states (0 .. 11) and accelerations (12 .. 17) are wanted
+    coefficients : (1, 101) array
+        Dimensional (N, m, kg, s).
+    body : (1, N_BODY) array
+    history : (n_steps + 1, 4, 12) array
+        From :func:`fly`.
+    stages : (n_steps + 1, 3, 4) array
+        As for :func:`bayesub.kernels.integrate.integrate`.
+    step : float
+        s.
+    times : (n_times,) array
+        s.
+    parameters : (n_body,) array
+        Positions in the body vector of the body parameters.
+    sources : (n,) array
+        Whose force a column has: coefficient k as k, axis a of body parameter m as 101 + 6 m + a.
+    factors : (n,) array
+        Factor of that force.
+    axes : (n,) array
+        Axis 0 .. 5 along which it acts.
+    initial : (n, WIDTH) array
+        Sensitivities at the start.
+    rows : (n_rows,) array
+        Which of the states (0 .. 11) and accelerations (12 .. 17) are wanted.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The state Jacobian of the equations of motion: the tangent-linear equations of one lane (model section 6)."""
+"""The state Jacobian of the equations of motion: the tangent-linear equations of one lane (model manual, section 6)."""
 
 from bayesub.kernels import workspace as at
 from bayesub.kernels.dynamics import hydrostatics, propulsion, rigid_body, row_times

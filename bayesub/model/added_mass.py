@@ -6,7 +6,6 @@ NACA report 184 (1924); Pabst (1930), in Korotkin, Added Masses of Ship Structur
 """
 
 import numpy as np
-from scipy import fft, special
 
 from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
 from bayesub.model.coefficients import ADDED_MASSES, AXES, INDEX, NAMES, TERMS
@@ -17,11 +16,18 @@ N_ANGLES = 4096  # of the boundary of a section; its fin roots make the Fourier 
 def ellipsoid(a: float, b: float, c: float) -> tuple[np.ndarray, np.ndarray]:
     """Lamb's factors of an ellipsoid with semi-axes a (along x), b (y) and c (z): sphere, spheroids, disc and all.
 
+    A body of revolution has Lamb's k1 and k2 as the first two factors of mass and k' as the second of inertia.
+
     Returns
     -------
-    (3,) added mass along x, y, z in units of the displaced mass, and (3,) added moment of inertia about x, y, z in
-    units of that of the displaced fluid. A body of revolution has k1, k2 and k' in places 0, 1 and 4.
+    mass : (3,) array
+        Added mass along x, y, z in units of the displaced mass.
+    inertia : (3,) array
+        Added moment of inertia about x, y, z in units of that of the displaced fluid.
     """
+    # SciPy is imported where it computes, because a command that only reads files starts sooner without it.
+    from scipy import special
+
     squares = (np.array([a, b, c], dtype=float) / max(a, b, c)) ** 2
     turns = [(1, 2, 0), (2, 0, 1), (0, 1, 2)]
     volume = np.sqrt(squares.prod())
@@ -77,6 +83,8 @@ def cruciform_roll(radius: float, tip: float) -> float:
 
 
 def _roll(radius, top, bottom, power):
+    from scipy import fft
+
     first, second = _plate(radius, top), _plate(radius, bottom)
     angles = np.pi * (np.arange(N_ANGLES) + 0.5) / N_ANGLES
     on_plate = np.abs(0.5 * (first - second) + 0.5 * (first + second) * np.cos(angles))
@@ -89,19 +97,32 @@ def _roll(radius, top, bottom, power):
 def finite_span(span: float, chord: float) -> float:
     """Added mass of a rectangular plate in units of its strips (Pabst 1930); 1 for a short span, chord/span for a long.
 
-    span : from tip to tip, m
+    Parameters
+    ----------
+    span : float
+        From tip to tip, m.
+    chord : float
+        m.
     """
     ratio = span / chord
     return (1.0 - 0.425 * ratio / (1.0 + ratio**2)) / np.sqrt(1.0 + ratio**2)
 
 
-def coefficients_of(added) -> np.ndarray:
+def coefficients_of(added: np.ndarray) -> np.ndarray:
     """The 101 coefficients of a body in ideal fluid from its added-mass matrix (Kirchhoff; Lamb article 124).
 
     Momentum p and angular momentum h are `added` times the velocities; the force is -dp/dt - omega x p and the moment
     -dh/dt - omega x h - velocity x p. Products of speeds that the table does not have are left out.
 
-    added : (6, 6) symmetric, and the result (101,), both without the factor (rho/2) l^power
+    Parameters
+    ----------
+    added : (6, 6) array
+        Symmetric, per density of the fluid.
+
+    Returns
+    -------
+    (101,) array
+        Coefficients, per density and without the factor (rho/2) l^power.
     """
     added = np.asarray(added, dtype=float)
     units = np.eye(6)
@@ -109,7 +130,7 @@ def coefficients_of(added) -> np.ndarray:
     xi = np.zeros(len(NAMES))
     for term in TERMS:
         axis = AXES.index(term.axis)
-        symbols = term.regressor.split("*")
+        symbols = term.factors
         if term.name in ADDED_MASSES:
             xi[INDEX[term.name]] = -added[axis, ACCELERATIONS.index(term.regressor)]
         elif len(symbols) == 2 and set(symbols) <= set(VELOCITIES):

@@ -3,11 +3,13 @@
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.kernels import actuators, integrate, workspace
+from bayesub.io.log_files import CONTROLS, positions
+from bayesub.kernels import actuators, workspace
 from bayesub.model.vehicles import Vehicle
 
-STERN_PLANE, BOW_PLANE = 2, 1
-DEPTH, ROLL, PITCH = 2, 3, 4
+BOW_PLANE, STERN_PLANE = CONTROLS.index("delta_b"), CONTROLS.index("delta_s")
+DEPTH, ROLL, PITCH = positions("z", "phi", "theta")
+PITCH_RATE, YAW_RATE = positions("q", "r")
 
 
 class Flight:
@@ -18,10 +20,14 @@ class Flight:
 
     Parameters
     ----------
-    vehicle : confined to the plane of the manoeuvre, if to any
-    sample : spacing of the control history, s
-    controls : (n + 1, 3) rad; planes that are not ordered keep these angles, the others are overwritten
-    state : (12,) at the start
+    vehicle : Vehicle
+        Confined to the plane of the manoeuvre, if to any.
+    sample : float
+        Spacing of the control history, s.
+    controls : (n + 1, 3) array
+        rad; planes that are not ordered stay at these angles, the others are overwritten.
+    state : (12,) array
+        At the start.
     """
 
     def __init__(self, vehicle: Vehicle, sample: float, controls: np.ndarray, state: np.ndarray):
@@ -54,7 +60,12 @@ class Flight:
         self.controls[self.now : self.now + n + 1] = span[:, :3]
         following = np.concatenate([span[1:], span[-1:]])
         stages = np.stack([span, 0.5 * (span + following), following], axis=1)
-        states, _ = integrate.integrate(
+        # numba takes a second to import, and a manoeuvre file is read and checked without flying it.
+        from bayesub.kernels import compilation
+        from bayesub.kernels.integrate import integrate
+
+        compilation.ensure()
+        states, _ = integrate(
             self._dimensional,
             self._body,
             self.state[None],
@@ -72,9 +83,9 @@ class Flight:
         if n == 0:
             return
         for plane, order in orders.items():
-            at, given = self.orders.setdefault(plane, ([], []))
-            at.append(self.now)
-            given.append(order)
+            samples, angles = self.orders.setdefault(plane, ([], []))
+            samples.append(self.now)
+            angles.append(order)
         self.state = self.ahead(orders, n)[-1]
         self.now += n
         if not np.isfinite(self.state).all():
@@ -85,9 +96,23 @@ class Flight:
 
 
 def zigzag(flight: Flight, plane: int, angle: float, watched: int, reversal: float, executes: int, first: int) -> None:
-    """Put `plane` over to `angle`, and to the other side whenever the state `watched` has gone `reversal` that way.
+    """Put a plane over, and to the other side whenever heading or pitch has followed far enough; then amidships.
 
-    The plane is put over `executes` times, the first time at sample `first`, and then amidships. Angles in rad.
+    Parameters
+    ----------
+    flight : Flight
+    plane : int
+        Position among the controls.
+    angle : float
+        Of the plane, rad.
+    watched : int
+        Position of heading or pitch in the state.
+    reversal : float
+        How far that must go to the side of the plane, rad.
+    executes : int
+        How often the plane is put over.
+    first : int
+        Sample of the first time.
     """
     flight.hold({plane: 0.0}, first)
     sign = 0.0
@@ -105,17 +130,27 @@ def zigzag(flight: Flight, plane: int, angle: float, watched: int, reversal: flo
 
 
 def control_depth(flight: Flight, autopilot, depths: np.ndarray, every: int) -> None:
-    """Let an autopilot that sees the boat `every` so many samples bring it to the ordered `depths` (n + 1,), m.
+    """Let an autopilot bring the boat to ordered depths.
 
     The depth error in ship lengths orders a pitch, up to a limit, and the pitch error and the pitch rate (per ship
     length travelled) order the stern planes, of which a positive angle pitches the bow down; the bow planes, if used,
-    mirror them. `autopilot` has the gains, :class:`bayesub.model.manoeuvre_files.AutopilotSection`.
+    mirror them.
+
+    Parameters
+    ----------
+    flight : Flight
+    autopilot : AutopilotSection
+        Its gains (:mod:`bayesub.model.manoeuvre_files`).
+    depths : (n + 1,) array
+        Ordered depth at each sample, m.
+    every : int
+        Samples from one order to the next.
     """
     length, speed = flight.vehicle.length_m, flight.vehicle.speed_mps
     limit = np.radians(autopilot.pitch_limit_deg)
     while flight.remaining:
         roll, pitch = flight.state[ROLL], flight.state[PITCH]
-        q, r = flight.state[10:]
+        q, r = flight.state[[PITCH_RATE, YAW_RATE]]
         pitch_rate = (q * np.cos(roll) - r * np.sin(roll)) * length / speed
         too_deep = (flight.state[DEPTH] - depths[flight.now]) / length
         ordered_pitch = np.clip(autopilot.pitch_per_depth * too_deep, -limit, limit)

@@ -6,31 +6,58 @@ Every hydrodynamic force is linear in its coefficients,
 
 with non-dimensional coefficients (Gertler & Hagen 1967, Feldman 1979; thesis appendix E). The simulator's force
 kernel is generated from this table (:mod:`bayesub.model.generate_kernel`), and the linear regressors, the labels and
-the sub-problems are read from it, so a term is written once.
+the sub-problems are read from it, so that a term stands in one place.
 
 In a regressor ``u v w p q r`` are the body velocities and rates, a trailing ``dot`` marks an acceleration, ``dr db
 ds`` are rudder, bow plane and stern plane, ``nu = sqrt(v^2 + w^2)`` is the cross-flow speed and ``sgn`` the sign.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import reduce
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
+from bayesub.io.log_files import ACCELERATIONS, VELOCITIES, positions
+
+if TYPE_CHECKING:
+    from bayesub.model.manoeuvres import Manoeuvre
+    from bayesub.model.vehicles import Vehicle
 
 AXES = ("X", "Y", "Z", "K", "M", "N")
+PLANES = ("dr", "db", "ds")
 
 
 @dataclass(frozen=True)
 class Term:
-    """One row of the table: ``(rho/2) l^power * coefficient * regressor`` acts along `axis`."""
+    """One row of the table: ``(rho/2) l^power * coefficient * regressor`` acts along `axis`.
+
+    Attributes
+    ----------
+    name : str
+        Of the coefficient.
+    axis : str
+        One of X, Y, Z, K, M, N.
+    power : int
+        Of the length in the dimensional factor.
+    regressor : str
+        Product of factors such as ``u``, ``abs(r)`` or ``sgn(v)``, joined by ``*``.
+    """
 
     name: str
     axis: str
     power: int
     regressor: str
+
+    @property
+    def factors(self) -> list[str]:
+        """The factors of the regressor."""
+        return self.regressor.split("*")
 
     @property
     def symbols(self) -> frozenset[str]:
@@ -39,11 +66,12 @@ class Term:
 
     @property
     def is_added_mass(self) -> bool:
+        """Whether the force is proportional to an acceleration."""
         return self.regressor in ACCELERATIONS
 
     @property
     def label(self) -> str:
-        """LaTeX label in the notation of the field, such as ``$Y'_{v|\\nu|}$``."""
+        r"""LaTeX label in the notation of the field, such as ``$Y'_{v|\\nu|}$``."""
         symbols = {"dr": r"\delta_r", "db": r"\delta_b", "ds": r"\delta_s", "nu": r"\nu"}
         letters = re.findall(r"abs(?:nu|[a-z])|[a-z]dot|d[rbs]|nu|[a-z]", self.name[1:])
         parts = []
@@ -181,8 +209,40 @@ VERTICAL = _confined("XZM", {"u", "w", "q", "nu", "db", "ds", "udot", "wdot", "q
 SUBPROBLEMS = {"horizontal": HORIZONTAL, "vertical": VERTICAL}
 
 
-def columns(names) -> np.ndarray:
-    """Positions in ``xi`` of coefficients given by name; raises InputError for an unknown name."""
+def active_coefficients(
+    vehicle: Vehicle | None = None, manoeuvre: Manoeuvre | None = None, subproblem: str | None = None
+) -> tuple[str, ...]:
+    """Names of the coefficients that play a part in a motion, in the order of the table.
+
+    Those of other axes and of motions that a sub-problem does not have play none, nor do those of planes that rest at
+    zero throughout a manoeuvre, nor do coefficients that are zero.
+
+    Parameters
+    ----------
+    vehicle : Vehicle, optional
+        Leaves out the coefficients that are zero for it. Without it coefficients may have any values, as where a prior
+        or a measurement is to say what they are.
+    manoeuvre : Manoeuvre, optional
+        Leaves out the coefficients of planes that it does not move. Its own sub-problem is not asked.
+    subproblem : str, optional
+        "horizontal", "vertical", or None for all six degrees of freedom.
+    """
+    resting = set()
+    if manoeuvre is not None:
+        resting = {plane for plane, angles in zip(PLANES, manoeuvre.controls.T, strict=True) if not angles.any()}
+    in_equations = SUBPROBLEMS.get(subproblem, NAMES)
+    return tuple(
+        term.name
+        for k, term in enumerate(TERMS)
+        if term.name in in_equations
+        and not (resting and term.symbols & resting)
+        and (vehicle is None or vehicle.xi[k] != 0.0)
+    )
+
+
+def columns(names: Iterable[str]) -> np.ndarray:
+    """Positions in ``xi`` of coefficients given by name; InputError for an unknown name."""
+    names = tuple(names)
     for name in names:
         if name not in INDEX:
             raise InputError(f"unknown coefficient '{name}'{nearest(name, NAMES)}")
@@ -195,26 +255,32 @@ def dimensional_factors(length_m: float, water_density_kgm3: float) -> np.ndarra
     return 0.5 * water_density_kgm3 * length_m**powers
 
 
-def regressors(states, accelerations, controls) -> dict[str, np.ndarray]:
-    """The regressors of each axis, the columns of the linear form ``A xi = b`` (model section 9).
+def regressors(states: np.ndarray, accelerations: np.ndarray, controls: np.ndarray) -> dict[str, np.ndarray]:
+    """The regressors of each axis, the columns of the linear form ``A xi = b`` (model manual, section 9).
 
     Parameters
     ----------
-    states : (n, 12) array, m, rad, m/s, rad/s
-    accelerations : (n, 6) array of body accelerations, m/s^2 and rad/s^2
-    controls : (n, 3) array of rudder, bow plane and stern plane angles, rad
+    states : (n, 12) array
+        m, rad, m/s, rad/s.
+    accelerations : (n, 6) array
+        Body accelerations, m/s^2 and rad/s^2.
+    controls : (n, 3) array
+        Angles of rudder, bow plane and stern plane, rad.
 
     Returns
     -------
-    dict of axis -> (n, columns) array; columns in the order of the table, without the factor (rho/2) l^power.
+    dict of str to array
+        Axis -> (n, n_columns); columns in the order of the table, without the factor (rho/2) l^power.
     """
     states, accelerations, controls = np.asarray(states), np.asarray(accelerations), np.asarray(controls)
-    values = dict(zip(VELOCITIES, states[:, 6:].T, strict=True))
+    values = dict(zip(VELOCITIES, states[:, positions(*VELOCITIES)].T, strict=True))
     values |= dict(zip(ACCELERATIONS, accelerations.T, strict=True))
-    values |= dict(zip(("dr", "db", "ds"), controls.T, strict=True))
-    values |= {"nu": np.hypot(values["v"], values["w"]), "sgn": np.sign, "abs": np.abs}
+    values |= dict(zip(PLANES, controls.T, strict=True))
+    values["nu"] = np.hypot(values["v"], values["w"])
+    values |= {f"abs({name})": np.abs(column) for name, column in values.items()}
+    values |= {f"sgn({name})": np.sign(values[name]) for name in VELOCITIES}
     return {
-        axis: np.column_stack([eval(t.regressor, {"__builtins__": {}}, values) for t in TERMS if t.axis == axis])
+        axis: np.column_stack([reduce(np.multiply, [values[f] for f in t.factors]) for t in TERMS if t.axis == axis])
         for axis in AXES
     }
 

@@ -33,7 +33,7 @@ def sgn(x):
 
 @inline
 def hydrodynamic_forces(work, i, u, v, w, p, q, r, dr, db, ds):
-    """X, Y, Z (N) and K, M, N (N m) of the terms without accelerations (model section 4), lane `i` of `work`."""
+    """X, Y, Z (N) and K, M, N (N m) of lane `i`, terms without accelerations (model manual, section 4)."""
     nu = sqrt(v * v + w * w)
 {forces}
 
@@ -57,9 +57,8 @@ def store_regressors(row, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot, 
 _STEADY = [(k, term) for k, term in enumerate(TERMS) if not term.is_added_mass]
 
 
-def derivative(regressor: str, variable: str) -> str:
+def derivative(factors: list[str], variable: str) -> str:
     """Derivative of a regressor, a product of factors, with respect to a velocity; empty if it is zero."""
-    factors = regressor.split("*")
     slopes = {variable: None, f"abs({variable})": f"sgn({variable})"}
     if variable in ("v", "w"):
         slopes["nu"] = f"nu_{variable}"
@@ -80,7 +79,7 @@ def source() -> str:
     for axis in AXES:
         forces += _sum(axis, [(k, t.name, t.regressor) for k, t in _STEADY if t.axis == axis])
         for variable in VELOCITIES:
-            terms = [(k, t.name, derivative(t.regressor, variable)) for k, t in _STEADY if t.axis == axis]
+            terms = [(k, t.name, derivative(t.factors, variable)) for k, t in _STEADY if t.axis == axis]
             gradient += _sum(f"{axis}_{variable}", [term for term in terms if term[2]])
     forces.append(f"return {', '.join(AXES)}")
     columns = ["(" + ", ".join(f"{axis}_{variable}" for axis in AXES) + ")" for variable in VELOCITIES]

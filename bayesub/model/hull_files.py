@@ -23,12 +23,14 @@ class HullSection(Section):
 
 
 class EllipsoidHull(HullSection):
+    """An ellipsoid."""
+
     shape: Literal["ellipsoid"]
     length_m: Length
     beam_m: Length
     height_m: Length
 
-    def half_widths(self, aft) -> tuple[np.ndarray, np.ndarray]:
+    def half_widths(self, aft: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Half the beam and half the height at distances `aft` of the nose."""
         fullness = np.sqrt(np.maximum(1.0 - (2.0 * aft / self.length_m - 1.0) ** 2, 0.0))
         return 0.5 * self.beam_m * fullness, 0.5 * self.height_m * fullness
@@ -50,10 +52,12 @@ class TorpedoHull(HullSection):
         return self
 
     @property
-    def joints(self):
+    def joints(self) -> tuple[float, ...]:
+        """Where nose, cylinder and tail begin and end."""
         return tuple(dict.fromkeys((0.0, self.nose_m, self.length_m - self.tail_m, self.length_m)))
 
-    def half_widths(self, aft):
+    def half_widths(self, aft: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The radius at distances `aft` of the nose, twice."""
         nose = np.sqrt(np.maximum(1.0 - np.minimum(aft / self.nose_m - 1.0, 0.0) ** 2, 0.0))
         tail = 1.0 - np.maximum((aft - self.length_m) / self.tail_m + 1.0, 0.0) ** 2
         radius = 0.5 * self.diameter_m * np.maximum(np.minimum(nose, tail), 0.0)
@@ -77,13 +81,16 @@ class OffsetsHull(HullSection):
 
     @property
     def length_m(self) -> float:
+        """Distance of the last station."""
         return self.station_m[-1]
 
     @property
-    def joints(self):
+    def joints(self) -> tuple[float, ...]:
+        """The stations."""
         return self.station_m
 
-    def half_widths(self, aft):
+    def half_widths(self, aft: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The radius at distances `aft` of the nose, twice."""
         radius = np.interp(aft, self.station_m, self.radius_m, right=0.0)
         return radius, radius
 

@@ -27,7 +27,17 @@ CENTRE_SD = 0.04  # of the length: where added mass is centred; Yrdot/Yvdot and 
 
 @dataclass(frozen=True)
 class CoefficientEstimate:
-    """The estimate of one coefficient: non-dimensional value and standard deviation, and where they come from."""
+    """The estimate of one coefficient.
+
+    Attributes
+    ----------
+    value : float
+        Non-dimensional.
+    sd : float
+        Standard deviation of the value.
+    source : str
+        Where they come from.
+    """
 
     value: float
     sd: float
@@ -39,7 +49,15 @@ class Hull:
 
     Attributes
     ----------
-    volume : m^3, and centre : of buoyancy, aft of the nose, m
+    file : HullFile
+    breadth : (n,) array
+        Half the beam at the nodes of integration, m.
+    height : (n,) array
+        Half the height there, m.
+    volume : float
+        m^3.
+    centre : float
+        Of buoyancy, aft of the nose, m.
     """
 
     def __init__(self, file: HullFile):
@@ -179,7 +197,13 @@ def _source(term) -> str:
 
 
 def load_hull(path: str | Path) -> Hull:
-    """Read a hull geometry file; InputError names file, key and remedy."""
+    """Read a hull geometry file.
+
+    Raises
+    ------
+    InputError
+        With file, key and remedy.
+    """
     try:
         with np.errstate(all="ignore"):
             file = toml_files.read_toml(Path(path), HullFile)

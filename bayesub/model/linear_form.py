@@ -1,5 +1,6 @@
-"""The linear form of the equations of motion (model section 9): forces on coefficients, axis by axis."""
+"""The linear form of the equations of motion (model manual, section 9): forces on coefficients, axis by axis."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +16,19 @@ _ROUND_OFF_ONLY = 0.1  # relative error of a column that holds no motion
 
 @dataclass(frozen=True)
 class LinearSystem:
-    """One axis of the linear form ``matrix @ xi = load`` (model section 9), in N or N m.
+    """One axis of the linear form ``matrix @ xi = load`` (model manual, section 9), in N or N m.
 
-    matrix : (n_samples, n_columns), dimensional regressors; names : (n_columns,) coefficients; load : (n_samples,)
-    rounding : relative error (root mean square) to which each column is known, a number or (n_columns,)
+    Attributes
+    ----------
+    axis : str
+        One of X, Y, Z, K, M, N.
+    names : tuple of str
+        Coefficients, n_columns of them.
+    matrix : (n_samples, n_columns) array
+        Dimensional regressors.
+    load : (n_samples,) array
+    rounding : float or (n_columns,) array
+        Relative error (root mean square) to which each column is known.
     """
 
     axis: str
@@ -28,24 +38,39 @@ class LinearSystem:
     rounding: float | np.ndarray = _REGRESSOR_ROUNDING
 
 
-def linear_systems(trajectory, member: int = 0, free=None) -> dict[str, LinearSystem]:
-    """The linear form of each axis from the states and accelerations of a trajectory, simulated or measured
-    (:class:`bayesub.model.measured_motion.Motion`).
+def linear_systems(
+    trajectory: Trajectory, member: int = 0, free: Iterable[str] | None = None
+) -> dict[str, LinearSystem]:
+    """The linear form of each axis from the states and accelerations of a motion.
 
-    The load is rigid-body inertia minus hydrostatics minus propulsion. Columns are the coefficients that the
-    sub-problem uses and, if `free` names are given, only those: the others move to the load with their values in the
-    trajectory. Columns that vanish throughout, such as those of bow planes that do not move, are left out, and so are
-    axes without columns.
+    The load is rigid-body inertia minus hydrostatics minus propulsion. Columns are the coefficients that play a part
+    (:func:`bayesub.model.coefficients.active_coefficients`). Columns that vanish throughout, such as those of planes
+    that do not move, are left out, and so are axes without columns.
 
     The regressors are exact functions of the given states but for round-off. Simulated accelerations come from the
     equations of motion at these very states, so that integration errors do not enter; their round-off is what the
     equations are then short of, and a column of which a tenth is round-off counts as vanishing. Of measured motion
-    every column that moves is kept.
+    every column that moves stays.
+
+    Parameters
+    ----------
+    trajectory : Trajectory or Motion
+        Simulated, or measured (:class:`bayesub.sensors.measured_motion.Motion`).
+    member : int
+        Which of the batch.
+    free : iterable of str, optional
+        Names of coefficients to be columns, by default all; the others move to the load with their values in the
+        trajectory.
+
+    Returns
+    -------
+    dict of str to LinearSystem
+        By axis.
     """
     simulator, xi = trajectory.simulator, trajectory.xi[member]
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]
-    used = set(coefficients.SUBPROBLEMS.get(simulator.subproblem, coefficients.NAMES))
-    free = used if free is None else used & set(free)
+    active = set(coefficients.active_coefficients(None, simulator.manoeuvre, simulator.subproblem))
+    free = active if free is None else active & set(free)
     given = simulator.dimensional(np.where(np.isin(coefficients.NAMES, list(free)), 0.0, xi))[0]
     body, factors = simulator.vehicle.body, simulator.vehicle.dimensional_factors
     # What the free coefficients have to explain is how the motion differs from that of a boat without them.
@@ -68,16 +93,16 @@ def linear_systems(trajectory, member: int = 0, free=None) -> dict[str, LinearSy
         terms = [term for term in coefficients.TERMS if term.axis == axis]
         rounding = np.array([noise.get(term.regressor, 0.0) for term in terms])
         moves = (np.abs(block).max(axis=0) > 0) & (rounding < _ROUND_OFF_ONLY)
-        keep = np.array([term.name in free for term in terms]) & moves
-        if keep.any():
-            names = tuple(term.name for term, wanted in zip(terms, keep, strict=True) if wanted)
-            matrix = block[:, keep] * factors[coefficients.columns(names)]
+        wanted = np.array([term.name in free for term in terms]) & moves
+        if wanted.any():
+            names = tuple(terms[k].name for k in np.flatnonzero(wanted))
+            matrix = block[:, wanted] * factors[coefficients.columns(names)]
             load = loads[:, coefficients.AXES.index(axis)]
-            systems[axis] = LinearSystem(axis, names, matrix, load, _REGRESSOR_ROUNDING + rounding[keep])
+            systems[axis] = LinearSystem(axis, names, matrix, load, _REGRESSOR_ROUNDING + rounding[wanted])
     return systems
 
 
-def stacked(trials) -> dict[str, LinearSystem]:
+def stacked(trials: Sequence[dict[str, LinearSystem]]) -> dict[str, LinearSystem]:
     """The linear form of each axis from those of several trials of one vehicle; a null vector is one of all of them.
 
     A column that a trial leaves out, because it vanishes there, is zero in its rows.
@@ -91,8 +116,8 @@ def _axes(trials):
 
 
 def _stacked(systems) -> LinearSystem:
-    found = {name for system in systems for name in system.names}
-    names = tuple(name for name in coefficients.NAMES if name in found)
+    present = {name for system in systems for name in system.names}
+    names = tuple(name for name in coefficients.NAMES if name in present)
     matrix = np.zeros((sum(len(system.matrix) for system in systems), len(names)))
     errors = np.zeros_like(matrix[: len(systems)])
     end = 0

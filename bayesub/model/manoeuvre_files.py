@@ -15,6 +15,7 @@ from bayesub.model import closed_loop
 from bayesub.model.vehicles import Vehicle, load_vehicle
 
 PLANES = ("rudder", "bow_plane", "stern_plane")
+RUDDER, _, STERN_PLANE = range(len(PLANES))
 SAMPLE_S = 0.1  # spacing of a built control history on the boat of its time scale (thesis section 4.5)
 
 MAX_SAMPLES = 100_000  # of a control history, nearly three hours; longer ones come as CSV
@@ -25,6 +26,8 @@ Orders = dict[int, tuple[np.ndarray, np.ndarray]]  # plane -> times (m,) in seco
 
 
 class TimeScaleSection(Section):
+    """The boat whose lengths and seconds those of the file are."""
+
     length_m: Length
     speed_mps: Speed
 
@@ -48,12 +51,16 @@ class TimedSection(Section):
 
 
 class StepsSection(TimedSection):
+    """Plane angles."""
+
     rudder_deg: tuple[Angle, ...] | None = None
     bow_plane_deg: tuple[Angle, ...] | None = None
     stern_plane_deg: tuple[Angle, ...] | None = None
 
 
 class RudderAndDepthSection(TimedSection):
+    """Rudder angles, and depths for the autopilot."""
+
     rudder_deg: tuple[Angle, ...]
     depth_m: tuple[float, ...]
 
@@ -74,9 +81,11 @@ class ManoeuvreFile(Section):
 
     @property
     def n_samples(self) -> int:
+        """Intervals of the control history."""
         return max(1, round(self.duration_s / SAMPLE_S))
 
     def length_scale(self, vehicle: Vehicle) -> float:
+        """Metres of `vehicle` in a metre of the file."""
         return 1.0 if self.time_scale is None else vehicle.length_m / self.time_scale.length_m
 
     def clock(self, vehicle: Vehicle) -> float:
@@ -86,9 +95,10 @@ class ManoeuvreFile(Section):
         return vehicle.length_m / vehicle.speed_mps / (self.time_scale.length_m / self.time_scale.speed_mps)
 
     def initial_state(self, vehicle: Vehicle) -> np.ndarray:
+        """State (12,) at the start: straight and level, at the depth of the file or of the vehicle's trials."""
         state = straight_and_level(vehicle)
         if self.start_depth_m is not None:
-            state[log_files.STATES.index("z")] = self.start_depth_m * self.length_scale(vehicle)
+            state[closed_loop.DEPTH] = self.start_depth_m * self.length_scale(vehicle)
         return state
 
     def orders(self, vehicle: Vehicle) -> Orders:
@@ -122,6 +132,7 @@ class StepsFile(ManoeuvreFile):
     demands: StepsSection
 
     def orders(self, _vehicle: Vehicle) -> Orders:
+        """The angles of the file."""
         at = np.array(self.demands.time_s)
         angles = [getattr(self.demands, f"{plane}_deg") for plane in PLANES]
         return {j: (at, np.radians(column)) for j, column in enumerate(angles) if column is not None}
@@ -138,12 +149,13 @@ class RandomFile(ManoeuvreFile):
     seed: int = pydantic.Field(ge=0)
 
     def orders(self, vehicle: Vehicle) -> Orders:
+        """Angles drawn from the seed of the file."""
         rng = np.random.default_rng(self.seed)
         at = np.arange(self.start_s, self.duration_s, self.interval_s)
         limits = np.radians([self.rudder_limit_deg, self.stern_plane_limit_deg])
-        limits = np.minimum(limits, vehicle.plane_limits_rad[[0, 2]])
+        limits = np.minimum(limits, vehicle.plane_limits_rad[[RUDDER, STERN_PLANE]])
         rudder, stern = (limits * rng.uniform(-1.0, 1.0, (len(at), 2))).T
-        return {0: (at, rudder), 2: (at, stern)}
+        return {RUDDER: (at, rudder), STERN_PLANE: (at, stern)}
 
 
 def _is_built_in(name: str) -> str:
@@ -158,10 +170,11 @@ class ClosedLoopFile(ManoeuvreFile):
     recorded_on: Annotated[str, pydantic.AfterValidator(_is_built_in)] | None = None
 
     def orders(self, vehicle: Vehicle) -> Orders:
+        """Those that `vehicle` gets in closed loop, or that the vehicle `recorded_on` got."""
         return self.recorded(vehicle) if self.recorded_on is None else _recorded(self)
 
     def recorded(self, vehicle: Vehicle) -> Orders:
-        """Fly `vehicle` in closed loop and keep the orders it got."""
+        """The orders that `vehicle` gets when it flies in closed loop."""
         sample = self.duration_s / self.n_samples
         flight = closed_loop.Flight(
             vehicle.restricted(self.subproblem),
@@ -199,6 +212,7 @@ class ZigzagFile(ClosedLoopFile):
     start_s: float = pydantic.Field(ge=0)
 
     def steer(self, flight: closed_loop.Flight) -> None:
+        """Put the plane over again and again."""
         watched = log_files.STATES.index("psi" if self.plane == "rudder" else "theta")
         first = min(round(self.start_s / SAMPLE_S), self.n_samples)
         angles = np.radians([self.angle_deg, self.reversal_deg])
@@ -225,9 +239,11 @@ class DepthControlFile(ClosedLoopFile):
 
     @property
     def fixed(self) -> Orders:
-        return {0: (np.array(self.demands.time_s), np.radians(self.demands.rudder_deg))}
+        """The rudder angles of the file."""
+        return {RUDDER: (np.array(self.demands.time_s), np.radians(self.demands.rudder_deg))}
 
     def steer(self, flight: closed_loop.Flight) -> None:
+        """Let the autopilot go to the ordered depths."""
         depths = np.full(self.n_samples + 1, flight.state[closed_loop.DEPTH])
         for time, depth in zip(self.demands.time_s, self.demands.depth_m, strict=True):
             depths[round(time / SAMPLE_S) :] = depth * self.length_scale(flight.vehicle)
@@ -238,17 +254,23 @@ KINDS = {"steps": StepsFile, "zigzag": ZigzagFile, "depth_control": DepthControl
 
 
 def read_manoeuvre(path: Path) -> ManoeuvreFile:
-    """Read a manoeuvre file of any kind; InputError names file, key and remedy."""
+    """Read a manoeuvre file of any kind.
+
+    Raises
+    ------
+    InputError
+        With file, key and remedy.
+    """
     content = toml_files.read_toml_table(path)
     kind = content.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
-        found = "is missing" if kind is None else f"is '{kind}'{nearest(str(kind), KINDS)}"
-        raise InputError(f"{path}: key 'kind' {found}; expected one of {', '.join(KINDS)}")
+        fault = "is missing" if kind is None else f"is '{kind}'{nearest(str(kind), KINDS)}"
+        raise InputError(f"{path}: key 'kind' {fault}; expected one of {', '.join(KINDS)}")
     return toml_files.validate(content, KINDS[kind], str(path))
 
 
 def straight_and_level(vehicle: Vehicle) -> np.ndarray:
     """State (12,) at the vehicle's trial speed and depth."""
-    state = np.zeros(12)
-    state[2], state[6] = vehicle.depth_m, vehicle.speed_mps
+    state = np.zeros(len(log_files.STATES))
+    state[log_files.positions("z", "u")] = vehicle.depth_m, vehicle.speed_mps
     return state

@@ -17,11 +17,18 @@ class Manoeuvre:
 
     Attributes
     ----------
-    times : (n,) ascending from zero, s
-    controls : (n, 3) rudder, bow plane, stern plane, rad
-    rpm : (n,) propeller speed
-    initial_state : (12,) straight and level, at the vehicle's trial speed, and at its trial depth or that of the file
-    subproblem : plane to which the motion is confined unless the caller says otherwise, or None
+    name : str
+    times : (n,) array
+        Ascending from zero, s.
+    controls : (n, 3) array
+        Rudder, bow plane, stern plane, rad.
+    rpm : (n,) array
+        Propeller speed.
+    initial_state : (12,) array
+        Straight and level, at the vehicle's trial speed, and at its trial depth or that of the file.
+    subproblem : str or None
+        Plane to which the motion is confined unless the caller says otherwise, "horizontal" or "vertical".
+    description : str
     """
 
     name: str
@@ -47,7 +54,12 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
 
     ``random:17`` is the random manoeuvre of seed 17. A CSV has the columns ``time_s, rudder_deg, bow_plane_deg,
     stern_plane_deg, rpm``; missing plane columns are zero and without ``rpm`` the propeller keeps its self-propelled
-    speed. InputError names file, key and remedy.
+    speed.
+
+    Raises
+    ------
+    InputError
+        With file, key and remedy.
     """
     if str(name).startswith("random:"):
         seed = str(name).removeprefix("random:")
@@ -60,11 +72,17 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
     return _build(read_manoeuvre(path), vehicle)
 
 
-def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes) -> Manoeuvre:
+def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes: object) -> Manoeuvre:
     """A random manoeuvre (thesis section 8.2), like ``load_manoeuvre("random", vehicle)`` with a seed drawn from `rng`.
 
-    `changes` are keys of a manoeuvre file of kind "random", such as ``interval_s=50.0`` or ``rudder_limit_deg=15.0``.
     The name of the manoeuvre holds the seed, and loads it again if there are no changes.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+    rng : Generator
+    **changes : object
+        Keys of a manoeuvre file of kind "random", such as ``interval_s=50.0`` or ``rudder_limit_deg=15.0``.
     """
     return _build(_random_file(seed=int(rng.integers(2**32)), **changes), vehicle)
 

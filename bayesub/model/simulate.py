@@ -1,5 +1,6 @@
 """Simulate trials: a vehicle, a manoeuvre and a batch of coefficient sets give a batch of trajectories."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,12 +10,12 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.log_files import ACCELERATIONS
-from bayesub.kernels import compilation, noise, workspace
+from bayesub.kernels import compilation, workspace
 from bayesub.kernels import integrate as kernel
 from bayesub.kernels import sensitivities as sensitivity
 from bayesub.model import coefficients
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.model.vehicles import Vehicle
 
 STATUS = ("ok", "diverged", "left_envelope")
 MAX_SPEED_RATIO = 10.0  # a member faster than this many times the trial speed has diverged
@@ -29,11 +30,20 @@ class Trajectory:
 
     Attributes
     ----------
-    times : (n_times,) s
-    states : (n_batch, n_times, 12) m, rad, m/s, rad/s; not a number from the failure of a member on
-    controls : (n_times, 3) rad, and rpm : (n_times,), both at `times`
-    status : (n_batch,) of the words "ok", "diverged", "left_envelope"
-    simulator, xi : what was run, so that it can be sampled at other times
+    times : (n_times,) array
+        s.
+    states : (n_batch, n_times, 12) array
+        m, rad, m/s, rad/s; not a number from the failure of a member on.
+    controls : (n_times, 3) array
+        rad, at `times`.
+    rpm : (n_times,) array
+        At `times`.
+    status : (n_batch,) array of str
+        "ok", "diverged" or "left_envelope".
+    simulator : Simulator
+        What was run, so that the motion can be sampled at other times.
+    xi : (n_batch, 101) array
+        Coefficients that were run.
     """
 
     times: np.ndarray
@@ -49,9 +59,16 @@ class Trajectory:
         """(n_batch, n_times, 6) udot vdot wdot (m/s^2) and pdot qdot rdot (rad/s^2), from the equations of motion."""
         return self.simulator.accelerations(self.xi, self.states)
 
-    def resampled(self, times) -> "Trajectory":
-        """The same motion at other output times (s)."""
+    def resampled(self, times: np.ndarray) -> "Trajectory":
+        """The same motion at other output times (s), which must not descend."""
         return self.simulator.at(times).trajectory(self.xi)
+
+    def outputs(self, names: Iterable[str]) -> np.ndarray:
+        """(n_batch, n_times, n_names) states and accelerations by their short names."""
+        columns = dict(zip(log_files.STATES, np.moveaxis(self.states, -1, 0), strict=True))
+        if not set(names) <= columns.keys():
+            columns |= zip(ACCELERATIONS, np.moveaxis(self.accelerations, -1, 0), strict=True)
+        return np.stack([columns[name] for name in names], axis=-1)
 
     def save(self, path: str | Path, member: int = 0) -> None:
         """Write one member with its controls and accelerations as a track CSV."""
@@ -67,16 +84,37 @@ class Simulator:
 
     Parameters
     ----------
-    vehicle, manoeuvre
-    times : (n_times,) output times within the manoeuvre, s
-    dt : integration step, s; None chooses one (:func:`choose_step`)
-    controls : "linear" interpolates the control history at the Runge-Kutta stages, "hold" keeps the value at the
-        start of each step (the thesis's convention, first order)
-    subproblem : "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own
-    attitude : "euler", or "quaternion" to fly through 90 degrees of pitch (output in Euler angles all the same)
+    vehicle : Vehicle
+    manoeuvre : Manoeuvre
+    times : (n_times,) array
+        Output times within the manoeuvre, s, which must not descend.
+    dt : float, optional
+        Integration step, s; by default one is chosen (:func:`choose_step`).
+    controls : str
+        "linear" interpolates the control history at the Runge-Kutta stages, "hold" takes the value at the start of each
+        step (the convention of the thesis, first order).
+    subproblem : str or None
+        "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
+    attitude : str
+        "euler", or "quaternion" to fly through 90 degrees of pitch (output in Euler angles all the same).
+
+    Raises
+    ------
+    InputError
+        For an option that does not exist, and for output times that descend or lie outside the manoeuvre.
     """
 
-    def __init__(self, vehicle, manoeuvre, times, *, dt=None, controls="linear", subproblem=_UNSET, attitude="euler"):
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        manoeuvre: Manoeuvre,
+        times: np.ndarray,
+        *,
+        dt: float | None = None,
+        controls: str = "linear",
+        subproblem: str | None = _UNSET,
+        attitude: str = "euler",
+    ):
         if subproblem == _UNSET:
             subproblem = manoeuvre.subproblem
         if subproblem is not None and subproblem not in coefficients.SUBPROBLEMS:
@@ -87,15 +125,19 @@ class Simulator:
             raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion")
         if dt is not None and not (np.isfinite(dt) and dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {dt}")
-        compilation.ensure("from bayesub.model.simulate import call_kernels; call_kernels()")
+        compilation.ensure()
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
         self.subproblem = subproblem
         self.convention, self.attitude = controls, attitude
         self.step = choose_step(vehicle, manoeuvre, subproblem, attitude) if dt is None else float(dt)
         self.times = np.array(times, dtype=float)
-        if self.times.size == 0 or self.times[0] < 0 or self.times[-1] > manoeuvre.duration * (1 + 1e-12):
+        if self.times.size == 0 or not (self.times[0] >= 0 and self.times[-1] <= manoeuvre.duration * (1 + 1e-12)):
             raise InputError(f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s")
+        steps = np.diff(self.times)
+        if not np.all(steps >= 0):
+            k = int(np.argmin(steps >= 0))
+            raise InputError(f"output times must ascend, found {self.times[k + 1]:g} s after {self.times[k]:g} s")
         if not self.times[-1] / self.step <= MAX_STEPS:
             raise InputError(
                 f"{manoeuvre.name}: {self.times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
@@ -104,10 +146,12 @@ class Simulator:
         n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
         starts = np.arange(n_steps + 1) * self.step
         middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
+        active = coefficients.active_coefficients(subproblem=subproblem)
+        self._inactive = np.isin(coefficients.NAMES, active, invert=True)
         self._columns = {}  # of sensitivities, by parameters
         self._stages = np.stack([self._controls_at(starts + f * self.step) for f in (0.0, middle, end)], axis=1)
 
-    def at(self, times) -> "Simulator":
+    def at(self, times: np.ndarray) -> "Simulator":
         """The same simulator with other output times."""
         return Simulator(
             self.vehicle,
@@ -125,30 +169,41 @@ class Simulator:
         columns = [*history.controls.T, history.rpm / self.vehicle.rpm_per_mps]
         return np.stack([np.interp(times, history.times, column) for column in columns], axis=-1)
 
-    def dimensional(self, xi) -> np.ndarray:
-        """(n_batch, 101) dimensional coefficients, those that the sub-problem does not use set to zero."""
+    def dimensional(self, xi: np.ndarray) -> np.ndarray:
+        """(n_batch, 101) dimensional coefficients, zero where they play no part in the sub-problem."""
         dimensional = np.atleast_2d(np.asarray(xi, dtype=float)) * self.vehicle.dimensional_factors
-        if self.subproblem is not None:
-            unused = np.ones(len(coefficients.NAMES), dtype=bool)
-            unused[coefficients.columns(coefficients.SUBPROBLEMS[self.subproblem])] = False
-            dimensional[:, unused] = 0.0
+        dimensional[:, self._inactive] = 0.0
         return dimensional
 
     def run(
-        self, xi, *, body=None, initial=None, outputs=log_files.STATES, parallel=True
+        self,
+        xi: np.ndarray,
+        *,
+        body: np.ndarray | None = None,
+        initial: np.ndarray | None = None,
+        outputs: tuple[str, ...] = log_files.STATES,
+        parallel: bool = True,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Fly a batch of coefficient sets.
+        """Simulate a batch of coefficient sets.
 
         Parameters
         ----------
-        xi : (n_batch, 101)
-        body : (n_batch, N_BODY) body vectors, SI units; by default the vehicle's
-        initial : (n_batch, 12) states at the start; by default the manoeuvre's
-        outputs : those of the states and accelerations that are wanted
+        xi : (n_batch, 101) array
+        body : (n_batch, N_BODY) array, optional
+            Body vectors, SI units; by default the vehicle's.
+        initial : (n_batch, 12) array, optional
+            States at the start; by default the manoeuvre's.
+        outputs : tuple of str
+            Short names of the states and accelerations that are wanted.
+        parallel : bool
+            Whether a large batch is shared among threads.
 
         Returns
         -------
-        states (n_batch, n_times, n_outputs) at the output times and status codes (n_batch,).
+        states : (n_batch, n_times, n_outputs) array
+            At the output times.
+        status : (n_batch,) array
+            Positions in STATUS.
         """
         dimensional = self.dimensional(xi)
         n_batch = len(dimensional)
@@ -162,34 +217,50 @@ class Simulator:
             self.times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
             self.attitude == "quaternion",
-            np.array([log_files.OUTPUTS.index(name) for name in outputs]),
+            np.array(log_files.positions(*outputs)),
         )
         if self.attitude == "quaternion":
-            angles = np.isin(outputs, ("phi", "theta", "psi"))
+            angles = np.isin(outputs, log_files.ANGLES)
             states[..., angles] = np.unwrap(states[..., angles], axis=1)
         return states, status
 
-    def accelerations(self, xi, states) -> np.ndarray:
+    def accelerations(self, xi: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Body accelerations (n_batch, n_times, 6) of coefficient sets `xi` along `states` at the output times."""
         dimensional = self.dimensional(xi)
         body = self._repeated(self.vehicle.body, len(dimensional))
         return kernel.body_accelerations(dimensional, body, states, self._controls_at(self.times))
 
-    def sensitivities(self, xi, parameters, outputs=log_files.STATES, *, body=None, initial=None) -> np.ndarray:
-        """Derivatives of the motion of one coefficient set `xi` (101,) at the output times.
+    def sensitivities(
+        self,
+        xi: np.ndarray,
+        parameters: Iterable[str],
+        outputs: tuple[str, ...] = log_files.STATES,
+        *,
+        body: np.ndarray | None = None,
+        initial: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Derivatives of the motion of one coefficient set at the output times.
 
-        They are those of the discretised motion, exact to round-off where it is differentiable (model section 6).
+        They are those of the discretised motion, exact to round-off where it is differentiable (model manual, section
+        6).
 
         Parameters
         ----------
-        parameters : names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9
-            non-dimensional; mass, weight and buoyancy are three numbers), or of states at the start, such as "u0"
-        outputs : those of the states and accelerations whose derivatives are wanted
-        body, initial : (N_BODY,) and (12,), by default the vehicle's and the manoeuvre's
+        xi : (101,) array
+        parameters : iterable of str
+            Names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9 non-dimensional;
+            mass, weight and buoyancy are three numbers), or of states at the start, such as "u0".
+        outputs : tuple of str
+            Short names of the states and accelerations whose derivatives are wanted.
+        body : (N_BODY,) array, optional
+            By default the vehicle's.
+        initial : (12,) array, optional
+            By default the manoeuvre's.
 
         Returns
         -------
-        (n_times, n_outputs, n_parameters) array, not a number from the failure of the simulation on.
+        (n_times, n_outputs, n_parameters) array
+            Not a number from the failure of the simulation on.
         """
         if self.attitude != "euler":
             raise InputError("sensitivities need the attitude in Euler angles")
@@ -200,13 +271,13 @@ class Simulator:
             dimensional, body, initial, self._stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps
         )
         columns = self._sensitivity_columns(parameters)
-        rows = np.array([log_files.OUTPUTS.index(name) for name in outputs])
-        found = sensitivity.sensitivities(
+        rows = np.array(log_files.positions(*outputs))
+        derivatives = sensitivity.sensitivities(
             dimensional, body, history, self._stages, self.step, self.times, *columns[1:], rows
         )
-        if len(columns[0]) < found.shape[1]:
-            found = np.add.reduceat(found, columns[0], axis=1)
-        return found.swapaxes(1, 2)
+        if len(columns[0]) < derivatives.shape[1]:
+            derivatives = np.add.reduceat(derivatives, columns[0], axis=1)
+        return derivatives.swapaxes(1, 2)
 
     def _sensitivity_columns(self, parameters):
         """First column of each parameter, and what :func:`bayesub.kernels.sensitivities.sensitivities` asks for."""
@@ -242,8 +313,8 @@ class Simulator:
         self._columns[parameters] = firsts, *arrays
         return self._columns[parameters]
 
-    def trajectory(self, xi) -> Trajectory:
-        """Simulate coefficient sets `xi` (n_batch, 101) and keep everything."""
+    def trajectory(self, xi: np.ndarray) -> Trajectory:
+        """The motion of coefficient sets `xi` (n_batch, 101), all twelve states."""
         states, status = self.run(xi)
         controls = self._controls_at(self.times)
         rpm = controls[:, 3] * self.vehicle.rpm_per_mps
@@ -254,26 +325,11 @@ class Simulator:
         return np.repeat(row[None], n_batch, axis=0)
 
 
-def call_kernels() -> None:
-    """Call every kernel that a study needs, with the types that it gives them (:mod:`bayesub.kernels.compilation`)."""
-    vehicle = load_vehicle("suboff")
-    times = np.arange(3.0)
-    straight = Manoeuvre(
-        "straight", times, np.zeros((3, 3)), np.full(3, vehicle.rpm_per_mps * vehicle.speed_mps), np.eye(12)[6] * 7.5
-    )
-    simulator = Simulator(vehicle, straight, times, dt=1.0)
-    for n_batch in (1, 2 * kernel.LANES):
-        states, _ = simulator.run(np.repeat(vehicle.xi[None], n_batch, axis=0))
-        noise.sums_of_squares(states[:, :, 0].copy(), np.zeros(3))
-    simulator.accelerations(vehicle.xi, states[:1])
-    simulator.sensitivities(vehicle.xi, ("Xuu",))
-
-
 def simulate(
     vehicle: Vehicle,
     manoeuvre: Manoeuvre,
     *,
-    xi=None,
+    xi: np.ndarray | None = None,
     dt: float | None = None,
     sample: float | None = None,
     controls: str = "linear",
@@ -282,14 +338,29 @@ def simulate(
 ) -> Trajectory:
     """Simulate a manoeuvre.
 
+    A member that fails has its states up to the failure, and the reason in its status.
+
     Parameters
     ----------
-    xi : (101,) or (n_batch, 101) non-dimensional coefficients; by default the vehicle's own
-    dt : integration step, s; by default the largest that keeps the position error below 5 cm
-    sample : output interval, s; by default the spacing of the control history
-    controls, subproblem, attitude : see :class:`Simulator`
+    vehicle : Vehicle
+    manoeuvre : Manoeuvre
+    xi : (101,) or (n_batch, 101) array, optional
+        Non-dimensional coefficients; by default the vehicle's own.
+    dt : float, optional
+        Integration step, s; by default the largest with a position error below 5 cm.
+    sample : float, optional
+        Output interval, s; by default the spacing of the control history.
+    controls : str
+        "linear" or "hold", as for :class:`Simulator`.
+    subproblem : str or None
+        "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
+    attitude : str
+        "euler" or "quaternion".
 
-    A member that fails keeps its states up to the failure and says so in its status.
+    Raises
+    ------
+    InputError
+        For an option or coefficients that cannot be, and if no step is short enough.
     """
     xi = vehicle.xi if xi is None else np.asarray(xi, dtype=float)
     if xi.shape[-1:] != (len(coefficients.NAMES),) or xi.ndim > 2 or not np.isfinite(xi).all():
@@ -312,7 +383,12 @@ def simulate(
 def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, attitude: str = "euler") -> float:
     """The largest step of 1, 0.5, 0.2, 0.1, .. s that keeps the position within 5 cm of the one at half the step.
 
-    The search starts at a tenth of a ship length travelled. InputError if a boat that completes the manoeuvre has none.
+    The search starts at a tenth of a ship length travelled.
+
+    Raises
+    ------
+    InputError
+        If a boat that completes the manoeuvre has no such step.
     """
     times = np.linspace(0.0, manoeuvre.duration, 201)
     ladder = [m * 10.0**e for e in range(1, -5, -1) for m in (5, 2, 1)]
@@ -337,19 +413,24 @@ def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, 
     return ladder[-1]
 
 
-def accelerations(vehicle: Vehicle, states, controls, rpm) -> np.ndarray:
-    """Body accelerations at given states, from all six equations of motion (model section 6).
+def accelerations(vehicle: Vehicle, states: np.ndarray, controls: np.ndarray, rpm: np.ndarray | float) -> np.ndarray:
+    """Body accelerations at given states, from all six equations of motion (model manual, section 6).
 
     Parameters
     ----------
-    states : (n, 12) m, rad, m/s, rad/s
-    controls : (n, 3) rad
-    rpm : (n,) or number
+    vehicle : Vehicle
+    states : (n, 12) array
+        m, rad, m/s, rad/s.
+    controls : (n, 3) array
+        rad.
+    rpm : (n,) array or float
 
     Returns
     -------
-    (n, 6) udot vdot wdot (m/s^2), pdot qdot rdot (rad/s^2).
+    (n, 6) array
+        udot vdot wdot (m/s^2), pdot qdot rdot (rad/s^2).
     """
+    compilation.ensure()
     states = np.ascontiguousarray(states, dtype=float)
     ordered = np.empty((len(states), 4))
     ordered[:, :3] = controls

@@ -22,11 +22,15 @@ Vector9 = Annotated[tuple[float, ...], pydantic.Field(min_length=9, max_length=9
 
 
 class TrialSpeedSection(Section):
+    """Speed and depth at which a manoeuvre begins."""
+
     speed_mps: Speed
     depth_m: float = 0.0
 
 
 class InertiaSection(Section):
+    """Moments and products of inertia about the body origin."""
+
     Ixx: Positive
     Iyy: Positive
     Izz: Positive
@@ -36,6 +40,8 @@ class InertiaSection(Section):
 
 
 class BodySection(Section):
+    """The rigid body, its weight and its buoyancy."""
+
     length_m: Length
     water_density_kgm3: WaterDensity
     mass_kg: Positive
@@ -67,7 +73,7 @@ class PropulsionSection(Section):
 
 
 class PolynomialSection(PropulsionSection):
-    """Three branches in n' = n/(k0 u) (model section 5)."""
+    """Three branches in n' = n/(k0 u) (model manual, section 5)."""
 
     model: Literal["polynomial"] = "polynomial"
     b: Vector9
@@ -107,6 +113,7 @@ class ConstantKTSection(OpenWaterSection):
 
     @property
     def diagram(self) -> tuple[float, float, float]:
+        """K_T without advance, its slope with J, and the wake fraction."""
         return self.kt, 0.0, 0.0
 
 
@@ -120,6 +127,7 @@ class LinearKTSection(OpenWaterSection):
 
     @property
     def diagram(self) -> tuple[float, float, float]:
+        """K_T without advance, its slope with J, and the wake fraction."""
         return self.kt0, self.kt1, self.wake_fraction
 
 
@@ -128,6 +136,8 @@ def _model_of(section) -> str:
 
 
 class ActuatorsSection(Section):
+    """Dynamics and limits of rudder and planes."""
+
     rate_deg_s: Positive
     time_constant_s: Positive
     rudder_limit_deg: float = pydantic.Field(gt=0, le=90)
@@ -185,9 +195,30 @@ class VehicleFile(Section):
 class Vehicle:
     """A vehicle in SI units and radians.
 
-    `xi` (101,) holds the non-dimensional coefficients in the order of :data:`bayesub.model.coefficients.NAMES`, and
-    `sd` (101,) their standard deviations, not a number where the file gives none; `body` holds all else that moves the
-    boat, in the order of :data:`bayesub.kernels.workspace.BODY`.
+    Attributes
+    ----------
+    name : str
+    description : str
+    reference : str
+        Where the numbers come from.
+    length_m : float
+    water_density_kgm3 : float
+    speed_mps : float
+        At which trials begin.
+    depth_m : float
+        At which trials begin.
+    rpm_per_mps : float
+        Propeller speed that self-propels, for a speed of 1 m/s.
+    plane_rate_radps : float
+    plane_time_constant_s : float
+    plane_limits_rad : (3,) array
+        Of rudder, bow plane and stern plane.
+    body : (N_BODY,) array
+        All else that moves the boat, in the order of :data:`bayesub.kernels.workspace.BODY`.
+    xi : (101,) array
+        Non-dimensional coefficients in the order of :data:`bayesub.model.coefficients.NAMES`.
+    sd : (101,) array
+        Their standard deviations, not a number where the file gives none.
     """
 
     name: str
@@ -200,7 +231,7 @@ class Vehicle:
     rpm_per_mps: float
     plane_rate_radps: float
     plane_time_constant_s: float
-    plane_limits_rad: np.ndarray  # rudder, bow plane, stern plane
+    plane_limits_rad: np.ndarray
     body: np.ndarray
     xi: np.ndarray
     sd: np.ndarray
@@ -215,10 +246,11 @@ class Vehicle:
         return coefficients.dimensional_factors(self.length_m, self.water_density_kgm3)
 
     def restricted(self, subproblem: str | None) -> "Vehicle":
-        """The vehicle confined to a plane: unused coefficients and mechanical couplings set to zero (model section 4).
+        """The vehicle confined to a plane, without the coefficients and mechanical couplings of other motions.
 
-        The horizontal sub-problem drops products of inertia, all offsets of CG, CB and thrust line, and balances
-        weight; the vertical one keeps the offsets in its own plane. None returns the vehicle itself.
+        As in the model manual, section 4, the horizontal sub-problem drops products of inertia and all offsets of CG,
+        CB and thrust line, and balances weight; the vertical one keeps the offsets in its own plane. None returns the
+        vehicle itself.
         """
         if subproblem is None:
             return self
@@ -234,15 +266,21 @@ class Vehicle:
         """Names of the coefficients and of the entries of `body` that have no part in a sub-problem."""
         if subproblem is None:
             return frozenset()
-        used = coefficients.SUBPROBLEMS[subproblem]
-        idle = {"Ixy", "Iyz", "Izx", "yG", "yB", "Kn1", "Kn2"} | {n for n in coefficients.NAMES if n not in used}
+        idle = {"Ixy", "Iyz", "Izx", "yG", "yB", "Kn1", "Kn2"}
+        idle |= set(coefficients.NAMES) - set(coefficients.active_coefficients(subproblem=subproblem))
         if subproblem == "horizontal":
             idle |= {"xG", "zG", "xB", "zB", "zP", "weight", "buoyancy"}
         return frozenset(idle)
 
 
 def load_vehicle(name: str | Path) -> Vehicle:
-    """Load a built-in vehicle by name or a vehicle file by path; InputError names file, key and remedy."""
+    """Load a built-in vehicle by name or a vehicle file by path.
+
+    Raises
+    ------
+    InputError
+        With file, key and remedy.
+    """
     path = toml_files.find(str(name), "vehicles")
     file = toml_files.read_toml(path, VehicleFile)
     try:

@@ -11,6 +11,7 @@ A nuisance parameter is named with its unit, and is given, sampled and reported 
 - ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,7 +19,9 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
+from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import GRAVITY_MPS2, Vehicle
+from bayesub.sensors.record import Channel
 
 _UNITS = {"I": "kgm2", "x": "m", "y": "m", "z": "m"}
 CURRENTS = ("current_north_mps", "current_east_mps")
@@ -28,11 +31,15 @@ BODY = {"mass_kg": {"mass": 1.0, "weight": GRAVITY_MPS2, "buoyancy": GRAVITY_MPS
 BODY |= {f"{key}_{_UNITS[key[0]]}": {key: 1.0} for key in workspace.BODY if key[0] in _UNITS}
 BODY |= {key: {key: 1.0} for key in workspace.THRUST}
 
+
+def _at_start(state: str) -> str:
+    """The name of a state at the start, such as ``yaw0_deg``."""
+    stem, _, unit = log_files.HEADERS[state].rpartition("_")
+    return f"{stem}0_{unit}"
+
+
 # Name -> state at the start, and its SI units for a unit of the parameter.
-INITIAL = {}
-for _state in log_files.STATES:
-    _stem, _, _unit = log_files.HEADERS[_state].rpartition("_")
-    INITIAL[f"{_stem}0_{_unit}"] = {f"{_state}0": log_files.si_factor(_state)}
+INITIAL = {_at_start(state): {f"{state}0": log_files.si_factor(state)} for state in log_files.STATES}
 
 MOVING = {"horizontal": ("x", "y", "psi", "u", "v", "r"), "vertical": ("x", "z", "theta", "u", "w", "q")}
 
@@ -41,9 +48,19 @@ MOVING = {"horizontal": ("x", "y", "psi", "u", "v", "r"), "vertical": ("x", "z",
 class Nuisance:
     """One nuisance parameter.
 
-    value : where it is if it is not inferred, in its unit, and factor : from its unit to SI
-    motion : parameters of :meth:`bayesub.model.simulate.Simulator.sensitivities` -> SI units for a unit of this one
-    channel, attribute : of the noise or "bias", for parameters of a channel
+    Attributes
+    ----------
+    name : str
+    value : float
+        Where it is if it is not inferred, in its unit.
+    factor : float
+        SI units in its unit.
+    motion : dict of str to float
+        Parameters of :meth:`bayesub.model.simulate.Simulator.sensitivities` -> SI units for a unit of this one.
+    channel : str
+        Name of the channel, for parameters of one.
+    attribute : str
+        Of the noise of the channel, or "bias".
     """
 
     name: str
@@ -54,10 +71,13 @@ class Nuisance:
     attribute: str = ""
 
 
-def find(name: str, vehicle: Vehicle, manoeuvre, channels, noises) -> Nuisance:
+def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[Channel], noises: Sequence) -> Nuisance:
     """The nuisance parameter of a name, for a vehicle on a manoeuvre and channels, each with its noise model.
 
-    Raises InputError for a name that there is not, or that has no part in the sub-problem of the manoeuvre.
+    Raises
+    ------
+    InputError
+        For a name that does not exist, or that has no part in the sub-problem of the manoeuvre.
     """
     if name in BODY:
         idle = vehicle.idle(manoeuvre.subproblem)
@@ -91,11 +111,11 @@ def _body_value(vehicle, key):
 
 
 def _of_channels(channels, noises) -> dict[str, Nuisance]:
-    found = []
+    nuisances = []
     for channel, noise in zip(channels, noises, strict=True):
         column = log_files.HEADERS[channel.quantity]
         factor = log_files.si_factor(column)
-        found.append(Nuisance(f"bias_{column}", 0.0, factor, channel=channel.name, attribute="bias"))
+        nuisances.append(Nuisance(f"bias_{column}", 0.0, factor, channel=channel.name, attribute="bias"))
         names = {
             "sd": (f"sd_{column}", factor),
             "dof": (f"dof_{channel.name}", 1.0),
@@ -104,8 +124,8 @@ def _of_channels(channels, noises) -> dict[str, Nuisance]:
         for attribute in noise.SAMPLED:
             name, factor_of = names[attribute]
             value = getattr(noise, attribute) / factor_of
-            found.append(Nuisance(name, value, factor_of, channel=channel.name, attribute=attribute))
-    return {nuisance.name: nuisance for nuisance in found}
+            nuisances.append(Nuisance(name, value, factor_of, channel=channel.name, attribute=attribute))
+    return {nuisance.name: nuisance for nuisance in nuisances}
 
 
 class Nuisances:
@@ -113,10 +133,14 @@ class Nuisances:
 
     Attributes
     ----------
-    names : (n,), and held : (n,) their values if they are not inferred
+    parameters : tuple of Nuisance
+        n of them.
+    names : tuple of str
+    held : (n,) array
+        Their values if they are not inferred.
     """
 
-    def __init__(self, parameters: tuple[Nuisance, ...], vehicle: Vehicle, manoeuvre):
+    def __init__(self, parameters: tuple[Nuisance, ...], vehicle: Vehicle, manoeuvre: Manoeuvre):
         self.parameters = parameters
         self.names = tuple(parameter.name for parameter in parameters)
         self.held = np.array([parameter.value for parameter in parameters])
@@ -144,18 +168,18 @@ class Nuisances:
         moved = tuple(dict.fromkeys(key for parameter in self.parameters for key in parameter.motion))
         return moved, self._effects(moved).T
 
-    def body(self, values) -> np.ndarray | None:
+    def body(self, values: np.ndarray) -> np.ndarray | None:
         """(n_batch, N_BODY) body vectors of values (n_batch, n), or None if they are all the vehicle's."""
         return self._changed(values, self._body, self._on_body)
 
-    def initial(self, values) -> np.ndarray | None:
+    def initial(self, values: np.ndarray) -> np.ndarray | None:
         """(n_batch, 12) states at the start of values (n_batch, n), or None if they are all the manoeuvre's."""
         return self._changed(values, self._initial, self._on_start)
 
     def _changed(self, values, base, effects):
         return base + (values - self.held) @ effects if effects.any() else None
 
-    def currents(self, values) -> np.ndarray | None:
+    def currents(self, values: np.ndarray) -> np.ndarray | None:
         """(n_batch, 2) currents to the north and east, m/s, of values (n_batch, n), or None if there is none."""
         if not self.current_columns():
             return None
@@ -168,7 +192,7 @@ class Nuisances:
         """Position among these, and 0 for north or 1 for east, of each component of the current."""
         return [(k, CURRENTS.index(name)) for k, name in enumerate(self.names) if name in CURRENTS]
 
-    def biases(self, channels) -> list[tuple[int, int, float]]:
+    def biases(self, channels: Sequence[Channel]) -> list[tuple[int, int, float]]:
         """Position of the channel, position of its bias among these and factor to SI, for each bias."""
         return [
             (i, k, factor)
@@ -177,6 +201,6 @@ class Nuisances:
             if attribute == "bias"
         ]
 
-    def of_noise(self, channel) -> list[tuple[str, int, float]]:
+    def of_noise(self, channel: Channel) -> list[tuple[str, int, float]]:
         """Attribute, position among these and factor to SI of each unknown of the noise of a channel."""
         return [entry for entry in self._of_channels.get(channel.name, ()) if entry[0] != "bias"]

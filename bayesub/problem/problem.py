@@ -11,10 +11,10 @@ from bayesub.model import coefficients
 from bayesub.model.simulate import STATUS, Simulator, Trajectory
 from bayesub.problem import likelihoods
 from bayesub.problem.base import PosteriorDensity
-from bayesub.problem.measurement import MeasurementModel
 from bayesub.problem.nuisance import CURRENTS, Nuisances, find
 from bayesub.problem.priors import Joint, Prior, Spread
 from bayesub.sensors.current import over_ground
+from bayesub.sensors.measurement import MeasurementModel
 
 
 class Problem(PosteriorDensity):
@@ -48,8 +48,9 @@ class Problem(PosteriorDensity):
         self.xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
         nuisance = nuisance or {}
         candidates = coefficients.columns(free)
-        moving = [coefficients.NAMES[k] not in _without_effect(vehicle, manoeuvre) for k in candidates]
-        self.columns = candidates[prior.has_scale(candidates, self.xi) & moving]
+        # Of any vehicle: a coefficient that is zero for this one may have a prior with another centre.
+        active = coefficients.columns(coefficients.active_coefficients(None, manoeuvre, manoeuvre.subproblem))
+        self.columns = candidates[prior.has_scale(candidates, self.xi) & np.isin(candidates, active)]
         if not self.columns.size:
             raise InputError(
                 "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
@@ -65,7 +66,7 @@ class Problem(PosteriorDensity):
         self.simulator = Simulator(vehicle, manoeuvre, self._readings.times, dt=dt)
         self._nuisances = Nuisances(tuple(found), self.simulator.vehicle, manoeuvre)
         self._held = None  # (n_nuisances,) where nuisance parameters are not inferred
-        self.readings, self.sds = self._readings.values, self._readings.sds
+        self.readings, self.sds = record.values, record.total_sds
         self.evaluations = self.jacobians = 0
         self.failures = dict.fromkeys(STATUS[1:], 0)
 
@@ -90,7 +91,10 @@ class Problem(PosteriorDensity):
         )
 
     def predicted(self, parameters) -> np.ndarray:
-        """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed."""
+        """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed.
+
+        Headings of a log, which are known up to whole turns, are on the turn that is nearest to the reading.
+        """
         parameters = np.atleast_2d(parameters)
         measured, status = self._fly(parameters, self._readings.measured)
         self.evaluations += len(measured)
@@ -101,6 +105,7 @@ class Problem(PosteriorDensity):
         for channel, k, factor in self._nuisances.biases(self.record.channels):
             predicted[:, self._readings.slices[channel]] += factor * values[:, k : k + 1]
         predicted[status != 0] = np.nan
+        self._readings.to_nearest_turn(predicted, self.readings)
         return predicted
 
     @property
@@ -314,13 +319,6 @@ class Problem(PosteriorDensity):
                 own = replace(noise, **{attribute: float(values[k]) for attribute, values in unknown.items()})
                 readings[k, part] = own.sample(truth, times, rng)
         return readings
-
-
-def _without_effect(vehicle, manoeuvre) -> frozenset[str]:
-    """Coefficients that have no part in the sub-problem of a manoeuvre, or that belong to planes that do not move."""
-    still = {plane for plane, angles in zip(("dr", "db", "ds"), manoeuvre.controls.T, strict=True) if not angles.any()}
-    resting = {term.name for term in coefficients.TERMS if term.symbols & still}
-    return vehicle.idle(manoeuvre.subproblem) | resting
 
 
 def _joint(prior: Prior, nuisance: dict[str, Prior]) -> Prior:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.io.log_files import VELOCITIES, positions
 from bayesub.kernels import actuators, workspace
 from bayesub.model.coefficients import INDEX
 from bayesub.model.manoeuvre_files import straight_and_level
@@ -11,6 +12,7 @@ from bayesub.model.vehicles import Vehicle
 
 STEP = 0.02  # integration step in ship lengths travelled; a flight that fails is repeated with a tenth of it
 LONGEST_S = 1e9  # for a ship length; beyond it nothing is flown
+Y, PSI, U, V, P, Q, R = positions("y", "psi", "u", "v", "p", "q", "r")
 NUDGE = 1e-5  # of speed, speed per length and 1 rad, for derivatives
 
 
@@ -77,14 +79,14 @@ def growth(vehicle: Vehicle) -> float:
     speed, length = vehicle.speed_mps, np.float64(vehicle.length_m)
     rpm = vehicle.rpm_per_mps * speed
     steps = NUDGE * np.array([1.0, 1.0, *[speed] * 3, *[speed / length] * 3])  # roll, pitch and the six velocities
-    places = [3, 4, 6, 7, 8, 9, 10, 11]
+    places = positions("phi", "theta", *VELOCITIES)
     states = np.tile(straight_and_level(vehicle), (2 * len(places), 1))
     for k, (place, step) in enumerate(zip(places, steps, strict=True)):
         states[2 * k : 2 * k + 2, place] += [step, -step]
     rates = accelerations(vehicle, states, np.zeros(3), rpm)
     matrix = np.zeros((8, 8))
     matrix[2:] = ((rates[::2] - rates[1::2]) / (2.0 * steps[:, None])).T
-    matrix[0, 5] = matrix[1, 6] = 1.0
+    matrix[0, places.index(P)] = matrix[1, places.index(Q)] = 1.0  # small roll and pitch angles follow p and q
     if not np.isfinite(matrix).all():
         return np.nan
     try:
@@ -99,15 +101,15 @@ def turning_circle(vehicle: Vehicle, states: np.ndarray, rudder: float) -> dict:
     rudder : deg
     """
     end, length = states[-1], vehicle.length_m
-    speed, rate = np.linalg.norm(end[6:8]), end[11]
-    turned = np.abs(states[:, 5]) >= np.pi
-    tactical = np.abs(states[turned.argmax(), 1]) / length if turned.any() else np.nan
+    speed, rate = np.linalg.norm(end[[U, V]]), end[R]
+    turned = np.abs(states[:, PSI]) >= np.pi
+    tactical = np.abs(states[turned.argmax(), Y]) / length if turned.any() else np.nan
     steady = abs(rate) * length > 1e-3 * speed
     return {
         "rudder_deg": rudder,
         "diameter_lengths": number_or_none(2.0 * speed / (abs(rate) * length)) if steady else None,
         "tactical_diameter_lengths": number_or_none(tactical),
         "speed_ratio": number_or_none(speed / vehicle.speed_mps),
-        "drift_angle_deg": number_or_none(abs(np.degrees(np.arctan2(-end[7], end[6])))),
+        "drift_angle_deg": number_or_none(abs(np.degrees(np.arctan2(-end[V], end[U])))),
         "positive_rudder_turns": ("to starboard" if rate > 0.0 else "to port") if steady else None,
     }

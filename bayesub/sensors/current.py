@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from bayesub.io.log_files import STATES
+from bayesub.io.log_files import ANGLES, STATES, positions
 
-PHI, THETA, PSI = (STATES.index(name) for name in ("phi", "theta", "psi"))
 _TINY = 1e-30  # imaginary step, of which the square vanishes beside one
 
 
-def over_ground(states, times, current_mps) -> np.ndarray:
+def over_ground(states: np.ndarray, times: np.ndarray, current_mps: tuple[float, float]) -> np.ndarray:
     """Motion over the ground of motion through the water.
 
     The position drifts by current times t, and the current adds to the body velocities as seen in body axes. Attitude
@@ -16,26 +15,36 @@ def over_ground(states, times, current_mps) -> np.ndarray:
 
     Parameters
     ----------
-    states : (.., n_times, 12) through the water, from :func:`bayesub.model.simulate`; times : (n_times,) s
-    current_mps : north and east, m/s
+    states : (.., n_times, 12) array
+        Through the water, from :func:`bayesub.simulate`.
+    times : (n_times,) array
+        s.
+    current_mps : (2,)
+        To the north and to the east, m/s.
 
     Returns
     -------
-    (.., n_times, 12) states, in which x, y, u, v, w are over the ground. They are linear in the current.
+    (.., n_times, 12) array
+        States of which x, y, u, v, w are over the ground. They are linear in the current.
     """
     states = np.array(states, dtype=float)
-    attitude = states[..., PHI : PSI + 1].copy()
+    attitude = states[..., positions(*ANGLES)]
     for name in ("x", "y", "u", "v", "w"):
         states[..., STATES.index(name)] += carried(name, np.asarray(times), attitude) @ np.asarray(current_mps)
     return states
 
 
-def carried(state: str, times, attitude) -> np.ndarray:
+def carried(state: str, times: np.ndarray, attitude: np.ndarray) -> np.ndarray:
     """(.., n_times, 2) what a current of 1 m/s to the north, and one to the east, add to x, y, u, v or w.
 
     Parameters
     ----------
-    state : short name; times : (n_times,) s, and attitude : (.., n_times, 3) phi, theta, psi
+    state : str
+        Short name.
+    times : (n_times,) array
+        s.
+    attitude : (.., n_times, 3) array
+        phi, theta, psi, rad.
     """
     if state in ("x", "y"):
         parts = np.zeros((*np.shape(attitude)[:-1], 2))
@@ -51,7 +60,7 @@ def carried(state: str, times, attitude) -> np.ndarray:
     return cosine * starboard + sine * down if state == "v" else cosine * down - sine * starboard
 
 
-def carried_slopes(state: str, times, attitude, current_mps) -> np.ndarray:
+def carried_slopes(state: str, times: np.ndarray, attitude: np.ndarray, current_mps: np.ndarray) -> np.ndarray:
     """(n_times, 3) derivatives of what a current adds to `state` by phi, theta and psi, by imaginary steps."""
     stepped = attitude[None] + 1j * _TINY * np.eye(3)[:, None]
     return (carried(state, times, stepped) @ np.asarray(current_mps)).imag.T / _TINY

@@ -24,8 +24,15 @@ ANGULAR_ACCELERATIONS = ("pdot", "qdot", "rdot")
 class Instrument:
     """What all instruments share; iterating over one gives its sensors.
 
-    An instrument has `channels` and `interval_s`, and for a channel of unit m, deg, mps, .. the standard deviation
-    `sd_m`, `sd_deg`, `sd_mps`, .. and possibly a rounding step `resolution_m`, .. of that unit.
+    For a channel of unit m, deg, mps, .. an instrument has a standard deviation `sd_m`, `sd_deg`, `sd_mps`, .. and
+    possibly a rounding step `resolution_m`, .. in that unit.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Those that are measured.
+    interval_s : float
+        One reading every so many seconds, the first after one interval.
     """
 
     CHANNELS: ClassVar[tuple[str, ...]]  # all that it can measure
@@ -52,10 +59,16 @@ class Instrument:
 class Track(Instrument):
     """A tracking range or an inertial navigator: position and attitude with independent normal noise.
 
-    position_sd_m : standard deviation of x, y, z
-    attitude_sd_deg : standard deviation of roll, pitch, yaw
-    interval_s : one reading every so many seconds, the first after one interval
-    channels : those that are measured, of x, y, z, roll, pitch, yaw
+    Attributes
+    ----------
+    position_sd_m : float
+        Standard deviation of x, y, z.
+    attitude_sd_deg : float
+        Standard deviation of roll, pitch, yaw.
+    interval_s : float
+        One reading every so many seconds, the first after one interval.
+    channels : tuple of str
+        Those that are measured, of x, y, z, roll, pitch, yaw.
     """
 
     CHANNELS = tuple(TRACK_CHANNELS)
@@ -74,10 +87,12 @@ class Track(Instrument):
 
     @property
     def sd_m(self) -> float:
+        """Standard deviation of channels in m."""
         return self.position_sd_m
 
     @property
     def sd_deg(self) -> float:
+        """Standard deviation of channels in deg."""
         return self.attitude_sd_deg
 
 

@@ -1,10 +1,11 @@
 """A sensor away from the body origin: what it reads more than the motion of the origin, by the motion of a rigid body.
 
-With l the lever arm in body axes, omega = (p, q, r), and R the rotation from body to inertial axes (model section 1),
-the point l of the body has
+With l the lever arm in body axes, omega = (p, q, r), and R the rotation from body to inertial axes (model manual,
+section 1), the point l of the body has
 
 - position         ``R l`` beyond that of the origin,
-- body velocity    ``omega x l`` beyond that of the origin (the terms of xG, yG, zG in model section 2), and
+- body velocity    ``omega x l`` beyond that of the origin (the terms of xG, yG, zG in the model manual,
+  section 2), and
 - udot vdot wdot   ``omega_dot x l`` beyond those of the origin, because they are the rates of change of the velocity in
   body axes. The centripetal ``omega x (omega x l)`` of an accelerometer is in its ``omega x v``, with v at the sensor.
 
@@ -21,14 +22,17 @@ TURNING |= dict.fromkeys(("udot", "vdot", "wdot"), ("pdot", "qdot", "rdot"))
 _TINY = 1e-30  # imaginary step, of which the square vanishes beside one
 
 
-def displaced(state: str, lever_arm_m, turning) -> np.ndarray:
+def displaced(state: str, lever_arm_m: tuple[float, float, float], turning: np.ndarray) -> np.ndarray:
     """(..) what a lever arm adds to readings of a state or acceleration, m, m/s or m/s^2.
 
     Parameters
     ----------
-    state : short name, a key of TURNING
-    lever_arm_m : (3,) ahead, to starboard and down from the body origin
-    turning : (.., 3) the attitude, rates or angular accelerations that TURNING names, rad
+    state : str
+        Short name, a key of TURNING.
+    lever_arm_m : (3,)
+        Ahead, to starboard and down from the body origin.
+    turning : (.., 3) array
+        The attitude, rates or angular accelerations that TURNING names, rad, rad/s or rad/s^2.
     """
     ahead, starboard, down = lever_arm_m
     if state in "xyz":
@@ -38,7 +42,7 @@ def displaced(state: str, lever_arm_m, turning) -> np.ndarray:
     return cross[state[0]]
 
 
-def displaced_slopes(state: str, lever_arm_m, turning) -> np.ndarray:
+def displaced_slopes(state: str, lever_arm_m: tuple[float, float, float], turning: np.ndarray) -> np.ndarray:
     """(n, 3) derivatives of what a lever arm adds by `turning` (n, 3), by imaginary steps."""
     return displaced(state, lever_arm_m, turning[None] + 1j * _TINY * np.eye(3)[:, None]).imag.T / _TINY
 

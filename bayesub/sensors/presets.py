@@ -86,8 +86,8 @@ def tracking_range(
 
 
 def _selected(sensors, channels) -> tuple[Sensor, ...]:
-    found = {channel_name(sensor.quantity): sensor for sensor in flat(sensors)}
+    by_channel = {channel_name(sensor.quantity): sensor for sensor in flat(sensors)}
     for channel in channels or ():
-        if channel not in found:
-            raise InputError(f"sensor: unknown channel '{channel}'{nearest(channel, found)}")
-    return tuple(found[channel] for channel in (found if channels is None else channels))
+        if channel not in by_channel:
+            raise InputError(f"sensor: unknown channel '{channel}'{nearest(channel, by_channel)}")
+    return tuple(by_channel[channel] for channel in (by_channel if channels is None else channels))

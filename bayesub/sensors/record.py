@@ -1,27 +1,43 @@
 """Records: what the sensors of a trial wrote down, in memory and as a CSV file."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
+from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.sensors.lever_arm import TURNING
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat
 
-_TURN = 2.0 * np.pi
+TURN = 2.0 * np.pi
+_SLACK = 0.05  # turns by which noise may push a heading beyond the ends of the turn to which a log confines it
 
 
 @dataclass(frozen=True)
 class Channel:
     """Readings of one quantity, all in SI units and radians.
 
-    quantity : short name, a key of :data:`bayesub.sensors.QUANTITIES`
-    times : (n,) s, and values : (n,)
-    sd, resolution : standard deviation of the noise, and the step to which noisy values were then rounded, or 0
-    lever_arm_m : (3,) place of the sensor from the body origin, and clock_offset_s : how far its clock is ahead; a file
-        stamps a reading with its time plus that
+    Attributes
+    ----------
+    quantity : str
+        Short name, a key of :data:`bayesub.sensors.QUANTITIES`.
+    times : (n,) array
+        s.
+    values : (n,) array
+    sd : float
+        Standard deviation of the noise.
+    resolution : float
+        Step to which noisy values were then rounded, or 0.
+    lever_arm_m : (float, float, float)
+        Place of the sensor from the body origin.
+    clock_offset_s : float
+        How far its clock is ahead: a file stamps a reading with its time plus that.
+    modulo_turn : bool
+        Whether values are known up to whole turns only, as the headings of a log, so that they are compared modulo one
+        turn (:meth:`bayesub.sensors.measurement.MeasurementModel.to_nearest_turn`). A simulated heading is continuous.
     """
 
     quantity: str
@@ -31,6 +47,7 @@ class Channel:
     resolution: float = 0.0
     lever_arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     clock_offset_s: float = 0.0
+    modulo_turn: bool = False
 
     @property
     def name(self) -> str:
@@ -58,7 +75,7 @@ class Channel:
         return any(self.lever_arm_m) and self.state in TURNING
 
 
-def channel_of(sensor: Sensor, times, values) -> Channel:
+def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel:
     """The channel of a sensor with readings (n,) at times (n,), SI units."""
     sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
     place = sensor.lever_arm_m or (0.0, 0.0, 0.0)
@@ -69,8 +86,15 @@ def channel_of(sensor: Sensor, times, values) -> Channel:
 class Record:
     """What the sensors of a trial wrote down; the channels in a fixed order make the vector of readings.
 
-    `truth` (101,) holds the coefficients behind a synthetic record, and `nuisances` what else is known of it: name
-    (:mod:`bayesub.problem.nuisance`) -> true value in the unit of the name. For a real record they are None and empty.
+    Attributes
+    ----------
+    channels : tuple of Channel
+        With different names.
+    truth : (101,) array or None
+        The coefficients behind a synthetic record; None for a real one.
+    nuisances : dict of str to float
+        What else is known of a synthetic record: name of a nuisance parameter (:mod:`bayesub.problem.nuisance`) -> true
+        value in the unit of the name.
     """
 
     channels: tuple[Channel, ...]
@@ -89,9 +113,20 @@ class Record:
 
     @property
     def n_readings(self) -> int:
+        """Number of readings of all channels."""
         return sum(len(channel.times) for channel in self.channels)
 
-    def save(self, path: str | Path, manoeuvre=None) -> None:
+    @property
+    def values(self) -> np.ndarray:
+        """(n_readings,) the readings of all channels, one channel after the other, SI units."""
+        return np.concatenate([channel.values for channel in self.channels])
+
+    @property
+    def total_sds(self) -> np.ndarray:
+        """(n_readings,) standard deviations of noise and rounding error together, SI units."""
+        return np.repeat([c.total_sd for c in self.channels], [len(c.times) for c in self.channels])
+
+    def save(self, path: str | Path, manoeuvre: Manoeuvre | None = None) -> None:
         """Write the readings as a CSV with units in the column names; a missing reading is an empty cell.
 
         Times that are the same to the digits of the file share a row. With a `manoeuvre` its controls are written too,
@@ -104,34 +139,49 @@ class Record:
         written = [np.char.mod(log_files.WRITTEN, times).astype(float) for _, times, _ in columns]
         times = np.unique(np.concatenate(written))
         log = {"time": times}
-        for (name, _, values), own in zip(columns, written, strict=True):
+        for (name, _, values), at in zip(columns, written, strict=True):
             log[name] = np.full(len(times), np.nan)
-            log[name][np.searchsorted(times, own)] = values
+            log[name][np.searchsorted(times, at)] = values
         log_files.write_log(Path(path), log)
 
     @classmethod
-    def load(cls, path: str | Path, sensors, *, start_heading_deg: float = 0.0) -> "Record":
+    def load(cls, path: str | Path, sensors: Sensor | Iterable, *, start_heading_deg: float = 0.0) -> "Record":
         """Read the readings of a trial.
 
-        Each channel has the times of its own cells that are not empty. Columns of controls are left to
+        Each channel has the times of those cells of its column that are not empty. Columns of controls are left to
         :func:`bayesub.load_manoeuvre`.
 
-        Yaw or heading is unwrapped if the column stays within one turn, 0 to 360 or -180 to 180 deg: each reading is
-        brought within half a turn of the one before, across gaps too, and the first within half a turn of
-        `start_heading_deg`. A boat that turns further than that between two readings cannot be told from one that turns
-        the other way.
+        Yaw and heading are compared to a simulation modulo one turn, whatever the range of the column, so that noise
+        about north, long gaps and fast turns do no harm. For pictures, and for the heading at the start, a column that
+        stays within one turn (0 to 360 or -180 to 180 deg, and a twentieth of a turn beyond for noise) is unwrapped as
+        well: each reading is brought within half a turn of the one before, across gaps too, and the first within half
+        a turn of `start_heading_deg`.
 
         Parameters
         ----------
-        sensors : whatever :func:`observe` takes, one sensor for each column, with the noise sd and resolution of its
-            readings, lever arm and clock offset; their other settings play no part
+        path : str or Path
+        sensors : Sensor, Instrument, or sequence of them
+            One sensor for each column, with the noise sd and resolution of its readings, lever arm and clock offset;
+            their other settings play no part.
+        start_heading_deg : float
+            About where the first reading of an unwrapped heading shall be.
 
-        Raises InputError for a file that does not fit, and for a column without sensor or a sensor without column.
+        Raises
+        ------
+        InputError
+            For a file that does not fit, and for a column without sensor or a sensor without column.
         """
         return cls.of_log(log_files.read_log(Path(path)), sensors, path, start_heading_deg=start_heading_deg)
 
     @classmethod
-    def of_log(cls, log, sensors, source, *, start_heading_deg: float = 0.0) -> "Record":
+    def of_log(
+        cls,
+        log: dict[str, np.ndarray],
+        sensors: Sensor | Iterable,
+        source: str | Path,
+        *,
+        start_heading_deg: float = 0.0,
+    ) -> "Record":
         """The readings of a log (:func:`bayesub.io.log_files.read_log`), as :meth:`load`; errors name the `source`."""
         by_quantity = {sensor.quantity: sensor for sensor in flat(sensors)}
         for quantity in log:
@@ -146,17 +196,18 @@ class Record:
             if not given.any():
                 raise InputError(f"{source}: column '{sensor.column}' has no readings; leave it and its sensor out")
             values = log[quantity][given]
-            if QUANTITIES[quantity].state == "psi":
+            channel = channel_of(sensor, log["time"][given] - sensor.clock_offset_s, values)
+            if channel.state == "psi":
                 values = _unwrapped(values, np.radians(start_heading_deg))
-            channels.append(channel_of(sensor, log["time"][given] - sensor.clock_offset_s, values))
+                channel = replace(channel, values=values, modulo_turn=True)
+            channels.append(channel)
         return cls(tuple(channels))
 
 
 def _unwrapped(angles, start) -> np.ndarray:
-    """Headings (n,) in rad without jumps, the first near `start`, unless they already leave the turn."""
-    low, high = angles.min() / _TURN, angles.max() / _TURN
-    slack = 1e-12  # round-off of degrees in radians
-    if low < -0.5 - slack or high > (1.0 if low >= 0 else 0.5) + slack:
+    """Headings (n,) in rad without jumps, the first near `start`; those that leave the turn are continuous already."""
+    low, high = angles.min() / TURN, angles.max() / TURN
+    if not any(begin - _SLACK <= low and high <= begin + 1.0 + _SLACK for begin in (0.0, -0.5)):
         return angles
     angles = np.unwrap(angles)
-    return angles + _TURN * np.round((start - angles[0]) / _TURN)
+    return angles + TURN * np.round((start - angles[0]) / TURN)

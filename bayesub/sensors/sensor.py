@@ -13,7 +13,15 @@ MAX_READINGS = 1_000_000
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is measured: a state or a body acceleration, through the water or over the ground."""
+    """What is measured.
+
+    Attributes
+    ----------
+    state : str
+        Short name of a state or of a body acceleration.
+    over_ground : bool
+        Whether the current is in it.
+    """
 
     state: str
     over_ground: bool = False
@@ -38,19 +46,37 @@ class Sensor:
 
     A reading is ``round(truth + noise + bias)``: first the noise, then the bias, then the rounding. The noise is
     normal; with probability `outlier_probability` it is that of an outlier, `outlier_scale` times as large. Readings go
-    missing one by one with probability `dropout`, and all of them in the gaps. Bias, dropouts and outliers are the
-    sensor's own secret: a channel of its record carries the sd and the resolution only.
+    missing one by one with probability `dropout`, and all of them in the gaps. The record does not say where there was
+    a bias, a dropout or an outlier: its channels hold the sd and the resolution only.
 
-    column : the quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
-    sd, resolution, bias : noise standard deviation, rounding step (0 if there is none), and what is added to every
-        reading, all in the unit of the column
-    interval_s : one reading every so many seconds, the first after one interval
-    times : (n,) ascending times of the readings in s, instead of the interval
-    gaps : (start, end) in s; readings from start to end are missing
-    lever_arm_m : where the sensor is, ahead, to starboard and down from the body origin; None for there. A rigid body
-        turns it into position, velocity and acceleration (:mod:`bayesub.sensors.lever_arm`)
-    clock_offset_s : how far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t
-        was taken at t - clock_offset_s
+    Attributes
+    ----------
+    column : str
+        The quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
+    sd : float
+        Standard deviation of the noise, in the unit of the column.
+    resolution : float
+        Rounding step in the unit of the column, 0 if there is none.
+    interval_s : float
+        One reading every so many seconds, the first after one interval.
+    times : (n,) tuple of float or None
+        Ascending times of the readings in s, instead of the interval.
+    bias : float
+        What is added to every reading, in the unit of the column.
+    dropout : float
+        Probability that a reading is missing.
+    gaps : tuple of (start, end)
+        Readings from start to end (s) are missing.
+    outlier_probability : float
+        Probability that a reading is an outlier.
+    outlier_scale : float
+        Its noise in units of the ordinary one.
+    lever_arm_m : (float, float, float) or None
+        Where the sensor is, ahead, to starboard and down from the body origin; None for the origin. It adds to
+        position, velocity and acceleration as on a rigid body (:mod:`bayesub.sensors.lever_arm`).
+    clock_offset_s : float
+        How far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t was taken at
+        t - clock_offset_s.
     """
 
     column: str
@@ -123,7 +149,9 @@ class Sensor:
             raise self._refused(f"time {outside[0]:g} s is outside the manoeuvre, 0 to {duration:g} s")
         return times
 
-    def read(self, times, truth, rng: np.random.Generator | None) -> tuple[np.ndarray, np.ndarray]:
+    def read(
+        self, times: np.ndarray, truth: np.ndarray, rng: np.random.Generator | None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Times and values of the readings of `truth` (n,) at `times` (n,), in SI units, missing ones left out.
 
         Without an `rng` they are the truth itself.
@@ -134,32 +162,38 @@ class Sensor:
         if self.outlier_probability:
             noise[rng.random(len(times)) < self.outlier_probability] *= self.outlier_scale
         values = truth + noise + self.bias * self.factor
-        if self.resolution:
-            step = self.resolution * self.factor
-            values = step * np.round(values / step)
-        kept = np.ones(len(times), dtype=bool)
+        values = rounded(values, self.resolution * self.factor)
+        present = np.ones(len(times), dtype=bool)
         if self.dropout:
-            kept &= rng.random(len(times)) >= self.dropout
+            present &= rng.random(len(times)) >= self.dropout
         for start, end in self.gaps:
-            kept &= (times < start) | (times > end)
-        if not kept.any():
+            present &= (times < start) | (times > end)
+        if not present.any():
             raise self._refused("no reading is left; shorten the gaps or lower the dropout")
-        return times[kept], values[kept]
+        return times[present], values[present]
 
 
-def flat(sensors) -> tuple[Sensor, ...]:
+def rounded(values: np.ndarray, step: float) -> np.ndarray:
+    """The nearest multiples of `step`, or the values themselves if that is zero."""
+    return step * np.round(values / step) if step else values
+
+
+def flat(sensors: Sensor | Iterable) -> tuple[Sensor, ...]:
     """The sensors of a sensor, an instrument, or a sequence of such and of sequences, in order.
 
-    Raises InputError if there is none, or if two read the same quantity.
+    Raises
+    ------
+    InputError
+        If there is none, or if two read the same quantity.
     """
-    found = tuple(_each(sensors))
-    if not found:
+    sensors = tuple(_each(sensors))
+    if not sensors:
         raise InputError("there is no sensor; name at least one")
-    names = [channel_name(sensor.quantity) for sensor in found]
+    names = [channel_name(sensor.quantity) for sensor in sensors]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"two sensors make a channel '{name}'; leave one of them out")
-    return found
+    return sensors
 
 
 def _each(sensors) -> Iterable[Sensor]:
@@ -172,14 +206,19 @@ def _each(sensors) -> Iterable[Sensor]:
         yield from _each(part)
 
 
-def modified(sensors, channels: Iterable[str] | None = None, **changes) -> tuple[Sensor, ...]:
+def modified(
+    sensors: Sensor | Iterable, channels: Iterable[str] | None = None, **changes: object
+) -> tuple[Sensor, ...]:
     """Sensors with other settings, such as ``modified(DVL(0.005), dropout=0.1, gaps=[(60, 90)])``.
 
     Parameters
     ----------
-    sensors : whatever :func:`observe` takes
-    channels : names of the channels to change, such as ``["u_ground"]``; by default all
-    changes : attributes of :class:`Sensor`
+    sensors : Sensor, Instrument, or sequence of them
+        Whatever :func:`observe` takes.
+    channels : iterable of str, optional
+        Names of the channels to change, such as ``["u_ground"]``; by default all.
+    **changes : object
+        Attributes of :class:`Sensor`.
     """
     sensors = flat(sensors)
     names = [channel_name(sensor.quantity) for sensor in sensors]

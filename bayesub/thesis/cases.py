@@ -12,8 +12,7 @@ import numpy as np
 
 from bayesub import baselines
 from bayesub.io.terminal import SILENT, Progress
-from bayesub.model.coefficients import INDEX, NAMES
-from bayesub.model.linear_form import linear_systems
+from bayesub.model.coefficients import NAMES, active_coefficients
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import Simulator, simulate
 from bayesub.model.vehicles import Vehicle, load_vehicle
@@ -60,13 +59,9 @@ def held(manoeuvre: str) -> list[str]:
 
 def free_coefficients(boat: Vehicle, manoeuvre: str) -> list[str]:
     """The coefficients identified in section 7.3: in the equations of the manoeuvre, not zero and not held."""
-    systems = linear_systems(simulate(boat, load_manoeuvre(manoeuvre, boat)))
-    return [
-        name
-        for system in systems.values()
-        for name in system.names
-        if name not in held(manoeuvre) and boat.xi[INDEX[name]] != 0.0
-    ]
+    flown = load_manoeuvre(manoeuvre, boat)
+    active = active_coefficients(boat, flown, flown.subproblem)
+    return [name for name in active if name not in held(manoeuvre)]
 
 
 def track_problem(boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, rng=None, sd=1.0) -> Problem:

@@ -8,10 +8,10 @@ from bayesub.baselines.estimate import Estimate
 from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.measured_motion import measure
 from bayesub.model.simulate import simulate
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem.problem import Problem
+from bayesub.sensors.measured_motion import measure
 from bayesub.thesis import cases
 
 LOST = 0.1  # a coefficient is lost when its standard error is the spread of the starts

@@ -11,9 +11,9 @@ from bayesub.baselines import Estimate, gauss_newton, linear_least_squares
 from bayesub.checks.coverage import RepeatedTrials
 from bayesub.model.coefficients import NAMES, columns
 from bayesub.model.linear_form import linear_systems
-from bayesub.model.measured_motion import recorded
 from bayesub.problem.problem import Problem
 from bayesub.sampling import sample
+from bayesub.sensors.measured_motion import recorded
 from bayesub.thesis.prior_trials import PriorTrials
 
 FITS = ("rounded", "normal", "linear")

@@ -9,9 +9,9 @@ from bayesub.baselines import linear_least_squares, total_least_squares
 from bayesub.model.coefficients import NAMES, columns
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.measured_motion import measure
 from bayesub.model.simulate import simulate
 from bayesub.model.vehicles import Vehicle
+from bayesub.sensors.measured_motion import measure
 
 FITS = ("rounded", "rounded load only", "total least squares")
 BIASED = 4.0  # standard errors of a mean

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bayesub.model.linear_form import linear_systems
-from bayesub.model.measured_motion import measure
+from bayesub.sensors.measured_motion import measure
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 
 import bayesub as bs
 from bayesub.model.linear_form import linear_systems
-from bayesub.model.measured_motion import recorded
+from bayesub.sensors.measured_motion import recorded
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,173 @@
+"""What the channels of a record read of a motion without error, and how that depends on the motion.
+
+This is the one place where a motion through the water becomes readings: it knows which channels feel the current
+(:mod:`bayesub.sensors.current`), which have a lever arm (:mod:`bayesub.sensors.lever_arm`), and which know a heading
+up to whole turns only. :func:`bayesub.sensors.observe` asks it for the truth behind a record, and
+:class:`bayesub.problem.problem.Problem` for predictions.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub.io.log_files import ANGLES
+from bayesub.sensors.current import carried, carried_slopes
+from bayesub.sensors.lever_arm import TURNING, displaced, displaced_slopes
+from bayesub.sensors.record import TURN, Channel
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a channel stands: among the readings, among all times, and its causes among the measured outputs."""
+
+    channel: Channel
+    part: slice  # of the readings
+    rows: np.ndarray  # (n,) of the times
+    columns: list[int]  # of the measured outputs: attitude of a velocity in a current, or what turns the lever arm
+
+    def causes(self, outputs) -> np.ndarray:
+        """(n_batch, n, n_columns) of outputs (n_batch, n_times, n_measured)."""
+        return outputs[:, self.rows][..., self.columns]
+
+
+class MeasurementModel:
+    """The noise-free readings of all channels of a record, one channel after the other.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        Of which the quantity, the times and the lever arm count; their values need not be known yet.
+    current : bool
+        Whether there is a current.
+
+    Attributes
+    ----------
+    times : (n_times,) array
+        All times at which a channel reads, ascending, s.
+    measured : tuple of str
+        Short names of the states and accelerations that the readings depend on, n_measured of them.
+    slices : list of slice
+        Where each channel stands among the readings.
+    n_readings : int
+        Number of readings of all channels.
+    displaced : bool
+        Whether any channel has a lever arm that matters.
+    """
+
+    def __init__(self, channels: Sequence[Channel], *, current: bool):
+        self.times = np.unique(np.concatenate([channel.times for channel in channels]))
+        lengths = [len(channel.times) for channel in channels]
+        ends = np.cumsum(lengths)
+        self.slices = [slice(end - n, end) for n, end in zip(lengths, ends, strict=True)]
+        self.n_readings = int(ends[-1])
+        self.displaced = any(channel.displaced for channel in channels)
+
+        in_current = [current and channel.over_ground for channel in channels]
+        turned = any(feels and c.state in "uvw" for feels, c in zip(in_current, channels, strict=True))
+        turning = [name for channel in channels if channel.displaced for name in TURNING[channel.state]]
+        self.measured = tuple(dict.fromkeys([c.state for c in channels] + list(ANGLES) * turned + turning))
+        attitude = [self.measured.index(name) for name in ANGLES] if turned else []
+
+        rows = [np.searchsorted(self.times, channel.times) for channel in channels]
+        # Where each reading stands in the measured outputs of all times, laid out in one row.
+        n = len(self.measured)
+        pairs = zip(rows, channels, strict=True)
+        self._position = np.concatenate([n * at + self.measured.index(c.state) for at, c in pairs])
+        places = list(zip(channels, self.slices, rows, in_current, strict=True))
+        # Positions in a current do not depend on the attitude.
+        self._in_current = [
+            _Place(c, part, at, attitude if c.state in "uvw" else []) for c, part, at, feels in places if feels
+        ]
+        self._at_lever_arms = [
+            _Place(c, part, at, [self.measured.index(name) for name in TURNING[c.state]])
+            for c, part, at, _ in places
+            if c.displaced
+        ]
+        self._wrapped = [part for c, part, *_ in places if c.modulo_turn]
+
+    def of(self, outputs: np.ndarray, currents: np.ndarray | None = None) -> np.ndarray:
+        """(n_batch, n_readings) noise-free readings, SI units.
+
+        Parameters
+        ----------
+        outputs : (n_batch, n_times, n_measured) array
+            The :attr:`measured` outputs in the water.
+        currents : (n_batch, 2) array, optional
+            To the north and to the east, m/s; for a model with a current.
+        """
+        # The kernels are imported where they compute, because importing numba takes a second.
+        from bayesub.kernels.noise import gathered
+
+        readings = gathered(outputs.reshape(len(outputs), -1), self._position)
+        for place, by_current in self._by_current(outputs):
+            readings[:, place.part] += (by_current @ currents[:, :, None])[..., 0]
+        for place in self._at_lever_arms:
+            channel = place.channel
+            readings[:, place.part] += displaced(channel.state, channel.lever_arm_m, place.causes(outputs))
+        return readings
+
+    def to_nearest_turn(self, predicted: np.ndarray, readings: np.ndarray) -> None:
+        """Move headings that are known up to whole turns, in place, to the turn that is nearest to the reading.
+
+        A compass that reads 0.1 degrees after 359.9 has turned by 0.2, and which way round it went between two
+        readings of a log nobody wrote down. Residuals of such headings are therefore compared modulo one turn. A
+        prediction within half a turn of its reading stays the same to the last bit.
+
+        Parameters
+        ----------
+        predicted : (n_batch, n_readings) array
+            What the sensors would read, bias included; not a number where there is no prediction.
+        readings : (n_readings,) array
+        """
+        for part in self._wrapped:
+            predicted[:, part] -= TURN * np.round((predicted[:, part] - readings[part]) / TURN)
+
+    def slopes(
+        self, sensitivities: np.ndarray, outputs: np.ndarray | None = None, current: np.ndarray | None = None
+    ) -> np.ndarray:
+        """(n_readings, n_params) derivatives of the readings of one member.
+
+        Parameters
+        ----------
+        sensitivities : (n_times, n_measured, n_params) array
+            Derivatives of the :attr:`measured` outputs.
+        outputs : (n_times, n_measured) array, optional
+            The outputs, needed if there is a current or a lever arm.
+        current : (2,) array, optional
+            To the north and to the east, m/s; for a model with a current.
+        """
+        slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
+        if current is not None:
+            for place in self._in_current:
+                if place.columns:
+                    channel, (attitude,) = place.channel, place.causes(outputs[None])
+                    by_attitude = carried_slopes(channel.state, channel.times, attitude, current)
+                    slopes[place.part] += self._chained(by_attitude, sensitivities, place)
+        for place in self._at_lever_arms:
+            channel, (turning,) = place.channel, place.causes(outputs[None])
+            by_turning = displaced_slopes(channel.state, channel.lever_arm_m, turning)
+            slopes[place.part] += self._chained(by_turning, sensitivities, place)
+        return slopes
+
+    @staticmethod
+    def _chained(by_causes, sensitivities, place) -> np.ndarray:
+        return np.einsum("ik,ikn->in", by_causes, sensitivities[place.rows][:, place.columns])
+
+    def current_slopes(self, outputs: np.ndarray) -> np.ndarray:
+        """(n_readings, 2) derivatives of one member's readings by the current to the north and to the east.
+
+        Parameters
+        ----------
+        outputs : (n_times, n_measured) array
+        """
+        slopes = np.zeros((self.n_readings, 2))
+        for place, (by_current,) in self._by_current(outputs[None]):
+            slopes[place.part] = by_current
+        return slopes
+
+    def _by_current(self, outputs) -> Iterator[tuple[_Place, np.ndarray]]:
+        """Each channel in a current, with its derivatives (n_batch or 1, n, 2) by the current."""
+        for place in self._in_current:
+            attitude = place.causes(outputs) if place.columns else np.zeros((1, len(place.rows), 3))
+            yield place, carried(place.channel.state, place.channel.times, attitude)
