@@ -1,10 +1,18 @@
 """Kernels are compiled once, in a process of their own."""
 
+import subprocess
+import sys
 from types import SimpleNamespace
 
+import numba
+import numpy as np
 import pytest
+from support import every_kernel
 
+import bayesub as bs
 from bayesub.kernels import compilation
+from bayesub.model import closed_loop
+from bayesub.sampling import polynomial
 
 
 @pytest.fixture
@@ -42,3 +50,35 @@ def test_not_in_the_process_that_compiles(fresh, monkeypatch):
     monkeypatch.setenv("BAYESUB_COMPILING", "1")
     compilation.ensure(script(fresh.cache / "runs"))
     assert not list(fresh.cache.iterdir())
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+def test_a_study_compiles_nothing_else():
+    """After the calls of the process that compiles no kernel gets another signature, whatever the noise."""
+    finished = subprocess.run([sys.executable, every_kernel.__file__], capture_output=True, text=True, check=False)
+    assert finished.returncode == 0, finished.stderr
+    assert finished.stdout.split() == []
+
+
+def test_whoever_flies_asks_for_compiled_kernels(monkeypatch, suboff):
+    """A closed loop is flown before there is a simulator, and so are accelerations."""
+    asked = []
+    monkeypatch.setattr(compilation, "ensure", lambda: asked.append(1))
+    flight = closed_loop.Flight(suboff, 1.0, np.zeros((3, 3)), np.eye(12)[6] * 7.5)
+    flight.hold({}, 1)
+    assert len(asked) == 1
+    bs.accelerations(suboff, np.eye(12)[6:7] * 7.5, np.zeros((1, 3)), 80.0)
+    assert len(asked) == 2
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+def test_products_of_polynomials_have_the_same_bits_uncompiled(monkeypatch, rng):
+    """Whoever compiles them, and for which processor: the compiler may not contract or reorder."""
+    z, active, slopes = rng.standard_normal((33, 9)), rng.standard_normal((9, 8)), rng.standard_normal((33, 102))
+    assert polynomial.n_features(9, 8) == 102
+    compiled = polynomial.features(z, active), polynomial.pullback(z, active, slopes)
+    for name in ("_products", "_products_pullback", "_multiply", "_add_multiple"):
+        monkeypatch.setattr(polynomial, name, getattr(polynomial, name).py_func)
+    python = polynomial.features(z, active), polynomial.pullback(z, active, slopes)
+    for one, other in zip(compiled, python, strict=True):
+        np.testing.assert_array_equal(one, other)

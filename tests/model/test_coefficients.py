@@ -2,6 +2,7 @@
 
 import re
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,17 @@ from support import slow_twin
 
 import bayesub as bs
 from bayesub.model import generate_kernel
-from bayesub.model.coefficients import ADDED_MASSES, AXES, HORIZONTAL, NAMES, TERMS, VERTICAL, columns, names_of_axis
+from bayesub.model.coefficients import (
+    ADDED_MASSES,
+    AXES,
+    HORIZONTAL,
+    NAMES,
+    TERMS,
+    VERTICAL,
+    active_coefficients,
+    columns,
+    names_of_axis,
+)
 
 # As printed in the model description, section 4.
 PRINTED_HORIZONTAL = """
@@ -93,6 +104,49 @@ def test_look_alikes_differ_in_sign_only_with_v_and_r(motions):
 def test_labels(name, label):
     """Labels are in the notation of the field."""
     assert TERMS[NAMES.index(name)].label == label
+
+
+def test_which_coefficients_play_a_part(suboff, spiral):
+    """Those in the equations of the sub-problem, of planes that move, and that are not zero: in that order asked."""
+    assert active_coefficients() == NAMES
+    for subproblem, names in (("horizontal", HORIZONTAL), ("vertical", VERTICAL)):
+        assert active_coefficients(subproblem=subproblem) == names
+    resting = replace(spiral, controls=spiral.controls * [1, 0, 1])
+    assert not resting.controls[:, 2].any()
+    of_planes = {name for name in NAMES if "_db" in name or "_ds" in name}
+    assert len(of_planes) == 8
+    assert set(active_coefficients(None, resting)) == set(NAMES) - of_planes
+    zero = {name for name, value in zip(NAMES, suboff.xi, strict=True) if value == 0}
+    assert set(active_coefficients(suboff, resting)) == set(NAMES) - of_planes - zero
+    assert active_coefficients(suboff, spiral, "horizontal") == tuple(n for n in HORIZONTAL if n not in zero)
+
+
+def test_all_ask_the_same(full, coupled):
+    """Vehicle, simulator, linear form and problem agree on which coefficients play a part."""
+    for subproblem in ("horizontal", "vertical", None):
+        flown = replace(coupled, subproblem=subproblem, controls=coupled.controls * [1, 0, 1])
+        names = set(active_coefficients(full, flown, subproblem))
+        in_equations = set(active_coefficients(subproblem=subproblem))
+        track = bs.simulate(full, flown, dt=0.5, sample=1.0)
+        assert {name for name, xi in zip(NAMES, full.restricted(subproblem).xi, strict=True) if xi} == in_equations
+        assert {NAMES[k] for k in np.flatnonzero(track.simulator.dimensional(full.xi)[0])} == in_equations
+        assert {name for system in bs.linear_systems(track).values() for name in system.names} == names
+        record = bs.observe(track, bs.sensors.Track(0.5, 0.1), None)
+        problem = bs.Problem(full, flown, record, free=NAMES, prior=bs.priors.relative_normal(0.25), dt=0.5)
+        assert set(problem.names) == names
+
+
+def test_regressors_are_the_products_of_their_factors(motions, rng):
+    """Each is what Python makes of its formula, to the last bit."""
+    states, controls, _ = motions
+    accelerations = rng.standard_normal((len(states), 6))
+    names = ("u", "v", "w", "p", "q", "r", "udot", "vdot", "wdot", "pdot", "qdot", "rdot", "dr", "db", "ds")
+    values = dict(zip(names, np.hstack([states[:, 6:], accelerations, controls]).T, strict=True))
+    values |= {"nu": np.hypot(values["v"], values["w"]), "sgn": np.sign, "abs": np.abs}
+    blocks = bs.regressors(states, accelerations, controls)
+    for term in TERMS:
+        column = blocks[term.axis][:, names_of_axis(term.axis).index(term.name)]
+        np.testing.assert_array_equal(column, eval(term.regressor, values.copy()))
 
 
 def test_unknown_coefficient_suggests_the_nearest():

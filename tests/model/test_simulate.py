@@ -195,6 +195,25 @@ def test_output_times_outside_the_manoeuvre(suboff, spiral, times):
         Simulator(suboff, spiral, times, dt=1.0)
 
 
+@pytest.mark.parametrize("times", [[0.0, 20.0, 10.0], [30.0, 20.0], [0.0, np.nan, 20.0], [np.nan]])
+def test_output_times_that_do_not_ascend(suboff, spiral, times):
+    """They are refused, by the simulator and by whoever samples a trajectory again; equal ones have equal states."""
+    with pytest.raises(bs.InputError, match="output times must"):
+        Simulator(suboff, spiral, times, dt=0.5)
+    track = Simulator(suboff, spiral, [0.0, 10.0, 10.0, 20.0], dt=0.5).trajectory(suboff.xi)
+    np.testing.assert_array_equal(track.states[0, 1], track.states[0, 2])
+    with pytest.raises(bs.InputError, match="output times must"):
+        track.resampled(times)
+
+
+def test_outputs_of_a_trajectory(full, coupled):
+    """States and accelerations by their names."""
+    track = bs.simulate(full, coupled, dt=0.5, sample=5.0)
+    outputs = track.outputs(("rdot", "x", "psi"))
+    np.testing.assert_array_equal(outputs[..., 0], track.accelerations[..., 5])
+    np.testing.assert_array_equal(outputs[..., 1:], track.states[..., [0, 5]])
+
+
 def test_status_words(suboff, spiral):
     """A failed member of a trajectory is named so, and cannot be measured."""
     xi = np.repeat(suboff.xi[None], 2, axis=0)

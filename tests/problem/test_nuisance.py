@@ -128,9 +128,7 @@ def test_motion_is_over_the_ground(problem, parameters):
         part = slice(end, end := end + len(channel.times))
         if channel.over_ground:
             rows = np.searchsorted(problem.simulator.times, channel.times)
-            np.testing.assert_allclose(
-                motion[rows, STATES.index(channel.state)], predicted[part], rtol=0, atol=1e-12
-            )
+            np.testing.assert_allclose(motion[rows, STATES.index(channel.state)], predicted[part], rtol=0, atol=1e-12)
 
 
 def test_naive_problem_holds_them(problem, parameters):

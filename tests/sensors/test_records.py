@@ -88,6 +88,14 @@ def test_a_heading_that_leaves_the_turn_is_left_alone(tmp_path):
         np.testing.assert_allclose(np.degrees(channel.values), expected, rtol=0, atol=1e-9)
 
 
+def test_noise_about_north_is_no_turn(tmp_path):
+    """A column of 0 to 360 deg that noise leads below zero or above a turn comes back without jumps."""
+    write_log(tmp_path / "log.csv", {"time": np.arange(5.0), "psi": np.radians([359.9, 0.1, -0.05, 360.2, 0.3])})
+    (channel,) = Record.load(tmp_path / "log.csv", Sensor("yaw_deg", 0.1)).channels
+    np.testing.assert_allclose(np.degrees(channel.values), [-0.1, 0.1, -0.05, 0.2, 0.3], rtol=0, atol=1e-9)
+    assert channel.modulo_turn
+
+
 @pytest.mark.parametrize(
     ("text", "sensors", "message"),
     [
