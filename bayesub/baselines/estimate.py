@@ -14,14 +14,17 @@ class Estimate:
     Attributes
     ----------
     method : name of the baseline
-    names : (n_params,) coefficients
-    solutions : (n_starts, n_params) non-dimensional coefficients, best first
-    costs : (n_starts,) what the method minimised
+    names : (n_params,) parameters
+    solutions : (n_starts, n_params) values in the units of the parameters, best first; not a number where the method
+        has found none
+    costs : (n_starts,) what the method minimised, infinite where it has found nothing
     statuses : (n_starts,) in words, with a remedy when the method stopped short
     covariance : (n_params, n_params) of the best solution, or None where the method has none
-    evaluations : simulations, and seconds : wall time, both for all starts
-    starts : (n_starts, n_params) where the search for each solution began, and efforts : (n_starts,) the simulations
-        and Jacobians it took; None where the method does not search
+    evaluations : simulations, of all starts
+    seconds : wall time, of all starts
+    starts : (n_starts, n_params) where the search for each solution began, or None where the method does not search
+    efforts : (n_starts,) the simulations and Jacobians that each search took, or None
+    jacobians : Jacobians, of all starts
     """
 
     method: str
@@ -34,6 +37,7 @@ class Estimate:
     seconds: float
     starts: np.ndarray | None = None
     efforts: np.ndarray | None = None
+    jacobians: int = 0
 
     @property
     def values(self) -> np.ndarray:
@@ -43,8 +47,8 @@ class Estimate:
     def completed(self, guess: dict[str, float]) -> "Estimate":
         """The estimate with the coefficients of `guess` that the method did not see, at the guess."""
         missing = [name for name in guess if name not in self.names]
-        kept = np.tile([guess[name] for name in missing], (len(self.solutions), 1))
-        return replace(self, names=(*self.names, *missing), solutions=np.hstack([self.solutions, kept]))
+        guesses = np.tile([guess[name] for name in missing], (len(self.solutions), 1))
+        return replace(self, names=(*self.names, *missing), solutions=np.hstack([self.solutions, guesses]))
 
     def to_json(self) -> dict:
         """Everything as JSON types."""

@@ -5,13 +5,20 @@ import time
 import numpy as np
 
 from bayesub.baselines.estimate import Estimate
+from bayesub.identifiability.interface import InferenceProblem
 from bayesub.identifiability.linalg import complete_svd, triangle
 
 _LONGEST = 1.0  # step of any coordinate; its prior sd is one, and the bounds of a prior are far away and flat
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
 
-def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations: int = 60) -> Estimate:
+def gauss_newton(
+    problem: InferenceProblem,
+    start: np.ndarray | None = None,
+    *,
+    tolerance: float = 1e-3,
+    max_iterations: int = 60,
+) -> Estimate:
     """Minimise ``deviance + |t|^2``, minus twice the log posterior but for a constant, by damped Gauss-Newton steps.
 
     In the coordinates t, in which the prior is standard normal, the residuals have the Jacobian ``U diag(s) V'``, and
@@ -28,8 +35,12 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
     Returns
     -------
     Estimate with the covariance of the Laplace approximation; cost is the minimised sum of squares.
+
+    Raises
+    ------
+    ValueError : if the simulation fails at the start
     """
-    began, evaluations = time.perf_counter(), problem.evaluations
+    began, before = time.perf_counter(), (problem.costs.simulations, problem.costs.jacobians)
     prior = problem.prior
     t = np.zeros(problem.n_params) if start is None else prior.standard(np.asarray(start))
     (residuals,), (cost,) = _misfit(problem, t[None])
@@ -62,7 +73,8 @@ def gauss_newton(problem, start=None, *, tolerance: float = 1e-3, max_iterations
         costs=np.array([cost]),
         statuses=(status,),
         covariance=slopes @ (vt.T / (s**2 + 1.0)) @ vt @ slopes.T,
-        evaluations=problem.evaluations - evaluations,
+        evaluations=problem.costs.simulations - before[0],
+        jacobians=problem.costs.jacobians - before[1],
         seconds=time.perf_counter() - began,
     )
 

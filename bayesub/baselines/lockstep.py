@@ -21,7 +21,7 @@ def together(searches, answer, progress=None) -> list:
     ----------
     searches : functions ``search(ask) -> result``, where ``ask(question)`` returns an answer
     answer : function of a list of questions, in the order of the searches, that returns a list of answers
-    progress : called with the number of searches that have ended
+    progress : object with ``update(done, total, unit)``, called with the number of searches that have ended; or None
 
     Returns
     -------
@@ -50,7 +50,7 @@ def together(searches, answer, progress=None) -> list:
                 arrived = sorted((events.get() for _ in range(n_live)), key=lambda event: event[0])
                 asked = [(n, question) for n, question in arrived if question is not _ENDED]
                 if len(asked) < n_live and progress is not None:
-                    progress(len(searches) - len(asked))
+                    progress.update(len(searches) - len(asked), len(searches), "starts")
                 n_live = len(asked)
                 if asked:
                     numbers, questions = zip(*asked, strict=True)

@@ -7,10 +7,11 @@ from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.starts import Normalised, search_from
+from bayesub.identifiability.interface import InferenceProblem
 from bayesub.io.errors import InputError
 
 _STEP = float(np.sqrt(np.finfo(float).eps))  # of forward differences, in unknowns of order one
-_LEAST = np.finfo(float).tiny  # the logarithm of a cost below it has nothing left to say
+_LEAST = np.finfo(float).tiny  # the logarithm of a cost below it is round-off
 _OPTIONS = {
     "SLSQP": lambda n: {"maxiter": n, "ftol": 1e-10},
     "trust-constr": lambda n: {"maxiter": n, "xtol": 1e-10, "gtol": 1e-8, "initial_tr_radius": 0.1},
@@ -23,7 +24,7 @@ _REMEDIES = {
 
 
 def sqp(
-    problem,
+    problem: InferenceProblem,
     *,
     rng: np.random.Generator,
     n_starts: int = 5,
@@ -41,16 +42,21 @@ def sqp(
     ``1 +- start_spread`` and the bounds ``1 +- bounds`` (thesis section 7.4). On the sum of squares itself SLSQP's line
     search fails at once, because it spans ten decades; its logarithm is what works. A simulation that fails costs
     infinity: the line search steps back from it ten-fold, the trust region shrinks. With sensors whose standard
-    deviations are 1 m and 1 degree the sum of squares is the thesis's cost function (model section 10).
+    deviations are 1 m and 1 degree the sum of squares is the thesis's cost function (model manual, section 10).
 
     Parameters
     ----------
+    problem : to be solved
     rng : source of the starts
+    n_starts : number of starts
+    start_spread : half width of the starts in the unknowns
+    bounds : half width of the bounds in the unknowns
     algorithm : SciPy's "SLSQP", or "trust-constr", which treats bounds by an interior-point method
     gradients : "exact" from the Jacobian of the problem, or "forward" differences as in the thesis
     tolerances : (parTol, funcTol) of the thesis, which had (0.1, 0.01): also stop when no unknown changes by parTol
         in an iteration and the gradient predicts a change of the cost below funcTol for it (section 7.2.2)
-    progress : called with the number of finished starts
+    max_iterations : of each search
+    progress : object with ``update(done, total, unit)``, called with the number of finished starts; or None
 
     Returns
     -------

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.lockstep import together
+from bayesub.identifiability.interface import InferenceProblem
 
 _CHUNK = 512  # simulations a batch: enough to fill the lanes, few enough to keep their readings in memory
 _DRAWS = 100  # times that starts are drawn again because their simulation fails
@@ -17,7 +18,7 @@ _DRAWS = 100  # times that starts are drawn again because their simulation fails
 class Normalised:
     """A problem in the unknowns ``x_i = xi_i / guess_i``, with the prior mean as the guess (thesis section 7.2)."""
 
-    problem: object
+    problem: InferenceProblem
 
     @property
     def guess(self) -> np.ndarray:
@@ -60,9 +61,13 @@ def search_from(starts, search, answer, *, method: str, unknowns: Normalised, pr
     search : ``search(start, ask) -> (x, status)``
     answer : function of the list of questions asked at the same time -> list of (answer, effort); a simulation or a
         Jacobian is an effort of one
+    method : its name
+    unknowns : what the starts are in
+    progress : object with ``update(done, total, unit)``, called with the number of finished starts; or None
     """
     problem, began = unknowns.problem, time.perf_counter()
-    before, efforts = problem.evaluations, np.zeros(len(starts), dtype=int)
+    before = problem.costs.simulations, problem.costs.jacobians
+    efforts = np.zeros(len(starts), dtype=int)
 
     def counted(n, ask):
         def ask_and_count(question):
@@ -72,8 +77,8 @@ def search_from(starts, search, answer, *, method: str, unknowns: Normalised, pr
 
         return search(starts[n], ask_and_count)
 
-    found = together([partial(counted, n) for n in range(len(starts))], answer, progress)
-    x = np.array([x for x, _ in found])
+    ends = together([partial(counted, n) for n in range(len(starts))], answer, progress)
+    x = np.array([x for x, _ in ends])
     costs = unknowns.costs(x)
     order = np.argsort(costs, kind="stable")
     return Estimate(
@@ -81,9 +86,10 @@ def search_from(starts, search, answer, *, method: str, unknowns: Normalised, pr
         names=problem.names,
         solutions=unknowns.guess * x[order],
         costs=costs[order],
-        statuses=tuple(found[n][1] for n in order),
+        statuses=tuple(ends[n][1] for n in order),
         covariance=None,
-        evaluations=problem.evaluations - before,
+        evaluations=problem.costs.simulations - before[0],
+        jacobians=problem.costs.jacobians - before[1],
         seconds=time.perf_counter() - began,
         starts=unknowns.guess * starts[order],
         efforts=efforts[order],

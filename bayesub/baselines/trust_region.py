@@ -7,11 +7,12 @@ from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.starts import Normalised, search_from
+from bayesub.identifiability.interface import InferenceProblem
 from bayesub.identifiability.linalg import complete_svd
 
 
 def trust_region(
-    problem,
+    problem: InferenceProblem,
     *,
     rng: np.random.Generator,
     n_starts: int = 1,
@@ -26,6 +27,16 @@ def trust_region(
     enters only as their scale, in which the trust region is a sphere: directions in which the track says little move
     last. The search goes on until steps are round-off, because the last digits of the coefficients are in the last
     digits of the track. A simulation that fails shrinks the trust region four-fold.
+
+    Parameters
+    ----------
+    problem : to be solved
+    rng : source of the starts
+    n_starts : number of starts
+    start_spread : half width of the starts in the unknowns
+    bounds : half width of the bounds in the unknowns, or None
+    max_iterations : evaluations of each search
+    progress : object with ``update(done, total, unit)``, called with the number of finished starts; or None
 
     Returns
     -------
@@ -57,11 +68,11 @@ def trust_region(
         return [(unknowns.jacobian(x) if jacobian else next(residuals), 1) for x, jacobian in questions]
 
     starts = unknowns.draw(rng, n_starts, start_spread)
-    found = search_from(
+    estimate = search_from(
         starts, search, answers, method="trust-region least squares", unknowns=unknowns, progress=progress
     )
-    jacobian = unknowns.jacobian(found.values / unknowns.guess)
-    return replace(found, covariance=_covariance(jacobian, unknowns.guess))
+    jacobian = unknowns.jacobian(estimate.values / unknowns.guess)
+    return replace(estimate, covariance=_covariance(jacobian, unknowns.guess))
 
 
 def _covariance(jacobian, scales):

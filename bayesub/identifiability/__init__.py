@@ -4,6 +4,8 @@ from bayesub.identifiability.cancellation import Cancellation, cancellation
 from bayesub.identifiability.collinearity import Collinearity, collinearity
 from bayesub.identifiability.contribution import Contribution, contribution
 from bayesub.identifiability.fisher import Spectrum, fisher
+from bayesub.identifiability.interface import InferencePrior, InferenceProblem
+from bayesub.identifiability.null_space import NullSpace, null_space
 from bayesub.identifiability.profile import Profile, profile
 from bayesub.identifiability.rank import AxisRank, held_fixed, rank
 from bayesub.identifiability.structure import Structure, structure
@@ -13,6 +15,9 @@ __all__ = [
     "Cancellation",
     "Collinearity",
     "Contribution",
+    "InferencePrior",
+    "InferenceProblem",
+    "NullSpace",
     "Profile",
     "Spectrum",
     "Structure",
@@ -21,6 +26,7 @@ __all__ = [
     "contribution",
     "fisher",
     "held_fixed",
+    "null_space",
     "profile",
     "rank",
     "structure",

@@ -1,11 +1,14 @@
 """The Fisher information in prior-scaled coordinates: which directions the data sharpen, and by how much."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import optimize
 
 from bayesub.identifiability.directions import null_basis, split_svd
+from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.null_space import null_vectors
 
 
 @dataclass(frozen=True)
@@ -120,16 +123,18 @@ class Spectrum:
         return {self.names[k]: float(self.directions[i, k]) for k in order}
 
 
-def fisher(problem, at, null=()) -> Spectrum:
-    """Spectrum of ``problem`` at an Estimate or a parameter vector (n_params,).
+def fisher(problem: InferenceProblem, at, null: Iterable[dict[str, float]] | None = None) -> Spectrum:
+    """Spectrum of a problem at a parameter vector, with its null directions last.
 
     Parameters
     ----------
-    null : the null vectors of the free coefficients, dicts of name -> change
-        (``AxisRank.null_vectors`` of all axes). Without them every direction counts as one that better sensors could
-        see, and singular values that are only the error of the Jacobian are taken at their word.
+    at : Estimate or parameter vector (n_params,)
+    null : null vectors, dicts of parameter -> change, as of :attr:`bayesub.identifiability.NullSpace.vectors`; by
+        default those of :func:`bayesub.identifiability.null_space` at `at`. If there are none every direction counts
+        as one that better sensors could see, and singular values that are only the error of the Jacobian are taken at
+        their word.
     """
     parameters = np.asarray(getattr(at, "values", at), dtype=float)
-    basis = null_basis(problem.names, null, problem.prior.sd)
+    basis = null_basis(problem.names, null_vectors(problem, parameters, null), problem.prior.sd)
     _, s, vt = split_svd(problem.jacobian(parameters) * problem.prior.sd, basis)
     return Spectrum(problem.names, s, vt, problem.prior.sd, len(basis), parameters)

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import stats
 
 from bayesub.identifiability.directions import null_basis, orthonormal, split_svd
+from bayesub.identifiability.null_space import null_vectors
 
 LEVEL_95 = float(stats.chi2.ppf(0.95, 1))  # likelihood-ratio interval of one coefficient
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-6.0, 9.0, 1.5)])
@@ -55,7 +56,7 @@ class Profile:
         return float(ends[0]), float(ends[1])
 
 
-def profile(problem, at, name: str, grid, *, null=(), prior: bool = False) -> Profile:
+def profile(problem, at, name: str, grid, *, null=None, prior: bool = False) -> Profile:
     """Profile of one coefficient over `grid`, marching outwards from the best with warm starts.
 
     At each value the others are brought to their best by Gauss-Newton steps. The prior takes no part unless asked. A
@@ -67,11 +68,11 @@ def profile(problem, at, name: str, grid, *, null=(), prior: bool = False) -> Pr
     ----------
     at : Estimate or parameter vector (n_params,) of the best fit: of the likelihood, or with `prior` the posterior mode
     grid : (n_grid,) values of the coefficient
-    null : null vectors of the free coefficients, as in :func:`bayesub.identifiability.fisher`
+    null : null vectors, as in :func:`bayesub.identifiability.fisher`; by default those of the problem
     """
     parameters = np.asarray(getattr(at, "values", at), dtype=float)
     grid = np.asarray(grid, dtype=float)
-    search = _Search(problem, problem.names.index(name), null, prior)
+    search = _Search(problem, problem.names.index(name), () if prior else null_vectors(problem, parameters, null), prior)
     best = (parameters - problem.prior.mean) / problem.prior.sd
     reference, curvature = search.cost(best[None])[0], search.curvature(best)
     targets = (grid - problem.prior.mean[search.k]) / problem.prior.sd[search.k]
@@ -94,7 +95,6 @@ class _Search:
         self.problem, self.k, self.prior = problem, k, prior
         self.others = np.delete(np.arange(problem.n_params), k)
         basis = null_basis(problem.names, null, problem.prior.sd)
-        basis = basis[:0] if prior else basis
         self.null = _without(basis, k)
         # The shortest way along the null space that moves coefficient k by one.
         part = basis[:, k] @ basis[:, k]

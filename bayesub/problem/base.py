@@ -1,32 +1,101 @@
 """What a posterior density is made of, whether of one trial or of several."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from bayesub.model import coefficients
+from bayesub.model.linear_form import LinearSystem
+from bayesub.problem.distributions import Prior
+
+
+@dataclass
+class Costs:
+    """What has been computed so far; one counter is shared by all views of a problem.
+
+    Attributes
+    ----------
+    simulations : number of simulations, a member of a batch each; those within a Jacobian are not among them
+    jacobians : number of Jacobians
+    failures : status -> number of simulations that ended so
+    """
+
+    simulations: int = 0
+    jacobians: int = 0
+    failures: dict[str, int] = field(default_factory=dict)
+
+    def __add__(self, other: "Costs") -> "Costs":
+        words = self.failures | other.failures
+        failures = {word: self.failures.get(word, 0) + other.failures.get(word, 0) for word in words}
+        return Costs(self.simulations + other.simulations, self.jacobians + other.jacobians, failures)
+
 
 class PosteriorDensity:
-    """The posterior density of free coefficients and nuisance parameters.
+    """The posterior density of free coefficients and nuisance parameters, as inference sees it.
 
-    A problem that is one has `names`, `prior`, `xi`, `columns` and `n_coefficients` as
-    :class:`bayesub.problem.problem.Problem` has, and says what its channels contribute and which trials it is made of.
+    The interface is :class:`bayesub.identifiability.interface.InferenceProblem`. A subclass says what its channels
+    contribute, which trials it is made of and what it has cost.
+
+    Attributes
+    ----------
+    names : the n_params free coefficients and after them the nuisance parameters
+    n_coefficients : how many of the parameters are coefficients
+    columns : (n_coefficients,) the positions of these in a coefficient set
+    xi : (101,) values of the coefficients that are not free
+    coefficient_prior : of the free coefficients
+    nuisance_priors : nuisance parameter -> prior of it alone, in the unit of its name
+    prior : of all parameters together
+    preferred_pivots : coefficients to name null directions by: the added masses, which a hull form gives
     """
 
     names: tuple[str, ...]
-    xi: np.ndarray
-    columns: np.ndarray
     n_coefficients: int
+    columns: np.ndarray
+    xi: np.ndarray
+    coefficient_prior: Prior
+    nuisance_priors: dict[str, Prior]
+    prior: Prior
+    preferred_pivots: tuple[str, ...] = coefficients.ADDED_MASSES
 
     @property
     def n_params(self) -> int:
+        """Number of parameters."""
         return len(self.names)
+
+    @property
+    def costs(self) -> Costs:
+        """What this problem and its views have computed so far."""
+        raise NotImplementedError
+
+    @property
+    def evaluations(self) -> int:
+        """Simulations so far."""
+        return self.costs.simulations
+
+    @property
+    def jacobians(self) -> int:
+        """Jacobians so far."""
+        return self.costs.jacobians
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """Status -> simulations so far that ended so."""
+        return self.costs.failures
 
     def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         raise NotImplementedError
 
     def each_trial(self, parameters) -> Iterator[tuple[str, "PosteriorDensity", np.ndarray]]:
-        """Name, problem and own parameters (.., n_own) of each trial, of parameters (.., n_params)."""
+        """Name, problem and parameters (.., n_params of the trial) of each trial, of parameters (.., n_params)."""
+        raise NotImplementedError
+
+    def linear_systems(self, parameters) -> dict[str, LinearSystem]:
+        """Axis -> linear form in the free coefficients (model manual, section 9) at parameters (n_params,).
+
+        It holds along the motion that these parameters give. Of several trials the rows stand below one another.
+        """
         raise NotImplementedError
 
     def coefficient_sets(self, parameters) -> np.ndarray:

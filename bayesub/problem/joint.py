@@ -1,19 +1,25 @@
 """Several trials of one vehicle as one inference problem."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.model import coefficients
-from bayesub.problem.base import PosteriorDensity
+from bayesub.model.linear_form import LinearSystem, stacked
+from bayesub.problem.base import Costs, PosteriorDensity
 from bayesub.problem.nuisance import BODY
-from bayesub.problem.priors import Joint
+from bayesub.problem.trial_problem import TrialProblem, coefficient_names, joined
 
 
 class JointProblem(PosteriorDensity):
-    """The coefficients of a vehicle from several trials; see :class:`bayesub.problem.problem.Problem` for the methods.
+    """The coefficients of a vehicle from several trials.
 
-    Coefficients, and nuisance parameters of the body, are the same in all trials. All other nuisance parameters are a
-    trial's own, and have its name in brackets: ``current_north_mps[first]``.
+    Coefficients, and nuisance parameters of the body, are the same in all trials. Every other nuisance parameter
+    belongs to one trial, and has its name in brackets: ``current_north_mps[first]``.
+
+    It has the methods of :class:`bayesub.problem.trial_problem.TrialProblem`, the results trial after trial, and those
+    by channel with names such as ``yaw[first]``. What belongs to one trial alone (record, manoeuvre, simulator,
+    trajectory, motion) is asked of the trials: :attr:`problems`, or :meth:`each_trial` for their parameters.
 
     Parameters
     ----------
@@ -21,10 +27,12 @@ class JointProblem(PosteriorDensity):
 
     Attributes
     ----------
-    names, n_coefficients, columns, xi, prior, readings, sds, evaluations, failures : as those of a Problem
+    problems : name of a trial -> its problem
+    vehicle : of all trials
+    spread : the prior of the coefficients as given
     """
 
-    def __init__(self, problems: dict):
+    def __init__(self, problems: Mapping[str, TrialProblem]):
         self.problems = dict(problems)
         if not self.problems:
             raise InputError("a joint problem needs at least one trial")
@@ -34,44 +42,38 @@ class JointProblem(PosteriorDensity):
                 raise InputError("the trials of a joint problem must have the same vehicle and the same prior")
             if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
                 raise InputError("the trials of a joint problem must hold the same coefficients and free the same body")
-        self.vehicle, self.xi = first.vehicle, first.xi
+        self.vehicle, self.xi, self.spread = first.vehicle, first.xi, first.spread
         self.columns = np.unique(np.concatenate([p.columns for p in self.problems.values()]))
         self.n_coefficients = len(self.columns)
-        names = [coefficients.NAMES[k] for k in self.columns]
-        parts = [first.spread.on(self.columns, first.xi)]
-        self._places = {}
+        self.coefficient_prior = self.spread.on(self.columns, self.xi)
+        self.nuisance_priors, names = {}, {}
         for trial, problem in self.problems.items():
-            own = [name if name in BODY else f"{name}[{trial}]" for name in problem.names[problem.n_coefficients :]]
-            for name, prior in zip(own, getattr(problem.prior, "parts", ())[1:], strict=False):
-                if name not in names:
-                    names.append(name)
-                    parts.append(prior)
-            shared = problem.names[: problem.n_coefficients]
-            self._places[trial] = np.array([names.index(name) for name in (*shared, *own)])
-        self.names = tuple(names)
-        positions = (np.arange(self.n_coefficients), *([k] for k in range(self.n_coefficients, len(names))))
-        self.prior = parts[0] if len(parts) == 1 else Joint(tuple(parts), tuple(map(np.array, positions)))
+            renamed = {name: name if name in BODY else f"{name}[{trial}]" for name in problem.nuisance_priors}
+            for name, prior in problem.nuisance_priors.items():
+                self.nuisance_priors.setdefault(renamed[name], prior)
+            names[trial] = [renamed.get(name, name) for name in problem.names]
+        self.names = (*coefficient_names(self.columns), *self.nuisance_priors)
+        self.prior = joined(self.coefficient_prior, self.nuisance_priors)
+        self._places = {trial: np.array([self.names.index(name) for name in own]) for trial, own in names.items()}
 
     @property
-    def evaluations(self) -> int:
-        return sum(problem.evaluations for problem in self.problems.values())
-
-    @property
-    def failures(self) -> dict[str, int]:
-        counts = [problem.failures for problem in self.problems.values()]
-        return {word: sum(count[word] for count in counts) for word in counts[0]}
+    def costs(self) -> Costs:
+        """What the trials have computed so far: a simulation or a Jacobian of one trial counts as one."""
+        return sum((problem.costs for problem in self.problems.values()), Costs())
 
     @property
     def readings(self) -> np.ndarray:
+        """(n_readings,) measured values, SI units."""
         return np.concatenate([problem.readings for problem in self.problems.values()])
 
     @property
     def sds(self) -> np.ndarray:
+        """(n_readings,) their standard deviations with rounding, SI units."""
         return np.concatenate([problem.sds for problem in self.problems.values()])
 
     @property
     def reference(self) -> np.ndarray:
-        """(n_params,)"""
+        """(n_params,) as :attr:`bayesub.problem.trial_problem.TrialProblem.reference`."""
         values = np.empty(self.n_params)
         for trial, problem in self.problems.items():
             values[self._places[trial]] = problem.reference
@@ -83,72 +85,85 @@ class JointProblem(PosteriorDensity):
         for trial, problem in self.problems.items():
             yield trial, problem, parameters[..., self._places[trial]]
 
-    def _of(self, method, parameters, *arguments):
+    def _of_trials(self, method, parameters, *arguments):
         """What a method returns for each trial at parameters (n_batch, n_params)."""
         parameters = np.atleast_2d(parameters)
-        return [getattr(problem, method)(own, *arguments) for _, problem, own in self.each_trial(parameters)]
+        return [getattr(problem, method)(values, *arguments) for _, problem, values in self.each_trial(parameters)]
 
     def predicted(self, parameters) -> np.ndarray:
         """(n_batch, n_readings), trial after trial."""
-        return np.concatenate(self._of("predicted", parameters), axis=1)
+        return np.concatenate(self._of_trials("predicted", parameters), axis=1)
+
+    @property
+    def rows(self) -> dict[str, slice]:
+        """Where the readings of each channel of each trial stand among the residuals."""
+        rows, start = {}, 0
+        for trial, problem in self.problems.items():
+            for channel, part in problem.rows.items():
+                rows[f"{channel}[{trial}]"] = slice(start + part.start, start + part.stop)
+            start += problem.n_rows
+        return rows
 
     def residuals(self, parameters) -> np.ndarray:
         """(n_batch, n_rows), trial after trial."""
-        return np.concatenate(self._of("residuals", parameters), axis=1)
+        return np.concatenate(self._of_trials("residuals", parameters), axis=1)
 
     def residuals_about(self, centre, parameters) -> np.ndarray:
-        """As :meth:`bayesub.problem.problem.Problem.residuals_about`, trial after trial."""
+        """As :meth:`bayesub.problem.trial_problem.TrialProblem.residuals_about`, trial after trial."""
         pairs = zip(self.each_trial(centre), self.each_trial(np.atleast_2d(parameters)), strict=True)
-        return np.concatenate([problem.residuals_about(there, own) for (*_, there), (_, problem, own) in pairs], axis=1)
+        return np.concatenate([p.residuals_about(middle, values) for (*_, middle), (_, p, values) in pairs], axis=1)
 
     def misfit(self, parameters) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,)."""
-        residuals, deviances = zip(*self._of("misfit", parameters), strict=True)
+        residuals, deviances = zip(*self._of_trials("misfit", parameters), strict=True)
         return np.concatenate(residuals, axis=1), np.sum(deviances, axis=0)
 
     def jacobian(self, parameters) -> np.ndarray:
         """(n_rows, n_params), trial after trial."""
         blocks = []
-        for trial, problem, own in self.each_trial(parameters):
-            block = problem.jacobian(own)
+        for trial, problem, values in self.each_trial(parameters):
+            block = problem.jacobian(values)
             blocks.append(np.zeros((len(block), self.n_params)))
             blocks[-1][:, self._places[trial]] = block
         return np.concatenate(blocks)
 
+    def linear_systems(self, parameters) -> dict[str, LinearSystem]:
+        """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, the trials below one another."""
+        return stacked([problem.linear_systems(values) for _, problem, values in self.each_trial(parameters)])
+
     def smoothed(self, share: float) -> "JointProblem":
-        """As :meth:`bayesub.problem.problem.Problem.smoothed`."""
-        return self._with({trial: problem.smoothed(share) for trial, problem in self.problems.items()})
+        """As :meth:`bayesub.problem.trial_problem.TrialProblem.smoothed`."""
+        return JointProblem({trial: problem.smoothed(share) for trial, problem in self.problems.items()})
 
     def naive(self) -> "JointProblem":
-        """As :meth:`bayesub.problem.problem.Problem.naive`."""
+        """As :meth:`bayesub.problem.trial_problem.TrialProblem.naive`."""
         return JointProblem({trial: problem.naive() for trial, problem in self.problems.items()})
 
     def without(self, trial: str) -> "JointProblem":
         """The joint problem of all other trials; InputError if there is none."""
         return JointProblem({name: problem for name, problem in self.problems.items() if name != trial})
 
-    def _with(self, problems):
-        other = object.__new__(JointProblem)
-        vars(other).update(vars(self) | {"problems": problems})
-        return other
-
     def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel of each trial, as ``yaw[first]``."""
-        return self._named(self._of("log_likelihoods", parameters))
+        return self._by_channel(self._of_trials("log_likelihoods", parameters))
 
-    def _named(self, found) -> dict:
-        """What was found of each channel of each trial, by channel and trial."""
-        pairs = zip(self.problems, found, strict=True)
+    def _by_channel(self, contents) -> dict:
+        """Channel and trial -> content, from one dictionary by channel a trial."""
+        pairs = zip(self.problems, contents, strict=True)
         return {f"{channel}[{trial}]": part for trial, parts in pairs for channel, part in parts.items()}
 
     @property
     def channels(self) -> dict:
         """Channel of a trial, as ``yaw[first]`` -> channel and its noise model."""
-        return self._named([problem.channels for problem in self.problems.values()])
+        return self._by_channel([problem.channels for problem in self.problems.values()])
 
     def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """(n_batch, n) quantile residuals of each channel of each trial, as ``yaw[first]``."""
-        return self._named(self._of("quantile_residuals", parameters, rng))
+        return self._by_channel(self._of_trials("quantile_residuals", parameters, rng))
+
+    def replicated(self, parameters, rng: np.random.Generator) -> np.ndarray:
+        """(n_batch, n_readings) readings that each member could have made, trial after trial."""
+        return np.concatenate(self._of_trials("replicated", parameters, rng), axis=1)
 
 
 def _of_body(problem) -> set[str]:

@@ -243,7 +243,7 @@ def test_a_guess_is_not_a_solution(planted, monkeypatch):
     assert failed.statuses[0].startswith("Y: no solution: HiGHS Status 15: Unknown; hold a coefficient")
 
 
-def test_the_linear_programme_leaves_the_guess_along_what_is_not_determined(spiral_track, suboff, guess):
+def test_the_linear_programme_leaves_the_guess_along_what_is_not_determined(spiral_track, guess):
     """With every coefficient free the fit is as good, and no coefficient runs away; least squares does the same."""
     systems = linear_systems(spiral_track)
     solution, other = linear_programme(systems, guess), linear_least_squares(systems, guess)

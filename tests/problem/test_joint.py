@@ -102,3 +102,22 @@ def test_null_directions_of_two_trials_are_those_of_both(suboff, spiral_track):
     alone = [bs.identifiability.rank(systems)["N"].null_dimension for systems in (first, second)]
     assert bs.identifiability.rank(both)["N"].null_dimension <= min(alone)
     assert stacked([first]) is first
+
+
+def test_a_joint_problem_has_the_methods_of_a_problem(trials, rng):
+    """Rows, replicated readings, linear systems and counters, trial after trial."""
+    joint = JointProblem(trials)
+    parameters = np.repeat(joint.prior.mean[None], 2, axis=0)
+    residuals = joint.residuals(parameters)
+    for trial, problem, values in joint.each_trial(parameters):
+        for channel, part in problem.rows.items():
+            own = problem.residuals(values)[:, part]
+            np.testing.assert_array_equal(residuals[:, joint.rows[f"{channel}[{trial}]"]], own)
+    assert joint.replicated(parameters, rng).shape == (2, len(joint.readings))
+    assert set(joint.linear_systems(parameters[0])) == {"X", "Y", "N"}
+    before = joint.jacobians, joint.evaluations
+    joint.jacobian(parameters[0])
+    joint.naive().predicted(parameters[:, : len(FREE)])
+    assert (joint.jacobians, joint.evaluations) == (before[0] + 2, before[1] + 4)
+    assert list(joint.nuisance_priors) == ["yaw0_deg[spiral]", "Izz_kgm2", "yaw0_deg[zigzag]"]
+    assert joint.coefficient_prior.mean.tolist() == trials["spiral"].coefficient_prior.mean.tolist()

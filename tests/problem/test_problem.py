@@ -1,6 +1,5 @@
 """The inference problem and the linear form of the equations of motion."""
 
-import copy
 from dataclasses import replace
 
 import numpy as np
@@ -246,8 +245,7 @@ def test_replicated_readings_have_standard_normal_quantile_residuals(mixed, subo
         if one is sampled:
             parameters[1, -1] = 5.0
         for k, readings in enumerate(one.replicated(parameters, rng)):
-            again = copy.copy(one)
-            again.readings = readings
+            again = one.with_readings(readings)
             for name, residuals in again.quantile_residuals(parameters[k], rng).items():
                 assert stats.kstest(residuals[0], "norm").pvalue > 1e-4, name
     apart = one.replicated(parameters, rng) - one.predicted(parameters)
@@ -260,3 +258,31 @@ def test_failed_simulations_have_no_residuals(problem, rng):
     parameters[0, problem.names.index("Xuu")] = 0.1  # drag that accelerates
     assert all(np.isnan(part).any() for part in problem.quantile_residuals(parameters, rng).values())
     assert np.isnan(problem.replicated(parameters, rng)).any()
+
+
+def test_views_share_one_counter(suboff, spiral, spiral_track, rng):
+    """What a view computes is counted once, for the problem: simulations, Jacobians and failures."""
+    sensor = bs.sensors.Sensor("x_m", sd=0.0, resolution=1.0, interval_s=20.0)
+    record = bs.observe(spiral_track, sensor, rng)
+    problem = bs.Problem(suboff, spiral, record, free=HORIZONTAL, prior=bs.priors.relative_normal(0.25), dt=1.0)
+    mean = problem.prior.mean
+    smooth, naive = problem.smoothed(0.1), problem.naive()
+    assert smooth is not problem
+    assert smooth.costs is naive.costs is problem.costs
+    smooth.log_likelihood(np.repeat(mean[None], 3, axis=0))
+    smooth.jacobian(mean)
+    naive.jacobian(mean)
+    worst = mean.copy()
+    worst[problem.names.index("Xuu")] = 0.1
+    naive.residuals(worst)
+    assert (problem.evaluations, problem.jacobians, problem.failures["diverged"]) == (4, 2, 1)
+    assert smooth.smoothed(0.1) is smooth
+
+
+def test_a_view_leaves_its_problem_alone(mixed, parameters):
+    """Noise, nuisance parameters and readings of the problem stay what they are."""
+    before = mixed.log_likelihood(parameters)
+    mixed.naive(), mixed.smoothed(0.1), mixed.with_readings(np.zeros(len(mixed.readings)))
+    np.testing.assert_array_equal(mixed.log_likelihood(parameters), before)
+    again = mixed.with_readings(mixed.readings)
+    np.testing.assert_array_equal(again.log_likelihood(parameters), before)

@@ -57,7 +57,7 @@ def test_posterior_summaries(linear):
     low = posterior.quantiles([0.05])[0]
     assert np.all(np.abs(low - problem.mean + 1.6449 * sd) < 2.2 * error * sd)
     assert posterior.draws.shape == (posterior.chain[..., 0].size, 6)
-    assert posterior.evaluations == problem.evaluations
+    assert posterior.evaluations == problem.costs.simulations
 
 
 def test_samples_a_banana():

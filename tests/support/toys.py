@@ -3,17 +3,37 @@
 import numpy as np
 
 from bayesub.checks import convergence
+from bayesub.problem.base import Costs
 from bayesub.problem.priors import Normal
 
 
 class Toy:
-    """What inference needs of a problem; readings have unit noise."""
+    """What inference needs of a problem (:class:`bayesub.identifiability.InferenceProblem`), with unit noise.
+
+    A toy has `residuals(parameters)`, which counts its simulations, and `slopes(parameters)`, their derivatives. It has
+    no equations, and so no null directions but those that are handed in.
+    """
+
+    preferred_pivots = ()
 
     def __init__(self, prior):
         self.prior = prior
         self.names = tuple(f"c{k}" for k in range(len(prior.mean)))
         self.n_params = len(self.names)
-        self.evaluations, self.failures = 0, {"diverged": 0}
+        self.costs = Costs(failures={"diverged": 0})
+
+    def residuals(self, parameters):
+        raise NotImplementedError
+
+    def slopes(self, parameters):
+        raise NotImplementedError
+
+    def jacobian(self, parameters):
+        self.costs.jacobians += 1
+        return self.slopes(parameters)
+
+    def linear_systems(self, _):
+        return {}
 
     def misfit(self, parameters):
         residuals = self.residuals(parameters)
@@ -21,6 +41,9 @@ class Toy:
 
     def log_likelihood(self, parameters):
         return -0.5 * self.misfit(np.atleast_2d(parameters))[1]
+
+    def log_likelihoods(self, parameters):
+        return {"reading": self.log_likelihood(parameters)}
 
     def residuals_about(self, _, parameters):
         return self.residuals(parameters)
@@ -50,10 +73,10 @@ class Linear(Toy):
         return (draws - self.mean) / self.prior.sd @ self.factor
 
     def residuals(self, parameters):
-        self.evaluations += len(parameters)
+        self.costs.simulations += len(parameters)
         return (parameters @ self.matrix.T - self.readings) / self.sd
 
-    def jacobian(self, _):
+    def slopes(self, _):
         return self.matrix / self.sd
 
 
@@ -84,10 +107,10 @@ class Banana(Toy):
         self.width = width
 
     def residuals(self, parameters):
-        self.evaluations += len(parameters)
+        self.costs.simulations += len(parameters)
         return np.stack([(parameters[:, 1] + parameters[:, 0] ** 2) / self.width, 0.0 * parameters[:, 0]], axis=1)
 
-    def jacobian(self, parameters):
+    def slopes(self, parameters):
         return np.array([[2.0 * parameters[0], 1.0], [0.0, 0.0]]) / self.width
 
     def marginals(self):

@@ -1,0 +1,302 @@
+"""Prior distributions of parameters, and the coordinates in which one searches and samples.
+
+Every distribution is a map from a standard normal vector t to the parameters. Searches work in t, where the prior is
+N(0, I): bounds are at infinity, and a direction that the data do not see keeps its prior exactly. The sampler works in
+the scaled coordinates x, which differ from t for uniform priors only: these have walls in x, at plus and minus the root
+of three. All coordinates of the sampler stand in one table in :mod:`bayesub.sampling`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+
+class Prior:
+    """What the priors of this module share.
+
+    Attributes
+    ----------
+    mean : (n_params,) of each parameter by itself
+    sd : (n_params,) of each parameter by itself
+    """
+
+    mean: np.ndarray
+    sd: np.ndarray
+
+    def parameters(self, t) -> np.ndarray:
+        """Parameters (..., n_params) of standard normal coordinates t (..., n_params)."""
+        raise NotImplementedError
+
+    def standard(self, parameters) -> np.ndarray:
+        """Standard normal coordinates of parameters; not finite outside the support."""
+        raise NotImplementedError
+
+    def chain(self, jacobian, t) -> np.ndarray:
+        """Derivatives with respect to t (n_params,) of what has the Jacobian (n, n_params) in the parameters."""
+        raise NotImplementedError
+
+    def scaled(self, parameters) -> np.ndarray:
+        """Parameters (..., n_params) in units in which the prior has a standard deviation of one.
+
+        They are the standard coordinates, but linear in a uniform parameter: those would bend where a bound is near.
+        """
+        return self.standard(parameters)
+
+    def unscaled(self, x) -> np.ndarray:
+        """Parameters (..., n_params) of such coordinates x."""
+        return self.parameters(x)
+
+    def scaled_chain(self, jacobian, x) -> np.ndarray:
+        """As :meth:`chain`, with respect to such coordinates x (n_params,)."""
+        return self.chain(jacobian, x)
+
+    def scaled_log_density(self, x) -> np.ndarray:
+        """(n_batch,) log densities in such coordinates x (n_batch, n_params), up to a constant."""
+        return -0.5 * np.sum(x**2, axis=-1)
+
+    def scaled_slope(self, x) -> np.ndarray:
+        """(n_batch, n_params) gradient of :meth:`scaled_log_density` within the support."""
+        return -x
+
+    def log_density(self, parameters) -> np.ndarray:
+        """(n_batch,) log densities of parameters (n_batch, n_params); -inf outside the support."""
+        raise NotImplementedError
+
+    def quantiles(self, probability: float) -> np.ndarray:
+        """(n_params,) quantile of each parameter by itself."""
+        return self.parameters(np.full(len(self.mean), special.ndtri(probability)))
+
+    def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
+        """(n, n_params) draws."""
+        return self.parameters(rng.standard_normal((n, len(self.mean))))
+
+
+def _log_normal(t) -> np.ndarray:
+    return -0.5 * np.sum(t**2, axis=-1) - 0.5 * t.shape[-1] * np.log(2.0 * np.pi)
+
+
+@dataclass(frozen=True)
+class Normal(Prior):
+    """Independent normal prior: `mean` and `sd`, both (n_params,)."""
+
+    mean: np.ndarray
+    sd: np.ndarray
+
+    def parameters(self, t):
+        """As :meth:`Prior.parameters`."""
+        return self.mean + self.sd * t
+
+    def standard(self, parameters):
+        """As :meth:`Prior.standard`."""
+        return (parameters - self.mean) / self.sd
+
+    def chain(self, jacobian, t):  # noqa: ARG002
+        """As :meth:`Prior.chain`."""
+        return jacobian * self.sd
+
+    def log_density(self, parameters):
+        """As :meth:`Prior.log_density`."""
+        return _log_normal(self.standard(parameters)) - np.log(self.sd).sum()
+
+
+@dataclass(frozen=True)
+class LogNormal(Prior):
+    """Independent log-normal prior: `median` (n_params,), not zero, and `log_sd` (n_params,), sd of the logarithm.
+
+    A parameter has the sign of its median.
+    """
+
+    median: np.ndarray
+    log_sd: np.ndarray
+
+    @property
+    def mean(self):
+        """As :attr:`Prior.mean`."""
+        return self.median * np.exp(0.5 * self.log_sd**2)
+
+    @property
+    def sd(self):
+        """As :attr:`Prior.sd`."""
+        return np.abs(self.mean) * np.sqrt(np.expm1(self.log_sd**2))
+
+    def parameters(self, t):
+        """As :meth:`Prior.parameters`."""
+        return self.median * np.exp(self.log_sd * t)
+
+    def standard(self, parameters):
+        """As :meth:`Prior.standard`."""
+        ratio = parameters / self.median
+        return np.log(np.where(ratio > 0.0, ratio, np.nan)) / self.log_sd
+
+    def chain(self, jacobian, t):
+        """As :meth:`Prior.chain`."""
+        return jacobian * (self.log_sd * self.parameters(t))
+
+    def log_density(self, parameters):
+        """As :meth:`Prior.log_density`."""
+        log_slopes = np.log(self.log_sd * np.abs(parameters)).sum(axis=-1)
+        return np.nan_to_num(_log_normal(self.standard(parameters)) - log_slopes, nan=-np.inf)
+
+    def quantiles(self, probability):
+        """As :meth:`Prior.quantiles`."""
+        t = special.ndtri(probability) * np.sign(self.median)
+        return self.parameters(t)
+
+
+@dataclass(frozen=True)
+class Uniform(Prior):
+    """Independent uniform prior between `lower` and `upper`, both (n_params,)."""
+
+    lower: np.ndarray
+    upper: np.ndarray
+
+    @property
+    def mean(self):
+        """As :attr:`Prior.mean`."""
+        return 0.5 * (self.lower + self.upper)
+
+    @property
+    def sd(self):
+        """As :attr:`Prior.sd`."""
+        return (self.upper - self.lower) / np.sqrt(12.0)
+
+    def parameters(self, t):
+        """As :meth:`Prior.parameters`."""
+        return self.lower + (self.upper - self.lower) * special.ndtr(t)
+
+    def standard(self, parameters):
+        """As :meth:`Prior.standard`."""
+        return special.ndtri((parameters - self.lower) / (self.upper - self.lower))
+
+    def chain(self, jacobian, t):
+        """As :meth:`Prior.chain`."""
+        return jacobian * ((self.upper - self.lower) * np.exp(-0.5 * t**2) / np.sqrt(2.0 * np.pi))
+
+    def scaled(self, parameters):
+        """As :meth:`Prior.scaled`."""
+        return (parameters - self.mean) / self.sd
+
+    def unscaled(self, x):
+        """As :meth:`Prior.unscaled`."""
+        return self.mean + self.sd * x
+
+    def scaled_chain(self, jacobian, x):  # noqa: ARG002
+        """As :meth:`Prior.scaled_chain`."""
+        return jacobian * self.sd
+
+    def scaled_log_density(self, x):
+        """As :meth:`Prior.scaled_log_density`."""
+        return np.where(np.all(np.abs(x) <= np.sqrt(3.0), axis=-1), 0.0, -np.inf)
+
+    def scaled_slope(self, x):
+        """As :meth:`Prior.scaled_slope`."""
+        return np.zeros_like(x)
+
+    def log_density(self, parameters):
+        """As :meth:`Prior.log_density`."""
+        inside = np.all((parameters >= self.lower) & (parameters <= self.upper), axis=-1)
+        return np.where(inside, -np.log(self.upper - self.lower).sum(), -np.inf)
+
+
+@dataclass(frozen=True)
+class CorrelatedNormal(Prior):
+    """Normal prior with `mean` (n_params,) and the Cholesky `factor` (n_params, n_params) of its covariance."""
+
+    mean: np.ndarray
+    factor: np.ndarray
+
+    @property
+    def sd(self):
+        """As :attr:`Prior.sd`."""
+        return np.linalg.norm(self.factor, axis=1)
+
+    def parameters(self, t):
+        """As :meth:`Prior.parameters`."""
+        return self.mean + t @ self.factor.T
+
+    def standard(self, parameters):
+        """As :meth:`Prior.standard`."""
+        return np.linalg.solve(self.factor, (parameters - self.mean)[..., None])[..., 0]
+
+    def chain(self, jacobian, t):  # noqa: ARG002
+        """As :meth:`Prior.chain`."""
+        return jacobian @ self.factor
+
+    def log_density(self, parameters):
+        """As :meth:`Prior.log_density`."""
+        return _log_normal(self.standard(parameters)) - np.log(np.diag(self.factor)).sum()
+
+    def quantiles(self, probability):
+        """As :meth:`Prior.quantiles`."""
+        return self.mean + self.sd * special.ndtri(probability)
+
+
+@dataclass(frozen=True)
+class Joint(Prior):
+    """Independent priors of groups of parameters: `parts`, and for each the (n,) positions of its parameters."""
+
+    parts: tuple[Prior, ...]
+    positions: tuple[np.ndarray, ...]
+
+    def _gathered(self, values):
+        result = np.empty((*np.shape(values[0])[:-1], sum(len(p) for p in self.positions)))
+        for position, value in zip(self.positions, values, strict=True):
+            result[..., position] = value
+        return result
+
+    def _each(self, method, argument):
+        pairs = zip(self.parts, self.positions, strict=True)
+        return [getattr(part, method)(argument[..., position]) for part, position in pairs]
+
+    @property
+    def mean(self):
+        """As :attr:`Prior.mean`."""
+        return self._gathered([part.mean for part in self.parts])
+
+    @property
+    def sd(self):
+        """As :attr:`Prior.sd`."""
+        return self._gathered([part.sd for part in self.parts])
+
+    def parameters(self, t):
+        """As :meth:`Prior.parameters`."""
+        return self._gathered(self._each("parameters", np.asarray(t)))
+
+    def standard(self, parameters):
+        """As :meth:`Prior.standard`."""
+        return self._gathered(self._each("standard", np.asarray(parameters)))
+
+    def chain(self, jacobian, t):
+        """As :meth:`Prior.chain`."""
+        pairs = zip(self.parts, self.positions, strict=True)
+        return self._gathered([part.chain(jacobian[..., p], t[p]) for part, p in pairs])
+
+    def scaled(self, parameters):
+        """As :meth:`Prior.scaled`."""
+        return self._gathered(self._each("scaled", np.asarray(parameters)))
+
+    def unscaled(self, x):
+        """As :meth:`Prior.unscaled`."""
+        return self._gathered(self._each("unscaled", np.asarray(x)))
+
+    def scaled_chain(self, jacobian, x):
+        """As :meth:`Prior.scaled_chain`."""
+        pairs = zip(self.parts, self.positions, strict=True)
+        return self._gathered([part.scaled_chain(jacobian[..., p], x[p]) for part, p in pairs])
+
+    def scaled_log_density(self, x):
+        """As :meth:`Prior.scaled_log_density`."""
+        return sum(self._each("scaled_log_density", np.asarray(x)))
+
+    def scaled_slope(self, x):
+        """As :meth:`Prior.scaled_slope`."""
+        return self._gathered(self._each("scaled_slope", np.asarray(x)))
+
+    def log_density(self, parameters):
+        """As :meth:`Prior.log_density`."""
+        return sum(self._each("log_density", np.asarray(parameters)))
+
+    def quantiles(self, probability):
+        """As :meth:`Prior.quantiles`."""
+        return self._gathered([part.quantiles(probability) for part in self.parts])

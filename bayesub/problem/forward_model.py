@@ -1,0 +1,117 @@
+"""From parameters to noise-free readings, and their derivatives: one vehicle, manoeuvre and record."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayesub.io import log_files
+from bayesub.model.simulate import STATUS, Simulator, Trajectory
+from bayesub.problem.base import Costs
+from bayesub.problem.nuisance import CURRENTS, Nuisances
+from bayesub.sensors.current import over_ground
+from bayesub.sensors.measurement import MeasurementModel
+
+
+class ForwardModel:
+    """What the channels of a record read, as a function of coefficient sets and nuisance parameters.
+
+    Coefficient sets are (n_batch, 101), values of the nuisance parameters (n_batch, n_nuisances) in their own units.
+    Nothing here is counted but by :meth:`count`.
+
+    Parameters
+    ----------
+    vehicle, manoeuvre, record : as those of :class:`bayesub.problem.problem.Problem`
+    parameters : the nuisance parameters, of :func:`bayesub.problem.nuisance.find`
+    dt : integration step, s; None chooses one
+
+    Attributes
+    ----------
+    measurement : what the channels read of a motion
+    simulator : with output at all times at which a channel reads
+    nuisances : how the nuisance parameters act
+    costs : the counter that all problems on this model share
+    """
+
+    def __init__(self, vehicle, manoeuvre, record, parameters, dt=None):
+        self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
+        current = any(parameter.name in CURRENTS for parameter in parameters)
+        self.measurement = MeasurementModel(record.channels, current=current)
+        self.simulator = Simulator(vehicle, manoeuvre, self.measurement.times, dt=dt)
+        self.nuisances = Nuisances(tuple(parameters), self.simulator.vehicle, manoeuvre)
+        self.costs = Costs(failures=dict.fromkeys(STATUS[1:], 0))
+
+    def count(self, status) -> None:
+        """Count simulations by their status codes (n_batch,)."""
+        self.costs.simulations += len(status)
+        for code, word in enumerate(STATUS[1:], start=1):
+            self.costs.failures[word] += int(np.count_nonzero(status == code))
+
+    def _run(self, sets, values, outputs):
+        """Outputs (n_batch, n_times, n_outputs) in the water, and status codes (n_batch,)."""
+        body, initial = self.nuisances.body(values), self.nuisances.initial(values)
+        return self.simulator.run(sets, body=body, initial=initial, outputs=outputs)
+
+    def predicted(self, sets, values) -> tuple[np.ndarray, np.ndarray]:
+        """Noise-free readings (n_batch, n_readings), SI units, and status codes (n_batch,).
+
+        The readings are not a number where the simulation failed.
+        """
+        outputs, status = self._run(sets, values, self.measurement.measured)
+        predicted = self.measurement.of(outputs, self.nuisances.currents(values))
+        for channel, k, factor in self.nuisances.biases(self.record.channels):
+            predicted[:, self.measurement.slices[channel]] += factor * values[:, k : k + 1]
+        predicted[status != 0] = np.nan
+        return predicted, status
+
+    def slopes(self, sets, values, names, *, of_nuisances: bool = True) -> np.ndarray:
+        """Derivatives of the readings of one member, SI units.
+
+        Parameters
+        ----------
+        sets, values : (1, 101) and (1, n_nuisances)
+        names : the n_coefficients coefficients to differentiate by
+        of_nuisances : whether to differentiate by the nuisance parameters too
+
+        Returns
+        -------
+        (n_readings, n_coefficients), followed by n_nuisances columns if asked
+        """
+        body, initial, current = (
+            None if rows is None else rows[0]
+            for rows in (self.nuisances.body(values), self.nuisances.initial(values), self.nuisances.currents(values))
+        )
+        moved, effects = self.nuisances.on_motion() if of_nuisances else ((), None)
+        moving = current is not None or self.measurement.displaced
+        outputs = self._run(sets, values, self.measurement.measured)[0][0] if moving else None
+        sensitivities = self.simulator.sensitivities(
+            sets[0], (*names, *moved), self.measurement.measured, body=body, initial=initial
+        )
+        slopes = self.measurement.slopes(sensitivities, outputs, current)
+        if not of_nuisances or not len(self.nuisances):
+            return slopes
+        by_nuisances = np.zeros((len(slopes), len(self.nuisances)))
+        if moved:
+            by_nuisances += slopes[:, len(names) :] @ effects
+        for k, towards in self.nuisances.current_columns():
+            by_nuisances[:, k] += self.measurement.current_slopes(outputs)[:, towards]
+        for channel, k, factor in self.nuisances.biases(self.record.channels):
+            by_nuisances[self.measurement.slices[channel], k] += factor
+        return np.hstack([slopes[:, : len(names)], by_nuisances])
+
+    def states(self, sets, values) -> np.ndarray:
+        """(n_batch, n_times, 12) states over the ground at the times of the readings."""
+        states, _ = self._run(sets, values, log_files.STATES)
+        currents = self.nuisances.currents(values)
+        if currents is None:
+            return states
+        pairs = zip(states, currents, strict=True)
+        return np.stack([over_ground(member, self.simulator.times, current) for member, current in pairs])
+
+    def trajectory(self, sets, values) -> Trajectory:
+        """The motion through the water of one member, (1, 101) and (1, n_nuisances), of its own body and start."""
+        body, initial = self.nuisances.body(values), self.nuisances.initial(values)
+        if body is None and initial is None:
+            return self.simulator.trajectory(sets)
+        vehicle = self.simulator.vehicle if body is None else replace(self.simulator.vehicle, body=body[0])
+        manoeuvre = self.manoeuvre if initial is None else replace(self.manoeuvre, initial_state=initial[0])
+        return Simulator(vehicle, manoeuvre, self.simulator.times, dt=self.simulator.step).trajectory(sets)

@@ -1,0 +1,183 @@
+"""What the noise models share: their interface, and rows of residuals for their unknown attributes."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from bayesub.io.errors import InputError
+
+_LOG_STEP = 1e-4  # of differences by logarithms: second ones are then good to 1e-8 of a log density
+_LEAST_INFORMATION = 1e-3  # next to a prior's, which is about one
+
+
+class Noise:
+    """Noise of the readings of one channel.
+
+    In all methods `predicted` is (n_batch, n), the noise-free readings of each member, not a number where its
+    simulation failed; `readings` and `times` (s) are (n,). Arrays that are contiguous are not copied. The attributes
+    that may be unknown are named in :attr:`SAMPLED`: given by name (`unknown`) as (n_batch,), or as numbers to
+    :meth:`weigh`, they take the place of the model's own; one that is not positive has density zero.
+
+    Attributes
+    ----------
+    SAMPLED : names of the attributes that a problem may infer
+    is_normal : whether with known attributes -|residuals|^2 / 2 is the log density but for a constant, and
+        :meth:`weigh` does not depend on the prediction
+    has_density : whether the log density has a gradient, and readings have quantile residuals
+    """
+
+    SAMPLED: ClassVar[tuple[str, ...]] = ()
+    is_normal: ClassVar[bool] = False
+    has_density: ClassVar[bool] = True
+
+    def log_density(self, predicted, readings, times=None, **unknown) -> np.ndarray:
+        """(n_batch,) log densities of the readings, minus infinity for failed simulations."""
+        raise NotImplementedError
+
+    def residuals(self, predicted, readings, times=None, **unknown) -> np.ndarray:
+        """(n_batch, n) residuals z.
+
+        With the derivatives J of :meth:`weigh`, J'z is the gradient of minus the log density and J'J its expected or
+        observed information. Unless the noise is normal a search must compare log densities, not |z|^2.
+        """
+        raise NotImplementedError
+
+    def weigh(self, jacobian, predicted, readings, times=None, **unknown) -> np.ndarray:
+        """(n, p) weighed derivatives J, of the derivatives `jacobian` (n, p) of one member's predictions (n,)."""
+        raise NotImplementedError
+
+    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator, **unknown) -> np.ndarray:
+        """(n_batch, n) standard normal quantiles of the probability of what is below each reading, given those before.
+
+        They are standard normal and independent at the truth. An unknown sd, and where in its rounding interval a
+        reading was, are drawn from `rng`.
+        """
+        raise NotImplementedError
+
+    def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
+        """(n,) readings of the motion `truth` (n,)."""
+        raise NotImplementedError
+
+    def smoothed(self, share: float) -> "Noise":
+        """The noise for a search by gradients; `share` is the sd of smoothed walls over the resolution."""
+        del share
+        return self
+
+    def deviance(self, residuals, predicted, readings, times, **unknown) -> np.ndarray:
+        """(n_batch,) minus twice the log density less that of predictions that equal the readings.
+
+        The latter has no `unknown` attributes but the model's own, and if it has no bound nothing is taken off.
+
+        Parameters
+        ----------
+        residuals : (n_batch, n) those of the predictions
+        """
+        if self.is_normal and not unknown:
+            return np.einsum("ij,ij->i", residuals, residuals)
+        most = np.nan_to_num(self.log_density(readings[None], readings, times), posinf=0.0)
+        return 2.0 * (most - self.log_density(predicted, readings, times, **unknown))
+
+
+def scale_rows(noise, predicted, readings, times, unknown) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals and derivatives that stand for the unknown attributes of a noise model in Gauss-Newton steps.
+
+    With the gradient g and the observed information I = L L' of the log density by the logarithms of the attributes,
+    z = -L^-1 g and J = L' give J'z = -g and J'J = I, as the rows of readings do for what moves the predictions.
+    Where I is not positive definite the absolute values of its eigenvalues are taken. Derivatives are central
+    differences of the log density, which needs no simulation.
+
+    Parameters
+    ----------
+    unknown : attribute -> (n_batch,) values, k attributes
+
+    Returns
+    -------
+    z (n_batch, k), and J (n_batch, k, k) by the logarithms of the attributes in the order of `unknown`.
+    """
+    names, k = list(unknown), len(unknown)
+    logs = np.log(np.stack([np.asarray(unknown[name], dtype=float) for name in names], axis=1))
+
+    def density(offset):
+        values = np.exp(logs + _LOG_STEP * np.array(offset))
+        return noise.log_density(predicted, readings, times, **dict(zip(names, values.T, strict=True)))
+
+    unit = np.eye(k)
+    middle = density(np.zeros(k))
+    gradient, information = np.empty(logs.shape), np.empty((*logs.shape, k))
+    for i in range(k):
+        plus, minus = density(unit[i]), density(-unit[i])
+        gradient[:, i] = (plus - minus) / (2.0 * _LOG_STEP)
+        information[:, i, i] = (2.0 * middle - plus - minus) / _LOG_STEP**2
+        for j in range(i):
+            mixed = [density(a * unit[i] + b * unit[j]) for a, b in ((1, 1), (-1, -1), (1, -1), (-1, 1))]
+            cross = (mixed[2] + mixed[3] - mixed[0] - mixed[1]) / (4.0 * _LOG_STEP**2)
+            information[:, i, j] = information[:, j, i] = cross
+    failed = ~np.isfinite(information).all(axis=(1, 2))
+    information[failed] = unit
+    values, vectors = np.linalg.eigh(information)
+    # The root V |D|^1/2 of I serves as L does.
+    root = vectors * np.sqrt(np.maximum(np.abs(values), _LEAST_INFORMATION))[:, None, :]
+    rows = -np.linalg.solve(root, gradient[..., None])[..., 0]
+    rows[failed] = np.nan
+    return rows, np.swapaxes(root, 1, 2)
+
+
+def positive(key, value):
+    """Raise InputError unless a number is finite and positive."""
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"noise: {key} must be positive, found {value}")
+
+
+def not_negative(key, value):
+    """Raise InputError unless a number is finite and not negative."""
+    if not (np.isfinite(value) and value >= 0):
+        raise InputError(f"noise: {key} must not be negative, found {value}")
+
+
+def ascending(times):
+    """Contiguous times (n,); InputError unless they ascend."""
+    times = np.ascontiguousarray(times, dtype=float)
+    steps = np.diff(times)
+    if not np.all(steps > 0):
+        i = int(np.argmin(steps > 0))
+        raise InputError(f"noise: times must ascend, found {times[i]:g} s before {times[i + 1]:g} s")
+    return times
+
+
+def aligned(predicted, readings, times):
+    """Contiguous predicted (n_batch, n) and readings (n,), refused if the lengths differ."""
+    predicted = np.ascontiguousarray(predicted, dtype=float)
+    readings = np.ascontiguousarray(readings, dtype=float)
+    lengths = {predicted.shape[-1], len(readings), len(readings if times is None else times)}
+    if predicted.ndim != 2 or len(lengths) > 1 or not len(readings):
+        n_times = "" if times is None else f" and times {np.shape(times)}"
+        raise InputError(f"noise: predicted {predicted.shape} does not match readings {readings.shape}{n_times}")
+    return predicted, readings
+
+
+def chosen(value, default):
+    """The value, or where it is None the default."""
+    return default if value is None else value
+
+
+def of_members(value, n_batch):
+    """(n_batch,) copies of a number, or the values themselves; not a number where one is not positive."""
+    values = np.broadcast_to(np.asarray(value, dtype=float), (n_batch,))
+    return np.where(values > 0, values, np.nan)
+
+
+def standardised(predicted, readings, times, sd):
+    """(n_batch, n) errors of the predictions over the sd, a number or (n_batch,)."""
+    predicted, readings = aligned(predicted, readings, times)
+    return (predicted - readings) / column(sd)
+
+
+def column(value):
+    """(n_batch, 1) of the values of members, or (1, 1) of a number; not a number where one is not positive."""
+    column = np.reshape(value, (-1, 1))
+    return np.where(column > 0, column, np.nan)
+
+
+def possible(log_density):
+    """Log densities with minus infinity where they are not a number."""
+    return np.where(np.isnan(log_density), -np.inf, log_density)

@@ -1,0 +1,302 @@
+"""The posterior density of one trial: a forward model, noise models and priors."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayesub.model import coefficients
+from bayesub.model.linear_form import LinearSystem, linear_systems
+from bayesub.model.simulate import Trajectory
+from bayesub.problem.base import Costs, PosteriorDensity
+from bayesub.problem.distributions import Joint, Prior
+from bayesub.problem.forward_model import ForwardModel
+from bayesub.problem.likelihoods import Normal
+from bayesub.problem.noise import Noise, scale_rows
+from bayesub.problem.priors import CoefficientPrior
+
+
+class TrialProblem(PosteriorDensity):
+    """The posterior density of one trial; :class:`bayesub.problem.problem.Problem` poses it, views change its parts.
+
+    Parameters
+    ----------
+    forward : the forward model, whose costs all views share
+    columns : (n_coefficients,) positions of the free coefficients in a set
+    xi : (101,) values of the coefficients that are not free
+    spread : rule that gives the free coefficients their prior
+    nuisance_priors : nuisance parameter -> prior of it alone, of all those of the forward model, or of none
+    noises : the noise model of each channel
+    fixed_nuisances : (n_nuisances,) values of the nuisance parameters if they are not inferred
+    readings : (n_readings,) by default those of the record
+
+    Attributes
+    ----------
+    vehicle, manoeuvre, record : of the trial
+    simulator : flies it, with output at the times of the readings
+    readings : (n_readings,) measured values, SI units
+    sds : (n_readings,) their standard deviations with rounding, SI units
+    noises : the noise model of each channel
+    """
+
+    def __init__(
+        self,
+        forward: ForwardModel,
+        columns: np.ndarray,
+        xi: np.ndarray,
+        spread: CoefficientPrior,
+        nuisance_priors: dict[str, Prior],
+        noises: tuple[Noise, ...],
+        *,
+        fixed_nuisances: np.ndarray | None = None,
+        readings: np.ndarray | None = None,
+    ):
+        self.forward, self.columns, self.xi = forward, columns, xi
+        self.vehicle, self.manoeuvre, self.record = forward.vehicle, forward.manoeuvre, forward.record
+        self.simulator = forward.simulator
+        self.n_coefficients = len(columns)
+        self.spread, self.coefficient_prior = spread, spread.on(columns, xi)
+        self.nuisance_priors, self.noises = nuisance_priors, noises
+        self.fixed_nuisances = fixed_nuisances
+        self.names = (*coefficient_names(columns), *nuisance_priors)
+        self.prior = joined(self.coefficient_prior, nuisance_priors)
+        self.readings = forward.record.values if readings is None else readings
+        self.sds = forward.record.total_sds
+
+    def _view(self, **changes) -> "TrialProblem":
+        """The same problem but for some arguments of the constructor."""
+        parts = {
+            "nuisance_priors": self.nuisance_priors,
+            "noises": self.noises,
+            "fixed_nuisances": self.fixed_nuisances,
+            "readings": self.readings,
+        }
+        return TrialProblem(self.forward, self.columns, self.xi, self.spread, **parts | changes)
+
+    @property
+    def costs(self) -> Costs:
+        """What this problem and its views have computed so far."""
+        return self.forward.costs
+
+    def each_trial(self, parameters):
+        """As :meth:`bayesub.problem.base.PosteriorDensity.each_trial`; the only trial needs no name."""
+        yield "", self, parameters
+
+    def _nuisance_values(self, parameters) -> np.ndarray:
+        """(n_batch, n_nuisances) of parameters (n_batch, n_params)."""
+        if self.fixed_nuisances is None:
+            return parameters[:, self.n_coefficients :]
+        return np.repeat(self.fixed_nuisances[None], len(parameters), axis=0)
+
+    def _arguments(self, parameters) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficient sets and nuisance values of parameters (n_batch, n_params), as the forward model takes them."""
+        return self.coefficient_sets(parameters), self._nuisance_values(parameters)
+
+    def predicted(self, parameters) -> np.ndarray:
+        """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed.
+
+        Headings of a log, which are known up to whole turns, are on the turn that is nearest to the reading.
+        """
+        predicted, status = self.forward.predicted(*self._arguments(np.atleast_2d(parameters)))
+        self.forward.count(status)
+        self.forward.measurement.to_nearest_turn(predicted, self.readings)
+        return predicted
+
+    @property
+    def rows(self) -> dict[str, slice]:
+        """Where the readings of each channel stand among the residuals."""
+        slices = self.forward.measurement.slices
+        return {channel.name: part for channel, part in zip(self.record.channels, slices, strict=True)}
+
+    @property
+    def n_rows(self) -> int:
+        """Number of residuals: one a reading, and one for each parameter of the noise that is inferred."""
+        if self.fixed_nuisances is not None:
+            return len(self.readings)
+        return len(self.readings) + sum(len(self.forward.nuisances.of_noise(c)) for c in self.record.channels)
+
+    def residuals(self, parameters) -> np.ndarray:
+        """(n_batch, n_rows) standardised residuals, ``(predicted - reading) / sd`` where the noise is normal.
+
+        Otherwise scores over the root of the information (:class:`bayesub.problem.noise.Noise`), so that with
+        :meth:`jacobian` they make the gradient of minus the log likelihood. There is a row for
+        each reading, and after those one for each parameter of the noise.
+        """
+        parameters = np.atleast_2d(parameters)
+        return self._residuals(parameters, self.predicted(parameters), parameters)
+
+    def residuals_about(self, centre, parameters) -> np.ndarray:
+        """(n_batch, n_rows) residuals with the noise as it is at `centre` (n_params,), for emulation.
+
+        In the logarithms of the parameters of the noise the sum of their squares then follows the deviance to second
+        order. That of :meth:`residuals` does not: each reading is divided by the sd, but what the density loses by a
+        larger sd is in none of them.
+        """
+        parameters = np.atleast_2d(parameters)
+        centres = np.broadcast_to(centre, parameters.shape)
+        return self._residuals(parameters, self.predicted(parameters), centres)
+
+    def misfit(self, parameters) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n_batch, n_rows) and deviances (n_batch,), infinite where the simulation failed.
+
+        A deviance is the sum over the channels of :meth:`bayesub.problem.noise.Noise.deviance`: the sum of squared
+        residuals where the noise is normal and known.
+        """
+        parameters = np.atleast_2d(parameters)
+        predicted = self.predicted(parameters)
+        residuals, deviances = self._residuals(parameters, predicted, parameters), np.zeros(len(predicted))
+        for noise, times, part, unknown in self._channels(parameters):
+            deviances += noise.deviance(residuals[:, part], predicted[:, part], self.readings[part], times, **unknown)
+        return residuals, np.where(np.isnan(deviances), np.inf, deviances)
+
+    def jacobian(self, parameters) -> np.ndarray:
+        """(n_rows, n_params) derivatives of the residuals at one parameter vector (n_params,).
+
+        They are those of the discretised motion, to round-off; not a number where the simulation failed.
+        """
+        self.costs.jacobians += 1
+        parameters = np.atleast_2d(parameters)
+        arguments = self._arguments(parameters)
+        # Known normal noise weighs the same wherever the prediction is, and needs no simulation for it.
+        known = all(noise.is_normal and not unknown for noise, *_, unknown in self._channels(parameters))
+        predicted = self.readings[None] if known else self.forward.predicted(*arguments)[0]
+        names = self.names[: self.n_coefficients]
+        slopes = self.forward.slopes(*arguments, names, of_nuisances=self.fixed_nuisances is None)
+        weighed, rows = [], []
+        for channel, (noise, times, part, unknown) in zip(
+            self.record.channels, self._channels(parameters), strict=True
+        ):
+            readings = self.readings[part]
+            numbers = {attribute: values[0] for attribute, values in unknown.items()}
+            weighed.append(noise.weigh(slopes[part], predicted[0, part], readings, times, **numbers))
+            if unknown:
+                _, (by_logarithms,) = scale_rows(noise, predicted[:, part], readings, times, unknown)
+                places = [self.n_coefficients + k for _, k, _ in self.forward.nuisances.of_noise(channel)]
+                rows.append(np.zeros((len(places), self.n_params)))
+                rows[-1][:, places] = by_logarithms / parameters[0, places]
+        return np.concatenate(weighed + rows)
+
+    def _channels(self, parameters):
+        """Noise model, times, slice and unknown attributes (n_batch,) of the noise of each channel."""
+        values, slices = self._nuisance_values(parameters), self.forward.measurement.slices
+        for channel, noise, part in zip(self.record.channels, self.noises, slices, strict=True):
+            inferred = self.forward.nuisances.of_noise(channel) if self.fixed_nuisances is None else ()
+            unknown = {attribute: factor * values[:, k] for attribute, k, factor in inferred}
+            yield noise, channel.times, part, unknown
+
+    def _residuals(self, parameters, predicted, centres):
+        """Residuals with the noise as at `centres`, and how far its parameters are from there."""
+        parts, rows = [], []
+        pairs = zip(self._channels(centres), self._channels(parameters), strict=True)
+        for (noise, times, part, at_centre), (*_, unknown) in pairs:
+            arguments = predicted[:, part], self.readings[part], times
+            parts.append(noise.residuals(*arguments, **at_centre))
+            if at_centre:
+                row, by_logarithms = scale_rows(noise, *arguments, at_centre)
+                offset = np.log(np.stack([unknown[key] / at_centre[key] for key in at_centre], axis=1))
+                rows.append(row + np.einsum("nij,nj->ni", by_logarithms, offset))
+        return np.concatenate(parts + rows, axis=1)
+
+    def naive(self) -> "TrialProblem":
+        """The same problem for methods that know neither rounding nor nuisance parameters.
+
+        Noise is normal with the total sd on every channel, and nuisance parameters are held at their prior means.
+        """
+        noises = tuple(Normal(channel.total_sd) for channel in self.record.channels)
+        values = self._nuisance_values(self.prior.mean[None])[0]
+        return self._view(noises=noises, nuisance_priors={}, fixed_nuisances=values)
+
+    def smoothed(self, share: float) -> "TrialProblem":
+        """The same problem for searches: channels without noise get some, with `share` of their resolution as sd."""
+        if all(noise.has_density for noise in self.noises):
+            return self
+        return self._view(noises=tuple(noise.smoothed(share) for noise in self.noises))
+
+    def with_readings(self, readings) -> "TrialProblem":
+        """The same problem with other readings (n_readings,), SI units, such as replicated ones."""
+        return self._view(readings=np.asarray(readings, dtype=float))
+
+    @property
+    def reference(self) -> np.ndarray:
+        """(n_params,) the truth behind a synthetic record, otherwise the values of the vehicle and the manoeuvre.
+
+        Of parameters of the noise that nobody knows it is the value given with the noise model.
+        """
+        xi = self.vehicle.xi if self.record.truth is None else self.record.truth
+        nuisances = zip(self.names[self.n_coefficients :], self.forward.nuisances.held, strict=False)
+        values = [self.record.nuisances.get(name, value) for name, value in nuisances]
+        return np.concatenate([xi[self.columns], values])
+
+    def trajectory(self, parameters) -> Trajectory:
+        """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params).
+
+        It is through the water, of the vehicle from the start of the manoeuvre, without nuisance parameters.
+        """
+        return self.simulator.trajectory(self.coefficient_sets(parameters))
+
+    def motion(self, parameters) -> np.ndarray:
+        """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
+        return self.forward.states(*self._arguments(np.atleast_2d(parameters)))
+
+    def linear_systems(self, parameters) -> dict[str, LinearSystem]:
+        """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, of the body and start that are inferred."""
+        trajectory = self.forward.trajectory(*self._arguments(np.atleast_2d(parameters)))
+        return linear_systems(trajectory, free=self.names[: self.n_coefficients])
+
+    def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
+        """As :meth:`bayesub.problem.base.PosteriorDensity.log_likelihoods`."""
+        parameters = np.atleast_2d(parameters)
+        predicted = self.predicted(parameters)
+        return {
+            channel.name: noise.log_density(predicted[:, part], self.readings[part], times, **unknown)
+            for channel, (noise, times, part, unknown) in zip(
+                self.record.channels, self._channels(parameters), strict=True
+            )
+        }
+
+    @property
+    def channels(self) -> dict:
+        """Channel name -> channel and its noise model."""
+        pairs = zip(self.record.channels, self.noises, strict=True)
+        return {channel.name: (channel, noise) for channel, noise in pairs}
+
+    def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """Channel -> (n_batch, n) quantile residuals of those channels whose noise has a density.
+
+        They are not a number where the simulation failed.
+        """
+        parameters = np.atleast_2d(parameters)
+        predicted = self.predicted(parameters)
+        return {
+            channel.name: noise.quantile_residuals(predicted[:, part], self.readings[part], times, rng, **unknown)
+            for channel, (noise, times, part, unknown) in zip(
+                self.record.channels, self._channels(parameters), strict=True
+            )
+            if noise.has_density
+        }
+
+    def replicated(self, parameters, rng: np.random.Generator) -> np.ndarray:
+        """(n_batch, n_readings) readings that each member of parameters (n_batch, n_params) could have made.
+
+        They are not a number where the simulation failed. An sd that is integrated out is taken as it was guessed.
+        """
+        parameters = np.atleast_2d(parameters)
+        readings = self.predicted(parameters)
+        for noise, times, part, unknown in self._channels(parameters):
+            for k, truth in enumerate(readings[:, part]):
+                member = replace(noise, **{attribute: float(values[k]) for attribute, values in unknown.items()})
+                readings[k, part] = member.sample(truth, times, rng)
+        return readings
+
+
+def coefficient_names(columns) -> tuple[str, ...]:
+    """Names of the coefficients at positions `columns` (n,) of a set."""
+    return tuple(coefficients.NAMES[k] for k in columns)
+
+
+def joined(coefficient_prior: Prior, nuisance_priors: dict[str, Prior]) -> Prior:
+    """The prior of coefficients followed by nuisance parameters."""
+    if not nuisance_priors:
+        return coefficient_prior
+    n = len(coefficient_prior.mean)
+    positions = (np.arange(n), *(np.array([n + k]) for k in range(len(nuisance_priors))))
+    return Joint((coefficient_prior, *nuisance_priors.values()), positions)
