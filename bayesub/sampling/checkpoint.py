@@ -28,9 +28,17 @@ _DIGEST = hashlib.sha256().digest_size
 class State:
     """Everything that the next step depends on, and what the steps so far have cost.
 
-    coords : (n_all_walkers, n_params) sampling coordinates, log_prob : (n_all_walkers,)
+    Attributes
+    ----------
+    coords : (n_all_walkers, n_params) sampling coordinates y
+    log_prob : (n_all_walkers,) log densities in y
     random_state : of emcee's generator
     accepted : proposals accepted in the kept steps
+    evaluations : simulations so far
+    seconds : wall time so far
+    failures : status -> simulations that ended so
+    jacobians : Jacobians so far
+    jacobian_price : simulations that a Jacobian is worth, measured when the run began
     """
 
     coords: np.ndarray
@@ -40,13 +48,19 @@ class State:
     evaluations: int = 0
     seconds: float = 0.0
     failures: dict[str, int] = field(default_factory=dict)
+    jacobians: int = 0
+    jacobian_price: float = float("nan")
 
 
 @dataclass
 class Block:
     """Kept steps and the state after them.
 
-    chain : (n_steps, n_all_walkers, n_params) parameters, log_prob : (n_steps, n_all_walkers)
+    Attributes
+    ----------
+    chain : (n_steps, n_all_walkers, n_params) parameters
+    log_prob : (n_steps, n_all_walkers) log densities in the sampling coordinates
+    state : after the last of these steps
     """
 
     chain: np.ndarray
@@ -55,7 +69,7 @@ class Block:
 
 
 class Checkpoint:
-    """A folder that is held by this process; made by :func:`opened`."""
+    """A folder that is locked by this process; made by :func:`opened`."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -80,17 +94,17 @@ class Checkpoint:
         InputError if it was begun with other settings, named in the message.
         """
         present = [name for name in _START if (self.folder / name).exists()]
-        begun = next((content for content in map(self._read, present) if content is not None), None)
-        if begun is None:
+        start = next((content for content in map(self._read, present) if content is not None), None)
+        if start is None:
             if present:
                 self._warn("its start is damaged: begun afresh")
             return None
-        notes, arrays = begun
-        for key, before in notes["settings"].items():
-            if before != settings[key]:
+        notes, arrays = start
+        for key, now in settings.items():
+            before = notes["settings"].get(key, "another")  # in a checkpoint of a former version
+            if before != now:
                 raise InputError(
-                    f"{self.folder}: cannot be resumed: {key} was {before} and is now {settings[key]}; remove it to "
-                    "start afresh"
+                    f"{self.folder}: cannot be resumed: {key} was {before} and is now {now}; remove it to start afresh"
                 )
         geometry = {key.removeprefix("geometry_"): a for key, a in arrays.items() if key.startswith("geometry_")}
         blocks = list(self._blocks())
@@ -121,6 +135,8 @@ class Checkpoint:
             "evaluations": state.evaluations,
             "seconds": state.seconds,
             "failures": state.failures,
+            "jacobians": state.jacobians,
+            "jacobian_price": state.jacobian_price,
         }
         content = io.BytesIO()
         np.savez(
@@ -162,12 +178,14 @@ def _state(notes, arrays) -> State:
         notes["evaluations"],
         notes["seconds"],
         notes["failures"],
+        notes["jacobians"],
+        notes["jacobian_price"],
     )
 
 
 @contextmanager
 def opened(path: str | Path | None) -> Iterator[Checkpoint | None]:
-    """The checkpoint in a folder, made if need be and held until the block ends; None for no path."""
+    """The checkpoint in a folder, made if need be and locked until the block ends; None for no path."""
     if path is None:
         yield None
         return

@@ -1,7 +1,8 @@
 """Coordinates in which an ill-conditioned, bent posterior looks like a standard normal.
 
-*Whitening.* In the units x of the prior (:meth:`bayesub.problem.priors.Prior.scaled`), in which its standard deviations
-are one, the residuals have at the mode the Jacobian ``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (x - x_mode)`` the
+The coordinates x, z and y stand in the table of :mod:`bayesub.sampling`.
+
+*Whitening.* In the scaled coordinates x, in which the standard deviations of the prior are one, the residuals have at the mode the Jacobian ``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (x - x_mode)`` the
 Laplace approximation is N(0, I); coordinates run from the stiffest to the sloppiest. Of those that the data leave to
 the prior any rotation will do: they are rotated to the axes of the parameters (varimax: Kaiser 1958), where bounds
 are walls.
@@ -78,24 +79,30 @@ class Geometry:
 
     Attributes
     ----------
-    mode : (n_params,) posterior mode, in the units of the prior
-    singular_values : (n_params,) of the Jacobian in these units, stiffest first; below one before the rotation
-    basis : (n_params, n_params); column i is the step in these units for a unit of z_i
+    prior : of the parameters
+    mode : (n_params,) posterior mode in x
+    singular_values : (n_params,) of the Jacobian by x, stiffest first; below one before the rotation
+    basis : (n_params, n_params); column i is the step in x for a unit of z_i
     changes : (n_params, n_params) mean of C'C with C the change of the Jacobian between the mode and a draw
     active : (n_params, n_active) orthonormal directions in z along which the Jacobian changes, most active first
     bends : one :class:`Bend` for each decade of stiff coordinates, stiffest first
     """
 
-    def __init__(self, problem, mode):
-        self.prior = problem.prior
-        self.mode = self.prior.scaled(np.asarray(mode, dtype=float))
-        jacobian = self.prior.scaled_chain(problem.jacobian(mode), self.mode)
-        _, self.singular_values, directions = complete_svd(jacobian)
-        self.basis = directions.T / np.sqrt(self.singular_values**2 + 1.0)
-        sloppy = self.basis[:, self._n_stiff :]
-        self.basis[:, self._n_stiff :] = sloppy @ varimax(sloppy)
-        self.changes, self.active = np.zeros((self.n_params, self.n_params)), np.zeros((self.n_params, 0))
-        self.bends: list[Bend] = []
+    def __init__(self, prior, mode, singular_values, basis, active, bends=()):
+        self.prior, self.mode, self.singular_values, self.basis = prior, mode, singular_values, basis
+        self.active, self.bends = active, list(bends)
+        self.changes = np.zeros((self.n_params, self.n_params))
+
+    @classmethod
+    def whitened(cls, problem, mode) -> "Geometry":
+        """The map that whitens the posterior of a problem at its mode (n_params,) in parameters, without bends."""
+        prior = problem.prior
+        x = prior.scaled(np.asarray(mode, dtype=float))
+        _, s, directions = complete_svd(prior.scaled_chain(problem.jacobian(mode), x))
+        basis = directions.T / np.sqrt(s**2 + 1.0)
+        n_stiff = np.count_nonzero(s > _STIFF)
+        basis[:, n_stiff:] = basis[:, n_stiff:] @ varimax(basis[:, n_stiff:])
+        return cls(prior, x, s, basis, np.zeros((len(x), 0)))
 
     @property
     def n_params(self) -> int:
@@ -170,7 +177,7 @@ class Geometry:
         by_scaled = self.prior.scaled_slope(x[None]) - problem.residuals(parameters[None]) @ jacobian
         return self.pullback(z, by_scaled @ self.basis)[0]
 
-    def draws(self, random: np.random.RandomState, n: int) -> np.ndarray:
+    def draws(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """Sampling coordinates (n, n_params): standard normal draws within the support of the prior."""
 
         def log_prob(y):
@@ -179,13 +186,13 @@ class Geometry:
 
         mode = np.zeros((n, self.n_params))
         sweep = partial(crank_nicolson, log_prob, steps=_STEPS, n_sweeps=_SWEEPS, blocks=self.blocks)
-        return sweep(mode, log_prob(mode), random)[0]
+        return sweep(mode, log_prob(mode), rng)[0]
 
-    def find_active(self, problem, random: np.random.RandomState) -> None:
+    def find_active(self, problem, rng: np.random.Generator) -> None:
         """Find the active directions from Jacobians at draws of the Laplace approximation."""
         at_mode = self._slopes(problem, self.mode)
         gram = np.zeros((self.n_params, self.n_params))
-        for x in self.scaled(self.bent(self.draws(random, _JACOBIANS))):
+        for x in self.scaled(self.bent(self.draws(rng, _JACOBIANS))):
             change = np.nan_to_num(self._slopes(problem, x) - at_mode)
             gram += change.T @ change / _JACOBIANS
         self.changes, self.active = gram, _active(gram)
@@ -211,22 +218,19 @@ class Geometry:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Everything that the map consists of but the prior, to be stored."""
-        own = {key: getattr(self, key) for key in _STORED}
+        whitening = {key: getattr(self, key) for key in _STORED}
         bends = {f"bend_{n}_{key}": np.asarray(a) for n, bend in enumerate(self.bends) for key, a in vars(bend).items()}
-        return own | bends
+        return whitening | bends
 
     @classmethod
     def restored(cls, prior, arrays: dict[str, np.ndarray]) -> "Geometry":
         """The map that :meth:`arrays` describe, bit for bit; it can no longer be straightened."""
-        self = cls.__new__(cls)
-        self.prior = prior
-        vars(self).update({key: arrays[key] for key in _STORED})
         n_bends = len([key for key in arrays if key.startswith("bend_") and key.endswith("_start")])
-        self.bends = [
+        bends = [
             Bend(
                 *(int(arrays[f"bend_{n}_{key}"]) for key in ("start", "stop")),
                 *(arrays[f"bend_{n}_{key}"] for key in ("active", "coefficients", "factor")),
             )
             for n in range(n_bends)
         ]
-        return self
+        return cls(prior, *(arrays[key] for key in _STORED), bends)

@@ -1,4 +1,8 @@
-"""Proposal moves for emcee, in which no walker sees another: their comparison (R-hat) is one of independent chains."""
+"""Proposal moves for emcee, in which no walker sees another: their comparison (R-hat) is one of independent chains.
+
+A source of random numbers, `random`, is a ``numpy.random.Generator``, or the ``RandomState`` that emcee hands to its
+moves: only methods that both have are called.
+"""
 
 import emcee
 import numpy as np
@@ -37,13 +41,13 @@ def crank_nicolson(density, coords, log_prob, random, *, steps, n_sweeps, blocks
     steps = np.array(steps, dtype=float)
     coords, log_prob, accepted = coords.copy(), log_prob.copy(), np.zeros(len(coords))
     for _ in range(n_sweeps):
-        if random.random_sample() < blocks:
-            moved = random.random_sample(coords.shape) < BLOCK / coords.shape[1]
+        if random.random() < blocks:
+            moved = random.random(coords.shape) < BLOCK / coords.shape[1]
             proposed, factors = _crank_nicolson(coords, np.array(BLOCK_STEPS), random, moved)
         else:
             proposed, factors = _crank_nicolson(coords, steps, random)
         new = density(proposed)
-        taken = np.log(random.random_sample(len(coords))) < new - log_prob + factors
+        taken = np.log(random.random(len(coords))) < new - log_prob + factors
         coords[taken], log_prob[taken] = proposed[taken], new[taken]
         accepted += taken / n_sweeps
     return coords, log_prob, accepted
@@ -51,7 +55,7 @@ def crank_nicolson(density, coords, log_prob, random, *, steps, n_sweeps, blocks
 
 def _crank_nicolson(coords, steps, random, moved=True):
     """Proposals (n, n_params) by steps of the coordinates that are `moved`, and what their acceptance has besides."""
-    step = np.where(moved, steps[random.randint(len(steps), size=(len(coords), 1))], 0.0)
+    step = np.where(moved, random.choice(steps, size=(len(coords), 1)), 0.0)
     proposed = np.sqrt(1.0 - step**2) * coords + step * random.standard_normal(coords.shape)
     return proposed, 0.5 * (np.sum(proposed**2, axis=1) - np.sum(coords**2, axis=1))
 
@@ -64,7 +68,7 @@ def hamiltonian(density, gradient, coords, log_prob, random, *, steps, n_leaps, 
     steps = np.array(steps, dtype=float)
     coords, log_prob, accepted = coords.copy(), log_prob.copy(), np.zeros(len(coords))
     for _ in range(n_flights):
-        step = steps[random.randint(len(steps), size=(len(coords), 1))]
+        step = random.choice(steps, size=(len(coords), 1))
         momentum = random.standard_normal(coords.shape)
         energy = 0.5 * np.sum(momentum**2, axis=1)
         with np.errstate(over="ignore", invalid="ignore"):  # a flight may end at infinity, and is then refused
@@ -74,7 +78,7 @@ def hamiltonian(density, gradient, coords, log_prob, random, *, steps, n_leaps, 
                 momentum = momentum + (step if leap < n_leaps - 1 else 0.5 * step) * gradient(proposed)
             new = density(proposed)
             gain = new - log_prob + energy - 0.5 * np.sum(momentum**2, axis=1)
-            taken = np.log(random.random_sample(len(coords))) < gain
+            taken = np.log(random.random(len(coords))) < gain
         coords[taken], log_prob[taken] = proposed[taken], new[taken]
         accepted += taken / n_flights
     return coords, log_prob, accepted

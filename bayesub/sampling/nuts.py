@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from bayesub.checks import convergence
+from bayesub.identifiability.interface import InferenceProblem
 from bayesub.io.errors import InputError
 from bayesub.sampling.posterior import Posterior
 from bayesub.sampling.sampler import straightened
@@ -30,11 +31,19 @@ _CORNERS = 50  # tried for the start of a chain
 class CrossCheck:
     """Posterior moments by two samplers.
 
-    means, sds : (2, n_params), of the ensemble sampler and of NUTS
-    mean_z, sd_z : (n_params,) and correlation_z : (n_pairs,) their differences in Monte Carlo standard errors of both
-    pairs : the pairs of parameters, in the order of correlation_z
+    Attributes
+    ----------
+    names : (n_params,)
+    means : (2, n_params) of the ensemble sampler and of NUTS
+    sds : (2, n_params) of the ensemble sampler and of NUTS
+    mean_z : (n_params,) differences of the means in Monte Carlo standard errors of both
+    sd_z : (n_params,) the same of the sds
+    correlation_z : (n_pairs,) the same of the correlations
     threshold : the |z| that any of them reaches in one of a hundred comparisons of equal posteriors (Bonferroni)
-    rhat, ess : largest and smallest of NUTS, over parameters; divergences of its trajectories; gradients it took
+    rhat : largest of NUTS, over parameters
+    ess : smallest of NUTS, over parameters
+    divergences : of the trajectories of NUTS
+    gradients : that NUTS took
     """
 
     names: tuple[str, ...]
@@ -51,6 +60,7 @@ class CrossCheck:
 
     @property
     def pairs(self) -> list[tuple[str, str]]:
+        """The n_pairs pairs of parameters, in the order of :attr:`correlation_z`."""
         rows, columns = np.triu_indices(len(self.names), 1)
         return [(self.names[i], self.names[j]) for i, j in zip(rows, columns, strict=True)]
 
@@ -63,13 +73,13 @@ class CrossCheck:
 
     def _worst(self):
         """The largest |z|, and of what."""
-        found = [(abs(z), f"the {what} of {name}") for what, zs in (("mean", self.mean_z), ("sd", self.sd_z))
+        differences = [(abs(z), f"the {what} of {name}") for what, zs in (("mean", self.mean_z), ("sd", self.sd_z))
                  for name, z in zip(self.names, zs, strict=True)]  # fmt: skip
-        found += [
+        differences += [
             (abs(z), f"the correlation of {first} with {second}")
             for (first, second), z in zip(self.pairs, self.correlation_z, strict=True)
         ]
-        return max(found)
+        return max(differences)
 
     @property
     def sentence(self) -> str:
@@ -90,32 +100,43 @@ class CrossCheck:
         )
 
     def to_json(self) -> dict:
+        """Everything as JSON types, with the verdict."""
         content = {key: np.asarray(value).tolist() for key, value in asdict(self).items()}
         return content | {"verdict": self.verdict, "sentence": self.sentence}
 
     @classmethod
     def from_json(cls, content: dict) -> "CrossCheck":
+        """The inverse of :meth:`to_json`."""
         arrays = ("means", "sds", "mean_z", "sd_z", "correlation_z")
         fields = {key: content[key] for key in cls.__dataclass_fields__}
         return cls(**fields | {key: np.array(content[key]) for key in arrays} | {"names": tuple(content["names"])})
 
 
 def cross_check(
-    problem,
+    problem: InferenceProblem,
     posterior: Posterior,
     *,
     rng: np.random.Generator,
     n_draws: int = 1000,
     n_tune: int = 500,
     n_chains: int = 4,
-    progress=lambda *_: None,
+    progress=None,
 ) -> CrossCheck:
     """Sample the posterior of a problem with NUTS too, and compare.
 
-    n_draws, n_tune : of each chain, kept and for adaptation
-    progress : called with the fraction done and a line of text
+    Parameters
+    ----------
+    problem : that was sampled
+    posterior : what was sampled of it
+    rng : source of all random numbers
+    n_draws : of each chain
+    n_tune : further draws of each chain for adaptation
+    n_chains : independent chains
+    progress : object with ``update(done, total, unit, note)``, or None
 
-    InputError if nutpie is not installed.
+    Raises
+    ------
+    InputError : if nutpie is not installed
     """
     chain, divergences, gradients = sample_nuts(
         problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress
@@ -170,7 +191,7 @@ def require_nutpie():
     return nutpie
 
 
-def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress) -> tuple[np.ndarray, int, int]:
+def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tuple[np.ndarray, int, int]:
     """Draws (n_chains, n_draws, n_params) of NUTS, divergent trajectories among them, and gradients taken."""
     nutpie = require_nutpie()
     geometry, *_ = straightened(problem, rng, progress)
@@ -186,8 +207,9 @@ def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress) -> tuple[n
 
     def draw(y):
         counts["draws"] += 1
-        done = counts["draws"] / (n_chains * (n_draws + n_tune))
-        progress(min(done, 1.0), f"NUTS, {counts['gradients']} gradients")
+        if progress is not None:
+            total = n_chains * (n_draws + n_tune)
+            progress.update(min(counts["draws"], total), total, "draws", f"NUTS, {counts['gradients']} gradients")
         return {"parameters": geometry.parameters(y[None])[0]}
 
     def start(seed):

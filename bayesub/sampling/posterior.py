@@ -1,17 +1,26 @@
-"""What sampling returns: the chain of every ensemble, and what it says about itself."""
+"""What sampling returns: the chain of every ensemble, its summaries and its convergence."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bayesub.checks import convergence
+
+if TYPE_CHECKING:
+    import arviz
+    import pandas as pd
+    import xarray as xr
 
 
 @dataclass(frozen=True)
 class Criteria:
     """When a posterior counts as converged; every parameter must meet all of them.
 
+    Attributes
+    ----------
     rhat : upper limit of rank-normalised split R-hat across at least four ensembles
     ess : lower limit of bulk and tail effective sample size
     taus : lower limit of the length of every ensemble, in its autocorrelation times
@@ -38,14 +47,23 @@ class Posterior:
 
     Attributes
     ----------
-    names : (n_params,) free coefficients
-    chain : (n_ensembles, n_kept, n_walkers, n_params) non-dimensional coefficients, every `thin`-th step
-    log_prob : (n_ensembles, n_kept, n_walkers) up to a constant, in the units of ``Prior.scaled``
-    prior_mean, prior_sd : (n_params,)
+    names : the n_params free coefficients, and after them the nuisance parameters with their units
+    chain : (n_ensembles, n_kept, n_walkers, n_params) parameters after warm-up, every `thin`-th step; coefficients are
+        non-dimensional, nuisance parameters in the unit of their name
+    log_prob : (n_ensembles, n_kept, n_walkers) log posterior densities up to a constant, in the scaled coordinates x of
+        the table of :mod:`bayesub.sampling`, where the density does not depend on units
+    prior_mean : (n_params,) of each parameter by itself
+    prior_sd : (n_params,) of each parameter by itself
     n_warmup : steps discarded before the first kept one
     acceptance : fraction of proposals accepted
-    evaluations : simulations, and seconds : wall time, from the search for the mode to the last step
-    failures : simulations that failed, by status
+    evaluations : simulations, from the search for the mode to the last step
+    seconds : wall time, from the search for the mode to the last step
+    failures : status -> simulations that ended so
+    criteria : by which convergence is judged
+    thin : steps from one kept step to the next
+    jacobians : Jacobians, from the search for the mode to the last step
+    jacobian_price : simulations that a Jacobian is worth by its time, measured when the run began; not a number for a
+        posterior of a former version, which has not counted its Jacobians
     """
 
     names: tuple[str, ...]
@@ -60,6 +78,8 @@ class Posterior:
     failures: dict[str, int]
     criteria: Criteria = STANDARD
     thin: int = 1
+    jacobians: int = 0
+    jacobian_price: float = float("nan")
 
     @cached_property
     def n_steps(self) -> int:
@@ -80,15 +100,21 @@ class Posterior:
 
     @property
     def best(self) -> np.ndarray:
-        """(n_params,) the draw of highest posterior density."""
+        """(n_params,) the draw of highest posterior density in the scaled coordinates x (:attr:`log_prob`).
+
+        For normal and uniform priors that is the draw of highest density in the parameters too. For log-normal ones it
+        is the highest density in the logarithm of the parameter.
+        """
         return self.draws[np.argmax(self.log_prob)]
 
     @cached_property
     def mean(self) -> np.ndarray:
+        """(n_params,)."""
         return self.draws.mean(axis=0)
 
     @cached_property
     def sd(self) -> np.ndarray:
+        """(n_params,)."""
         return self.draws.std(axis=0, ddof=1)
 
     @property
@@ -104,6 +130,58 @@ class Posterior:
     def quantiles(self, probabilities) -> np.ndarray:
         """(n_probabilities, n_params)."""
         return np.quantile(self.draws, probabilities, axis=0)
+
+    @property
+    def work(self) -> float:
+        """What sampling has cost in simulations, a Jacobian at its price; not a number if that is unknown."""
+        return self.evaluations + self.jacobians * self.jacobian_price
+
+    @property
+    def work_per_effective_sample(self) -> float:
+        """:attr:`work` over the smallest bulk effective sample size."""
+        return self.work / float(self.bulk_ess.min())
+
+    def summary(self) -> "pd.DataFrame":
+        """A table with a row for each parameter, the units of nuisance parameters in their names.
+
+        The columns are `mean`, `sd`, the quantiles `q5`, `median` and `q95`, `contraction` (posterior sd over prior
+        sd), `rhat`, `bulk_ess` and `tail_ess`.
+        """
+        import pandas as pd  # slow to import, and of use here only
+
+        q5, median, q95 = self.quantiles([0.05, 0.5, 0.95])
+        columns = {"mean": self.mean, "sd": self.sd, "q5": q5, "median": median, "q95": q95}
+        columns |= {key: getattr(self, key) for key in ("contraction", "rhat", "bulk_ess", "tail_ess")}
+        return pd.DataFrame(columns, index=pd.Index(self.names, name="parameter"))
+
+    def save(self, path: str | Path) -> None:
+        """Write the draws that convergence is judged by, and the diagnostics, to a NetCDF file that ArviZ reads.
+
+        Raises
+        ------
+        InputError : if the file cannot be written
+        """
+        from bayesub.sampling import posterior_file
+
+        posterior_file.save(self, Path(path))
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Posterior":
+        """Read a file of :meth:`save`.
+
+        Raises
+        ------
+        InputError : if it is missing or is no posterior
+        """
+        from bayesub.sampling import posterior_file
+
+        return posterior_file.load(Path(path))
+
+    def to_arviz(self) -> "arviz.InferenceData | xr.DataTree":
+        """The posterior as ArviZ's own container: InferenceData before ArviZ 1, an xarray DataTree from it on."""
+        from bayesub.sampling import posterior_file
+
+        return posterior_file.to_arviz(self)
 
     @cached_property
     def _judged(self) -> "Posterior":
@@ -125,12 +203,12 @@ class Posterior:
 
     @cached_property
     def bulk_ess(self) -> np.ndarray:
-        """(n_params,)"""
+        """(n_params,) effective sample size of the rank-normalised draws."""
         return convergence.bulk_ess(self._judged.chain, self._scores)
 
     @cached_property
     def tail_ess(self) -> np.ndarray:
-        """(n_params,)"""
+        """(n_params,) effective sample size of the 5 % and 95 % quantiles, the smaller one."""
         return convergence.tail_ess(self._judged.chain)
 
     @cached_property
@@ -145,26 +223,26 @@ class Posterior:
             return (f"only {len(self.chain)} independent ensembles; at least {N_ENSEMBLES} are needed for R-hat",)
         if self.chain.shape[1] < 50:
             return (f"only {self.n_steps} steps were kept; raise max_steps",)
-        wanted = self.criteria
+        criteria = self.criteria
         taus = self.n_steps / self.tau.max(axis=0)
         short = self._missed(
-            taus, taus >= wanted.taus, f"ensembles are {{:.1f}} autocorrelation times long, {wanted.taus:g} are needed"
+            taus, taus >= criteria.taus, f"ensembles are {{:.1f}} autocorrelation times long, {criteria.taus:g} are needed"
         )
         if short:  # the other criteria mean little on so short a chain
-            return (f"{short}; {self._longer(wanted.taus / taus.min())}",)
-        trend, limit = self.variance_trend, convergence.threshold(len(self.names), wanted.false_alarms)
+            return (f"{short}; {self._longer(criteria.taus / taus.min())}",)
+        trend, limit = self.variance_trend, convergence.threshold(len(self.names), criteria.false_alarms)
         apart = "if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
         drift = f"the variance changes by {{:.1f}} standard errors from first to second half, above {limit:.1f}"
-        found = [
-            (self._missed(-self.rhat, self.rhat < wanted.rhat, f"R-hat {{:.4f}} is not below {wanted.rhat:g}"),
+        verdicts = [
+            (self._missed(-self.rhat, self.rhat < criteria.rhat, f"R-hat {{:.4f}} is not below {criteria.rhat:g}"),
              f"{self._longer(2.0)}; {apart}"),
-            (self._missed(self.bulk_ess, self.bulk_ess >= wanted.ess, f"bulk ESS {{:.0f}} is below {wanted.ess:g}"),
-             self._longer(wanted.ess / self.bulk_ess.min())),
-            (self._missed(self.tail_ess, self.tail_ess >= wanted.ess, f"tail ESS {{:.0f}} is below {wanted.ess:g}"),
-             self._longer(wanted.ess / self.tail_ess.min())),
+            (self._missed(self.bulk_ess, self.bulk_ess >= criteria.ess, f"bulk ESS {{:.0f}} is below {criteria.ess:g}"),
+             self._longer(criteria.ess / self.bulk_ess.min())),
+            (self._missed(self.tail_ess, self.tail_ess >= criteria.ess, f"tail ESS {{:.0f}} is below {criteria.ess:g}"),
+             self._longer(criteria.ess / self.tail_ess.min())),
             (self._missed(-np.abs(trend), np.abs(trend) < limit, drift), self._longer(2.0)),
         ]  # fmt: skip
-        return tuple(f"{missed}; {remedy}" for missed, remedy in found if missed)
+        return tuple(f"{missed}; {remedy}" for missed, remedy in verdicts if missed)
 
     def _missed(self, merit, met, sentence) -> str:
         """What the parameter of least merit misses and how many others do; empty if `met` holds for all."""
@@ -180,4 +258,5 @@ class Posterior:
 
     @property
     def converged(self) -> bool:
+        """Whether all criteria are met."""
         return not self.shortcomings

@@ -4,6 +4,7 @@ One chain a parameter and ensemble: the draws of an ensemble are laid out walker
 autocorrelations see the steps of a walker in order. Both ArviZ 0.23 (Python 3.11) and 1.x read the file.
 """
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,8 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
         "acceptance": posterior.acceptance,
         "evaluations": posterior.evaluations,
         "seconds": posterior.seconds,
+        "jacobians": posterior.jacobians,
+        "jacobian_price": posterior.jacobian_price,
         "layout": "walker after walker within a chain, which is one independent ensemble",
         **{f"failures_{word}": count for word, count in posterior.failures.items()},
         **{f"criterion_{key}": value for key, value in vars(posterior.criteria).items()},
@@ -58,8 +61,10 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
 
 
 def to_arviz(posterior: Posterior):
-    """The posterior as ArviZ's own container: InferenceData before ArviZ 1, an xarray DataTree from it on."""
-    import arviz as az
+    """As :meth:`bayesub.Posterior.to_arviz`."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor once a day
+        import arviz as az
 
     datasets = to_datasets(posterior)
     return az.InferenceData(**datasets) if az.__version__.startswith("0.") else xr.DataTree.from_dict(datasets)
@@ -104,6 +109,9 @@ def load(path: Path) -> Posterior:
             **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
         ),
         thin=int(attrs["thin"]),
+        # Former versions did not count Jacobians: their price is then not a number.
+        jacobians=int(attrs.get("jacobians", 0)),
+        jacobian_price=float(attrs.get("jacobian_price", np.nan)),
     )
     # What has been computed once takes the place of cached properties.
     vars(posterior).update(

@@ -3,7 +3,7 @@
 import hashlib
 import importlib.metadata
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
@@ -14,9 +14,11 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.baselines import posterior_mode
+from bayesub.identifiability.interface import InferenceProblem
 from bayesub.io.errors import InputError
 from bayesub.io.interrupts import deferred
 from bayesub.sampling import checkpoint as store
+from bayesub.sampling.effort import jacobian_price
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
@@ -30,12 +32,13 @@ SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of 
 WARMUP = 0.25  # fraction of the steps so far that is discarded
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
+FORMAT = 2  # of checkpoints; those of a former one lack Jacobians and are refused
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")
 def sample(
-    problem,
+    problem: InferenceProblem,
     *,
     rng: np.random.Generator,
     n_ensembles: int = 4,
@@ -43,7 +46,7 @@ def sample(
     max_steps: int = 20_000,
     criteria: Criteria = STANDARD,
     checkpoint: str | Path | None = None,
-    progress: Callable[[float, str], None] = lambda *_: None,
+    progress=None,
 ) -> Posterior:
     """Sample the posterior of a problem with emcee.
 
@@ -54,12 +57,20 @@ def sample(
 
     Parameters
     ----------
-    problem : anything with the attributes and methods that inference sees of a :class:`bayesub.problem.problem.Problem`
+    problem : :class:`bayesub.problem.problem.Problem`, :class:`bayesub.problem.joint.JointProblem` or anything else
+        with the interface
     rng : source of all random numbers
+    n_ensembles : independent ensembles, four or more for R-hat
     n_walkers : of each ensemble, 16 by default; they do not see each other
+    max_steps : of each ensemble
+    criteria : of convergence
     checkpoint : folder to continue from if it holds this very run, and to save to every ten seconds; with it, Ctrl-C
         lets the step in hand be finished and saved, and a second Ctrl-C does not
-    progress : called with the fraction done and a line of text
+    progress : object with ``update(done, total, unit, note)``, or None
+
+    Raises
+    ------
+    InputError : for numbers of walkers that cannot be, a checkpoint of another run, or a problem without a mode
     """
     n_walkers = N_WALKERS if n_walkers is None else n_walkers
     if n_ensembles < 1 or n_walkers < 2:
@@ -70,7 +81,8 @@ def sample(
             while True:
                 if run.n_kept and (run.n_kept * run.thin >= max_steps or run.n_kept in _looks(run.n_kept)):
                     posterior = run.posterior(criteria)
-                    progress(*_describe(posterior))
+                    if progress is not None:
+                        progress.update(*_pace(posterior, max_steps))
                     if run.n_kept * run.thin >= max_steps or posterior.converged:
                         return posterior
                 look = next(k for k in _looks() if k > run.n_kept)
@@ -84,17 +96,20 @@ class _Run:
         self.problem, self.n_ensembles, self.saved = problem, n_ensembles, saved
         settings = _settings(problem, rng, n_ensembles, n_walkers)
         self._mark()
-        kept = None if saved is None else saved.load(settings)
-        if kept is None:
-            self.geometry, surrogate, draws = straightened(problem, rng, progress)
-            coords, log_prob = _starts(problem, surrogate, draws, rng, n_ensembles * n_walkers)
-            random_state = np.random.RandomState(rng.integers(2**32)).get_state()
-            self.state = self._charged(store.State(coords, log_prob, random_state))
+        content = None if saved is None else saved.load(settings)
+        if content is None:
+            before, starts, moves = rng.spawn(3)
+            self.geometry, surrogate, draws = straightened(problem, before, progress)
+            coords, log_prob = _starts(problem, surrogate, draws, starts, n_ensembles * n_walkers)
+            price = jacobian_price(problem, problem.prior.unscaled(self.geometry.mode))
+            # emcee has no other generator than the legacy one; its bits come from ours.
+            random_state = np.random.RandomState(np.random.MT19937(moves.bit_generator.seed_seq)).get_state()
+            self.state = self._charged(store.State(coords, log_prob, random_state, jacobian_price=price))
             self.blocks = []
             if saved is not None:
                 saved.begin(settings, self.geometry.arrays() | surrogate.arrays(), self.state)
         else:
-            arrays, self.state, self.blocks = kept
+            arrays, self.state, self.blocks = content
             self.geometry = Geometry.restored(problem.prior, arrays)
             surrogate = Surrogate.restored(self.geometry, arrays)
             if self.blocks:
@@ -167,24 +182,28 @@ class _Run:
             evaluations=self.state.evaluations,
             seconds=self.state.seconds,
             failures=self.state.failures,
+            jacobians=self.state.jacobians,
+            jacobian_price=self.state.jacobian_price,
             criteria=criteria,
             thin=self.thin,
         )
 
     def _mark(self):
         """Count costs from here."""
-        self.marked = time.perf_counter(), self.problem.evaluations, dict(self.problem.failures)
+        costs = self.problem.costs
+        self.marked = time.perf_counter(), costs.simulations, costs.jacobians, dict(costs.failures)
 
     def _charged(self, state) -> store.State:
         """The state with what has been spent since the last mark."""
-        began, evaluations, failures = self.marked
+        began, simulations, jacobians, failures = self.marked
         self._mark()
-        now, total, failed = self.marked
+        ended, all_simulations, all_jacobians, all_failures = self.marked
         return replace(
             state,
-            seconds=state.seconds + now - began,
-            evaluations=state.evaluations + total - evaluations,
-            failures={k: state.failures.get(k, 0) + failed[k] - failures[k] for k in failed},
+            seconds=state.seconds + ended - began,
+            evaluations=state.evaluations + all_simulations - simulations,
+            jacobians=state.jacobians + all_jacobians - jacobians,
+            failures={k: state.failures.get(k, 0) + all_failures[k] - failures[k] for k in all_failures},
         )
 
     def _check(self):
@@ -198,12 +217,14 @@ class _Run:
 
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")
-def straightened(problem, rng: np.random.Generator, progress) -> tuple[Geometry, Surrogate, np.ndarray]:
+def straightened(problem, rng: np.random.Generator, progress=None) -> tuple[Geometry, Surrogate, np.ndarray]:
     """Sampling coordinates, whitened at the mode and straightened, a surrogate of the posterior, and draws of that."""
-    progress(0.0, "posterior mode")
+    if progress is not None:
+        progress.update(0, 1, note="posterior mode")
+    searches, surrogates = rng.spawn(2)
     smooth = problem.smoothed(SMOOTH)
-    geometry = Geometry(smooth, posterior_mode(problem).values)
-    surrogate, draws = learn(smooth, geometry, rng, lambda done: progress(0.0, f"surrogate {done:.0%}"))
+    geometry = Geometry.whitened(smooth, posterior_mode(problem, rng=searches).values)
+    surrogate, draws = learn(smooth, geometry, surrogates, progress)
     return geometry, surrogate, draws
 
 
@@ -217,23 +238,23 @@ def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
         "n_walkers": n_walkers,
         "prior": prior,
         "seed": seed,
+        "checkpoint format": FORMAT,
         **{f"{name} version": importlib.metadata.version(name) for name in ("bayesub", "emcee", "numpy")},
     }
 
 
 def _starts(problem, surrogate, draws, rng, n):
     """Starts (n, n_params) with a finite log posterior, and that (n,): draws of the surrogate, over-dispersed."""
-    random = np.random.RandomState(rng.integers(2**32))
     density = partial(surrogate.log_prob, temperature=DISPERSION**2)
     starts, log_prob, y = np.empty((0, problem.n_params)), np.empty(0), draws
     for _ in range(100):
         y, *_ = crank_nicolson(
-            density, y, density(y), random, steps=STEPS, n_sweeps=50, blocks=surrogate.geometry.blocks
+            density, y, density(y), rng, steps=STEPS, n_sweeps=50, blocks=surrogate.geometry.blocks
         )
-        some = y[random.permutation(len(y))[:n]]
-        found = surrogate.geometry.log_prob(problem, some)
-        finite = np.isfinite(found)
-        starts, log_prob = np.concatenate([starts, some[finite]]), np.concatenate([log_prob, found[finite]])
+        candidates = y[rng.permutation(len(y))[:n]]
+        densities = surrogate.geometry.log_prob(problem, candidates)
+        finite = np.isfinite(densities)
+        starts, log_prob = np.concatenate([starts, candidates[finite]]), np.concatenate([log_prob, densities[finite]])
         if len(starts) >= n:
             return starts[:n], log_prob[:n]
     raise InputError("nearly every simulation around the posterior mode fails; narrow the prior")
@@ -252,11 +273,12 @@ def _by_ensemble(steps, n_ensembles):
     return np.moveaxis(steps.reshape(len(steps), n_ensembles, -1, *steps.shape[2:]), 1, 0)
 
 
-def _describe(posterior):
-    """Fraction done, judged by the length of the chain, and a line of text."""
-    n_steps = posterior.n_steps
-    text = f"{posterior.n_warmup + n_steps} steps, acceptance {posterior.acceptance:.0%}"
+def _pace(posterior, max_steps) -> tuple[float, float, str, str]:
+    """Steps so far, how many are needed by the criterion of length, their unit, and a note."""
+    n_steps, done = posterior.n_steps, posterior.n_warmup + posterior.n_steps
+    note = f"acceptance {posterior.acceptance:.0%}"
     if posterior.chain.shape[1] < 50:
-        return 0.0, text
-    needed = posterior.criteria.taus * posterior.tau.max()
-    return min(0.99, n_steps / needed), f"{text}, longest tau {posterior.tau.max():.0f}"
+        return done, max_steps, "steps", note
+    longest = posterior.tau.max()
+    needed = int(np.ceil(posterior.criteria.taus * longest * done / n_steps))
+    return done, min(max(needed, done + 1), max_steps), "steps", f"{note}, longest tau {longest:.0f}"

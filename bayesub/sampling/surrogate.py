@@ -1,6 +1,6 @@
 """A surrogate of the posterior density that costs a hundredth of a simulation.
 
-In whitened coordinates z the residuals are emulated by a polynomial (:mod:`bayesub.sampling.polynomial`),
+In whitened coordinates z (the table of :mod:`bayesub.sampling`) the residuals are emulated by a polynomial (:mod:`bayesub.sampling.polynomial`),
 fitted by least squares to simulations at draws from near the posterior. With the misfit of the fit as additional noise
 (Kaipio & Somersalo 2007) the k emulated residuals r are standard normal, but for the emulator's own errors, which are
 larger in the tails. Their density is therefore that of a t distribution of nu = 30 + 3 k degrees of freedom,
@@ -22,6 +22,7 @@ from functools import partial
 import numba
 import numpy as np
 
+from bayesub.identifiability.interface import InferenceProblem
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import crank_nicolson, hamiltonian
 from bayesub.sampling.polynomial import features, n_features, pullback
@@ -49,18 +50,22 @@ _FEW = 512  # walkers that one thread moves together
 class Surrogate:
     """Emulated posterior density.
 
-    Parameters
-    ----------
-    geometry : its whitening and active directions stay as they are; its bends may change later
-    z : (n, n_params) whitened coordinates of the residuals (n, n_readings), and at_mode (n_readings,) those at the mode
-
     Attributes
     ----------
+    geometry : its whitening and active directions stay as they are; its bends may change later
+    coefficients : (n_features, k) of the polynomials of the emulated residuals
     flies : whether flights on it are worth their gradients; bounds stop them
     """
 
-    def __init__(self, geometry: Geometry, z, residuals, at_mode):
-        self.geometry = geometry
+    def __init__(self, geometry: Geometry, coefficients: np.ndarray, *, flies: bool = True):
+        self.geometry, self.coefficients, self.flies = geometry, coefficients, flies
+
+    @classmethod
+    def fitted(cls, geometry: Geometry, z, residuals, at_mode) -> "Surrogate":
+        """The surrogate fitted to residuals (n, n_readings) at whitened coordinates z (n, n_params).
+
+        Those at the mode are at_mode (n_readings,).
+        """
         changes = residuals - at_mode
         some = changes[:_SPANNING]
         _, s, vt = np.linalg.svd(some, full_matrices=False)
@@ -70,8 +75,7 @@ class Surrogate:
         misfit = changes @ span.T - known @ coefficients
         noise = np.eye(len(span)) + misfit.T @ misfit / (len(z) - known.shape[1])
         coefficients[0] += span @ at_mode
-        self.flies = True
-        self.coefficients = np.linalg.solve(np.linalg.cholesky(noise), coefficients.T).T
+        return cls(geometry, np.linalg.solve(np.linalg.cholesky(noise), coefficients.T).T)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What it consists of besides its geometry, to be stored."""
@@ -80,9 +84,7 @@ class Surrogate:
     @classmethod
     def restored(cls, geometry: Geometry, arrays: dict[str, np.ndarray]) -> "Surrogate":
         """The surrogate that :meth:`arrays` describe, bit for bit."""
-        self = cls.__new__(cls)
-        self.geometry, self.coefficients, self.flies = geometry, arrays["surrogate"], bool(arrays["flies"])
-        return self
+        return cls(geometry, arrays["surrogate"], flies=bool(arrays["flies"]))
 
     def log_prob(self, y, temperature: float = 1.0) -> np.ndarray:
         """(n,) log densities at sampling coordinates y (n, n_params), the likelihood to the power 1 / temperature."""
@@ -111,35 +113,41 @@ class Surrogate:
 
 
 def learn(
-    problem, geometry: Geometry, rng: np.random.Generator, progress=lambda _: None
+    problem: InferenceProblem, geometry: Geometry, rng: np.random.Generator, progress=None
 ) -> tuple[Surrogate, np.ndarray]:
     """Find the active directions, straighten the geometry and fit a surrogate.
 
+    Parameters
+    ----------
+    problem : to be emulated
+    geometry : whitened at the mode of the problem; it is straightened in place
+    rng : source of all random numbers
+    progress : object with ``update(done, total, unit, note)``, or None
+
     Returns
     -------
-    the surrogate, and draws of it (n, n_params) in sampling coordinates. `progress` is called with the fraction done.
+    The surrogate, and draws of it (n, n_params) in sampling coordinates.
     """
-    random = np.random.RandomState(rng.integers(2**32))
-    geometry.find_active(problem, random)
+    geometry.find_active(problem, rng)
     n_terms = n_features(*geometry.active.shape)
     n_fitted, n_last = _DRAWS * n_terms + _MORE, _LAST_DRAWS * n_terms + _MORE
-    y = geometry.draws(random, _WALKERS * n_terms + _MORE)
+    y = geometry.draws(rng, _WALKERS * n_terms + _MORE)
     for n in range(_MAX_ROUNDS):
-        progress(n / (n + _ROUNDS))
+        if progress is not None:
+            progress.update(n, n + _ROUNDS, "rounds", "surrogate")
         surrogate = _fitted(problem, geometry, y[:n_fitted])
-        y, growth = _straightened(surrogate, y, _HOT, random)
+        y, growth = _straightened(surrogate, y, _HOT, rng)
         if n + 1 >= _ROUNDS and growth < _STEADY:
             break
     surrogate = _fitted(problem, geometry, y[:n_fitted])
-    y, _ = _straightened(surrogate, y, 1.0, random)
-    progress(0.9)
-    seen = [np.concatenate(_wandered(surrogate, y, 2, _HOT, random))[-n_last:]]
+    y, _ = _straightened(surrogate, y, 1.0, rng)
+    seen = [np.concatenate(_wandered(surrogate, y, 2, _HOT, rng))[-n_last:]]
     surrogate = _fitted(problem, geometry, seen[0])
-    draws = _wandered(surrogate, y, 2, 1.0, random)[-1]
-    explorers, accepted = _flown(surrogate, draws[:_EXPLORERS], random)
+    draws = _wandered(surrogate, y, 2, 1.0, rng)[-1]
+    explorers, accepted = _flown(surrogate, draws[:_EXPLORERS], rng)
     flies = surrogate.flies = bool(np.mean(accepted) > _FLYING)
     for _ in range(_EXPLORATIONS):
-        explorers, visited, accepted = _explored(problem, surrogate, explorers, random)
+        explorers, visited, accepted = _explored(problem, surrogate, explorers, rng)
         seen += visited
         surrogate = _fitted(problem, geometry, np.concatenate(seen))
         surrogate.flies = flies
@@ -148,7 +156,7 @@ def learn(
     return surrogate, draws
 
 
-def _explored(problem, surrogate, y, random):
+def _explored(problem, surrogate, y, rng):
     """Walkers y (n, n_params) after steps that leave the posterior itself invariant, where they were, the acceptance.
 
     They stay long where the surrogate is too low, which is where it must be fitted better.
@@ -157,11 +165,11 @@ def _explored(problem, surrogate, y, random):
     density, visited, accepted = surrogate.geometry.log_prob(problem, y), [], []
     for n in range(1, _STEPS_OF_EXPLORERS + 1):
         before = surrogate.log_prob(y)
-        proposed, after, _ = walk(y, before, random)
+        proposed, after, _ = walk(y, before, rng)
         new = surrogate.geometry.log_prob(problem, proposed)
         with np.errstate(invalid="ignore"):  # a walker may start where the simulation fails
             ratio = new - after - (density - before)
-        taken = np.log(random.random_sample(len(y))) < ratio
+        taken = np.log(rng.random(len(y))) < ratio
         y, density = np.where(taken[:, None], proposed, y), np.where(taken, new, density)
         accepted.append(np.mean(taken))
         if n % _VISITS == 0:
@@ -172,7 +180,7 @@ def _explored(problem, surrogate, y, random):
 def walks(surrogate) -> list:
     """Walks on a surrogate, of different lengths: flights, or sweeps where it does not fly.
 
-    Each takes coordinates (n, n_params), their log densities and a source of random numbers.
+    Each takes coordinates y (n, n_params), their log densities (n,) and a source of random numbers.
     """
     if surrogate.flies:
         fly = partial(hamiltonian, surrogate.log_prob, surrogate.gradient, steps=LEAP_STEPS, n_leaps=LEAPS)
@@ -181,10 +189,10 @@ def walks(surrogate) -> list:
     return [partial(sweep, n_sweeps=n) for n in _WALKS]
 
 
-def _flown(surrogate, y, random):
+def _flown(surrogate, y, rng):
     """Where walkers y (n, n_params) are after one flight on a surrogate, and the fraction accepted (n,)."""
     fly = walks(surrogate)[0]
-    y, _, accepted = fly(y, surrogate.log_prob(y), random)
+    y, _, accepted = fly(y, surrogate.log_prob(y), rng)
     return y, accepted
 
 
@@ -199,23 +207,23 @@ def _fitted(problem, geometry, y) -> Surrogate:
     (at_mode,) = problem.residuals_about(mode, mode[None])
     residuals = np.concatenate([problem.residuals_about(mode, chunk) for chunk in chunks])
     done = np.isfinite(residuals).all(axis=1)
-    return Surrogate(geometry, z[done], residuals[done], at_mode)
+    return Surrogate.fitted(geometry, z[done], residuals[done], at_mode)
 
 
-def _straightened(surrogate, y, temperature, random):
+def _straightened(surrogate, y, temperature, rng):
     """Draws (n, n_params) of a surrogate at a temperature from draws of another, in coordinates straightened by them.
 
     And by how much they have spread in one coordinate since these were.
     """
     geometry = surrogate.geometry
-    z = [geometry.bent(stop) for stop in _wandered(surrogate, y, _STOPS, temperature, random)]
+    z = [geometry.bent(stop) for stop in _wandered(surrogate, y, _STOPS, temperature, rng)]
     geometry.straighten(np.concatenate(z), len(y))
     before = geometry.straightened(z[-1])
-    (y,) = _wandered(surrogate, before, 1, temperature, random)
+    (y,) = _wandered(surrogate, before, 1, temperature, rng)
     return y, np.max(np.std(y, axis=0) / np.std(before, axis=0))
 
 
-def _wandered(surrogate, y, n_stops, temperature, random):
+def _wandered(surrogate, y, n_stops, temperature, rng):
     """Where walkers y (n, n_params) stop after each of some walks on a surrogate at a temperature: (n, n_params).
 
     A few at a time in each thread, with random numbers of their own, so that the number of threads changes nothing.
@@ -223,14 +231,14 @@ def _wandered(surrogate, y, n_stops, temperature, random):
     log_prob = partial(surrogate.log_prob, temperature=temperature)
     sweep = partial(crank_nicolson, log_prob, steps=STEPS, n_sweeps=_SWEEPS, blocks=surrogate.geometry.blocks)
 
-    def walked(few, seed):
-        own, density, stops = np.random.RandomState(seed), log_prob(few), []
+    def walked(few, stream):
+        density, stops = log_prob(few), []
         for _ in range(n_stops):
-            few, density, _ = sweep(few, density, own)
+            few, density, _ = sweep(few, density, stream)
             stops.append(few)
         return stops
 
     parts = np.array_split(y, -(-len(y) // _FEW))
     with ThreadPoolExecutor(numba.get_num_threads()) as threads:
-        stops = list(threads.map(walked, parts, random.randint(2**31, size=len(parts))))
+        stops = list(threads.map(walked, parts, rng.spawn(len(parts))))
     return [np.concatenate(stop) for stop in zip(*stops, strict=True)]

@@ -51,6 +51,7 @@ def test_resuming_is_bit_identical(tmp_path, straight):
     resumed = run(path)
     same(resumed, straight)
     assert resumed.evaluations == straight.evaluations
+    assert resumed.jacobians == straight.jacobians > 0
     assert not list(tmp_path.rglob("*.partial"))
 
 
@@ -78,6 +79,16 @@ def test_another_run_is_refused_by_its_first_difference(tmp_path, change, words)
     with pytest.raises(bs.InputError, match=words):
         run(path, 20, **change)
     assert {file: file.read_bytes() for file in path.iterdir()} == before
+
+
+def test_a_checkpoint_of_a_former_version_is_refused(tmp_path, monkeypatch):
+    """Its settings lack what the present ones have."""
+    settings = sampler._settings
+    monkeypatch.setattr(sampler, "_settings", lambda *a: {k: v for k, v in settings(*a).items() if "format" not in k})
+    run(tmp_path / "chain", 20)
+    monkeypatch.setattr(sampler, "_settings", settings)
+    with pytest.raises(bs.InputError, match="checkpoint format was another and is now 2; remove it to start afresh"):
+        run(tmp_path / "chain", 20)
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "removed"])

@@ -14,7 +14,7 @@ from bayesub.sampling.polynomial import n_features
 def bent_geometry(rng):
     """A geometry with arbitrary bends in two blocks of its six coordinates, and two active directions of each."""
     problem, _ = ill_conditioned()
-    geometry = Geometry(problem, problem.mean)
+    geometry = Geometry.whitened(problem, problem.mean)
     for start, stop in ((0, 1), (1, 3)):
         n_after = 6 - stop
         active = np.linalg.qr(rng.standard_normal((n_after, 2)))[0]
@@ -66,7 +66,7 @@ def test_gradient(bent_geometry, rng):
 def test_whitening_turns_the_laplace_approximation_into_a_standard_normal():
     """Without bends the log posterior of a linear problem is -|y|^2 / 2, to the last null direction."""
     problem, _ = ill_conditioned()
-    geometry = Geometry(problem, problem.mean)
+    geometry = Geometry.whitened(problem, problem.mean)
     np.testing.assert_allclose(
         geometry.basis @ geometry.basis.T,
         problem.covariance / np.outer(problem.prior.sd, problem.prior.sd),
@@ -80,8 +80,8 @@ def test_whitening_turns_the_laplace_approximation_into_a_standard_normal():
 def test_active_directions_are_those_of_the_quadratic():
     """Of the banana the sheet bends along x0 alone, which is the second whitened coordinate at its mode."""
     problem = Banana()
-    geometry = Geometry(problem, gauss_newton(problem).values)
-    geometry.find_active(problem, np.random.RandomState(0))
+    geometry = Geometry.whitened(problem, gauss_newton(problem).values)
+    geometry.find_active(problem, np.random.default_rng(0))
     slopes = problem.prior.sd[:, None] * geometry.basis
     # d(slope) / d(parameters) is 2 / width along x0 and zero along x1.
     expected = np.array([1.0, 0.0]) @ slopes
@@ -92,8 +92,8 @@ def test_active_directions_are_those_of_the_quadratic():
 def test_straight_problems_have_no_active_directions():
     """A linear problem has nothing to bend along."""
     problem, _ = ill_conditioned()
-    geometry = Geometry(problem, problem.mean)
-    geometry.find_active(problem, np.random.RandomState(0))
+    geometry = Geometry.whitened(problem, problem.mean)
+    geometry.find_active(problem, np.random.default_rng(0))
     assert geometry.active.shape == (6, 0)
 
 
@@ -101,8 +101,8 @@ def test_draws_stay_within_the_support(rng):
     """Draws of the Laplace approximation within bounds are those of the normal cut off there."""
     problem = Banana()
     problem.prior = Uniform(np.array([-1.0, -3.0]), np.array([2.0, 3.0]))
-    geometry = Geometry(problem, np.array([0.0, 0.0]))
-    y = geometry.draws(np.random.RandomState(1), 4000)
+    geometry = Geometry.whitened(problem, np.array([0.0, 0.0]))
+    y = geometry.draws(np.random.default_rng(1), 4000)
     assert np.isfinite(problem.prior.log_density(geometry.parameters(y))).all()
     plain = rng.standard_normal((40000, 2))
     plain = plain[np.isfinite(problem.prior.log_density(geometry.parameters(plain)))]

@@ -1,7 +1,12 @@
 """Posteriors on disk."""
 
+import os
+import subprocess
+import sys
 import warnings
+from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
 
@@ -74,3 +79,47 @@ def test_a_file_that_is_no_posterior_is_one_clear_line(tmp_path):
     (tmp_path / "posterior.nc").write_text("not HDF5")
     with pytest.raises(InputError, match=r"posterior\.nc: is not a readable posterior"):
         posterior_file.load(tmp_path / "posterior.nc")
+
+
+def test_a_posterior_saves_loads_and_summarises_itself(posterior, tmp_path):
+    """The public face: one table a posterior, and a file that comes back with its costs."""
+    counted = replace(posterior, jacobians=50, jacobian_price=8.0)
+    counted.save(tmp_path / "posterior.nc")
+    loaded = Posterior.load(tmp_path / "posterior.nc")
+    assert loaded.work == counted.work == 16_400
+    assert loaded.work_per_effective_sample == counted.work / counted.bulk_ess.min()
+    table = loaded.summary()
+    assert list(table.index) == ["Xuu", "Yuv", "Nuv"]
+    assert list(table.columns) == ["mean", "sd", "q5", "median", "q95", "contraction", "rhat", "bulk_ess", "tail_ess"]
+    np.testing.assert_array_equal(table["sd"], posterior.sd)
+    np.testing.assert_array_equal(table.loc["Yuv", "median"], posterior.quantiles(0.5)[1])
+
+
+def test_a_posterior_of_a_former_version_has_no_price(posterior, tmp_path):
+    """Jacobians were not counted: the work is unknown, and all else is there."""
+    path = tmp_path / "posterior.nc"
+    posterior.save(path)
+    with h5py.File(path, "a") as file:
+        for key in ("jacobians", "jacobian_price"):
+            del file["posterior"].attrs[key]
+    loaded = Posterior.load(path)
+    assert np.isnan(loaded.work)
+    assert np.isnan(loaded.jacobian_price)
+    np.testing.assert_array_equal(loaded.mean, posterior.mean)
+
+
+def test_the_notice_of_arviz_does_not_reach_the_user(tmp_path):
+    """Not even on the first import of the day, and with every warning shown."""
+    script = """
+import h5py
+import numpy as np
+from bayesub.sampling import Posterior
+chain = np.random.default_rng(1).standard_normal((4, 60, 4, 1))
+posterior = Posterior(("Xuu",), chain, chain[..., 0], np.zeros(1), np.ones(1), 20, 0.5, 100, 1.0, {})
+posterior.to_arviz()
+"""
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "MPLCONFIGDIR": str(tmp_path), "HOME": str(tmp_path)}
+    said = subprocess.run(
+        [sys.executable, "-W", "always::FutureWarning", "-c", script], env=environment, capture_output=True, text=True
+    )
+    assert (said.returncode, said.stdout, said.stderr) == (0, "", "")

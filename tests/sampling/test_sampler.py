@@ -137,3 +137,42 @@ def test_samples_a_boat(suboff, spiral, spiral_track):
     assert posterior.acceptance > 0.3
     truth = (suboff.xi[problem.columns] - posterior.mean) / posterior.sd
     assert np.abs(truth).max() < 4.0
+
+
+def test_simulations_and_jacobians_are_all_counted(suboff, spiral, spiral_track, rng):
+    """Also those of the search and the surrogate where a channel says only an interval; Jacobians at their price."""
+    record = bs.observe(spiral_track, bs.sensors.Sensor("u_mps", sd=0.0, resolution=0.05, interval_s=20.0), rng)
+    problem = bs.Problem(suboff, spiral, record, free=("Xuu",), prior=bs.priors.relative_uniform(0.5), dt=2.0)
+    runs, flights = [], []
+    flown, slopes = problem.forward.predicted, problem.forward.slopes
+    problem.forward.predicted = lambda sets, values: (runs.append(len(sets)), flown(sets, values))[1]
+    problem.forward.slopes = lambda *arguments, **options: (flights.append(1), slopes(*arguments, **options))[1]
+    posterior = bs.sample(problem, rng=np.random.default_rng(9), max_steps=20)
+    # A Jacobian of a problem that is not normal has a simulation in it, which is in its price.
+    assert posterior.evaluations == sum(runs) - len(flights)
+    assert posterior.jacobians == len(flights) > 20
+    assert posterior.jacobian_price > 0.0
+    assert posterior.work == posterior.evaluations + posterior.jacobians * posterior.jacobian_price
+
+
+class Recorder:
+    """Progress that keeps what it is told."""
+
+    def __init__(self):
+        self.updates = []
+
+    def update(self, done, total, unit="", note=""):
+        self.updates.append((done, total, unit, note))
+
+
+def test_progress_is_numbers():
+    """Steps out of how many, after the rounds of the surrogate; never more than all."""
+    progress = Recorder()
+    posterior = bs.sample(Banana(), rng=np.random.default_rng(3), n_walkers=16, max_steps=500, progress=progress)
+    units = [unit for _, _, unit, _ in progress.updates]
+    assert units[0] == ""
+    assert "rounds" in units
+    assert units[-1] == "steps"
+    assert all(0 <= done <= total for done, total, _, _ in progress.updates)
+    assert progress.updates[-1][0] == posterior.n_warmup + posterior.n_steps
+    assert "acceptance" in progress.updates[-1][3]

@@ -10,7 +10,7 @@ from bayesub.sampling.surrogate import learn
 
 
 def learned(problem, seed=0):
-    geometry = Geometry(problem, gauss_newton(problem).values)
+    geometry = Geometry.whitened(problem, gauss_newton(problem).values)
     surrogate, draws = learn(problem, geometry, np.random.default_rng(seed))
     return geometry, surrogate, draws
 

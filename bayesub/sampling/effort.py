@@ -1,0 +1,33 @@
+"""What a Jacobian costs, in simulations."""
+
+import time
+
+import numpy as np
+
+from bayesub.identifiability.interface import InferenceProblem
+
+_BATCH = 64  # simulations at once, as in a step of the sampler
+_REPEATS = 3  # of which the fastest counts
+
+
+def jacobian_price(problem: InferenceProblem, parameters: np.ndarray) -> float:
+    """The time of a Jacobian over the time per simulation in a batch, on this machine.
+
+    Parameters
+    ----------
+    problem : whose simulations and Jacobians are measured; they are counted like any others
+    parameters : (n_params,) where the simulation completes
+    """
+    batch = np.repeat(np.asarray(parameters, dtype=float)[None], _BATCH, axis=0)
+    simulation = _fastest(lambda: problem.residuals(batch)) / _BATCH
+    return _fastest(lambda: problem.jacobian(batch[0])) / simulation
+
+
+def _fastest(work) -> float:
+    """The shortest of several times, s."""
+    times = []
+    for _ in range(_REPEATS):
+        began = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - began)
+    return max(min(times), 1e-9)
