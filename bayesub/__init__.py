@@ -1,5 +1,4 @@
-"""bayesub: which hydrodynamic coefficients of a submarine do free-swimming trials determine, how well, and why not the
-others?
+"""Say which hydrodynamic coefficients of a submarine free-swimming trials determine, how well, and why not the others.
 
 Public names are listed in ``__init__.pyi`` in the order of the data flow: a vehicle and a manoeuvre give a trajectory,
 sensors make it a record, the record and a prior make a problem, and the problem goes to baselines, identifiability and

@@ -15,7 +15,9 @@ from . import baselines, identifiability
 from .checks.cross_validation import leave_one_out
 from .sampling import CrossCheck, Criteria, Posterior, cross_check, sample
 from .report.report import write_report
-from .study.study import load_study, run
+from .study.result import StudyResult
+from .study.run import run
+from .study.study_file import Study, load_study
 
 __version__: str
 
@@ -28,6 +30,8 @@ __all__ = [
     "Posterior",
     "Problem",
     "Record",
+    "Study",
+    "StudyResult",
     "Trajectory",
     "Vehicle",
     "accelerations",

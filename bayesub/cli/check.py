@@ -1,45 +1,140 @@
-"""The command `check`: what an input file is, and the card of a vehicle or of the data of a study."""
+"""The command `check`: what an input file is, and the card of a vehicle or of the data of a study.
 
+What a file needs to be validated is imported when a file of its kind turns up, so that a mistake in a file that need
+not fly shows at once.
+"""
+
+import json
 import time
 from pathlib import Path
 
-import numpy as np
+import click
 
-from bayesub.cli.run import prepared
-from bayesub.io import log_files, toml_files
+from bayesub.cli.arguments import PATH
+from bayesub.cli.simulate import drawing
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
-from bayesub.model.hulls import load_hull
-from bayesub.model.manoeuvre_files import read_manoeuvre
-from bayesub.model.vehicles import load_vehicle
-from bayesub.report import data_card, vehicle_card, vehicle_lines
-from bayesub.sensors import flat
-from bayesub.study import script, study
-from bayesub.study.trial_section import read_instruments
-
-Card = vehicle_card.Card | data_card.DataCard
+from bayesub.io.terminal import say
 
 
-def checked(path: Path) -> tuple[str, Card | None]:
-    """What a file is, and the card of a vehicle or of the data of a study."""
-    if path.suffix == ".py" or path.suffix.lower() == ".csv":
-        return _described(path), None
+@click.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
+@click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
+@click.option("--card", type=PATH, help="Draw the card of the one vehicle or study in the files into this PNG or PDF.")
+@click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")
+def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
+    """Validate vehicles, geometries, manoeuvres, studies (TOML, Python) and logs (CSV); say what a study costs.
+
+    Of a vehicle it prints a card: balance, stability, turning circle, answer to the planes, mass matrix, and warnings
+    with a remedy; of the data of a study, what each channel covers in time and informs. FILE may be the name of a
+    built-in vehicle.
+    """
+    findings = {}
+    for path in files:
+        text, file_card = examine(toml_files.built_in("vehicles").get(str(path), path))
+        findings[str(path)] = (text, file_card)
+        if not as_json:
+            say(f"{path}: {text}")
+            for line in lines(file_card):
+                say(line)
+    if as_json:
+        contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in findings.items()}
+        click.echo(json.dumps(contents, indent=2, allow_nan=False))
+    if card is not None:
+        cards = [c for _, c in findings.values() if c]
+        if len(cards) != 1:
+            raise InputError(f"--card draws one vehicle or study, found {len(cards)} among the files")
+        with drawing(card):
+            _draw(cards[0], card)
+
+
+def examine(path: Path) -> tuple[str, object]:
+    """What a file is, and the card of a vehicle or of the data of a study, or None."""
+    if path.suffix == ".py":
+        from bayesub.study import script
+
+        return f"study script: {script.check(path)}", None
+    if path.suffix.lower() == ".csv":
+        return _log(path), None
     keys = toml_files.read_toml_table(path)
-    if "coefficients" in keys:
-        boat = load_vehicle(path)
-        used = int((boat.xi != 0).sum())
-        size = f"{boat.length_m:g} m at {boat.speed_mps:g} m/s"
-        known = int(np.isfinite(boat.sd).sum())
-        told = f", {known} with a standard deviation" if known else ""
-        text = f"vehicle '{boat.name}', {size}, {used} of 101 coefficients not zero{told}"
-        return text, vehicle_card.check(boat)
-    if "vehicle" in keys:
-        setup = prepared(path, study.load_study(path))
-        return _cost(setup), _data_card(path, setup)
-    return _described(path), None
+    for key, describe in _KINDS.items():
+        if key in keys:
+            return describe(path)
+    raise InputError(
+        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind'), a study "
+        "(no 'vehicle') nor instruments (no 'sensors')"
+    )
 
 
-def _data_card(path: Path, setup: study.Setup) -> data_card.DataCard | None:
+def _vehicle(path: Path):
+    import numpy as np
+
+    from bayesub.model.vehicles import load_vehicle
+
+    boat = load_vehicle(path)
+    from bayesub.report import vehicle_card
+
+    used, n_sds = int((boat.xi != 0).sum()), int(np.isfinite(boat.sd).sum())
+    text = f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of 101 coefficients not zero"
+    return text + (f", {n_sds} with a standard deviation" if n_sds else ""), vehicle_card.check(boat)
+
+
+def _study(path: Path):
+    from bayesub.study.study_file import load_study
+
+    study = load_study(path)
+    from bayesub.study.prepare import prepare
+
+    setup = prepare(study)
+    return _cost(setup), _data_card(path, setup)
+
+
+def _geometry(path: Path):
+    from bayesub.model.hulls import load_hull
+
+    hull = load_hull(path)
+    return f"geometry of a hull of {hull.file.hull.length_m:g} m that displaces {hull.mass_kg:.4g} kg", None
+
+
+def _manoeuvre(path: Path):
+    from bayesub.model.manoeuvre_files import read_manoeuvre
+
+    file = read_manoeuvre(path)
+    return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s", None
+
+
+def _instruments(path: Path):
+    from bayesub.sensors import flat
+    from bayesub.study.trial_section import read_instruments
+
+    channels = flat([section.build() for section in read_instruments(path).sensors])
+    return f"instruments that read {', '.join(sensor.column for sensor in channels)}", None
+
+
+# Key that only files of a kind have -> what a file of that kind is; a study has sensors too, and comes before them.
+_KINDS = {
+    "coefficients": _vehicle,
+    "vehicle": _study,
+    "hull": _geometry,
+    "kind": _manoeuvre,
+    "sensors": _instruments,
+}
+
+
+def _log(path: Path) -> str:
+    from bayesub.io import log_files
+
+    log = log_files.read_log(path)
+    times = log["time"]
+    columns = ", ".join(log_files.HEADERS[name] for name in log)
+    return f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {columns}"
+
+
+def _data_card(path: Path, setup):
     """The card of the data of a study; None if the boat of the prior means does not complete the trials."""
+    import numpy as np
+
+    from bayesub.report import data_card
+
     problem = setup.problem
     if not np.isfinite(problem.predicted(problem.prior.mean)).all():
         return None
@@ -47,32 +142,10 @@ def _data_card(path: Path, setup: study.Setup) -> data_card.DataCard | None:
         return data_card.check(problem, f"{setup.study.name}: {setup.vehicle.name}")
 
 
-def _described(path: Path) -> str:
-    if path.suffix == ".py":
-        return f"study script: {script.question(path)}"
-    if path.suffix.lower() == ".csv":
-        log = log_files.read_log(path)
-        times = log["time"]
-        columns = ", ".join(log_files.HEADERS[name] for name in log)
-        return f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {columns}"
-    keys = toml_files.read_toml_table(path)
-    if "hull" in keys:
-        hull = load_hull(path)
-        return f"geometry of a hull of {hull.file.hull.length_m:g} m that displaces {hull.mass_kg:.4g} kg"
-    if "kind" in keys:
-        file = read_manoeuvre(path)
-        return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s"
-    if "sensors" in keys:
-        channels = flat([section.build() for section in read_instruments(path).sensors])
-        return f"instruments that read {', '.join(sensor.column for sensor in channels)}"
-    raise InputError(
-        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind'), a study "
-        "(no 'vehicle') nor instruments (no 'sensors')"
-    )
-
-
-def _cost(setup: study.Setup) -> str:
+def _cost(setup) -> str:
     """Time a batch, and count on what the sampler usually needs."""
+    import numpy as np
+
     problem = setup.problem
     batch = np.repeat(problem.prior.mean[None], 64, axis=0)
     problem.log_prob(batch)  # compiles
@@ -80,18 +153,18 @@ def _cost(setup: study.Setup) -> str:
     for _ in range(4):
         problem.log_prob(batch)
     rate = 4 * len(batch) / (time.perf_counter() - began)
-    trials = problem.each_trial(problem.prior.mean)
-    told = "; ".join(_trial(name, p, setup.trials[name], centre) for name, p, centre in trials)
+    each = problem.each_trial(problem.prior.mean)
+    trials = "; ".join(_trial(name, p, setup.trials[name], centre) for name, p, centre in each)
     return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {told}; "
+        f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; "
         f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
     )
 
 
 def _trial(name: str, problem, trial, centre) -> str:
     """A trial of a study in words, and whether it is possible at the prior means (n_params,)."""
-    besides = problem.n_params - problem.n_coefficients
-    unknown = f"{problem.n_coefficients} free coefficients" + (f" and {besides} other parameters" if besides else "")
+    n_others = problem.n_params - problem.n_coefficients
+    unknown = f"{problem.n_coefficients} free coefficients" + (f" and {n_others} other parameters" if n_others else "")
     left_out = f" ({trial.n_left_out} outside the controls left out)" if trial.n_left_out else ""
     return (
         f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
@@ -100,6 +173,8 @@ def _trial(name: str, problem, trial, centre) -> str:
 
 
 def _failure(problem, centre) -> str:
+    import numpy as np
+
     if np.isfinite(problem.log_likelihood(centre)[0]):
         return ""
     status = problem.trajectory(centre).status[0]
@@ -107,8 +182,18 @@ def _failure(problem, centre) -> str:
     return f", and at the prior means {why}"
 
 
-def lines(card: Card | None) -> list[str]:
+def lines(card) -> list[str]:
     """A card in words."""
     if card is None:
         return []
+    from bayesub.report import data_card, vehicle_lines
+
     return card.lines() if isinstance(card, data_card.DataCard) else vehicle_lines.lines(card)
+
+
+def _draw(card, path: Path) -> None:
+    from bayesub.plots import data_card as data_plot
+    from bayesub.plots import vehicle_card as vehicle_plot
+    from bayesub.report import data_card
+
+    (data_plot if isinstance(card, data_card.DataCard) else vehicle_plot).draw(card, path)

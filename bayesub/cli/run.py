@@ -1,162 +1,182 @@
 """The command `run`: a study, or every study of a folder."""
 
-import errno
 import json
 import shlex
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rich.table import Table
+import click
 
-from bayesub.io.atomic import reason
-from bayesub.io.errors import InputError, error_source
-from bayesub.io.interrupts import interruptible
-from bayesub.io.terminal import INTERRUPTED, Bars, complain, console, duration, say
-from bayesub.sampling.nuts import require_nutpie
-from bayesub.study import runs, script, study
-from bayesub.study.run_folder import open_folder
-from bayesub.study.runs import Outcome
+from bayesub.cli.arguments import PATH
+from bayesub.io.errors import InputError, one_line
+from bayesub.io.terminal import FAILED, INTERRUPTED, Bars, complain, console, duration, say
 
 
 @dataclass(frozen=True)
 class Options:
-    """Those of the command line."""
+    """Options of the command line.
+
+    Attributes
+    ----------
+    quick : bool
+        The small version.
+    resume, force, keep_stale, cross_check, pdf : bool
+        As in :func:`bayesub.run`.
+    """
 
     quick: bool = False
     resume: bool = False
     force: bool = False
-    check: bool = False
+    keep_stale: bool = False
+    cross_check: bool = False
+    pdf: bool = False
 
     def words(self) -> list[str]:
-        """The options that continue what was begun with these."""
-        return [key for key, on in (("--quick", self.quick), ("--cross-check", self.check)) if on]
+        """The options with which a run is continued that was begun with these."""
+        options = {
+            "--quick": self.quick,
+            "--cross-check": self.cross_check,
+            "--pdf": self.pdf,
+            "--keep-stale": self.keep_stale,
+        }
+        return [word for word, is_given in options.items() if is_given]
 
 
-def run_one(file: Path, output: Path | None, options: Options) -> Outcome:
-    """Run a study into its folder, ``runs/NAME`` if none is given, and say what came of it."""
-    loaded, config = runs.configuration(file, quick=options.quick)
-    folder = output or Path("runs") / config["name"]
-    again = ["bayesub", "run", str(file), "-o", str(folder), *options.words(), "--resume"]
-    return _run(file, folder, loaded, config, options, again)
+@click.command(epilog="Example: bayesub run studies/quickstart.toml -o runs/quickstart")
+@click.argument("source", type=PATH, metavar="STUDY|FOLDER")
+@click.option("-o", "--output", type=PATH, metavar="DIR", help="Run folder, runs/NAME if left out; of many runs, runs.")
+@click.option("--quick", is_flag=True, help="The small version of the study's [quick] table.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted run, bit for bit; of many runs this is the rule.")
+@click.option("--force", is_flag=True, help="Replace an existing run; of many, also the full version by the small one.")
+@click.option(
+    "--keep-stale",
+    is_flag=True,
+    help="Of many runs, leave those that are done, though bayesub or the study has changed since; with --resume, "
+    "continue a run that other sources or versions began.",
+)
+@click.option("--cross-check", is_flag=True, help="Sample with NUTS too and compare; works with --resume.")
+@click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
+@click.option("--json", "as_json", is_flag=True, help="Only the results, as JSON.")
+def run(source: Path, output: Path | None, as_json: bool, **flags: bool) -> None:
+    """Run a STUDY: TOML (simulate, fit, sample, report) or Python script (compute, draw, judge its claims).
 
+    Given a FOLDER, run every study in it, each into a folder of its own under DIR. Those that are done and not stale
+    are skipped, those that were interrupted are continued, and one that fails does not stop the others. A run is stale
+    if the sources of bayesub, the versions of its libraries, the study or a file that it names have changed since; it
+    is run again. DIR/index.html lists the runs.
 
-def prepared(path: Path, loaded: study.Study) -> study.Setup:
-    """The study made ready; what is wrong with it names its file."""
-    with error_source(str(path)):
-        return study.prepare(loaded)
-
-
-def _run(file: Path, folder: Path, loaded: study.Study | None, config: dict, options: Options, again: list) -> Outcome:
-    if options.check:
-        if loaded is None:
-            raise InputError("--cross-check is for studies in TOML; a Python script says itself what it compares")
-        require_nutpie()
-    if loaded is not None:
-        prepared(file, loaded)  # bad input shows before a folder is made
-    began = time.perf_counter()
-    with _held(folder, config, options, again), Bars() as bars:
-        (folder / runs.OUTCOME).unlink(missing_ok=True)
-        if loaded is None:
-            failed_claim = script.run(file, folder, quick=options.quick, progress=bars)
-            verdict, good = ("claim failed", False) if failed_claim else ("claim holds", True)
-        else:
-            failed_claim = ""
-            good = study.run(loaded, folder, check=options.check, progress=bars)
-            verdict = verdict_of(folder, good)
-        seconds = time.perf_counter() - began
-        outcome = Outcome(config["name"], config.get("question", ""), verdict, good, seconds, str(folder), failed_claim)
-        outcome.save()
-    report(outcome)
-    return outcome
-
-
-def verdict_of(folder: Path, good: bool) -> str:
-    """The verdict on a run of a TOML study."""
-    if good:
-        return "converged"
-    numbers = json.loads((folder / "numbers.json").read_text(encoding="utf-8"))
-    return "not confirmed" if numbers["convergence"]["converged"] else "not converged"
-
-
-def report(outcome: Outcome) -> None:
-    """Say what a run has found; the verdict comes last."""
-    folder = Path(outcome.folder)
-    if outcome.verdict.startswith("claim"):
-        say(f"figures and numbers: {folder}")
-    else:
-        numbers = json.loads((folder / "numbers.json").read_text(encoding="utf-8"))
-        for shortcoming in numbers["convergence"]["shortcomings"]:
-            say(f"not converged: {shortcoming}")
-        for key, sentence in numbers["verdict"].items():
-            say(f"{key.replace('_', ' ')}: {sentence}")
-        say(f"report: {folder / 'report.html'}")
-    say(outcome.verdict.upper() + (f": {outcome.text}" if outcome.text else ""))
-
-
-@contextmanager
-def _held(folder: Path, config: dict, options: Options, again: list[str]) -> Iterator[None]:
-    """Work in a run folder; Ctrl-C ends it with the command that continues."""
-    with open_folder(folder, config, resume=options.resume, force=options.force):
-        try:
-            with interruptible():
-                yield
-        except KeyboardInterrupt:
-            complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
-        except OSError as error:
-            if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG):
-                raise
-            raise InputError(f"{folder}: {reason(error)}; what is done is saved, make room and use --resume") from None
-
-
-def run_many(source: Path, output: Path, options: Options) -> list[Outcome]:
-    """Run the studies of a folder, each into a folder of its own under `output`, and list them on a page there.
-
-    A run that came to its end with the same configuration is left as it is, one that was interrupted is resumed, and
-    one of another configuration is replaced if the options say so. After a study that fails the next one is run.
+    Exit status 1 if a posterior has not converged, a cross-check does not agree, or a claim does not hold.
     """
+    options = Options(**flags)
+    if options.force and (options.resume or options.keep_stale):
+        raise InputError("--force excludes --resume and --keep-stale")
+    console.quiet = as_json
+    if source.is_dir():
+        results = run_folder(source, output or Path("runs"), options)
+    else:
+        results = [run_file(source, output, options)]
+    if as_json:
+        click.echo(json.dumps([result.to_json() for result in results], indent=2))
+    if not all(result.good for result in results):
+        raise click.exceptions.Exit(FAILED)
+
+
+def run_file(file: Path, output: Path | None, options: Options):
+    """Run a study into its folder, ``runs/NAME`` if none is given, and say what came of it."""
+    from bayesub.study.run import read
+
+    study = read(file, quick=options.quick)
+    folder = output or Path("runs") / study.name
+    again = ["bayesub", "run", str(file), "-o", str(folder), *options.words(), "--resume"]
+    return _run(study, folder, options, again)
+
+
+def _run(study, folder: Path, options: Options, again: list[str]):
+    """Run a study with a bar for each stage; Ctrl-C ends it with the command that continues."""
+    from bayesub.study.run import RunInterrupted
+    from bayesub.study.run import run as run_study
+
+    flags = {"resume": options.resume, "force": options.force, "keep_stale": options.keep_stale, "pdf": options.pdf}
+    try:
+        with Bars() as bars:
+            result = run_study(study, folder, **flags, cross_check=options.cross_check, progress=bars)
+    except RunInterrupted:
+        complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
+    tell(result)
+    return result
+
+
+def tell(result) -> None:
+    """Say what came of a run; the verdict comes last."""
+    for shortcoming in result.shortcomings:
+        say(f"not converged: {shortcoming}")
+    for topic, sentence in result.sentences.items():
+        say(f"{topic.replace('_', ' ')}: {sentence}")
+    say(f"report: {result.report}" if result.report else f"figures and numbers: {result.folder}")
+    say(result.verdict.upper() + (f": {result.text}" if result.text else ""))
+
+
+def run_folder(source: Path, output: Path, options: Options) -> list:
+    """Run the studies of a folder, each into a folder of its own under `output`, and list them on a page there."""
+    from bayesub.study import runs
+
     again = ["bayesub", "run", str(source), "-o", str(output), *options.words()]
-    folders, outcomes = runs.folders(runs.studies_in(source), output), []
+    folders, results = runs.folders(runs.studies_in(source), output), []
     for n, (file, folder) in enumerate(folders.items(), start=1):
         say(f"{n} of {len(folders)}: {file}")
-        began = time.perf_counter()
-        try:
-            outcome = _run_or_skip(file, folder, options, again)
-        except Exception as error:
-            what = str(error) if isinstance(error, InputError) else f"{file}: {type(error).__name__}: {error}"
-            text = str(InputError(what))
-            outcome = Outcome(file.stem, "", runs.FAILED, False, time.perf_counter() - began, str(folder), text)
-            say(f"FAILED: {text}")
-        outcomes.append(outcome)
+        results.append(_run_or_skip(file, folder, options, again))
         if output.is_dir():
-            runs.write_index(output, outcomes)
-    _summarise(outcomes, output)
-    return outcomes
+            runs.write_index(output, results)
+    _summarise(results, output)
+    return results
 
 
-def _run_or_skip(file: Path, folder: Path, options: Options, again: list[str]) -> Outcome:
-    loaded, config = runs.configuration(file, quick=options.quick)
-    check = options.check and loaded is not None
-    if runs.is_done(folder, config) and (not check or (folder / study.CHECKED).exists()):
-        outcome = runs.load(folder)
-        say(f"done before: {outcome.verdict.upper()}")
-        return outcome
+def _run_or_skip(file: Path, folder: Path, options: Options, again: list[str]):
+    """The result of a study of a folder; one that fails says why and does not stop the others."""
+    from bayesub.study.result import FAILED, StudyResult
+
     try:
-        resume = runs.is_begun(folder, config)
-    except InputError:
-        if not options.force:
-            raise
-        resume = False
-    options = Options(options.quick, resume, not resume and options.force, check)
-    return _run(file, folder, loaded, config, options, again)
+        return _run_unless_done(file, folder, options, again)
+    except InputError as error:
+        text = str(error)
+    except Exception as error:
+        text = one_line(f"{file}: {type(error).__name__}: {error}")
+    say(f"FAILED: {text}")
+    return StudyResult(file.stem, "", FAILED, str(folder), text=text)
 
 
-def _summarise(outcomes: list[Outcome], output: Path) -> None:
+def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str]):
+    from bayesub.study import runs
+    from bayesub.study.run import read
+    from bayesub.study.run_folder import CROSS_CHECK
+    from bayesub.study.study_file import Study
+
+    study = read(file, quick=options.quick)
+    cross_check = options.cross_check and isinstance(study, Study)
+    state = runs.state(folder, study.config(), force=options.force)
+    is_checked = not cross_check or (folder / CROSS_CHECK).exists()
+    if state.is_done and is_checked:
+        say(f"done before: {state.result.verdict.upper()}")
+        return state.result
+    if state.stale and options.keep_stale and state.result:
+        say(f"left as it is, though stale ({state.stale}): {state.result.verdict.upper()}")
+        return state.result
+    force = state.is_other or (bool(state.stale) and not options.keep_stale)
+    if state.stale and not state.is_other and force:
+        say(f"stale, run again: {state.stale}")
+    resume = state.is_begun and not force
+    options = replace(options, resume=resume, force=force, cross_check=cross_check)
+    return _run(study, folder, options, again)
+
+
+def _summarise(results: list, output: Path) -> None:
+    from rich.table import Table
+
+    from bayesub.study import runs
+
     table = Table("verdict", "study", "time", "folder", box=None, pad_edge=False)
-    for outcome in outcomes:
-        table.add_row(outcome.verdict.upper(), outcome.name, duration(outcome.seconds), outcome.folder)
+    for result in results:
+        table.add_row(result.verdict.upper(), result.name, duration(result.seconds), result.folder)
     console.print(table)
     if (output / runs.INDEX).exists():
         say(f"index: {output / runs.INDEX}")

@@ -5,12 +5,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from bayesub.io.errors import InputError
+import filelock
 
-try:
-    import fcntl
-except ImportError:  # Windows: there two runs in one folder go unnoticed
-    fcntl = None
+from bayesub.io.errors import InputError
 
 PARTIAL = ".partial"
 LOCK = ".lock"
@@ -53,14 +50,14 @@ def write_text(path: Path, text: str) -> None:
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
     """Hold the folder; InputError if another process does. The lock goes with its process, however that ends."""
+    lock = filelock.FileLock(folder / LOCK, timeout=0)
     with writing(folder):
-        file = (folder / LOCK).open("a")
-    with file:
-        if fcntl is not None:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise InputError(
-                    f"{folder}: another run is at work in it; wait for it, or choose another folder"
-                ) from None
+        try:
+            lock.acquire()
+        except filelock.Timeout:  # an OSError too
+            message = f"{folder}: another run is at work in it; wait for it, or choose another folder"
+            raise InputError(message) from None
+    try:
         yield
+    finally:
+        lock.release()

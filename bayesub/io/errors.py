@@ -5,28 +5,44 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 LONGEST = 600  # characters of a message; what a file contains may be longer
+_END = 96  # characters at the end of a message that is too long; the remedy stands there
+
+
+def one_line(text: str) -> str:
+    """A text as one line that can be printed.
+
+    Characters that cannot be printed are written as in a Python string, and a text of more than :data:`LONGEST`
+    characters loses its middle.
+    """
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return line if len(line) <= LONGEST else f"{line[: LONGEST - _END - 4]} .. {line[-_END:]}"
 
 
 class InputError(ValueError):
     """Bad input. The message is one line, complete in itself; the command line prints it and exits with status 2.
 
-    What cannot be printed is written as in a Python string, and of a message that is too long the middle is left out.
+    Parameters
+    ----------
+    message : str
+        What is wrong, where, and what helps; it passes :func:`one_line`.
     """
 
     def __init__(self, message: str):
-        line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in message)
-        super().__init__(line if len(line) <= LONGEST else f"{line[: LONGEST - 100]} .. {line[-96:]}")
+        super().__init__(one_line(message))
+
+    def within(self, source: str) -> "InputError":
+        """The same error with its source, a file or a trial, at the beginning of the message."""
+        message = str(self)
+        return self if message.startswith(source) else InputError(f"{source}: {message}")
 
 
 @contextmanager
 def error_source(source: str) -> Iterator[None]:
-    """An InputError inside the block begins with its source, a file or a trial, unless it names it already."""
+    """An InputError inside the block begins with `source`, a file or a trial; an empty source changes nothing."""
     try:
         yield
     except InputError as error:
-        if source in str(error):
-            raise
-        raise InputError(f"{source}: {error}") from None
+        raise error.within(source) from None
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

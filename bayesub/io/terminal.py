@@ -1,18 +1,12 @@
-"""What the command line says, and how: sentences, progress bars, exit status."""
+"""The words of the command line: sentences, progress bars, exit status."""
 
 import sys
 from typing import NoReturn, Protocol
 
 import rich.progress
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    SpinnerColumn,
-    TaskProgressColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.text import Text
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -40,18 +34,46 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
 
 
+def pace(speed: float | None, left: float | None) -> str:
+    """The pace of work in words, such as ``12.3/s, 2 min 05 s left``; empty as long as it is not known.
+
+    Parameters
+    ----------
+    speed : float or None
+        Units a second.
+    left : float or None
+        Seconds until the work is done.
+    """
+    if not speed or not left:
+        return ""
+    units = f"{speed:.3g}/s" if speed >= 1.0 else f"{60.0 * speed:.3g}/min"
+    return f"{units}, {duration(left)} left"
+
+
 class Progress(Protocol):
     """What work that takes time reports to."""
 
     def stage(self, name: str) -> None:
-        """A stage begins, and the one before is done."""
+        """Say that a stage begins, and that the one before is done."""
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
-        """So many of `total` units of the stage are done; the note says what else there is to know."""
+        """Say how far the stage is.
+
+        Parameters
+        ----------
+        done : float
+            Units that are done.
+        total : float
+            Units of the stage; it may change.
+        unit : str
+            Such as "starts" or "steps"; empty for a mere fraction.
+        note : str
+            Whatever else there is to know, such as the present R-hat.
+        """
 
 
 class Silent:
-    """Progress that nobody sees."""
+    """Progress that is not shown."""
 
     def stage(self, name: str) -> None:
         """As :meth:`Progress.stage`."""
@@ -63,8 +85,19 @@ class Silent:
 SILENT = Silent()
 
 
+class PaceColumn(rich.progress.ProgressColumn):
+    """Pace and time left of a task that is counted in units."""
+
+    max_refresh = 0.5
+
+    def render(self, task: rich.progress.Task) -> Text:
+        """As :func:`pace`; empty for a task that is done."""
+        counted = task.fields.get("count") and not task.finished
+        return Text(pace(task.speed, task.time_remaining) if counted else "")
+
+
 class Bars:
-    """One progress bar a stage, with its pace and the time left; nothing when the output is not a terminal."""
+    """One progress bar for each stage, with its pace and the time left; nothing if the output is no terminal."""
 
     def __init__(self):
         self.bars = rich.progress.Progress(
@@ -74,7 +107,7 @@ class Bars:
             TaskProgressColumn(show_speed=False),
             TextColumn("{task.fields[count]}"),
             TimeElapsedColumn(),
-            TimeRemainingColumn(),
+            PaceColumn(),
             TextColumn("{task.fields[note]}"),
             console=console,
             disable=console.quiet or not console.is_terminal,

@@ -94,14 +94,9 @@ def find(name: str, kind: str) -> Path:
     return path
 
 
-def absolute(path: str, folder: Path) -> str:
-    """A path that is relative to `folder`, made absolute."""
-    return str((folder / path).resolve())
-
-
-def located(name: str, folder: Path) -> str:
-    """A built-in name as it is, and the path of a file made absolute."""
-    return absolute(name, folder) if Path(name).suffix else name
+def is_path(name: str) -> bool:
+    """Whether a vehicle or manoeuvre is named by the path of a file, not by a built-in name."""
+    return Path(name).suffix != ""
 
 
 def read_text(path: Path) -> str:
@@ -176,10 +171,9 @@ def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
         return _wrong_kind(key, first) + more
     message = first["msg"].removeprefix("Value error, ").replace("a valid tuple", "a list")
     message = message.replace("valid dictionary or object to extract fields from", "table")
-    found = repr(first["input"])
-    told = found in message or isinstance(first["input"], dict)
-    shown = "" if told or len(found) >= 80 else f", found {found}"
-    return f"{where}{message[0].lower()}{message[1:]}{shown}{more}"
+    value = repr(first["input"])
+    is_clear = value in message or isinstance(first["input"], dict) or len(value) >= 80
+    return f"{where}{message[0].lower()}{message[1:]}{'' if is_clear else f', found {value}'}{more}"
 
 
 def _wrong_kind(key: str, error: dict) -> str:
@@ -191,8 +185,8 @@ def _wrong_kind(key: str, error: dict) -> str:
     if "tag" not in context:
         return f"key '{key}.{inside}' is missing"
     kinds = context["expected_tags"].replace("'", "").split(", ")
-    told = nearest(context["tag"], kinds)
-    return f"key '{key}.{inside}': unknown '{context['tag']}'{told}; expected one of {', '.join(kinds)}"
+    suggestion = nearest(context["tag"], kinds)
+    return f"key '{key}.{inside}': unknown '{context['tag']}'{suggestion}; expected one of {', '.join(kinds)}"
 
 
 def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:

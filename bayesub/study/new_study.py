@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import log_files, toml_files
+from bayesub.io import log_files, templates, toml_files
 from bayesub.io.errors import InputError
 from bayesub.problem.nuisance import MOVING
 from bayesub.sensors.sensor import QUANTITIES
@@ -46,6 +46,7 @@ def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
         what=f"the manoeuvre {manoeuvre}",
         source=f'manoeuvre = "{_from_file(manoeuvre, path)}"',
         sensors=_TRACK,
+        column="x_m",
         free=manoeuvre if manoeuvre in MOVING else "all",
         centre=_GUESS,
         nuisance=_NUISANCE,
@@ -87,6 +88,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
         sensors="".join(
             _SENSOR.format(column=log_files.HEADERS[key], sd=f"{_scatter(key, log, data):.2g}") for key in of_use
         ),
+        column=log_files.HEADERS[of_use[0]],
         free=plane,
         centre='centre = "vehicle"',
         nuisance=nuisance,
@@ -96,13 +98,14 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
 
 def _text(name, path, vehicle, **parts) -> str:
     check_name(name)
-    text = (toml_files.DATA / "templates" / "study.toml").read_text(encoding="utf-8")
-    return text.format(name=name, file=path, vehicle=_from_file(vehicle, path), **parts)
+    return templates.fill(
+        "bayesub.study", "new_study.toml", name=name, file=path, vehicle=_from_file(vehicle, path), **parts
+    )
 
 
 def _from_file(name, path) -> str:
     """A vehicle or manoeuvre as the study file `path` names it: a built-in name as it is."""
-    return _relative(name, path) if Path(name).suffix else str(name)
+    return _relative(name, path) if toml_files.is_path(name) else str(name)
 
 
 def _relative(file, path) -> str:

@@ -3,7 +3,10 @@
 import re
 from pathlib import Path
 
-from bayesub.io import toml_files
+import tomlkit
+
+from bayesub.io import templates, toml_files
+from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError
 from bayesub.model.coefficients import AXES, TERMS
 from bayesub.model.hulls import Hull
@@ -21,24 +24,25 @@ FORCES = {
 def vehicle(name: str, hull: Hull | None = None) -> str:
     """The text of a vehicle file with every key; with a `hull`, its dimensions and what is estimated from it."""
     check_name(name)
-    text = (toml_files.DATA / "templates" / "vehicle.toml").read_text(encoding="utf-8")
-    return text.format(name=name, **_body(hull)) + _coefficients({} if hull is None else hull.estimates)
+    text = templates.fill("bayesub.study", "new_vehicle.toml", name=name, **_body(hull))
+    return text + _coefficients({} if hull is None else hull.estimates)
 
 
 def copied(name: str, source: str) -> str:
     """The text of the vehicle file `source` (built-in name or path) under another name."""
     check_name(name)
-    text = toml_files.read_text(toml_files.find(source, "vehicles"))
-    text, found = re.subn(r"(?m)^name\s*=.*$", f'name = "{name}"', text, count=1)
-    if not found:
-        raise InputError(f"{source}: has no key 'name' at the start of a line")
-    return text
+    path = toml_files.find(source, "vehicles")
+    if "name" not in toml_files.read_toml_table(path):
+        raise InputError(f"{source}: key 'name' is missing")
+    document = tomlkit.parse(toml_files.read_text(path))
+    document["name"] = name
+    return document.as_string()
 
 
 def geometry(name: str) -> str:
     """The text of a hull geometry file with every key."""
     check_name(name)
-    return (toml_files.DATA / "templates" / "geometry.toml").read_text(encoding="utf-8").format(name=name)
+    return templates.fill("bayesub.study", "new_geometry.toml", name=name)
 
 
 def write_new(path: Path, text: str) -> None:
@@ -49,7 +53,7 @@ def write_new(path: Path, text: str) -> None:
     except FileExistsError:
         raise InputError(f"{path}: exists already; choose another file with -o") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"{path}: cannot be written: {reason(error)}") from None
 
 
 def check_name(name: str) -> None:

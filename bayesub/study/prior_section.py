@@ -1,8 +1,9 @@
 """Priors and noise models in study files."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import pydantic
@@ -12,14 +13,29 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model import coefficients
 from bayesub.model.vehicles import Vehicle
-from bayesub.problem import likelihoods, priors
+from bayesub.problem import priors
 from bayesub.sensors import Channel
+
+if TYPE_CHECKING:
+    from bayesub.problem.likelihoods import Normal
 
 LogSd = Annotated[float, pydantic.Field(gt=0, le=10)]  # ten is a factor of 22,000
 
 
 class PriorOfOne(Section):
-    """The prior of one parameter, in its unit: one of the pairs below, or a value that it is fixed at."""
+    """The prior of one parameter, in its unit: a pair of keys, or a value that it is fixed at.
+
+    Attributes
+    ----------
+    mean, sd : float or None
+        Normal.
+    lower, upper : float or None
+        Uniform.
+    median, log_sd : float or None
+        Log-normal.
+    value : float or None
+        Fixed.
+    """
 
     mean: float | None = None
     sd: Positive | None = None
@@ -54,10 +70,22 @@ _KINDS = {
 class PriorSection(Section):
     """The prior of the coefficients: a spread for all, and what is given of single ones.
 
-    kind : "vehicle" takes the standard deviations in the vehicle file; `sd`, if given, is the relative one of the rest
-    given : coefficient -> its own prior, and table : CSV file of further ones with the columns coefficient, mean, sd,
-    of which an sd of zero fixes the coefficient
-    correlations : (coefficient, coefficient, correlation) of those given by mean and sd
+    Attributes
+    ----------
+    kind : str
+        "vehicle" takes the standard deviations in the vehicle file; `sd`, if given, is the relative one of the rest.
+    sd, half_width, log_sd : float or None
+        Relative width of the spread, by its kind.
+    centre : str
+        "vehicle", or "perturbed": a guess about the truth of a simulated trial.
+    perturbation_sd : float
+        Relative, of that guess.
+    given : dict of str to PriorOfOne
+        Coefficient -> its own prior.
+    table : str or None
+        CSV file of further ones with the columns coefficient, mean, sd; an sd of zero fixes the coefficient.
+    correlations : tuple of (str, str, float)
+        Two coefficients that are given by mean and sd, and their correlation.
     """
 
     kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "vehicle"]
@@ -78,10 +106,22 @@ class PriorSection(Section):
             raise ValueError(f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}")
         return self
 
-    def build(self, centre: np.ndarray, vehicle: Vehicle) -> tuple[priors.Spread | priors.Given, dict[str, float]]:
-        """The prior about `centre` (101,), and the coefficients that are fixed with their values."""
+    def build(
+        self, centre: np.ndarray, vehicle: Vehicle, path: Callable[[str], str] = str
+    ) -> tuple[priors.Spread | priors.Given, dict[str, float]]:
+        """The prior of the coefficients, and the values of those that are fixed.
+
+        Parameters
+        ----------
+        centre : (101,) array
+            Where the spread is about.
+        vehicle : Vehicle
+            Its standard deviations are those of the kind "vehicle".
+        path : callable
+            Gives the path of a file that the study names.
+        """
         spread, of_vehicle = self._spread(centre, vehicle)
-        given = ({} if self.table is None else _table(Path(self.table))) | self.given
+        given = ({} if self.table is None else _table(Path(path(self.table)))) | self.given
         fixed = {name: one.value for name, one in given.items() if one.value is not None}
         built = of_vehicle | {name: one.build() for name, one in given.items() if name not in fixed}
         _known(fixed)
@@ -146,43 +186,69 @@ def _mean_and_sd(cells: list[str], where: str) -> tuple[float, float]:
 
 
 class NoiseSection(Section):
-    """What the noise models of a channel share; numbers are in the unit of its column.
+    """Keys of all noise models of a channel; numbers are in the unit of its column.
 
-    sd : standard deviation, by default that of noise and rounding of the sensor together
+    Attributes
+    ----------
+    sd : float or None
+        Standard deviation; by default that of noise and rounding of the sensor together.
     """
 
     sd: Positive | None = None
 
-    def build(self, channel: Channel) -> likelihoods.Normal:
+    def build(self, channel: Channel) -> "Normal":
         """The noise model, in SI units."""
+        from bayesub.problem import likelihoods
+
+        make = getattr(likelihoods, _NOISES[self.kind])
         given = self.model_dump(exclude={"kind", "sd"})
         factor = log_files.si_factor(channel.quantity)
-        return _NOISES[self.kind](channel.total_sd if self.sd is None else factor * self.sd, **given)
+        return make(channel.total_sd if self.sd is None else factor * self.sd, **given)
 
 
 class NormalNoise(NoiseSection):
+    """Normal; rounding counts as noise."""
+
     kind: Literal["normal"]
 
 
 class UnknownSdNoise(NoiseSection):
+    """Normal, its standard deviation integrated out."""
+
     kind: Literal["unknown_sd"]
 
 
 class StudentTNoise(NoiseSection):
+    """Student t, for outliers.
+
+    Attributes
+    ----------
+    dof : float
+        Degrees of freedom.
+    """
+
     kind: Literal["student_t"]
     dof: Positive
 
 
 class AR1Noise(NoiseSection):
+    """Autoregressive of first order, for slow errors.
+
+    Attributes
+    ----------
+    correlation_time_s : float
+        In which the correlation falls to 1/e.
+    """
+
     kind: Literal["ar1"]
     correlation_time_s: Positive
 
 
 _NOISES = {
-    "normal": likelihoods.Normal,
-    "unknown_sd": likelihoods.UnknownSd,
-    "student_t": likelihoods.StudentT,
-    "ar1": likelihoods.AR1,
+    "normal": "Normal",
+    "unknown_sd": "UnknownSd",
+    "student_t": "StudentT",
+    "ar1": "AR1",
 }
 AnyNoiseSection = Annotated[
     NormalNoise | UnknownSdNoise | StudentTNoise | AR1Noise, pydantic.Field(discriminator="kind")

@@ -1,11 +1,8 @@
-"""Run folders: what a result depends on, and the folder that is made, held, resumed or refused because of it."""
+"""Run folders: made, held, resumed or refused, and what they keep of their study."""
 
-import importlib.metadata
-import os
-import platform
+import json
 import shutil
-import subprocess
-import tomllib
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,43 +12,93 @@ import tomli_w
 from bayesub.io import toml_files
 from bayesub.io.atomic import LOCK, PARTIAL, locked, write_text, writing
 from bayesub.io.errors import InputError
+from bayesub.io.terminal import Progress
+from bayesub.study.provenance import CODE, code_change, study_change
 
+CONFIG = "config.toml"
+SECONDS = "seconds.json"
+CROSS_CHECK = "cross_check.json"
 STOPPING = tuple(f"sampler.{key}" for key in ("max_steps", "rhat", "ess", "taus"))  # may change before a run is resumed
-PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
+_SAVE_S = 10.0  # of work on a run, which a kill may leave uncounted
 
 
-def environment(*, quick: bool) -> dict:
-    """What a result depends on besides its study."""
-    versions = {package: importlib.metadata.version(package) for package in PACKAGES}
-    return {"quick_run": quick, "commit": _commit(), "versions": {"python": platform.python_version()} | versions}
+def saved_config(folder: Path) -> dict | None:
+    """The configuration of the run in a folder; None if it holds no run."""
+    file = folder / CONFIG
+    return toml_files.read_toml_table(file) if file.exists() else None
 
 
 @contextmanager
-def open_folder(folder: Path, config: dict, *, resume: bool, force: bool) -> Iterator[None]:
-    """Make the run folder, hold it for this process, and write ``config.toml`` into it before any work starts.
+def open_folder(
+    folder: Path, config: dict, copies: dict[str, Path] | None = None, *, resume=False, force=False, keep_stale=False
+) -> Iterator[None]:
+    """Make the run folder and hold it for this process.
 
-    An existing run is refused; `force` deletes it; `resume` continues it if its config is the same but for the stopping
-    rule, and otherwise names the first difference.
+    ``config.toml`` and copies of the files of the study are in it before any work starts.
+
+    Parameters
+    ----------
+    folder : Path
+        The run folder.
+    config : dict
+        What the result depends on.
+    copies : dict of str to Path
+        Place in the folder -> file to copy there.
+    resume : bool
+        Continue a run of the same study (but for its stopping rule) by the same sources and versions.
+    force : bool
+        Delete an existing run, which is otherwise refused.
+    keep_stale : bool
+        Resume although sources or versions differ. ``config.toml`` keeps those by which the run was begun, so that it
+        stays stale.
+
+    Raises
+    ------
+    InputError
+        For a run that cannot be resumed, with the first difference, and for a folder that is not free.
     """
-    file = folder / "config.toml"
+    saved = saved_config(folder)
     if resume:
-        if not file.exists():
-            raise InputError(f"{folder}: holds no run to resume; leave out --resume")
-        difference = first_difference(toml_files.read_toml_table(file), config, but=STOPPING)
-        if difference:
-            raise InputError(f"{folder}: cannot be resumed: {difference}; use --force to start afresh")
-    elif file.exists() and not force:
-        raise InputError(f"{folder}: already holds a run; use --resume to continue it or --force to replace it")
+        config = _resumed(folder, saved, config, keep_stale)
+    elif saved is not None and not force:
+        raise InputError(f"{folder}: already holds a run; {_remedy(saved, config)}")
     with writing(folder):
-        if folder.exists() and not file.exists() and _content(folder):
+        if folder.exists() and saved is None and _content(folder):
             raise InputError(f"{folder}: already holds other files; choose another -o")
         folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
         with writing(folder):
             for path in _content(folder) if force else ():
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
-            write_text(file, tomli_w.dumps(config))
+            write_text(folder / CONFIG, tomli_w.dumps(config))
+            for place, original in (copies or {}).items():
+                (folder / place).parent.mkdir(exist_ok=True)
+                shutil.copyfile(original, folder / place)
         yield
+
+
+def _resumed(folder: Path, saved: dict | None, config: dict, keep_stale: bool) -> dict:
+    """The configuration of a run that is resumed; InputError if it cannot be."""
+    if saved is None:
+        raise InputError(f"{folder}: holds no run to resume; leave out --resume")
+    if change := study_change(saved, config, ignored=STOPPING):
+        raise InputError(f"{folder}: cannot be resumed: {change}; use --force to start afresh")
+    change = code_change(saved, config)
+    if change and not keep_stale:
+        raise InputError(
+            f"{folder}: cannot be resumed: {change}; use --force to start afresh, or --keep-stale to go on all the same"
+        )
+    others = {key: value for key, value in config.items() if key not in CODE}
+    return others | {key: saved[key] for key in CODE if key in saved}
+
+
+def _remedy(saved: dict, config: dict) -> str:
+    """What to do about a run that is in the way."""
+    if change := study_change(saved, config, ignored=STOPPING):
+        return f"of another study ({change}); use --force to replace it, or another -o"
+    if change := code_change(saved, config):
+        return f"which is stale: {change}; use --force to run it again, or another -o"
+    return "use --resume to continue it or --force to replace it"
 
 
 def _content(folder: Path) -> list[Path]:
@@ -59,30 +106,46 @@ def _content(folder: Path) -> list[Path]:
     return [path for path in folder.iterdir() if path.name != LOCK and not path.name.endswith(PARTIAL)]
 
 
-def first_difference(saved: dict, config: dict, but: tuple[str, ...] = ()) -> str:
-    """The first entry in which two configs differ, as text, besides the commit and those `but`; empty if none does."""
-    before, now = (_flat(c, but) for c in (saved, tomllib.loads(tomli_w.dumps(config))))
-    for key in [key for key in before | now if before.get(key) != now.get(key)]:
-        return f"{key} was {before.get(key)!r} and is now {now.get(key)!r}"
-    return ""
+class TimedProgress:
+    """Progress that counts the seconds of work on a run, over all its sessions, and keeps them in its folder.
+
+    Parameters
+    ----------
+    folder : Path
+        The run folder.
+    progress : Progress
+        To which stages and numbers are passed on.
+    """
+
+    def __init__(self, folder: Path, progress: Progress):
+        self.file, self.progress = folder / SECONDS, progress
+        self.before = _read_seconds(self.file)
+        self.began = self.saved = time.perf_counter()
+
+    @property
+    def seconds(self) -> float:
+        """Seconds of work so far."""
+        return self.before + time.perf_counter() - self.began
+
+    def save(self) -> None:
+        """Write the seconds into the run folder."""
+        self.saved = time.perf_counter()
+        write_text(self.file, json.dumps({"seconds": round(self.seconds, 3)}))
+
+    def stage(self, name: str) -> None:
+        """As :meth:`bayesub.io.terminal.Progress.stage`."""
+        self.save()
+        self.progress.stage(name)
+
+    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
+        """As :meth:`bayesub.io.terminal.Progress.update`."""
+        if time.perf_counter() - self.saved > _SAVE_S:
+            self.save()
+        self.progress.update(done, total, unit, note)
 
 
-def _flat(config: dict, but: tuple[str, ...]) -> dict:
-    """The entries of a config, with the keys of tables written as table.key."""
-    flat = {}
-    for key, value in config.items():
-        if key not in ("commit", "quick"):
-            flat |= {f"{key}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {key: value}
-    return {key: value for key, value in sorted(flat.items()) if key not in but}
-
-
-def _commit() -> str:
-    """The commit of the source tree that is running, or "unknown" for an installed package."""
-    here = Path(__file__).parent
-    if not (here.parent / ".git").exists():
-        return "unknown"
-    command = ["git", "-C", os.fspath(here), "describe", "--always", "--dirty", "--abbrev=12"]
+def _read_seconds(file: Path) -> float:
     try:
-        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
-    except (OSError, subprocess.SubprocessError):
-        return "unknown"
+        return float(json.loads(file.read_text(encoding="utf-8"))["seconds"])
+    except (OSError, ValueError, TypeError, KeyError):
+        return 0.0

@@ -1,92 +1,91 @@
-"""Runs of studies in a folder: what became of each, which are done, and the page that lists them."""
+"""Runs of studies in a folder: which studies there are, which are done, and the page that lists them."""
 
-import json
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
-from importlib import resources
+from dataclasses import dataclass
 from pathlib import Path
 
-import jinja2
-
-from bayesub.io import toml_files
+from bayesub.io import templates, toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import duration
-from bayesub.study import script, study
-from bayesub.study.run_folder import STOPPING, first_difference
+from bayesub.study.provenance import code_change, study_change
+from bayesub.study.result import FAILED, NOT_FINISHED, StudyResult, load_result
+from bayesub.study.run_folder import CONFIG, STOPPING, saved_config
 
-OUTCOME = "outcome.json"
 INDEX = "index.html"
-FAILED, NOT_FINISHED = "failed", "not finished"
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What became of a run.
+class RunState:
+    """The state of a run folder with respect to a study.
 
     Attributes
     ----------
-    name, question : of the study
-    verdict : "converged", "not converged", "not confirmed", "claim holds", "claim failed", "failed" or "not finished"
-    good : whether the verdict is what one hopes for
-    seconds : from the start, or from the last --resume, to the end
-    folder : the run folder
-    text : the claim that failed, or why the run did
+    result : StudyResult or None
+        Of the run in the folder, if it came to its end.
+    is_begun : bool
+        Whether there is a run at all.
+    study_change : str
+        How the study differs from that of the run, its stopping rule aside; empty if it does not.
+    code_change : str
+        How the code differs from that of the run; empty if it does not.
+    is_done : bool
+        Whether the run came to its end by this very study.
+    is_other : bool
+        Whether it is the full version where the small one is wanted, or the other way round.
     """
 
-    name: str
-    question: str
-    verdict: str
-    good: bool
-    seconds: float
-    folder: str
-    text: str = ""
+    result: StudyResult | None = None
+    is_begun: bool = False
+    study_change: str = ""
+    code_change: str = ""
+    is_done: bool = False
+    is_other: bool = False
 
-    def save(self) -> None:
-        """Write ``outcome.json`` into the run folder: the last file of a run that came to its end."""
-        write_text(Path(self.folder) / OUTCOME, json.dumps(asdict(self), indent=1))
-
-
-def load(folder: Path) -> Outcome | None:
-    """The outcome of the run in a folder; None if it has not come to its end."""
-    file = folder / OUTCOME
-    if not file.exists():
-        return None
-    try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-        return Outcome(**content | {"folder": str(folder)})
-    except (OSError, ValueError, TypeError):
-        return None
+    @property
+    def stale(self) -> str:
+        """Why the run is stale; empty if it is not."""
+        return self.code_change or self.study_change
 
 
-def is_done(folder: Path, config: dict) -> bool:
-    """Whether the folder holds a run of this configuration, stopping rule included, that came to its end."""
-    return load(folder) is not None and not first_difference(_config(folder), config)
+def state(folder: Path, config: dict, *, force: bool = False) -> RunState:
+    """The state of a run folder with respect to the study of this configuration.
 
-
-def is_begun(folder: Path, config: dict) -> bool:
-    """Whether the folder holds a run that may be resumed to this configuration; InputError if it holds another one."""
-    if not (folder / "config.toml").exists():
-        return False
-    difference = first_difference(_config(folder), config, but=STOPPING)
-    if difference:
-        raise InputError(f"{folder}: holds another run, whose {difference}; use --force to replace it, or another -o")
-    return True
-
-
-def _config(folder: Path) -> dict:
-    return toml_files.read_toml_table(folder / "config.toml")
+    Raises
+    ------
+    InputError
+        If the folder holds the full version and the small one is wanted, or the other way round, without `force`.
+    """
+    saved = saved_config(folder)
+    if saved is None:
+        return RunState()
+    is_other = saved.get("quick_run") != config["quick_run"]
+    if is_other and not force:
+        kinds = {True: "the small version (--quick)", False: "the full version"}
+        wanted, present = kinds[config["quick_run"]], kinds[bool(saved.get("quick_run"))]
+        raise InputError(f"{folder}: holds {present}, not {wanted}; use --force to replace it, or another -o")
+    result, code = load_result(folder), code_change(saved, config)
+    change = study_change(saved, config, ignored=STOPPING)
+    is_done = result is not None and not code and not study_change(saved, config)
+    return RunState(result, True, change, code, is_done, is_other)
 
 
 def studies_in(folder: Path) -> list[Path]:
-    """The studies of a folder in order of their names: Python scripts, and TOML files that name a vehicle."""
+    """The studies of a folder in order of their names: Python scripts, and TOML files that name a vehicle.
+
+    A file that cannot be read is among them, so that its error shows when its turn comes.
+    """
     if not folder.is_dir():
         raise InputError(f"{folder}: is not a folder")
-    paths = sorted(p for p in folder.iterdir() if p.suffix in (".toml", ".py") and not p.name.startswith((".", "_")))
-    found = [path for path in paths if path.suffix == ".py" or _may_be_study(path)]
-    if not found:
+    if not (studies := study_files(folder)):
         raise InputError(f"{folder}: holds no study, neither TOML that names a vehicle nor Python")
-    return found
+    return studies
+
+
+def study_files(folder: Path) -> list[Path]:
+    """As :func:`studies_in`; empty for a folder without studies."""
+    paths = sorted(p for p in folder.glob("*") if p.suffix in (".toml", ".py") and not p.name.startswith((".", "_")))
+    return [path for path in paths if path.suffix == ".py" or _may_be_study(path)]
 
 
 def _may_be_study(path: Path) -> bool:
@@ -104,38 +103,29 @@ def folders(paths: Iterable[Path], output: Path) -> dict[Path, Path]:
     return {path: output / (path.stem if stems.count(path.stem) == 1 else path.name) for path in paths}
 
 
-def write_index(output: Path, outcomes: Iterable[Outcome] = ()) -> Path:
-    """Write ``index.html``, the page of the runs in `output` and of those `outcomes` that failed; gives its path."""
-    template = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
-        (resources.files("bayesub.study") / INDEX).read_text(encoding="utf-8")
-    )
+def write_index(output: Path, results: Iterable[StudyResult] = ()) -> Path:
+    """Write ``index.html``, the page of the runs in `output` and of those `results` that failed; gives its path."""
     with writing(output):
-        found = {file.parent: load(file.parent) or _unfinished(file.parent) for file in output.glob("*/config.toml")}
-        found |= {Path(outcome.folder): outcome for outcome in outcomes if outcome.verdict == FAILED}
-        rows = [_row(folder, found[folder]) for folder in sorted(found)]
-        write_text(output / INDEX, template.render(rows=rows, duration=duration))
+        places = [file.parent for file in output.glob(f"*/{CONFIG}")]
+        runs = {folder: load_result(folder) or _unfinished(folder) for folder in places}
+        runs |= {Path(result.folder): result for result in results if result.verdict == FAILED}
+        rows = [_row(folder, runs[folder]) for folder in sorted(runs)]
+        write_text(output / INDEX, templates.fill("bayesub.study", INDEX, rows=rows, duration=duration))
     return output / INDEX
 
 
-def _unfinished(folder: Path) -> Outcome:
-    return Outcome(folder.name, _question(folder), NOT_FINISHED, False, 0.0, str(folder))
+def _unfinished(folder: Path) -> StudyResult:
+    return StudyResult(folder.name, _question(folder), NOT_FINISHED, str(folder))
 
 
-def _row(folder: Path, outcome: Outcome) -> dict:
-    page = "report.html" if (folder / "report.html").exists() else ""
-    return vars(outcome) | {"place": folder.name, "link": f"{folder.name}/{page}" if folder.is_dir() else ""}
+def _row(folder: Path, result: StudyResult) -> dict:
+    page = "report.html" if result.report else ""
+    link = f"{folder.name}/{page}" if folder.is_dir() else ""
+    return vars(result) | {"good": result.good, "place": folder.name, "link": link}
 
 
 def _question(folder: Path) -> str:
     try:
-        return str(_config(folder).get("question", ""))
+        return str((saved_config(folder) or {}).get("question", ""))
     except InputError:
         return ""
-
-
-def configuration(path: Path, *, quick: bool) -> tuple[study.Study | None, dict]:
-    """The study of a TOML file, or None for a script, and what the result depends on."""
-    if path.suffix == ".py":
-        return None, script.config(path, quick=quick)
-    loaded = study.load_study(path, quick=quick)
-    return loaded, study.completed(loaded, quick=quick)

@@ -11,42 +11,101 @@
 """
 
 import ast
-import hashlib
 import importlib.util
 import json
 import re
 import signal
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import ModuleType
 
-import joblib
-import numba
-import numpy as np
-
 from bayesub.io import toml_files
-from bayesub.io.atomic import write_text
+from bayesub.io.atomic import replacing, write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
-from bayesub.study.run_folder import environment
+from bayesub.study.provenance import environment, file_digest
+from bayesub.study.result import CLAIM_FAILED, CLAIM_HOLDS, StudyResult
+
+COPY = "study.py"  # of the script, in its run folder
+NUMBERS = "numbers.json"
+FUNCTIONS = ("compute", "draw", "claims")
+
+
+@dataclass(frozen=True)
+class Script:
+    """A study script.
+
+    Attributes
+    ----------
+    path : Path
+        The Python file.
+    is_quick : bool
+        Whether the small version is wanted.
+    """
+
+    path: Path
+    is_quick: bool = False
+
+    @property
+    def name(self) -> str:
+        """Of the study, which is that of the file."""
+        return self.path.stem
+
+    @property
+    def question(self) -> str:
+        """The first line of its docstring."""
+        return question(self.path)
+
+    def config(self) -> dict:
+        """What the result depends on."""
+        digest = file_digest(self.path)
+        entries = {"name": self.name, "question": check(self.path), "script_sha256": digest}
+        return entries | environment(quick=self.is_quick)
+
+    def copies(self) -> dict[str, Path]:
+        """What a run folder keeps of the script: place in the folder -> file."""
+        return {COPY: self.path}
 
 
 def question(path: Path) -> str:
-    """The first line of a script's docstring; the script is read, not run."""
+    """The first line of a script's docstring; the script is read, not run.
+
+    Raises
+    ------
+    InputError
+        For a file that is not Python or has no docstring.
+    """
+    return _docstring(path, _parsed(path))
+
+
+def check(path: Path) -> str:
+    """As :func:`question`; InputError too for a file that lacks one of the functions of a study script."""
+    tree = _parsed(path)
+    names = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    names |= {name.asname or name.name for node in tree.body if isinstance(node, ast.ImportFrom) for name in node.names}
+    if missing := [name for name in FUNCTIONS if name not in names]:
+        verb = "is" if len(missing) == 1 else "are"
+        raise InputError(
+            f"{path}: a study script has the functions {', '.join(FUNCTIONS)}; {' and '.join(missing)} {verb} missing"
+        )
+    return _docstring(path, tree)
+
+
+def _parsed(path: Path) -> ast.Module:
     try:
-        docstring = ast.get_docstring(ast.parse(toml_files.read_text(path)))
-    except SyntaxError as error:
-        raise InputError(f"{path}: line {error.lineno}: is not valid Python: {error.msg}") from None
+        return ast.parse(toml_files.read_text(path))
+    except (SyntaxError, ValueError) as error:
+        line = f"line {error.lineno}: " if isinstance(error, SyntaxError) else ""
+        raise InputError(f"{path}: {line}is not valid Python: {getattr(error, 'msg', error)}") from None
+
+
+def _docstring(path: Path, tree: ast.Module) -> str:
+    docstring = ast.get_docstring(tree)
     if not docstring:
         raise InputError(f"{path}: a study script begins with a docstring that states its question")
     return docstring.splitlines()[0]
-
-
-def config(path: Path, *, quick: bool) -> dict:
-    """What the result of a script depends on."""
-    digest = hashlib.sha256(toml_files.read_text(path).encode()).hexdigest()
-    return {"name": path.stem, "question": question(path), "script_sha256": digest} | environment(quick=quick)
 
 
 class ScriptRun:
@@ -54,14 +113,27 @@ class ScriptRun:
 
     Attributes
     ----------
-    name : of the study
-    folder : where everything is written
-    quick : whether the small version is wanted
-    progress : object to report to (:class:`bayesub.io.terminal.Progress`)
-    formats : suffixes of figures
+    name : str
+        Of the study.
+    folder : Path
+        Where everything is written.
+    quick : bool
+        Whether the small version is wanted.
+    progress : Progress
+        To report to.
+    formats : tuple of str
+        Suffixes of figures.
     """
 
-    def __init__(self, name: str, folder: Path, *, quick: bool, progress: Progress = SILENT, formats=(".png",)):
+    def __init__(
+        self,
+        name: str,
+        folder: Path,
+        *,
+        quick: bool,
+        progress: Progress = SILENT,
+        formats: tuple[str, ...] = (".png",),
+    ):
         self.name, self.folder, self.quick, self.progress, self.formats = name, folder, quick, progress, formats
 
     def __getstate__(self):
@@ -77,10 +149,10 @@ class ScriptRun:
         write_text(self.folder / f"{self.name}.md", "\n".join(lines) + "\n")
 
     def part(self, name: str, make: Callable[[], dict]) -> dict:
-        """What `make` returns, as JSON types; a part that an earlier run finished is read back."""
+        """A part of the work as JSON types: what `make` returns, or what an earlier session of the run has saved."""
         file = self.folder / f"{name}.json"
         if not file.exists():
-            write_text(file, json.dumps(make()))
+            write_text(file, _json(make(), f"part {name}", indent=None))
         return json.loads(file.read_text(encoding="utf-8"))
 
     def parts(self, stage: str, makes: dict[str, Callable[[], dict]]) -> dict[str, dict]:
@@ -94,10 +166,15 @@ class ScriptRun:
 
     def save_arrays(self, name: str, **arrays) -> None:
         """Keep arrays for ``draw``, compressed."""
-        np.savez_compressed(self.folder / f"{name}.npz", **arrays)
+        import numpy as np
 
-    def load_arrays(self, name: str) -> dict[str, np.ndarray]:
-        """The arrays that ``compute`` has saved; InputError if the run left none."""
+        with replacing(self.folder / f"{name}.npz") as partial_file, partial_file.open("wb") as file:
+            np.savez_compressed(file, **arrays)
+
+    def load_arrays(self, name: str) -> dict:
+        """The arrays that ``compute`` has saved: name -> array; InputError if the run left none."""
+        import numpy as np
+
         file = self.folder / f"{name}.npz"
         if not file.exists():
             raise InputError(f"{file}: is missing, and figures that need it cannot be drawn; run the study again")
@@ -105,15 +182,16 @@ class ScriptRun:
             return dict(arrays)
 
     def repeat(self, name: str, work: Callable[[int], dict], n: int) -> list[dict]:
-        """What `work` returns for 0, 1, .., n - 1: read from a file as far as it goes, then done, each in a process.
+        """What `work` returns for 0, 1, .., n - 1, each in a process of its own.
 
-        The file has a line of JSON for each; one that a kill left half written is done again.
+        ``<name>.jsonl`` has a line of JSON for each. It is read as far as it goes; a line that a kill left half
+        written is done again.
         """
         file = self.folder / f"{name}.jsonl"
         text = file.read_text(encoding="utf-8") if file.exists() else ""
         lines = text[: text.rfind("\n") + 1].splitlines()[:n]
         write_text(file, "".join(line + "\n" for line in lines))
-        for result in in_processes(work, range(len(lines), n)):
+        for result in self.in_processes(work, range(len(lines), n)):
             lines.append(json.dumps(result))
             with file.open("a", encoding="utf-8") as stream:
                 stream.write(lines[-1] + "\n")
@@ -121,8 +199,24 @@ class ScriptRun:
         return [json.loads(line) for line in lines]
 
     def in_processes(self, work: Callable, items: Iterable) -> Iterator:
-        """What `work` returns for each item, in order (:func:`in_processes`); in it :meth:`part` may be used."""
+        """As :func:`in_processes`; in `work` :meth:`part` may be used."""
         return in_processes(work, items)
+
+
+def in_processes(work: Callable, items: Iterable) -> Iterator:
+    """What `work` returns for each item, in order.
+
+    Each item has a process with one thread, and there are as many processes as cores. For parts that share nothing,
+    such as trials that are repeated with other noise. With ``NUMBA_NUM_THREADS=1`` the items are done one after the
+    other in this process.
+    """
+    import joblib
+    import numba
+
+    ignore_interrupt = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)  # which this process answers for all
+    with joblib.parallel_config("loky", inner_max_num_threads=1, initializer=ignore_interrupt):
+        parallel = joblib.Parallel(n_jobs=numba.get_num_threads(), return_as="generator")
+        yield from parallel(joblib.delayed(work)(item) for item in items)
 
 
 def load(path: Path) -> ModuleType:
@@ -133,39 +227,63 @@ def load(path: Path) -> ModuleType:
     return module
 
 
-def run(path: Path, folder: Path, *, quick: bool, progress: Progress = SILENT, formats=(".png",)) -> str:
-    """Run a script in an opened folder; the claim that failed, or the empty string.
-
-    ``numbers.json`` is written before anything is drawn or judged.
-    """
-    study = ScriptRun(path.stem, folder, quick=quick, progress=progress, formats=formats)
-    module = load(path)
-    text = json.dumps(module.compute(study), indent=1)
-    write_text(folder / "numbers.json", text)
+def run(
+    script: Script, folder: Path, *, formats: tuple[str, ...] = (".png",), progress: Progress = SILENT
+) -> StudyResult:
+    """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
+    study = ScriptRun(script.name, folder, quick=script.is_quick, progress=progress, formats=formats)
+    module = load(script.path)
+    text = _json(module.compute(study), "compute()")
+    write_text(folder / NUMBERS, text)
     progress.stage("figures")
-    return _conclude(module, study, json.loads(text))
+    return _conclude(module, study, json.loads(text), script.question)
 
 
-def redraw(path: Path, folder: Path, *, quick: bool, formats=(".png",)) -> str:
-    """Draw a finished run again and judge it, from its ``numbers.json``; the claim that failed, or the empty string."""
-    study = ScriptRun(path.stem, folder, quick=quick, formats=formats)
-    numbers = json.loads((folder / "numbers.json").read_text(encoding="utf-8"))
-    return _conclude(load(path), study, numbers)
+def redraw(folder: Path, config: dict, path: Path | None, *, formats: tuple[str, ...] = (".png",)) -> StudyResult:
+    """Draw a finished run again and judge it, from its ``numbers.json``.
+
+    Parameters
+    ----------
+    folder : Path
+        The run folder.
+    config : dict
+        Of the run.
+    path : Path or None
+        The script to draw with; None for the copy in the folder.
+    formats : tuple of str
+        Suffixes of the figures.
+    """
+    if path is None:
+        path = folder / COPY
+        if not path.exists():
+            raise InputError(
+                f"{folder}: {COPY} is missing, the run of a script by bayesub before 0.2; name the script: "
+                f"--study studies/{config['name']}.py"
+            )
+        if file_digest(path) != config["script_sha256"]:
+            raise InputError(f"{path}: has changed since the run; run the study again, or name a script with --study")
+    numbers_file = folder / NUMBERS
+    if not numbers_file.exists():
+        raise InputError(f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume")
+    try:
+        numbers = json.loads(toml_files.read_text(numbers_file))
+    except ValueError as error:
+        raise InputError(f"{numbers_file}: is damaged ({error}); run the study again") from None
+    study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=formats)
+    return _conclude(load(path), study, numbers, check(path))
 
 
-def _conclude(module: ModuleType, study: ScriptRun, numbers: dict) -> str:
+def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str) -> StudyResult:
     """Draw, and then judge."""
     module.draw(study, numbers)
-    return next((sentence for holds, sentence in module.claims(numbers) if not holds), "")
+    failed = next((sentence for holds, sentence in module.claims(numbers) if not holds), None)
+    verdict = CLAIM_HOLDS if failed is None else CLAIM_FAILED
+    return StudyResult(study.name, question, verdict, str(study.folder), text=failed or "")
 
 
-def in_processes(work: Callable, items: Iterable) -> Iterator:
-    """What `work` returns for each item, in order: each in a process that has one thread, as many as there are cores.
-
-    For parts that share nothing, such as trials that are repeated with other noise. With ``NUMBA_NUM_THREADS=1`` they
-    are done one after the other in this process.
-    """
-    ignore_interrupt = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)  # which this process answers for all
-    with joblib.parallel_config("loky", inner_max_num_threads=1, initializer=ignore_interrupt):
-        parallel = joblib.Parallel(n_jobs=numba.get_num_threads(), return_as="generator")
-        yield from parallel(joblib.delayed(work)(item) for item in items)
+def _json(content, source: str, indent: int | None = 1) -> str:
+    """JSON of what a script returns; TypeError names what is no JSON type."""
+    try:
+        return json.dumps(content, indent=indent)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{source} must return JSON types: {error}") from None

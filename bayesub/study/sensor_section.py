@@ -30,7 +30,21 @@ FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outlie
 
 
 class SensorSection(Section):
-    """What every kind may have (:class:`bayesub.sensors.Sensor`), faults and place and clock, besides its own keys."""
+    """Keys of every kind of sensor, besides its own: faults, place and clock (:class:`bayesub.sensors.Sensor`).
+
+    Attributes
+    ----------
+    dropout : float or None
+        Probability that a reading is missing.
+    gaps : tuple of (float, float) or None
+        Begin and end of times without readings, s.
+    outlier_probability, outlier_scale : float or None
+        How often a reading is wrong, and by how many standard deviations.
+    lever_arm_m : (float, float, float) or None
+        Place of the sensor ahead, to starboard and down from the body origin.
+    clock_offset_s : float or None
+        How far its clock is ahead.
+    """
 
     dropout: float | None = None
     gaps: tuple[tuple[float, float], ...] | None = None
@@ -47,9 +61,9 @@ class SensorSection(Section):
     def build(self) -> tuple[sensors.Sensor, ...]:
         """The sensors that the section describes; InputError if they cannot exist."""
         make = KINDS[self.kind]
-        given = self.model_dump(exclude={"kind"}, exclude_none=True)
-        own = {key: given.pop(key) for key in inspect.signature(make).parameters if key in given}
-        return sensors.modified(make(**own), **given)
+        changes = self.model_dump(exclude={"kind"}, exclude_none=True)
+        arguments = {key: changes.pop(key) for key in inspect.signature(make).parameters if key in changes}
+        return sensors.modified(make(**arguments), **changes)
 
 
 def _section(kind: str) -> type[SensorSection]:

@@ -29,9 +29,18 @@ UNREAD_TILT = np.radians(5.0)  # for roll and pitch
 class Trial:
     """One trial of a study.
 
-    nuisance : name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included
-    truth : the motion behind a simulated trial, or None
-    n_left_out : readings of the log before its first or after its last control
+    Attributes
+    ----------
+    manoeuvre : Manoeuvre
+        The controls that were flown.
+    record : Record
+        The readings.
+    nuisance : dict of str to Prior
+        Name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included.
+    truth : Trajectory or None
+        The motion behind a simulated trial.
+    n_left_out : int
+        Readings of the log before its first or after its last control.
     """
 
     manoeuvre: Manoeuvre
@@ -52,6 +61,7 @@ def read_trial(
     clock_offset_s: float = 0.0,
     max_control_gap_s: float | None = None,
     ignore=(),
+    name: str | None = None,
 ) -> Trial:
     """Read the log of a trial (:mod:`bayesub.io.log_files`).
 
@@ -64,17 +74,33 @@ def read_trial(
 
     Parameters
     ----------
-    sensors : as of :meth:`bayesub.sensors.Record.load`
-    nuisance : name -> prior, of the start and of anything else
-    known : name -> value of states at the start that are known, such as ``{"u0_mps": 1.5}``
-    subproblem : plane to which the motion was confined
-    clock_offset_s : how far the clock of the readings is ahead of that of the controls; adds to those of the sensors
-    max_control_gap_s : longest time between two cells of a control; by default that of a ship length travelled, in
-        which the boat answers little to what a plane does unseen
-    ignore : columns that are not used
+    path : str or Path
+        The log, CSV.
+    vehicle : Vehicle
+        The boat.
+    sensors : sequence
+        As of :meth:`bayesub.sensors.Record.load`.
+    nuisance : dict of str to Prior
+        Name -> prior, of the start and of anything else.
+    known : dict of str to float
+        Name -> value of states at the start that are known, such as ``{"u0_mps": 1.5}``.
+    subproblem : str or None
+        Plane to which the motion was confined.
+    clock_offset_s : float
+        How far the clock of the readings is ahead of that of the controls; adds to those of the sensors.
+    max_control_gap_s : float or None
+        Longest time between two cells of a control; by default that of a ship length travelled, in which the boat
+        answers little to what a plane does unseen.
+    ignore : sequence of str
+        Columns that are not used.
+    name : str or None
+        Of the manoeuvre; by default the name of the file.
 
-    Raises InputError for a file that does not fit, a gap in the controls, and a channel of a motion that the
-    sub-problem does not have.
+    Raises
+    ------
+    InputError
+        For a file that does not fit, a gap in the controls, and a channel of a motion that the sub-problem does not
+        have.
     """
     path, nuisance, known = Path(path), dict(nuisance or {}), dict(known or {})
     log = log_files.read_log(path)
@@ -101,21 +127,21 @@ def read_trial(
             )
     initial = straight_and_level(vehicle)
     initial[log_files.STATES.index("u")] = rpm[0] / vehicle.rpm_per_mps
-    for name, (state, factor) in _starts().items():
+    for start, (state, factor) in _starts().items():
         if state not in moving or not _matters(state, record, nuisance):
             continue
-        if name in known:
-            initial[log_files.STATES.index(state)] = factor * known.pop(name)
+        if start in known:
+            initial[log_files.STATES.index(state)] = factor * known.pop(start)
             continue
-        if name not in nuisance:
+        if start not in nuisance:
             about = _start(state, record, nuisance, initial, vehicle, path)
-            nuisance[name] = priors.normal(*(float(x) / factor for x in about))
-        initial[log_files.STATES.index(state)] = factor * nuisance[name].mean[0]
-    for name in known:
+            nuisance[start] = priors.normal(*(float(x) / factor for x in about))
+        initial[log_files.STATES.index(state)] = factor * nuisance[start].mean[0]
+    for start in known:
         raise InputError(
-            f"nuisance.{name}: a value is for the start, of a state that the readings depend on; leave it out"
+            f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out"
         )
-    manoeuvre = Manoeuvre(path.stem, times, controls, rpm, initial, subproblem)
+    manoeuvre = Manoeuvre(name or path.stem, times, controls, rpm, initial, subproblem)
     return Trial(manoeuvre, record, nuisance, n_left_out=whole.n_readings - record.n_readings)
 
 

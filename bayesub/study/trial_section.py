@@ -1,32 +1,61 @@
 """Trials in study files: simulated and measured, or read from a log."""
 
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
+import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section
-from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import simulate
 from bayesub.model.vehicles import Vehicle
-from bayesub.problem import priors
 from bayesub.problem.nuisance import BODY, INITIAL
+from bayesub.problem.priors import Prior
 from bayesub.sensors import observe
 from bayesub.study.prior_section import PriorOfOne
-from bayesub.study.sensor_section import FAULTS, PRESETS, AnySensorSection
-from bayesub.study.trial_log import Trial, read_trial
+from bayesub.study.sensor_section import FAULTS, PRESETS, AnySensorSection, SensorSection
+
+if TYPE_CHECKING:
+    from bayesub.study.trial_log import Trial
 
 
 class TruthSection(Section):
-    """What only the simulated trial knows; biases are with the sensors."""
+    """What only the simulated trial knows; biases are with the sensors.
+
+    Attributes
+    ----------
+    current_mps : (float, float)
+        Constant current to the north and to the east.
+    """
 
     current_mps: tuple[float, float] = (0.0, 0.0)
 
 
 class TrialKeys(Section):
-    """What says where the readings of a trial come from: a `manoeuvre` to simulate, or the log `data`, a path."""
+    """The source of the readings of a trial: a manoeuvre to simulate, or a log.
+
+    Attributes
+    ----------
+    manoeuvre : str or None
+        Built-in name or path, to be simulated.
+    data : str or None
+        Path of a log.
+    subproblem : str or None
+        Plane that a log keeps to.
+    clock_offset_s : float or None
+        How far the clock of the readings of a log is ahead of that of its controls.
+    max_control_gap_s : float or None
+        Longest time between two cells of a control of a log.
+    ignore : tuple of str or None
+        Columns of a log that are not used.
+    nuisance : dict of str to PriorOfOne
+        What else is unknown.
+    truth : TruthSection
+        Of a simulated trial.
+    """
 
     manoeuvre: str | None = None
     data: str | None = None
@@ -53,15 +82,42 @@ class TrialKeys(Section):
             raise ValueError(f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out")
         return self
 
-    def build(self, vehicle: Vehicle, sections, nuisance: dict[str, PriorOfOne], dt: float | None, rng) -> Trial:
-        """Simulate and measure the trial with random numbers from `rng`, or read its log."""
-        sensors = [section.build() for section in sections]
+    def build(
+        self,
+        vehicle: Vehicle,
+        sections: Sequence[SensorSection],
+        nuisance: dict[str, PriorOfOne],
+        *,
+        dt: float | None,
+        rng: np.random.Generator,
+        path: Callable[[str], str],
+    ) -> "Trial":
+        """Simulate and measure the trial, or read its log.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            The boat of the trial.
+        sections : sequence of SensorSection
+            Its instruments.
+        nuisance : dict of str to PriorOfOne
+            Name -> prior of what else is unknown; those of the study and of the trial.
+        dt : float or None
+            Time step of the simulation, s.
+        rng : numpy.random.Generator
+            Of the noise.
+        path : callable
+            Gives the path of a file that the study names.
+
+        Raises
+        ------
+        InputError
+            For a file that does not fit and for faults of instruments that read a log.
+        """
         if self.data is None:
-            varying = {name: _varying(name, one) for name, one in nuisance.items()}
-            manoeuvre = load_manoeuvre(self.manoeuvre, vehicle)
-            truth = simulate(vehicle, manoeuvre, dt=dt)
-            record = observe(truth, sensors, rng, current_mps=self.truth.current_mps)
-            return Trial(manoeuvre, record, varying, truth)
+            return self._simulated(vehicle, sections, nuisance, dt, rng, path)
+        from bayesub.study.trial_log import read_trial
+
         for k, section in enumerate(sections):
             for key in FAULTS:
                 if getattr(section, key, None):
@@ -71,10 +127,11 @@ class TrialKeys(Section):
                     )
         known = {name: one.value for name, one in nuisance.items() if one.value is not None and name in INITIAL}
         return read_trial(
-            self.data,
+            path(self.data),
             vehicle,
-            sensors,
-            nuisance={name: _varying(name, one) for name, one in nuisance.items() if name not in known},
+            [section.build() for section in sections],
+            name=Path(self.data).stem,
+            nuisance={name: _prior(name, one) for name, one in nuisance.items() if name not in known},
             known=known,
             subproblem=self.subproblem,
             clock_offset_s=self.clock_offset_s or 0.0,
@@ -82,17 +139,31 @@ class TrialKeys(Section):
             ignore=self.ignore or (),
         )
 
-    def located(self, folder: Path) -> "TrialKeys":
-        """The same with the paths of files, which are relative to `folder`, made absolute."""
-        if self.data is not None:
-            return self.model_copy(update={"data": toml_files.absolute(self.data, folder)})
-        if self.manoeuvre is not None:
-            return self.model_copy(update={"manoeuvre": toml_files.located(self.manoeuvre, folder)})
-        return self
+    def _simulated(self, vehicle, sections, nuisance, dt, rng, path) -> "Trial":
+        from bayesub.model.manoeuvres import load_manoeuvre
+        from bayesub.model.simulate import simulate
+        from bayesub.study.trial_log import Trial
+
+        priors = {name: _prior(name, one) for name, one in nuisance.items()}
+        manoeuvre = load_manoeuvre(path(self.manoeuvre), vehicle)
+        if self.manoeuvre.lower().endswith(".csv"):  # which has no other name than its file's
+            manoeuvre = replace(manoeuvre, name=Path(self.manoeuvre).stem)
+        truth = simulate(vehicle, manoeuvre, dt=dt)
+        sensors = [section.build() for section in sections]
+        record = observe(truth, sensors, rng, current_mps=self.truth.current_mps)
+        return Trial(manoeuvre, record, priors, truth)
 
 
 class TrialSection(TrialKeys):
-    """One of several trials of a study, with its own nuisance parameters, and sensors if they differ."""
+    """One of several trials of a study, with its own nuisance parameters.
+
+    Attributes
+    ----------
+    name : str
+        Unique in the study.
+    sensors : tuple of SensorSection or None
+        If they are not those of the study.
+    """
 
     name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
     sensors: tuple[AnySensorSection, ...] | None = None
@@ -106,7 +177,15 @@ class TrialSection(TrialKeys):
 
 
 class InstrumentsFile(Section):
-    """The instruments of a boat, and the current in which it flies, for ``bayesub simulate --sensors``."""
+    """The instruments of a boat, for ``bayesub simulate --sensors``.
+
+    Attributes
+    ----------
+    sensors : tuple of SensorSection
+        At least one.
+    truth : TruthSection
+        The current in which the boat flies.
+    """
 
     sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
     truth: TruthSection = TruthSection()
@@ -123,7 +202,7 @@ def read_instruments(name: str | Path) -> InstrumentsFile:
     return toml_files.read_toml(Path(name), InstrumentsFile)
 
 
-def _varying(name: str, section: PriorOfOne) -> priors.Prior:
+def _prior(name: str, section: PriorOfOne) -> Prior:
     if section.value is not None:
         raise InputError(f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave the parameter out")
     return section.build()

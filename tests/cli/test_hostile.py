@@ -14,7 +14,7 @@ from bayesub.io import log_files, toml_files
 from bayesub.io.errors import LONGEST
 from bayesub.model.hulls import load_hull
 from bayesub.model.manoeuvre_files import read_manoeuvre
-from bayesub.study.study import load_study
+from bayesub.study.study_file import load_study
 
 READERS = {"vehicle": bs.load_vehicle, "manoeuvre": read_manoeuvre, "geometry": load_hull, "study": load_study}
 

@@ -19,7 +19,8 @@ import bayesub as bs
 from bayesub.cli import app
 from bayesub.io.atomic import LOCK
 from bayesub.sampling.posterior import Criteria
-from bayesub.study import study
+from bayesub.study.prepare import prepare
+from bayesub.study.study_file import load_study
 
 INTERRUPTIONS = int(os.environ.get("BAYESUB_INTERRUPTIONS", "2"))
 COMMAND = [sys.executable, "-c", "from bayesub.__main__ import main; main()"]
@@ -72,7 +73,7 @@ def in_process(*arguments):
 
 def sampled(file, checkpoint):
     """The posterior of the study, without figures and report."""
-    setup = study.prepare(study.load_study(file))
+    setup = prepare(load_study(file))
     sampler = setup.study.sampler
     options = {"n_ensembles": sampler.n_ensembles, "n_walkers": sampler.n_walkers, "max_steps": sampler.max_steps}
     criteria = Criteria(sampler.rhat, sampler.ess, sampler.taus)

@@ -7,7 +7,9 @@ import pytest
 
 import bayesub as bs
 from bayesub.io import toml_files
-from bayesub.study import new_study, study
+from bayesub.study import new_study
+from bayesub.study.prepare import prepare
+from bayesub.study.study_file import load_study
 
 
 def test_a_new_study_is_one_that_can_be_posed(tmp_path, monkeypatch):
@@ -15,7 +17,7 @@ def test_a_new_study_is_one_that_can_be_posed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "first.toml"
     path.write_text(new_study.simulated("first", path, "auv690", "zigzag_20_20"))
-    assert study.prepare(study.load_study(path)).problem.names[0] == "Xuu"
+    assert prepare(load_study(path)).problem.names[0] == "Xuu"
     (tmp_path / "logs").mkdir()
     log = tmp_path / "logs" / "trial.csv"
     boat = bs.load_vehicle("auv690")
@@ -23,12 +25,12 @@ def test_a_new_study_is_one_that_can_be_posed(tmp_path, monkeypatch):
     record = bs.observe(bs.simulate(boat, spiral), bs.sensors.DVL(sd_mps=0.005), np.random.default_rng(1))
     record.save(log, spiral)
     path.write_text(new_study.of_log("first", path, "auv690", log))
-    posed = study.load_study(path)
+    posed = load_study(path)
     assert 'data = "logs/trial.csv"' in path.read_text()
     assert (posed.subproblem, posed.ignore) == ("horizontal", ("w_ground_mps",))
     # The median of some hundred second differences knows the noise to a tenth or so.
     assert [sensor.sd for sensor in posed.sensors] == pytest.approx([0.005] * 2, rel=0.3)
-    assert "current_north_mps" in study.prepare(posed).problem.names
+    assert "current_north_mps" in prepare(posed).problem.names
 
 
 def test_files_are_named_from_the_study_file(tmp_path, monkeypatch):
@@ -41,9 +43,9 @@ def test_files_are_named_from_the_study_file(tmp_path, monkeypatch):
     path.write_text(new_study.simulated("first", path, "boat.toml", "flown.toml"))
     assert 'vehicle = "../boat.toml"' in path.read_text()
     monkeypatch.chdir("/")
-    posed = study.load_study(tmp_path / path)
+    posed = load_study(tmp_path / path)
     assert posed.files == [tmp_path / "boat.toml", tmp_path / "flown.toml"]
-    assert study.prepare(posed).vehicle.name == "auv690"
+    assert prepare(posed).vehicle.name == "auv690"
 
 
 def test_scatter_of_a_column_that_rounding_hides(tmp_path):
@@ -64,6 +66,6 @@ def test_a_vertical_log_needs_neither_heading_nor_cross_current(tmp_path):
     record.save(tmp_path / "log.csv", zigzag)
     path = tmp_path / "vertical.toml"
     path.write_text(new_study.of_log("vertical", path, "npsauv", tmp_path / "log.csv"))
-    names = study.prepare(study.load_study(path)).problem.names
+    names = prepare(load_study(path)).problem.names
     assert "current_north_mps" in names
     assert not {"current_east_mps", "yaw0_deg"} & set(names)

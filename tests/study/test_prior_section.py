@@ -7,8 +7,10 @@ import pytest
 from scipy import stats
 
 from bayesub import InputError
+from bayesub.model import coefficients
 from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownSd
-from bayesub.study import study
+from bayesub.study import prepare as preparation
+from bayesub.study.study_file import load_study
 
 HEAD = """
 name = "small"
@@ -41,7 +43,7 @@ def prepared(tmp_path):
     def prepare(text):
         path = tmp_path / "study.toml"
         path.write_text(HEAD + text)
-        return study.prepare(study.load_study(path))
+        return preparation.prepare(load_study(path))
 
     return prepare
 
@@ -55,7 +57,7 @@ def test_priors_of_single_coefficients(prepared, tmp_path):
     setup = prepared(NORMAL + text)
     prior, names = setup.problem.prior, setup.problem.names
     assert names == ("Xuu", "Yuv", "Nuv")  # Nur is fixed
-    assert setup.problem.xi[study.coefficients.INDEX["Nur"]] == -0.006
+    assert setup.problem.xi[coefficients.INDEX["Nur"]] == -0.006
     covariance = [[4e-6, 1.2e-6], [1.2e-6, 1e-6]]
     points = np.array([[-0.001, -0.031, -0.0115], [-0.0018, -0.027, -0.014], [-0.003, -0.03, -0.012]])
     expected = stats.uniform.logpdf(points[:, 0], -0.002, 0.0015)
@@ -111,7 +113,7 @@ def test_prior_of_the_vehicle_file(tmp_path, own_boat):
         path = tmp_path / "study.toml"
         head = HEAD.replace('"suboff"', f'"{own_boat}"').replace('"Nur"]', '"Nur", "Nuu"]')
         path.write_text(head + '[prior]\nkind = "vehicle"\n' + text)
-        return study.prepare(study.load_study(path)).problem
+        return preparation.prepare(load_study(path)).problem
 
     problem = prepared("")
     assert problem.names == ("Yuv", "Nuv", "Nuu")

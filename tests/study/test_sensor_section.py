@@ -7,7 +7,8 @@ import bayesub as bs
 from bayesub import sensors
 from bayesub.baselines import posterior_mode
 from bayesub.io import toml_files
-from bayesub.study import study
+from bayesub.study.prepare import prepare
+from bayesub.study.study_file import Study
 
 STUDY = {
     "name": "small",
@@ -21,7 +22,7 @@ STUDY = {
 
 def read(*sections):
     """The study with these sensors, as if from a file."""
-    return toml_files.validate(STUDY | {"sensors": list(sections)}, study.Study, "small.toml")
+    return toml_files.validate(STUDY | {"sensors": list(sections)}, Study, "small.toml")
 
 
 EACH = [
@@ -50,7 +51,7 @@ def test_each_kind_is_what_it_is_in_python(section, expected):
     loaded = read(section)
     assert loaded.sensors[0].build() == sensors.flat(expected)
     completed = loaded.model_dump(exclude_none=True, mode="json")
-    assert toml_files.validate(completed, study.Study, "config.toml") == loaded
+    assert toml_files.validate(completed, Study, "config.toml") == loaded
     faults = {"dropout": 0.1, "gaps": [[10.0, 20.0]], "outlier_scale": 4.0}
     faults |= {"lever_arm_m": [1.0, 0.0, -0.5], "clock_offset_s": 0.3}
     placed = {"lever_arm_m": (1.0, 0.0, -0.5), "clock_offset_s": 0.3}
@@ -99,7 +100,7 @@ def test_bad_sections(section, message):
 
 def test_a_study_of_states_by_any_sensor_is_a_problem():
     """At the truth the residuals are the noise, whichever name a state has in the record."""
-    setup = study.prepare(
+    setup = prepare(
         read(
             {"kind": "dvl", "sd_mps": 0.01, "interval_s": 2.0},
             {"kind": "compass", "sd_deg": 0.5},
@@ -116,7 +117,7 @@ def test_a_study_of_states_by_any_sensor_is_a_problem():
 
 def test_channels_without_noise():
     """Readings that are rounded and have no noise admit what makes every one of them, and a search finds it."""
-    problem = study.prepare(read({"kind": "sensor", "column": "u_mps", "resolution": 0.01, "interval_s": 5.0})).problem
+    problem = prepare(read({"kind": "sensor", "column": "u_mps", "resolution": 0.01, "interval_s": 5.0})).problem
     truth = problem.reference
     other = truth * np.where([name == "Xuu" for name in problem.names], 1.2, 1.0)
     np.testing.assert_array_equal(problem.log_likelihood(np.array([truth, other])), [0.0, -np.inf])
@@ -126,7 +127,7 @@ def test_channels_without_noise():
 
 def test_no_parameters_make_every_reading():
     """A log that no coefficients explain to its rounding is refused by channel."""
-    problem = study.prepare(read({"kind": "sensor", "column": "u_mps", "resolution": 0.01, "interval_s": 5.0})).problem
+    problem = prepare(read({"kind": "sensor", "column": "u_mps", "resolution": 0.01, "interval_s": 5.0})).problem
     problem.readings[3] += 0.5
     with pytest.raises(bs.InputError, match=r"channel 'u': no parameters .* give the sensor an sd"):
         posterior_mode(problem, rng=np.random.default_rng(0))

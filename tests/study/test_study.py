@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 import tomli_w
 
-from bayesub.io import log_files
+from bayesub.io import log_files, toml_files
 from bayesub.sampling import posterior_file, sampler
-from bayesub.study import study
+from bayesub.study import infer
+from bayesub.study.prepare import prepare
 from bayesub.study.run_folder import open_folder
+from bayesub.study.study_file import load_study
 
 SMALL = """
 name = "small"
@@ -88,8 +90,8 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
 
 
 def test_resume_names_the_first_difference(bayesub, small, tmp_path):
-    loaded = study.load_study(small)
-    with open_folder(tmp_path / "run", study.completed(loaded, quick=False), resume=False, force=False):
+    loaded = load_study(small)
+    with open_folder(tmp_path / "run", loaded.config(), resume=False, force=False):
         pass
     small.write_text(SMALL.replace("position_sd_m = 0.2", "position_sd_m = 0.3"))
     status, _, err = bayesub("run", small, "-o", tmp_path / "run", "--resume")
@@ -118,13 +120,13 @@ def test_an_interrupted_run_resumes_to_the_same_bits(bayesub, small, tmp_path):
 
 def test_quick_applies_the_quick_table(small):
     small.write_text(SMALL + "[quick]\nseed = 9\nbaselines = { sqp_starts = 1 }\n")
-    assert study.load_study(small, quick=True).baselines.sqp_starts == 1
-    assert study.load_study(small, quick=True).seed == 9
-    assert study.load_study(small).baselines.sqp_starts == 2
+    assert load_study(small, quick=True).baselines.sqp_starts == 1
+    assert load_study(small, quick=True).seed == 9
+    assert load_study(small).baselines.sqp_starts == 2
 
 
 def test_the_same_study_gives_the_same_trial_bit_for_bit(small):
-    first, second = (study.prepare(study.load_study(small)).problem for _ in range(2))
+    first, second = (prepare(load_study(small)).problem for _ in range(2))
     np.testing.assert_array_equal(first.readings, second.readings)
     np.testing.assert_array_equal(first.prior.mean, second.prior.mean)
 
@@ -172,7 +174,7 @@ def test_list_and_check_know_everything_built_in(bayesub, small):
     assert status == 0
     assert all(name in out for name in ("suboff", "auv690", "npsauv", "horizontal"))
     assert bayesub("list", "boats")[0] == 2
-    files = [path for kind in ("vehicles", "manoeuvres") for path in study.toml_files.built_in(kind).values()]
+    files = [path for kind in ("vehicles", "manoeuvres") for path in toml_files.built_in(kind).values()]
     status, out, _ = bayesub("check", *files, small)
     assert status == 0
     assert "4 free coefficients" in out
@@ -218,7 +220,7 @@ def test_ctrl_c_prints_the_command_that_continues(bayesub, small, tmp_path, monk
         signal.raise_signal(signal.SIGINT)
 
     with monkeypatch.context() as during:
-        during.setattr(study.baselines, "sqp", press)
+        during.setattr(infer.baselines, "sqp", press)
         status, _, err = bayesub("run", small, "-o", folder)
     assert (status, err) == (130, f"bayesub: interrupted; what is done is saved, continue with: {command}\n")
 
@@ -237,7 +239,7 @@ def test_a_folder_at_work_is_refused(bayesub, small, tmp_path):
     (tmp_path / "run" / "config.toml.partial").write_text("killed while writ")
     with open_folder(tmp_path / "run", {"quick_run": False}, resume=False, force=False):
         for option in ("--resume", "--force"):
-            config = study.completed(study.load_study(small), quick=False)
+            config = load_study(small).config()
             (tmp_path / "run" / "config.toml").write_text(tomli_w.dumps(config))
             status, _, err = bayesub("run", small, "-o", tmp_path / "run", option)
             assert status == 2
@@ -252,7 +254,7 @@ def test_a_full_disk_is_one_line(bayesub, small, tmp_path, monkeypatch):
     def full(*_, **__):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(study.baselines, "sqp", full)
+    monkeypatch.setattr(infer.baselines, "sqp", full)
     status, _, err = bayesub("run", small, "-o", tmp_path / "run")
     assert status == 2
     assert (

@@ -8,7 +8,8 @@ import pytest
 
 import bayesub as bs
 from bayesub.io import toml_files
-from bayesub.study import study
+from bayesub.study.prepare import prepare
+from bayesub.study.study_file import load_study
 
 LOG = """
 name = "logged"
@@ -86,9 +87,9 @@ def test_a_log_needs_no_suffix(folder, monkeypatch):
     (folder / "log.csv").rename(folder / "log")
     (folder / "log.toml").write_text(LOG.replace("log.csv", "log"))
     monkeypatch.chdir("/")
-    posed = study.load_study(folder / "log.toml")
+    posed = load_study(folder / "log.toml")
     assert posed.files == [folder / "log"]
-    assert study.prepare(posed).problem.record.n_readings
+    assert prepare(posed).problem.record.n_readings
 
 
 def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(folder, bayesub):
@@ -107,14 +108,14 @@ def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(folder, bayesub):
 
 def test_the_joint_posterior_of_two_trials_is_the_product(folder, rng):
     """Likelihoods of a log and of a simulated trial multiply; each has its own start, and the prior counts once."""
-    joint = study.prepare(study.load_study(folder / "joint.toml")).problem
+    joint = prepare(load_study(folder / "joint.toml")).problem
     assert "yaw0_deg[logged]" in joint.names
     assert "yaw0_deg[zigzag]" in joint.names
     parameters = joint.prior.mean + 0.1 * joint.prior.sd * rng.standard_normal((4, joint.n_params))
     parts = [problem.log_likelihood(own) for _, problem, own in joint.each_trial(parameters)]
     assert len(parts) == 2
     np.testing.assert_allclose(joint.log_likelihood(parameters), np.sum(parts, axis=0), rtol=1e-12)
-    alone = study.prepare(study.load_study(folder / "log.toml")).problem
+    alone = prepare(load_study(folder / "log.toml")).problem
     places = [joint.names.index(n if n in bs.coefficients.INDEX else f"{n}[logged]") for n in alone.names]
     np.testing.assert_allclose(alone.log_likelihood(parameters[:, places]), parts[0], rtol=1e-12)
 

@@ -28,7 +28,8 @@ import bayesub as bs
 from bayesub.cli import app
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
-from bayesub.study import study
+from bayesub.study.prepare import prepare
+from bayesub.study.study_file import load_study
 
 SECONDS, BYTES, LONGEST = 10.0, 2 << 30, 600
 DEFECTS = ("unclear", "absurd", "traceback", "hang", "crash")
@@ -92,7 +93,7 @@ def drive(kind: str, path: Path) -> None:
         if not all(np.isfinite(channel.values).all() for channel in record.channels):
             raise Defect("a reading is not finite")
     elif kind == "study":
-        problem = study.prepare(study.load_study(path)).problem
+        problem = prepare(load_study(path)).problem
         found = problem.log_prob(problem.prior.mean[None])[0]
         if not (np.isfinite(found) or (found == -np.inf and "at the prior means" in text)):
             raise Defect(f"the log posterior at the prior mean is {found}")

@@ -5,8 +5,9 @@ import re
 import numpy as np
 
 from bayesub.io import toml_files
+from bayesub.study import new_vehicle
 
-TORPEDO = (toml_files.DATA / "templates" / "geometry.toml").read_text(encoding="utf-8").replace("{name}", "boat")
+TORPEDO = new_vehicle.geometry("boat")
 ELLIPSOID = '[hull]\nshape = "ellipsoid"\nlength_m = 8.0\nbeam_m = 1.2\nheight_m = 1.0\n'
 OFFSETS = (
     "origin_m = 3.1\n[hull]\nshape = 'offsets'\nstation_m = [0.0, 0.5, 4.0, 6.0]\nradius_m = [0.0, 0.4, 0.4, 0.05]\n"

@@ -1,0 +1,36 @@
+"""What the arguments of several commands share: paths, and completion of built-in names."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+from click.shell_completion import CompletionItem
+
+from bayesub.io import toml_files
+
+PATH = click.Path(path_type=Path)
+
+
+def _names(kind: str) -> Callable[..., list[CompletionItem]]:
+    """Completion of a built-in name, or of a path if none begins like that: shells do not mix the two."""
+
+    def complete(_ctx, _param, incomplete: str) -> list[CompletionItem]:
+        names = [CompletionItem(name) for name in toml_files.built_in(kind) if name.startswith(incomplete)]
+        return names or [CompletionItem(incomplete, type="file")]
+
+    return complete
+
+
+VEHICLE = {"metavar": "VEHICLE", "shell_complete": _names("vehicles")}
+MANOEUVRE = {"metavar": "MANOEUVRE", "shell_complete": _names("manoeuvres")}
+
+subproblem = click.option(
+    "--subproblem",
+    type=click.Choice(["horizontal", "vertical", "none"]),
+    help="Plane to confine the motion to; if left out, that of the manoeuvre.",
+)
+
+
+def plane(subproblem: str | None) -> dict[str, str | None]:
+    """The option --subproblem as an argument of the simulator; left out, the manoeuvre decides."""
+    return {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}

@@ -1,0 +1,60 @@
+"""The command `list`."""
+
+import json
+from pathlib import Path
+
+import click
+from rich.table import Table
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.terminal import console
+
+KINDS = ("vehicles", "manoeuvres", "studies")
+
+
+def _kinds(_ctx, _param, incomplete: str) -> list[str]:
+    return [kind for kind in KINDS if kind.startswith(incomplete)]
+
+
+@click.command("list", epilog="Example: bayesub list vehicles")
+@click.argument("what", default="", metavar="[vehicles|manoeuvres|studies]", shell_complete=_kinds)
+@click.option("--json", "as_json", is_flag=True, help="Names and descriptions as JSON, kind by kind.")
+def list_(what: str, as_json: bool) -> None:
+    """List what is built in, and the studies of the folder `studies`."""
+    if what and what not in KINDS:
+        raise InputError(f"cannot list '{what}'{nearest(what, KINDS)}; expected {', '.join(KINDS)}")
+    entries = {kind: _studies() if kind == "studies" else _built_in(kind) for kind in ([what] if what else KINDS)}
+    if as_json:
+        click.echo(json.dumps(entries, indent=2))
+        return
+    for kind, texts in entries.items():
+        table = Table(title=kind.capitalize(), title_justify="left", show_header=False, box=None, pad_edge=False)
+        for name, text in texts.items():
+            table.add_row(name, text)
+        console.print(table)
+
+
+def _built_in(kind: str) -> dict[str, str]:
+    """Name -> description of what is built in."""
+    files = toml_files.built_in(kind)
+    return {name: toml_files.read_toml_table(path).get("description", "") for name, path in files.items()}
+
+
+def _studies() -> dict[str, str]:
+    """File -> question of the studies in the folder `studies`; of one that cannot be read, why not."""
+    from bayesub.study import runs
+
+    folder = Path("studies")
+    return {str(path): _question(path) for path in runs.study_files(folder)}
+
+
+def _question(path: Path) -> str:
+    from bayesub.study import script
+
+    try:
+        if path.suffix == ".py":
+            return script.question(path)
+        return str(toml_files.read_toml_table(path).get("question", ""))
+    except InputError as error:
+        return f"cannot be read: {str(error).removeprefix(f'{path}: ')}"

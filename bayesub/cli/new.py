@@ -1,0 +1,75 @@
+"""The commands `new vehicle`, `new geometry` and `new study`."""
+
+from pathlib import Path
+
+import click
+
+from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import say
+
+
+@click.group(epilog="Example: bayesub new vehicle myboat")
+def new() -> None:
+    """Write a commented template: a vehicle of your own, the geometry of its hull, or a study."""
+
+
+@new.command(epilog="Example: bayesub new vehicle myboat --geometry myboat_hull.toml")
+@click.argument("name")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
+@click.option("--from", "source", **VEHICLE, help="Start from a copy of this vehicle (built-in name or TOML).")
+@click.option("--geometry", type=PATH, metavar="HULL", help="Estimate added masses from this geometry file.")
+def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None) -> None:
+    """Write a vehicle file with every key and all 101 coefficients; what is unknown is zero.
+
+    With a geometry, added masses and what follows from them are estimated, each with its uncertainty and source.
+    """
+    from bayesub.model.hulls import load_hull
+    from bayesub.study import new_vehicle
+
+    if source and geometry:
+        raise InputError("--from and --geometry exclude each other")
+    text = new_vehicle.copied(name, source) if source else new_vehicle.vehicle(name, geometry and load_hull(geometry))
+    _write(output or Path(f"{name}.toml"), text, "bayesub check says what it lacks")
+
+
+@new.command(epilog="Example: bayesub new geometry myboat -o myboat_hull.toml")
+@click.argument("name")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME_hull.toml if left out.")
+def geometry(name: str, output: Path | None) -> None:
+    """Write a hull geometry file, to be filled in and given to `bayesub new vehicle --geometry`."""
+    from bayesub.study import new_vehicle
+
+    path = output or Path(f"{name}_hull.toml")
+    _write(path, new_vehicle.geometry(name), f"fill it in, then bayesub new vehicle {name} --geometry {path}")
+
+
+@new.command(epilog="Example: bayesub new study mytrial --vehicle myboat.toml --data trial.csv")
+@click.argument("name")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
+@click.option("--vehicle", **VEHICLE, required=True, help="Built-in name or TOML.")
+@click.option("--manoeuvre", **MANOEUVRE, help="Simulate this one and measure it.")
+@click.option("--data", type=PATH, metavar="LOG", help="Read this log (CSV) instead.")
+def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, data: Path | None) -> None:
+    """Write a study file, of a simulated manoeuvre or of a log, with a sensor for each of its columns."""
+    from bayesub.model.manoeuvres import load_manoeuvre
+    from bayesub.model.vehicles import load_vehicle
+    from bayesub.study import new_study
+
+    if (manoeuvre is None) == (data is None):
+        raise InputError("a study needs one of --manoeuvre and --data")
+    path = output or Path(f"{name}.toml")
+    boat = load_vehicle(vehicle)
+    if data is None:
+        load_manoeuvre(manoeuvre, boat)
+        text = new_study.simulated(name, path, vehicle, manoeuvre)
+    else:
+        text = new_study.of_log(name, path, vehicle, data)
+    _write(path, text, f"look through it, then bayesub check {path} --card card.png")
+
+
+def _write(path: Path, text: str, advice: str) -> None:
+    from bayesub.study.new_vehicle import write_new
+
+    write_new(path, text)
+    say(f"{path}: {advice}")

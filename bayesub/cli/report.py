@@ -1,0 +1,38 @@
+"""The command `report`."""
+
+from pathlib import Path
+
+import click
+
+from bayesub.cli.arguments import PATH
+from bayesub.cli.run import tell
+from bayesub.io.terminal import FAILED, say
+
+
+@click.command(epilog="Example: bayesub report runs/quickstart --pdf")
+@click.argument("folder", type=PATH, metavar="DIR")
+@click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
+@click.option(
+    "--study",
+    type=PATH,
+    metavar="FILE",
+    help="Script to draw with, for the run of a script whose folder has no study.py.",
+)
+def report(folder: Path, pdf: bool, study: Path | None) -> None:
+    """Draw figures and report of the run in DIR again, from what its folder keeps; it may be a copy from elsewhere.
+
+    If DIR is a folder of runs of the thesis's studies, write its README.md: their numbers beside the thesis's.
+    """
+    from bayesub.study.redraw import redraw
+    from bayesub.study.run_folder import CONFIG
+
+    if not (folder / CONFIG).exists():
+        from bayesub.thesis import page
+
+        if written := page.write(folder):
+            say(f"beside the thesis: {written}")
+            return
+    result = redraw(folder, study=study, pdf=pdf)
+    tell(result)
+    if not result.good:
+        raise click.exceptions.Exit(FAILED)

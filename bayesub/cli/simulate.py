@@ -1,0 +1,105 @@
+"""The command `simulate`."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+
+from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
+from bayesub.cli.arguments import subproblem as subproblem_option
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import FAILED, say
+
+
+@click.command(epilog="Example: bayesub simulate suboff horizontal -o track.csv --plot track.png")
+@click.argument("vehicle", **VEHICLE)
+@click.argument("manoeuvre", **MANOEUVRE)
+@click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write.")
+@click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, one good to 5 cm.")
+@click.option(
+    "--sample", type=float, metavar="S", help="Output interval in seconds; if left out, that of the controls."
+)
+@click.option(
+    "--controls",
+    type=click.Choice(["linear", "hold"]),
+    default="linear",
+    show_default=True,
+    help="Controls within a step: interpolated, or held as in the thesis.",
+)
+@subproblem_option
+@click.option(
+    "--attitude",
+    type=click.Choice(["euler", "quaternion"]),
+    default="euler",
+    show_default=True,
+    help="Integrate Euler angles, or a quaternion that flies through 90 degrees of pitch.",
+)
+@click.option("--plot", type=PATH, help="Also draw the track into this PNG or PDF.")
+@click.option("--sensors", metavar="NAME", help="Write what these instruments log instead: a preset, or a TOML file.")
+@click.option(
+    "--perturb", type=float, metavar="SD", help="Fly coefficients that are off by this, relative to the file."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of --sensors and --perturb.")
+def simulate(
+    vehicle: str,
+    manoeuvre: str,
+    output: Path,
+    dt: float | None,
+    sample: float | None,
+    controls: str,
+    subproblem: str | None,
+    attitude: str,
+    plot: Path | None,
+    sensors: str | None,
+    perturb: float | None,
+    seed: int,
+) -> None:
+    """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
+
+    With --sensors the output is the log of a trial, controls and readings with noise, which a study reads as its data.
+    """
+    import numpy as np
+
+    from bayesub.model.manoeuvres import load_manoeuvre
+    from bayesub.model.simulate import simulate as simulate_trial
+    from bayesub.model.vehicles import load_vehicle
+    from bayesub.problem import priors
+    from bayesub.sensors import observe
+    from bayesub.study.trial_section import read_instruments
+
+    boat = load_vehicle(vehicle)
+    history = load_manoeuvre(manoeuvre, boat)
+    rng = np.random.default_rng(seed)
+    xi = boat.xi if perturb is None else priors.perturbed(boat.xi, perturb, rng)
+    options = {"dt": dt, "sample": sample, "controls": controls, "attitude": attitude}
+    trajectory = simulate_trial(boat, history, xi=xi, **options, **plane(subproblem))
+    if sensors is None:
+        trajectory.save(output)
+    else:
+        instruments = read_instruments(sensors)
+        parts = [section.build() for section in instruments.sensors]
+        record = observe(trajectory, parts, rng, current_mps=instruments.truth.current_mps)
+        record.save(output, trajectory)
+    if plot is not None:
+        from bayesub.plots import track
+
+        with drawing(plot):
+            track.draw_simulated(trajectory, boat.name, plot)
+    status = trajectory.status[0]
+    kind = trajectory.simulator.subproblem or "six degrees of freedom"
+    say(
+        f"{output}: {len(trajectory.times)} times, {boat.name} on {history.name} ({kind}), "
+        f"step {trajectory.simulator.step:g} s, {status}"
+    )
+    if status != "ok":
+        raise click.exceptions.Exit(FAILED)
+
+
+@contextmanager
+def drawing(path: Path) -> Iterator[None]:
+    """A place or format that cannot be drawn to is an InputError."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be drawn: {' '.join(str(error).split())}") from None

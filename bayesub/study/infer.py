@@ -1,0 +1,124 @@
+"""The work of a study in TOML: baselines, sampling, cross-check, report."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from bayesub import baselines, identifiability
+from bayesub.io.atomic import write_text
+from bayesub.model.linear_form import linear_systems, stacked
+from bayesub.report.report import write_report
+from bayesub.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
+from bayesub.sampling import cross_check as compare_with_nuts
+from bayesub.study.prepare import Setup
+from bayesub.study.result import StudyResult, verdict_on
+from bayesub.study.run_folder import CROSS_CHECK, TimedProgress
+
+POSTERIOR, ESTIMATES = "posterior.nc", "estimates.json"
+
+
+def infer(setup: Setup, folder: Path, *, cross_check: bool, formats: tuple[str, ...], progress: TimedProgress):
+    """Do the work of a study in an opened folder.
+
+    Parameters
+    ----------
+    setup : Setup
+        The study made ready.
+    folder : Path
+        Where everything is written.
+    cross_check : bool
+        Sample with NUTS too and compare.
+    formats : tuple of str
+        Suffixes of the figures.
+    progress : TimedProgress
+        To report to.
+
+    Returns
+    -------
+    StudyResult
+    """
+    progress.stage("simulate or read the trials")
+    problem = setup.problem
+    for name, trial in setup.trials.items():
+        trial.record.save(folder / (f"record_{name}.csv" if name else "record.csv"))
+    problem.predicted(np.repeat(problem.prior.mean[None], 16, axis=0))  # compiles, so that nothing below does
+    seconds = {"simulation and compilation": progress.seconds}
+    estimates = _baselines(setup, progress)
+    seconds |= {estimate.method: estimate.seconds for estimate in estimates}
+
+    progress.stage("sample the posterior")
+    sampler = setup.study.sampler
+    posterior = sample(
+        problem,
+        rng=setup.sampler_rng,
+        n_ensembles=sampler.n_ensembles,
+        n_walkers=sampler.n_walkers,
+        max_steps=sampler.max_steps,
+        criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
+        checkpoint=folder / "chain",
+        progress=progress,
+    )
+    seconds["sampling"] = posterior.seconds
+    posterior_file.save(posterior, folder / POSTERIOR)
+    write_text(folder / ESTIMATES, json.dumps([estimate.to_json() for estimate in estimates], indent=1))
+    check = None
+    if cross_check:
+        progress.stage("cross-check with NUTS")
+        check = compare_with_nuts(problem, posterior, rng=setup.check_rng, progress=progress)
+        write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
+    progress.stage("figures and report")
+    seconds["all before the report"] = progress.seconds
+    return conclude(setup, folder, estimates, posterior, check, seconds=seconds, formats=formats)
+
+
+def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate]:
+    """The estimates that the study asks for."""
+    study, problem, estimates = setup.study, setup.problem, []
+    truths = [trial.truth for trial in setup.trials.values()]
+    if study.baselines.linear_least_squares and all(truths):  # a log has no noise-free motion
+        progress.stage("linear least squares")
+        plain = problem.naive()
+        systems = stacked([linear_systems(truth, free=plain.names) for truth in truths])
+        guess = dict(zip(plain.names, plain.prior.mean, strict=True))
+        estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
+    if n_starts := study.baselines.sqp_starts:
+        progress.stage("SQP")
+        estimates.append(
+            baselines.sqp(problem.naive(), rng=setup.sqp_rng, n_starts=n_starts, progress=progress)
+        )  # fmt: skip
+    return estimates
+
+
+def conclude(
+    setup: Setup,
+    folder: Path,
+    estimates: list[baselines.Estimate],
+    posterior: Posterior,
+    check: CrossCheck | None,
+    *,
+    seconds: dict[str, float],
+    formats: tuple[str, ...],
+) -> StudyResult:
+    """Write figures, numbers and report of a posterior; what it says is the result."""
+    study = setup.study
+    spectrum = identifiability.fisher(setup.problem, posterior.best)
+    numbers = write_report(
+        folder,
+        setup.problem,
+        estimates,
+        spectrum,
+        posterior,
+        study=study,
+        seconds=seconds,
+        check=check,
+        formats=formats,
+    )
+    return StudyResult(
+        name=study.name,
+        question=study.question,
+        verdict=verdict_on(posterior, check),
+        folder=str(folder),
+        sentences=numbers["verdict"],
+        shortcomings=tuple(posterior.shortcomings),
+    )

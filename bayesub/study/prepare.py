@@ -1,0 +1,97 @@
+"""A study made ready: its trials simulated or read, and the problem that they pose."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub.io.errors import error_source
+from bayesub.model import coefficients
+from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.problem import priors
+from bayesub.problem.joint import JointProblem
+from bayesub.problem.problem import Problem
+from bayesub.study.prior_section import noise_models
+from bayesub.study.study_file import Study
+from bayesub.study.trial_log import Trial
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A study made ready.
+
+    Attributes
+    ----------
+    study : Study
+        The study.
+    vehicle : Vehicle
+        The boat of its file.
+    trials : dict of str to Trial
+        By name, which is "" for the only one.
+    problem : Problem or JointProblem
+        What the trials pose.
+    sqp_rng, sampler_rng, check_rng : numpy.random.Generator
+        Independent streams of the study's seed.
+    """
+
+    study: Study
+    vehicle: Vehicle
+    trials: dict[str, Trial]
+    problem: Problem | JointProblem
+    sqp_rng: np.random.Generator
+    sampler_rng: np.random.Generator
+    check_rng: np.random.Generator
+
+
+def prepare(study: Study) -> Setup:
+    """Simulate the truth and measure it, or read the logs, and pose the problem.
+
+    The result is the same for the same study, bit for bit, on the same machine with the same versions.
+
+    Raises
+    ------
+    InputError
+        Begins with the study file.
+    """
+    with error_source(study.source):
+        return _prepare(study)
+
+
+def _prepare(study: Study) -> Setup:
+    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(study.seed).spawn(5)]
+    data_rng, guess_rng, *others = streams
+    vehicle = load_vehicle(study.path(study.vehicle))
+    trials = {}
+    for name, trial, sections in study.each_trial():
+        with error_source(_label(name)):
+            nuisance = study.nuisance | trial.nuisance
+            options = {"dt": study.dt_s, "rng": data_rng, "path": study.path}
+            trials[name] = trial.build(vehicle, sections, nuisance, **options)
+    centre = vehicle.xi
+    if study.prior.centre == "perturbed":
+        centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
+    prior, fixed = study.prior.build(centre, vehicle, study.path)
+    xi = vehicle.xi.copy()
+    xi[coefficients.columns(fixed)] = list(fixed.values())
+    free = [name for name in study.free.names if name not in fixed]
+    noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
+    problems = {}
+    for (name, trial), noise in zip(trials.items(), noises, strict=True):
+        with error_source(_label(name)):
+            problems[name] = Problem(
+                vehicle,
+                trial.manoeuvre,
+                trial.record,
+                free=free,
+                prior=prior,
+                nuisance=trial.nuisance,
+                noise=noise,
+                xi=xi,
+                dt=trial.truth.simulator.step if trial.truth else study.dt_s,
+            )
+    problem = problems[""] if study.trials is None else JointProblem(problems)
+    return Setup(study, vehicle, trials, problem, *others)
+
+
+def _label(name: str) -> str:
+    """A trial in error messages."""
+    return f"trial '{name}'" if name else ""

@@ -1,0 +1,86 @@
+"""What came of a run: the object that a run returns and its folder keeps."""
+
+import json
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from bayesub.io.atomic import write_text
+
+RESULT = "outcome.json"
+CONVERGED, NOT_CONVERGED, NOT_CONFIRMED = "converged", "not converged", "not confirmed"
+CLAIM_HOLDS, CLAIM_FAILED = "claim holds", "claim failed"
+FAILED, NOT_FINISHED = "failed", "not finished"
+GOOD = (CONVERGED, CLAIM_HOLDS)
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """The result of a run.
+
+    Attributes
+    ----------
+    name : str
+        Of the study.
+    question : str
+        Of the study.
+    verdict : str
+        "converged", "not converged" or "not confirmed" (the cross-check does not agree) of a study in TOML; "claim
+        holds" or "claim failed" of a script; "failed" or "not finished".
+    folder : str
+        The run folder.
+    seconds : float
+        Of work, over all sessions of the run.
+    text : str
+        The claim that failed, or why the run did.
+    sentences : dict of str to str
+        What the posterior says, by topic; empty for a script.
+    shortcomings : tuple of str
+        What is missing for convergence.
+    """
+
+    name: str
+    question: str
+    verdict: str
+    folder: str
+    seconds: float = 0.0
+    text: str = ""
+    sentences: dict[str, str] = field(default_factory=dict)
+    shortcomings: tuple[str, ...] = ()
+
+    @property
+    def good(self) -> bool:
+        """Whether the posterior converged (and the cross-check agrees, if there was one), or the claim holds."""
+        return self.verdict in GOOD
+
+    @property
+    def report(self) -> Path | None:
+        """The page of a study in TOML; None if there is none."""
+        page = Path(self.folder) / "report.html"
+        return page if page.exists() else None
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as JSON types."""
+        return asdict(self) | {"good": self.good}
+
+    def save(self) -> None:
+        """Write ``outcome.json`` into the run folder: the last file of a run that came to its end."""
+        write_text(Path(self.folder) / RESULT, json.dumps(self.to_json(), indent=1))
+
+
+def load_result(folder: Path) -> StudyResult | None:
+    """The result of the run in a folder, as it was saved; None if the run has not come to its end."""
+    try:
+        content = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        content.pop("good")
+        result = StudyResult(**content)
+        return replace(result, folder=str(folder), shortcomings=tuple(result.shortcomings))
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return None
+
+
+def verdict_on(posterior, check=None) -> str:
+    """The verdict on a posterior and on its cross-check, if there was one."""
+    if not posterior.converged:
+        return NOT_CONVERGED
+    return CONVERGED if check is None or check.verdict == "agree" else NOT_CONFIRMED

@@ -1,0 +1,226 @@
+"""The content of a study file, section by section."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import ClassVar, Literal
+
+import pydantic
+
+from bayesub.io import toml_files
+from bayesub.io.toml_files import Positive, Section
+from bayesub.model import coefficients
+from bayesub.study.prior_section import AnyNoiseSection, PriorSection
+from bayesub.study.provenance import copy_name, environment, file_digest
+from bayesub.study.sensor_section import AnySensorSection
+from bayesub.study.trial_section import TrialKeys, TrialSection
+
+
+class FreeSection(Section):
+    """The coefficients that are inferred.
+
+    Attributes
+    ----------
+    coefficients : str or tuple of str
+        A sub-problem, "all", or names; those that are zero stay zero.
+    """
+
+    coefficients: Literal["horizontal", "vertical", "all"] | tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coefficients."""
+        if isinstance(self.coefficients, str):
+            return coefficients.SUBPROBLEMS.get(self.coefficients, coefficients.NAMES)
+        return self.coefficients
+
+
+class BaselinesSection(Section):
+    """The deterministic methods to compare with.
+
+    Attributes
+    ----------
+    linear_least_squares : bool
+        Of a simulated trial only.
+    sqp_starts : int
+        Searches from random starts.
+    """
+
+    linear_least_squares: bool = True
+    sqp_starts: int = pydantic.Field(default=5, ge=0, le=1000)
+
+
+class SamplerSection(Section):
+    """Size of the sampler, and its stopping rule.
+
+    Attributes
+    ----------
+    n_ensembles : int
+        Independent ensembles.
+    n_walkers : int or None
+        Walkers of each ensemble; by default that of :func:`bayesub.sample`.
+    max_steps : int
+        The run ends here, converged or not.
+    rhat, ess, taus : float
+        As in :class:`bayesub.Criteria`.
+    """
+
+    n_ensembles: int = pydantic.Field(default=4, ge=1, le=64)
+    n_walkers: int | None = pydantic.Field(default=None, ge=4, le=4096)
+    max_steps: int = pydantic.Field(default=20_000, ge=100)
+    rhat: float = pydantic.Field(default=1.01, gt=1.0)
+    ess: Positive = 400.0
+    taus: Positive = 25.0
+
+
+class Study(TrialKeys):
+    """A study in TOML: one inference question.
+
+    There is one trial, simulated (`manoeuvre`) or from a log (`data`), or there are several, in `trials`. `seed` gives
+    a stream of random numbers each to data, guess, SQP, sampling and cross-check. Paths are relative to the study file.
+
+    Attributes
+    ----------
+    name : str
+        Names the run folder too.
+    question : str
+        One sentence.
+    vehicle : str
+        Built-in name, or path of a vehicle file.
+    trials : tuple of TrialSection or None
+        Several trials of one boat.
+    seed : int
+        Of everything random.
+    dt_s : float or None
+        Time step; by default one that is good to 5 cm.
+    sensors : tuple of SensorSection
+        Of the trial, and of those of `trials` that have none of their own.
+    free : FreeSection
+        What is inferred.
+    prior : PriorSection
+        What is known before.
+    noise : dict of str to NoiseSection
+        Column -> noise model, where it is not the one of the sensor.
+    baselines : BaselinesSection
+        Deterministic methods.
+    sampler : SamplerSection
+        The sampler.
+    quick : dict
+        What the small version changes, section by section.
+    """
+
+    SOURCES: ClassVar = ("manoeuvre", "data", "trials")
+
+    name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
+    question: str = ""
+    vehicle: str
+    trials: tuple[TrialSection, ...] | None = pydantic.Field(default=None, min_length=1)
+    seed: int = pydantic.Field(ge=0)
+    dt_s: Positive | None = None
+    sensors: tuple[AnySensorSection, ...] = ()
+    free: FreeSection
+    prior: PriorSection
+    noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
+    baselines: BaselinesSection = BaselinesSection()
+    sampler: SamplerSection = SamplerSection()
+    quick: dict = pydantic.Field(default_factory=dict)
+
+    _source: str = pydantic.PrivateAttr(default="")
+    _places: dict[str, Path] = pydantic.PrivateAttr(default_factory=dict)
+    _is_quick: bool = pydantic.PrivateAttr(default=False)
+
+    @pydantic.model_validator(mode="after")
+    def _consistent(self):
+        names = [name for name, *_ in self.each_trial()]
+        for name, trial, sections in self.each_trial():
+            of = f" for trial '{name}'" if name else ""
+            if names.count(name) > 1:
+                raise ValueError(f"two trials are named '{name}'")
+            if not sections:
+                raise ValueError(f"give at least one of [[sensors]]{of}")
+            if trial.data is not None and self.prior.centre == "perturbed":
+                raise ValueError(
+                    "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'; leave it "
+                    "out, the centre is then the vehicle file"
+                )
+        return self
+
+    @property
+    def is_quick(self) -> bool:
+        """Whether this is the small version."""
+        return self._is_quick
+
+    def path(self, name: str) -> str:
+        """Where a file is that the study names (see :meth:`located`); a built-in name as it is."""
+        return str(self._places.get(name, name))
+
+    @property
+    def source(self) -> str:
+        """The file that the study was read from, for messages."""
+        return self._source
+
+    def located(self, source: Path, places: dict[str, Path], *, quick: bool) -> "Study":
+        """The same study, read from `source`, whose files are at `places` (name in the study -> path)."""
+        study = self.model_copy()
+        study._source, study._places, study._is_quick = str(source), places, quick
+        return study
+
+    def each_trial(self) -> Iterator[tuple[str, TrialKeys, tuple]]:
+        """Name ("" for the only one), source and sensor sections of each trial."""
+        if self.trials is None:
+            yield "", self, self.sensors
+        for trial in self.trials or ():
+            yield trial.name, trial, self.sensors if trial.sensors is None else trial.sensors
+
+    @property
+    def files(self) -> list[str]:
+        """The files that the study names, as it names them: vehicle, priors, manoeuvres and logs, each once."""
+        trials = [trial for _, trial, _ in self.each_trial()]
+        paths = [self.prior.table, *(trial.data for trial in trials)]
+        names = [self.vehicle, *(trial.manoeuvre for trial in trials)]
+        paths += [name for name in names if name is not None and toml_files.is_path(name)]
+        return list(dict.fromkeys(path for path in paths if path is not None))
+
+    def config(self) -> dict:
+        """The study with every default, its paths as in the study file, and what else its result depends on."""
+        content = self.model_dump(exclude_none=True, mode="json")
+        return content | {"files_sha256": self._digests()} | environment(quick=self.is_quick)
+
+    def copies(self) -> dict[str, Path]:
+        """What a run folder keeps of the files that the study names: place in the folder -> file."""
+        return {copy_name(name, digest): Path(self.path(name)) for name, digest in self._digests().items()}
+
+    def _digests(self) -> dict[str, str]:
+        return {name: file_digest(Path(self.path(name))) for name in self.files}
+
+
+def load_study(path: str | Path, *, quick: bool = False) -> Study:
+    """Read a study file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file.
+    quick : bool
+        Apply its ``[quick]`` section, which overrides the others.
+
+    Returns
+    -------
+    Study
+        For :func:`bayesub.run`.
+
+    Raises
+    ------
+    InputError
+        Names file, key and remedy.
+    """
+    path = Path(path)
+    study = toml_files.read_toml(path, Study)
+    if quick:
+        content = study.model_dump(exclude_none=True)
+        for section, changes in study.quick.items():
+            if isinstance(changes, dict) and isinstance(content.get(section), dict):
+                content[section] |= changes
+            else:
+                content[section] = changes
+        study = toml_files.validate(content, Study, f"{path} with its [quick] section")
+    return study.located(path, {name: (path.parent / name).resolve() for name in study.files}, quick=quick)
