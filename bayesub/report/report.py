@@ -2,7 +2,6 @@
 
 import base64
 import json
-from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 
@@ -34,18 +33,9 @@ ON_BASELINES = {
 
 
 def write_report(
-    folder,
-    problem: Problem,
-    estimates,
-    spectrum,
-    posterior: Posterior,
-    *,
-    study=None,
-    seconds=None,
-    check=None,
-    formats: Sequence[str] = (".png",),
-) -> dict:
-    """Write ``numbers.json``, the figures and ``report.html`` into `folder`; gives the numbers.
+    folder, problem: Problem, estimates, spectrum, posterior: Posterior, *, study=None, seconds=None, check=None
+) -> None:
+    """Write ``numbers.json``, the figures (PNG and PDF) and ``report.html`` into `folder`.
 
     Parameters
     ----------
@@ -54,7 +44,6 @@ def write_report(
     study : the study that asked, for its name and question, or None
     seconds : stage -> wall time, for the table of costs, or None
     check : from :func:`bayesub.cross_check`, or None
-    formats : suffixes of the figures, PNG among them
     """
     folder = Path(folder)
     fit = _criticised(problem, posterior)
@@ -67,10 +56,9 @@ def write_report(
         numbers["verdict"]["cross_check"] = check.sentence
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        figures = _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers, formats)
+        figures = _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         write_text(folder / "report.html", _page(numbers, figures))
-    return numbers
 
 
 def _numbers(problem, estimates, spectrum, posterior, criticism) -> dict:
@@ -93,7 +81,7 @@ def _criticised(problem, posterior):
     return criticise(residuals, times), residuals, times
 
 
-def _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers, formats) -> list[dict]:
+def _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers) -> list[dict]:
     truth, synthetic = findings.reference(problem)
     word = "truth" if synthetic else "vehicle file"
     rng = np.random.default_rng(0)  # which draws are shown; nothing that is quoted depends on it
@@ -162,7 +150,7 @@ def _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers, 
         )
     drawn = []
     for name, draw, caption in figures:
-        for suffix in reversed(formats):
+        for suffix in (".pdf", ".png"):
             draw(folder / f"{name}{suffix}")
         drawn.append({"name": name, "caption": caption, "image": (folder / f"{name}.png").read_bytes()})
     return drawn

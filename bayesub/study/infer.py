@@ -18,7 +18,7 @@ from bayesub.study.run_folder import CROSS_CHECK, TimedProgress
 POSTERIOR, ESTIMATES = "posterior.nc", "estimates.json"
 
 
-def infer(setup: Setup, folder: Path, *, cross_check: bool, formats: tuple[str, ...], progress: TimedProgress):
+def infer(setup: Setup, folder: Path, *, cross_check: bool, pdf: bool, progress: TimedProgress):
     """Do the work of a study in an opened folder.
 
     Parameters
@@ -29,8 +29,8 @@ def infer(setup: Setup, folder: Path, *, cross_check: bool, formats: tuple[str, 
         Where everything is written.
     cross_check : bool
         Sample with NUTS too and compare.
-    formats : tuple of str
-        Suffixes of the figures.
+    pdf : bool
+        Draw every figure as PDF too.
     progress : TimedProgress
         To report to.
 
@@ -69,7 +69,7 @@ def infer(setup: Setup, folder: Path, *, cross_check: bool, formats: tuple[str, 
         write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
     progress.stage("figures and report")
     seconds["all before the report"] = progress.seconds
-    return conclude(setup, folder, estimates, posterior, check, seconds=seconds, formats=formats)
+    return conclude(setup, folder, estimates, posterior, check, seconds=seconds, pdf=pdf)
 
 
 def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate]:
@@ -98,7 +98,7 @@ def conclude(
     check: CrossCheck | None,
     *,
     seconds: dict[str, float],
-    formats: tuple[str, ...],
+    pdf: bool,
 ) -> StudyResult:
     """Write figures, numbers and report of a posterior; what it says is the result."""
     study = setup.study
@@ -112,7 +112,7 @@ def conclude(
         study=study,
         seconds=seconds,
         check=check,
-        formats=formats,
+        pdf=pdf,
     )
     return StudyResult(
         name=study.name,

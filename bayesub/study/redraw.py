@@ -9,7 +9,6 @@ from bayesub.io.errors import InputError
 from bayesub.study import script
 from bayesub.study.provenance import COMPUTED, copy_name, file_digest
 from bayesub.study.result import StudyResult, load_result
-from bayesub.study.run import PNG, PNG_AND_PDF
 from bayesub.study.run_folder import CONFIG, CROSS_CHECK, saved_config
 from bayesub.study.study_file import Study
 
@@ -40,18 +39,17 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
     config = saved_config(folder)
     if config is None:
         raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing")
-    formats = PNG_AND_PDF if pdf else PNG
     if "script_sha256" in config:
-        result = script.redraw(folder, config, study and Path(study), formats=formats)
+        result = script.redraw(folder, config, study and Path(study), pdf=pdf)
     elif study is not None:
         raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study")
     else:
-        result = _redraw(folder, config, formats)
+        result = _redraw(folder, config, pdf)
     saved = load_result(folder)
     return result if saved is None else replace(result, seconds=saved.seconds)
 
 
-def _redraw(folder: Path, config: dict, formats: tuple[str, ...]) -> StudyResult:
+def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
     """The report of a study in TOML."""
     if not (folder / "numbers.json").exists():
         raise InputError(f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume")
@@ -76,7 +74,7 @@ def _redraw(folder: Path, config: dict, formats: tuple[str, ...]) -> StudyResult
         raise InputError(
             f"{folder}: {ESTIMATES}, {CROSS_CHECK} or numbers.json is damaged ({error}); run the study again"
         ) from None
-    return conclude(prepare(study), folder, estimates, posterior, check, seconds=seconds, formats=formats)
+    return conclude(prepare(study), folder, estimates, posterior, check, seconds=seconds, pdf=pdf)
 
 
 def _saved_study(folder: Path, config: dict) -> Study:

@@ -17,7 +17,6 @@ from bayesub.study.run_folder import TimedProgress, open_folder
 from bayesub.study.script import Script
 from bayesub.study.study_file import Study, load_study
 
-PNG, PNG_AND_PDF = (".png",), (".png", ".pdf")
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG)
 
 
@@ -84,7 +83,7 @@ def run(
     with open_folder(folder, study.config(), study.copies(), **options), _interruptions(folder):
         (folder / RESULT).unlink(missing_ok=True)
         clock = TimedProgress(folder, progress)
-        result = work(folder, formats=PNG_AND_PDF if pdf else PNG, progress=clock)
+        result = work(folder, pdf=pdf, progress=clock)
         clock.save()
         result = replace(result, seconds=clock.seconds)
         result.save()
@@ -92,7 +91,7 @@ def run(
 
 
 def _work(study: Study | Script, cross_check: bool):
-    """The work of a study: a function of its folder, the formats of figures and the progress."""
+    """The work of a study: a function of its folder, whether figures are drawn as PDF too, and progress."""
     if isinstance(study, Script):
         if cross_check:
             raise InputError("--cross-check is for studies in TOML; a Python script says itself what it compares")

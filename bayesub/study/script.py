@@ -227,11 +227,9 @@ def load(path: Path) -> ModuleType:
     return module
 
 
-def run(
-    script: Script, folder: Path, *, formats: tuple[str, ...] = (".png",), progress: Progress = SILENT
-) -> StudyResult:
+def run(script: Script, folder: Path, *, pdf: bool = False, progress: Progress = SILENT) -> StudyResult:
     """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
-    study = ScriptRun(script.name, folder, quick=script.is_quick, progress=progress, formats=formats)
+    study = ScriptRun(script.name, folder, quick=script.is_quick, progress=progress, formats=_formats(pdf))
     module = load(script.path)
     text = _json(module.compute(study), "compute()")
     write_text(folder / NUMBERS, text)
@@ -239,7 +237,7 @@ def run(
     return _conclude(module, study, json.loads(text), script.question)
 
 
-def redraw(folder: Path, config: dict, path: Path | None, *, formats: tuple[str, ...] = (".png",)) -> StudyResult:
+def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) -> StudyResult:
     """Draw a finished run again and judge it, from its ``numbers.json``.
 
     Parameters
@@ -250,8 +248,8 @@ def redraw(folder: Path, config: dict, path: Path | None, *, formats: tuple[str,
         Of the run.
     path : Path or None
         The script to draw with; None for the copy in the folder.
-    formats : tuple of str
-        Suffixes of the figures.
+    pdf : bool
+        Draw every figure as PDF too.
     """
     if path is None:
         path = folder / COPY
@@ -269,8 +267,12 @@ def redraw(folder: Path, config: dict, path: Path | None, *, formats: tuple[str,
         numbers = json.loads(toml_files.read_text(numbers_file))
     except ValueError as error:
         raise InputError(f"{numbers_file}: is damaged ({error}); run the study again") from None
-    study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=formats)
+    study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=_formats(pdf))
     return _conclude(load(path), study, numbers, check(path))
+
+
+def _formats(pdf: bool) -> tuple[str, ...]:
+    return (".png", ".pdf") if pdf else (".png",)
 
 
 def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str) -> StudyResult:
