@@ -12,6 +12,7 @@ from bayesub.report.report import write_report
 from bayesub.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.sampling import cross_check as compare_with_nuts
 from bayesub.study.prepare import Setup
+from bayesub.study.provenance import commit
 from bayesub.study.result import StudyResult, verdict_on
 from bayesub.study.run_folder import CROSS_CHECK, TimedProgress
 
@@ -69,7 +70,7 @@ def infer(setup: Setup, folder: Path, *, cross_check: bool, pdf: bool, progress:
         write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
     progress.stage("figures and report")
     seconds["all before the report"] = progress.seconds
-    return conclude(setup, folder, estimates, posterior, check, seconds=seconds, pdf=pdf)
+    return conclude(setup, folder, estimates, posterior, check, seconds=seconds, pdf=pdf, commit=commit())
 
 
 def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate]:
@@ -99,6 +100,7 @@ def conclude(
     *,
     seconds: dict[str, float],
     pdf: bool,
+    commit: str,
 ) -> StudyResult:
     """Write figures, numbers and report of a posterior; what it says is the result."""
     study = setup.study
@@ -113,6 +115,7 @@ def conclude(
         seconds=seconds,
         check=check,
         pdf=pdf,
+        commit=commit,
     )
     return StudyResult(
         name=study.name,

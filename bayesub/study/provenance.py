@@ -26,7 +26,7 @@ def environment(*, quick: bool) -> dict:
     return {
         "quick_run": quick,
         "sources_sha256": sources_digest(),
-        "commit": _commit(),
+        "commit": commit(),
         "versions": {"python": platform.python_version()} | versions,
     }
 
@@ -106,7 +106,8 @@ def _first_difference(before: dict, after: dict) -> str:
     return ""
 
 
-def _commit() -> str:
+@functools.cache
+def commit() -> str:
     """The commit of the source tree that is running, or "unknown" for an installed package."""
     folder = Path(__file__).parent
     if not (folder.parent.parent / ".git").exists():
