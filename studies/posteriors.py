@@ -220,10 +220,10 @@ def draw_case(folder, case, suffixes):
     for suffix in suffixes:
         file = folder / f"coefficients_{case.name}.{suffix}"
         plots.draw_coefficients(file, posterior, problem.prior, problem.reference, groups)
-    chosen, rng = trading(posterior), np.random.default_rng(SEED)
+    chosen = trading(posterior)
     file = folder / f"trade_offs_{case.name}.png"
     posterior_plot.draw_corner(
-        file, posterior, problem.prior, problem.reference, rng, chosen=chosen, sets=case.sets["exact"]
+        file, posterior, problem.prior, problem.reference, chosen=chosen, sets=case.sets["exact"]
     )
 
 

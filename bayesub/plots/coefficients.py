@@ -39,7 +39,7 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
     names = posterior.names[:n]
     columns = np.arange(n)
     ratio = partial(ratios, reference=reference, prior=prior)
-    with style.figure(path, max(6.0, 0.42 * n + 1.0), 4.6) as figure:
+    with style.figure(path, max(6.0, 0.42 * n + 1.0), 4.6, (0.7, 0.1, 0.7, 0.4)) as figure:
         axis = figure.subplots()
         lowest, highest = intervals(axis, columns, posterior, prior, reference)
         for estimate in estimates:
@@ -52,7 +52,8 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
             else:
                 values = ratio(estimate.values[place])
                 axis.plot(columns + 0.36, values, "x", ms=4.5, color=style.LINEAR, label=f"{estimate.method}, no noise")
-        axis.set_xticks(columns, starred(names, reference), rotation=60, ha="right", rotation_mode="anchor")
+        names_below = {"rotation": 60, "ha": "right", "rotation_mode": "anchor", "fontsize": style.NAMES}
+        axis.set_xticks(columns, starred(names, reference), **names_below)
         axis.set_xlim(-0.7, n - 0.3)
         axis.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
         star = "" if np.all(reference) else "\n* zero there: 1 + value / prior sd"

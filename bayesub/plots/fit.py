@@ -20,8 +20,11 @@ def draw(path, criticism, residuals: dict, times: dict) -> None:
         first draw is shown against time, and the histogram is of all draws
     """
     names = list(residuals)
-    with style.figure(path, 9.0, 0.9 + 1.15 * len(names)) as figure:
-        rows = figure.subplots(len(names), 3, squeeze=False, width_ratios=[2.4, 1.0, 1.0], sharex="col")
+    with style.figure(path, 9.0, 0.9 + 1.15 * len(names), (0.75, 0.15, 0.5, 0.3)) as figure:
+        rows = figure.subplots(
+            len(names), 3, squeeze=False, width_ratios=[2.4, 1.0, 1.0], sharex="col", gridspec_kw={"wspace": 0.25}
+        )
+        figure.align_ylabels(rows[:, 0])
         for row, name in zip(rows, names, strict=True):
             check = criticism.checks[name]
             colour = style.SQP if check.failed else style.POSTERIOR
@@ -53,7 +56,7 @@ def _draw_correlations(axis, check, colour):
         band = special.ndtri(0.5 + 0.5 * _INSIDE) / np.sqrt(check.n_readings)
         for edge in (-band, band):
             axis.axhline(edge, color=style.TRUTH, lw=0.8, ls="--")
-        axis.bar(lags, check.correlations, width=0.6, color=colour)
+        axis.vlines(lags, 0.0, check.correlations, color=colour, lw=3.0)
         axis.axhline(0.0, color=style.TRUTH, lw=0.5)
         size = max(0.3, 1.1 * np.abs(check.correlations).max())
         axis.set_ylim(-min(size, 1.05), min(size, 1.05))
@@ -63,8 +66,9 @@ def _draw_correlations(axis, check, colour):
 def _draw_histogram(axis, residuals, colour):
     n = residuals.shape[1]
     spread = special.ndtri(0.5 + 0.5 * _INSIDE) * np.sqrt(n / BINS * (1.0 - 1.0 / BINS)) * BINS / n
-    axis.hist(special.ndtr(residuals).ravel(), np.linspace(0, 1, BINS + 1), density=True, color=colour)
+    heights, edges = np.histogram(special.ndtr(residuals), BINS, (0.0, 1.0), density=True)
+    axis.stairs(heights, edges, fill=True, color=colour)
     for edge in (max(0.0, 1.0 - spread), 1.0 + spread):
         axis.axhline(edge, color=style.TRUTH, lw=0.8, ls="--")
-    axis.set_ylim(0.0, max(2.0, axis.get_ylim()[1]))
+    axis.set_ylim(0.0, max(2.0, 1.05 * heights.max()))
     axis.set_xticks([0, 0.5, 1])

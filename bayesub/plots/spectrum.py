@@ -9,11 +9,11 @@ BARS = 8  # entries of a direction that are drawn
 _HEADROOM = 1e6  # room for a legend above the stiffest
 
 
-def draw(path, spectrum, n_null: int) -> None:
-    """Singular values, descending; the last `n_null` belong to the null space of the equations of motion."""
-    with style.figure(path, 6.5, 3.8) as figure:
+def draw(path, spectrum) -> None:
+    """Singular values, descending; the last ``n_null`` of a spectrum are null by the equations of motion."""
+    with style.figure(path, 6.5, 3.8, (0.7, 0.1, 0.5, 0.1)) as figure:
         axis = figure.subplots()
-        _draw_values(axis, spectrum.singular_values, n_null)
+        _draw_values(axis, spectrum.singular_values, spectrum.n_null)
         axis.annotate(
             "data as sharp as the prior", (0.995, 1.0), (0, 3), ("axes fraction", "data"), "offset points", fontsize=8,
             ha="right",

@@ -99,7 +99,7 @@ def _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers) 
         *[_track(*of_trial, synthetic) for of_trial in problem.each_trial(draws)],
         (
             "spectrum",
-            lambda path: spectrum_plot.draw(path, spectrum, n_null),
+            lambda path: spectrum_plot.draw(path, spectrum),
             "Singular values of the Jacobian in prior standard deviations. Above one the data are sharper than the "
             "prior; the last group, below the gap, are the null directions of the equations of motion, where only the "
             "prior speaks.",
@@ -112,7 +112,7 @@ def _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers) 
         ),
         (
             "corner",
-            lambda path: posterior_plots.draw_corner(path, posterior, problem.prior, truth[:n], rng),
+            lambda path: posterior_plots.draw_corner(path, posterior, problem.prior, truth[:n]),
             "Joint marginals (50 % and 90 %) of the best known coefficients (blue labels) and the worst known "
             f"(yellow), as ratios to the {word} (orange lines). Dashed curves are the prior.",
         ),
@@ -150,7 +150,7 @@ def _draw(folder, problem, estimates, spectrum, posterior, fit, check, numbers) 
         )
     drawn = []
     for name, draw, caption in figures:
-        for suffix in (".pdf", ".png"):
+        for suffix in (".png",):
             draw(folder / f"{name}{suffix}")
         drawn.append({"name": name, "caption": caption, "image": (folder / f"{name}.png").read_bytes()})
     return drawn
