@@ -1,20 +1,72 @@
-"""What a run found: every figure that its report quotes, and the sentences that say what they mean."""
+"""What a run found: every number that its report quotes, and the sentences that say what they mean."""
+
+from collections.abc import Sequence
 
 import numpy as np
+
+from bayesub.baselines import Estimate
+from bayesub.identifiability import NullSpace, Spectrum
+from bayesub.sampling import Posterior
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
 UNTOUCHED = 0.9  # posterior sd relative to the prior sd
 STRONG = 0.9  # correlation
+LISTED = 20  # strongest trade-offs among the numbers
+QUOTED = 8  # of them in a sentence
 
 
-def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
-    """Every figure that the report quotes, as JSON types."""
-    truth, synthetic = reference(problem)
-    n_coefficients = problem.n_coefficients
+def collect(
+    problem, estimates: Sequence[Estimate], spectrum: Spectrum, posterior: Posterior, null_space: NullSpace
+) -> dict:
+    """Every number that the report quotes, as JSON types.
+
+    Parameters
+    ----------
+    problem : Problem or JointProblem
+        What was solved.
+    estimates : sequence of Estimate
+        By the baselines.
+    spectrum : Spectrum
+        With its null directions last.
+    posterior : Posterior
+        What was sampled.
+    null_space : NullSpace
+        That of the spectrum, axis by axis.
+    """
+    trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
+    n = problem.n_coefficients
+    rows = _parameters(problem, posterior)
+    coefficient_pairs, nuisance_pairs = _trade_offs(posterior, n)
+    return {
+        "vehicle": problem.vehicle.name,
+        "manoeuvre": ", ".join(trial["manoeuvre"] for trial in trials),
+        "reference_is_truth": all(trial.record.truth is not None for _, trial, _ in problem.each_trial(posterior.best)),
+        "n_readings": len(problem.readings),
+        "step_s": max(trial["step_s"] for trial in trials),
+        "trials": trials,
+        "convergence": _convergence(posterior),
+        "cost": _cost(posterior),
+        "parameters": rows[:n],
+        "nuisance": [{key: value for key, value in row.items() if key != "relative_sd"} for row in rows[n:]],
+        "spectrum": {
+            "singular_values": spectrum.singular_values.tolist(),
+            "n_null": spectrum.n_null,
+            "n_sharpened": spectrum.n_informed,
+        },
+        "ranks": {axis: rank.summary() for axis, rank in null_space.ranks.items()},
+        "null_contraction": _null_contraction(spectrum, posterior),
+        "trade_offs": coefficient_pairs,
+        "nuisance_trade_offs": nuisance_pairs,
+        "baselines": [_baseline(problem, estimate) for estimate in estimates],
+        "chi_square_per_reading": _chi_squares(problem, posterior.best[None])[0],
+    }
+
+
+def _parameters(problem, posterior) -> list[dict]:
+    """A row for each parameter."""
     q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
     columns = {
-        "name": posterior.names,
-        "reference": truth,
+        "reference": problem.reference,
         "prior_mean": posterior.prior_mean,
         "prior_sd": posterior.prior_sd,
         "mean": posterior.mean,
@@ -29,59 +81,11 @@ def collect(problem, estimates, spectrum, posterior, ranks) -> dict:
         "tail_ess": posterior.tail_ess,
         "tau_steps": posterior.tau.max(axis=0),
     }
-    rows = [dict(zip(columns, row, strict=True)) for row in zip(*map(_plain, columns.values()), strict=True)]
-    trials = [_trial(*of_trial) for of_trial in problem.each_trial(posterior.best)]
-    n_null = sum(axis.columns - axis.rank for axis in ranks.values())
-    numbers = {
-        "vehicle": problem.vehicle.name,
-        "manoeuvre": ", ".join(trial["manoeuvre"] for trial in trials),
-        "reference_is_truth": synthetic,
-        "n_readings": len(problem.readings),
-        "step_s": max(trial["step_s"] for trial in trials),
-        "trials": trials,
-        "convergence": {
-            "converged": posterior.converged,
-            "shortcomings": list(posterior.shortcomings),
-            "criteria": vars(posterior.criteria),
-            "max_rhat": float(posterior.rhat.max()),
-            "min_bulk_ess": float(posterior.bulk_ess.min()),
-            "min_tail_ess": float(posterior.tail_ess.min()),
-            "max_tau_steps": float(posterior.tau.max()),
-            "min_length_in_taus": float(posterior.n_steps / posterior.tau.max()),
-            "n_ensembles": len(posterior.chain),
-            "n_walkers": posterior.chain.shape[2],
-            "n_warmup_steps": posterior.n_warmup,
-            "n_kept_steps": posterior.n_steps,
-            "acceptance": posterior.acceptance,
-        },
-        "cost": {
-            "evaluations": posterior.evaluations,
-            "sampling_seconds": posterior.seconds,
-            "evaluations_per_second": posterior.evaluations / posterior.seconds,
-            "evaluations_per_effective_sample": posterior.evaluations / float(posterior.bulk_ess.min()),
-            "failed_simulations": posterior.failures,
-        },
-        "parameters": rows[:n_coefficients],
-        "nuisance": [{k: v for k, v in row.items() if k != "relative_sd"} for row in rows[n_coefficients:]],
-        "spectrum": {
-            "singular_values": spectrum.singular_values.tolist(),
-            "n_null": n_null,
-            "n_sharpened": int(np.count_nonzero(spectrum.singular_values[: len(posterior.names) - n_null] > 1.0)),
-        },
-        "ranks": {axis: r.summary() for axis, r in ranks.items()},
-        "null_contraction": _null_contraction(spectrum, posterior, n_null).tolist(),
-        "trade_offs": _trade_offs(posterior),
-        "baselines": [_baseline(problem, estimate, truth) for estimate in estimates],
-        "chi_square_per_reading": _chi_square(problem, posterior.best[None])[0],
-    }
-    numbers["verdict"] = verdict(numbers)
-    return numbers
-
-
-def reference(problem) -> tuple[np.ndarray, bool]:
-    """The values that ratios refer to (n_params,), and whether they are the truth behind a synthetic record."""
-    trials = problem.each_trial(problem.reference)
-    return problem.reference, all(p.record.truth is not None for _, p, _ in trials)
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [
+        {"name": name} | dict(zip(columns, row, strict=True))
+        for name, row in zip(posterior.names, values, strict=True)
+    ]
 
 
 def _trial(name, problem, best) -> dict:
@@ -91,36 +95,73 @@ def _trial(name, problem, best) -> dict:
         "duration_s": problem.manoeuvre.duration,
         "n_readings": problem.record.n_readings,
         "step_s": problem.simulator.step,
-        "chi_square_per_reading": _chi_square(problem, best[None])[0],
+        "chi_square_per_reading": _chi_squares(problem, best[None])[0],
     }
 
 
-def _chi_square(problem, parameters) -> list[float]:
+def _convergence(posterior) -> dict:
+    return {
+        "converged": posterior.converged,
+        "shortcomings": list(posterior.shortcomings),
+        "criteria": vars(posterior.criteria),
+        "max_rhat": float(posterior.rhat.max()),
+        "min_bulk_ess": float(posterior.bulk_ess.min()),
+        "min_tail_ess": float(posterior.tail_ess.min()),
+        "max_tau_steps": float(posterior.tau.max()),
+        "min_length_in_taus": float(posterior.n_steps / posterior.tau.max()),
+        "n_ensembles": len(posterior.chain),
+        "n_walkers": posterior.chain.shape[2],
+        "n_warmup_steps": posterior.n_warmup,
+        "n_kept_steps": posterior.n_steps,
+        "acceptance": posterior.acceptance,
+    }
+
+
+def _cost(posterior) -> dict:
+    """What sampling took; an effective sample costs simulations and Jacobians, these at their measured price."""
+    in_jacobians = posterior.jacobians * posterior.jacobian_price if posterior.jacobians else 0.0
+    return {
+        "evaluations": posterior.evaluations,
+        "jacobians": posterior.jacobians,
+        "jacobian_price_simulations": posterior.jacobian_price if posterior.jacobians else None,
+        "sampling_seconds": posterior.seconds,
+        "evaluations_per_second": posterior.evaluations / posterior.seconds,
+        "evaluations_per_effective_sample": (posterior.evaluations + in_jacobians) / float(posterior.bulk_ess.min()),
+        "failed_simulations": posterior.failures,
+    }
+
+
+def _chi_squares(problem, parameters) -> list[float]:
     """Chi-square per reading of each member of parameters (n_batch, n_params), with the total sd of every channel."""
     return np.mean(((problem.predicted(parameters) - problem.readings) / problem.sds) ** 2, axis=1).tolist()
 
 
-def _null_contraction(spectrum, posterior, n_null):
-    """Posterior sd over prior sd along each of the last `n_null` directions of the spectrum."""
+def _null_contraction(spectrum, posterior) -> list[float]:
+    """Posterior sd over prior sd along each null direction of the spectrum."""
     standardised = (posterior.draws - posterior.prior_mean) / posterior.prior_sd
-    return np.std(standardised @ spectrum.directions[len(spectrum.names) - n_null :].T, axis=0)
+    null_rows = spectrum.directions[len(spectrum.names) - spectrum.n_null :]
+    return np.std(standardised @ null_rows.T, axis=0).tolist()
 
 
-def _trade_offs(posterior) -> list[dict]:
-    """Pairs of coefficients by the size of their posterior correlation, strongest first."""
+def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], list[dict]]:
+    """Pairs of coefficients, and pairs with a nuisance parameter, by the size of their correlation."""
     rows, columns = np.triu_indices(len(posterior.names), 1)
     values = posterior.correlation[rows, columns]
-    order = np.argsort(-np.abs(values))[:20]
+    order = np.argsort(-np.abs(values))
+    of_coefficients = columns[order] < n_coefficients
     names = posterior.names
-    return [{"pair": [names[rows[k]], names[columns[k]]], "correlation": float(values[k])} for k in order]
+    return tuple(
+        [{"pair": [names[rows[k]], names[columns[k]]], "correlation": float(values[k])} for k in group[:LISTED]]
+        for group in (order[of_coefficients], order[~of_coefficients])
+    )
 
 
-def _baseline(problem, estimate, truth) -> dict:
+def _baseline(problem, estimate) -> dict:
     plain = problem.naive()
-    place = [estimate.names.index(name) for name in plain.names]
-    solutions, truth = estimate.solutions[:, place], truth[: plain.n_params]
-    error = np.abs(solutions - truth)
-    start = np.abs(plain.prior.mean - truth)
+    positions = [estimate.names.index(name) for name in plain.names]
+    solutions, reference = estimate.solutions[:, positions], problem.reference[: plain.n_params]
+    errors = np.abs(solutions - reference)
+    guess_errors = np.abs(plain.prior.mean - reference)
     return {
         "method": estimate.method,
         "costs": estimate.costs.tolist(),
@@ -128,84 +169,98 @@ def _baseline(problem, estimate, truth) -> dict:
         "n_starts": len(solutions),
         "evaluations": estimate.evaluations,
         "seconds": estimate.seconds,
-        "further_than_guess": np.count_nonzero(error > start, axis=1).tolist(),
-        "n_params": len(truth),
-        "chi_square_per_reading": _chi_square(plain, solutions),
+        "further_than_guess": np.count_nonzero(errors > guess_errors, axis=1).tolist(),
+        "n_params": len(reference),
+        "chi_square_per_reading": _chi_squares(plain, solutions),
         "ratios": [
-            [x / t if t else None for x, t in zip(row, truth.tolist(), strict=True)] for row in solutions.tolist()
+            [x / r if r else None for x, r in zip(solution, reference.tolist(), strict=True)]
+            for solution in solutions.tolist()
         ],
     }
 
 
-def verdict(numbers: dict) -> dict[str, str]:
-    """The report in sentences: what is known, what is not, which directions are null, and what trades off."""
-    sentences = _what_is_known(numbers) | _directions(numbers) | _strongest_trade_offs(numbers) | _nuisance(numbers)
-    for baseline in numbers["baselines"]:
-        if baseline["method"] == "SQP":
-            fits = baseline["chi_square_per_reading"]
-            held = ", which holds nuisance parameters at their prior means," if numbers["nuisance"] else ""
-            sentences["sqp"] = (
-                f"SQP{held} from {baseline['n_starts']} starts reaches a chi-square per reading of {min(fits):.3f} to "
-                f"{max(fits):.3f}, the best draw of the posterior {numbers['chi_square_per_reading']:.3f}; "
-                f"{_range(baseline['further_than_guess'])} of its {baseline['n_params']} coefficients end further from "
-                f"the {reference_word(numbers)} than the guess was."
-            )
-    return sentences
+def sentences(numbers: dict) -> dict[str, str]:
+    """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
+    return (
+        _knowledge(numbers) | _directions(numbers) | _strong_trade_offs(numbers) | _nuisance(numbers) | _search(numbers)
+    )
 
 
-def _what_is_known(numbers):
+def _knowledge(numbers) -> dict[str, str]:
     rows = sorted(numbers["parameters"], key=lambda row: row["relative_sd"])
     known = [f"{row['name']} ({100 * row['relative_sd']:.2g} %)" for row in rows if row["relative_sd"] < KNOWN]
     rows = sorted(numbers["parameters"], key=lambda row: row["contraction"])
     sharper = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED]
     untouched = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] >= UNTOUCHED]
-    sentences = {"known": f"No coefficient is known to better than {100 * KNOWN:.0f} %."}
+    result = {"known": f"No coefficient is known to better than {100 * KNOWN:.0f} %."}
     if known:
-        sentences["known"] = f"To better than {100 * KNOWN:.0f} % (posterior sd over mean): {', '.join(known)}."
+        result["known"] = f"To better than {100 * KNOWN:.0f} % (posterior sd over mean): {', '.join(known)}."
     if sharper:
-        sentences["sharper"] = f"More than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
+        result["sharper"] = f"More than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
     if untouched:
-        sentences["untouched"] = (
+        result["untouched"] = (
             f"The prior is still what there is to say (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
             f"{', '.join(untouched)}."
         )
-    return sentences
+    return result
 
 
-def _directions(numbers):
+def _directions(numbers) -> dict[str, str]:
     n = len(numbers["parameters"]) + len(numbers["nuisance"])
     n_null, n_sharpened = map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
     space = "parameter" if numbers["nuisance"] else "coefficient"
-    sentences = {
+    result = {
         "directions": f"Of {n} directions in {space} space the data sharpen {n_sharpened} and leave "
         f"{n - n_sharpened - n_null} to the prior; {n_null} leave the motion exactly the same, so that no sensor on "
         "this manoeuvre can tell."
     }
-    if n_null:
-        axes = {axis: r for axis, r in numbers["ranks"].items() if r["null_vectors"]}
-        vectors = [f"{axis}: {combination(v, least=0.2)}" for axis, r in axes.items() for v in r["null_vectors"]]
-        pivots = [name for r in axes.values() for name in r["pivots"]]
-        sentences["null"] = (
+    axes = {axis: rank for axis, rank in numbers["ranks"].items() if rank["null_vectors"]}
+    if axes:
+        vectors = [f"{axis}: {combination(v, least=0.2)}" for axis, rank in axes.items() for v in rank["null_vectors"]]
+        pivots = [name for rank in axes.values() for name in rank["pivots"]]
+        result["null"] = (
             f"{'; '.join(vectors)} (changes of the non-dimensional coefficients, largest entries). Holding "
             f"{', '.join(pivots)} fixed makes the rest unique."
         )
-    return sentences
+    return result
 
 
-def _nuisance(numbers):
+def _nuisance(numbers) -> dict[str, str]:
     intervals = [f"{row['name']} {row['q5']:.4g} to {row['q95']:.4g}" for row in numbers["nuisance"]]
     return {"nuisance": f"{', '.join(intervals)} (90 % intervals)."} if intervals else {}
 
 
-def _strongest_trade_offs(numbers):
-    strong = [t for t in numbers["trade_offs"] if abs(t["correlation"]) >= STRONG]
-    if not strong:
-        return {"trade_offs": f"No two coefficients are correlated by more than {STRONG:g} in the posterior."}
-    pairs = [f"{first} with {second} ({t['correlation']:+.2f})" for t in strong[:8] for first, second in [t["pair"]]]
-    return {"trade_offs": f"{', '.join(pairs)} (posterior correlation)."}
+def _strong_trade_offs(numbers) -> dict[str, str]:
+    pairs = _strong_pairs(numbers["trade_offs"])
+    text = f"No two coefficients are correlated by more than {STRONG:g} in the posterior."
+    if pairs:
+        text = f"{pairs} (posterior correlation)."
+    if pairs := _strong_pairs(numbers["nuisance_trade_offs"]):
+        text += f" With nuisance parameters: {pairs}."
+    return {"trade_offs": text}
 
 
-def reference_word(numbers) -> str:
+def _strong_pairs(trade_offs) -> str:
+    strong = [t for t in trade_offs if abs(t["correlation"]) >= STRONG][:QUOTED]
+    return ", ".join(f"{first} with {second} ({t['correlation']:+.2f})" for t in strong for first, second in [t["pair"]])
+
+
+def _search(numbers) -> dict[str, str]:
+    searches = [baseline for baseline in numbers["baselines"] if baseline["method"] == "SQP"]
+    if not searches:
+        return {}
+    search = searches[-1]
+    fits = search["chi_square_per_reading"]
+    held = ", which holds nuisance parameters at their prior means," if numbers["nuisance"] else ""
+    return {
+        "sqp": f"SQP{held} from {search['n_starts']} starts reaches a chi-square per reading of {min(fits):.3f} to "
+        f"{max(fits):.3f}, the best draw of the posterior {numbers['chi_square_per_reading']:.3f}; "
+        f"{_range(search['further_than_guess'])} of its {search['n_params']} coefficients end further from the "
+        f"{reference_word(numbers)} than the guess was."
+    }
+
+
+def reference_word(numbers: dict) -> str:
     """What ratios refer to."""
     return "truth" if numbers["reference_is_truth"] else "vehicle file"
 
@@ -218,7 +273,3 @@ def combination(vector: dict[str, float], least: float = 0.0) -> str:
     """A null vector in words, such as ``+1 Yv_absnu +0.43 Yvdot ..``, entries of at least `least` in size."""
     entries = [f"{value:+.2g} {name}" for name, value in vector.items() if abs(value) >= least]
     return " ".join(entries) + (" .." if len(entries) < len(vector) else "")
-
-
-def _plain(values) -> list:
-    return values.tolist() if isinstance(values, np.ndarray) else list(values)

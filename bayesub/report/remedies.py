@@ -5,7 +5,7 @@ from bayesub.io import log_files
 from bayesub.problem import likelihoods
 from bayesub.problem.nuisance import CURRENTS
 
-_SHOWN = 6  # channels in a sentence
+_LISTED = 6  # channels in a sentence
 
 
 def sentence(criticism: Criticism, problem) -> str:
@@ -18,15 +18,15 @@ def sentence(criticism: Criticism, problem) -> str:
     suspects = {}
     for name, check in criticism.suspects.items():
         suspects.setdefault(check.faults[0], {})[name] = check  # the others may follow from the first
-    ends = "The noise is smaller than was said, and the intervals are too wide"
+    conclusion = "The noise is smaller than was said, and the intervals are too wide"
     if suspects.keys() != {"small"}:
-        ends = "The model does not fit, and then the intervals are too narrow"
-    said = [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]
-    return f"{ends} ({chance}). {' '.join(said)}"
+        conclusion = "The model does not fit, and then the intervals are too narrow"
+    details = [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]
+    return f"{conclusion} ({chance}). {' '.join(details)}"
 
 
 def _correlated(checks, problem):
-    found = _listed({name: f"{check.correlations[0]:.2f}" for name, check in checks.items()})
+    neighbours = _listed({name: f"{check.correlations[0]:.2f}" for name, check in checks.items()})
     remedies = []
     currents = [name for name in CURRENTS if not _inferred(name, problem)]
     if currents and any(problem.channels[name][0].over_ground for name in checks):
@@ -40,7 +40,7 @@ def _correlated(checks, problem):
         f"; or the noise itself is slow ({_noise('ar1', white, problem)}, with a correlation_time_s)" if white else ""
     )
     return (
-        f"Residuals follow from those before them, with correlation of neighbours {found}: something slow is missing, "
+        f"Residuals follow from those before them, with correlation of neighbours {neighbours}: something slow is missing, "
         f"such as {', '.join(remedies)}{slow}."
     )
 
@@ -82,8 +82,8 @@ def _sizes(checks) -> str:
 
 
 def _listed(values: dict) -> str:
-    shown = [f"{name} {value}" for name, value in list(values.items())[:_SHOWN]]
-    return ", ".join(shown) + (f" and {len(values) - _SHOWN} more" if len(values) > _SHOWN else "")
+    first = [f"{name} {value}" for name, value in list(values.items())[:_LISTED]]
+    return ", ".join(first) + (f" and {len(values) - _LISTED} more" if len(values) > _LISTED else "")
 
 
 def _columns(names, problem) -> list[str]:

@@ -1,6 +1,7 @@
 """What the report says of the fit, and its page: pictures, tables, nothing from outside, nothing unescaped."""
 
 import dataclasses
+import json
 import re
 from html.parser import HTMLParser
 
@@ -14,7 +15,7 @@ from bayesub.checks import fit as criticism
 from bayesub.plots import fit as criticism_plot
 from bayesub.problem import likelihoods
 from bayesub.problem.joint import JointProblem
-from bayesub.report import remedies, report
+from bayesub.report import findings, remedies, report
 from bayesub.sampling.posterior import Posterior
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr")
@@ -54,10 +55,10 @@ def problem(spiral_track):
 @pytest.fixture(scope="module")
 def numbers(problem):
     posterior = posterior_of(problem, np.random.default_rng(1))
-    fit = report._criticised(problem, posterior)[0]
     estimates = [bs.baselines.sqp(problem.naive(), rng=np.random.default_rng(3), n_starts=1)]
-    numbers = report._numbers(problem, estimates, identifiability.fisher(problem, posterior.best), posterior, fit)
-    return numbers | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
+    spectrum = identifiability.fisher(problem, posterior.best)
+    results = report.Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
+    return report.numbers_of(results) | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
 
 
 class Page(HTMLParser):
@@ -81,8 +82,8 @@ class Page(HTMLParser):
 
 
 def page_of(numbers, words=""):
-    captions = {name: f"What {name} & others are. More.{words}" for name in FIGURES}
-    return report._page(numbers, [{"name": n, "caption": c, "image": b"picture"} for n, c in captions.items()])
+    pictures = {name: (f"What {name} & others are. More.{words}", b"picture") for name in FIGURES}
+    return report.page(numbers, pictures, commit="0123abc")
 
 
 @pytest.fixture(scope="module")
@@ -226,3 +227,62 @@ def with_texts(value, change):
 def test_light_dark_paper_and_phone(page):
     for rule in ("prefers-color-scheme: dark", "@media print", "max-width: 40rem", 'name="viewport"', 'lang="en-GB"'):
         assert rule in page
+
+
+def test_the_foot_names_version_and_commit(page):
+    assert f"bayesub {bs.__version__}, commit 0123abc" in page
+
+
+def test_null_directions_are_those_of_the_equations(spiral_track):
+    """A direction that is sloppier than the error of the Jacobian is not null for that: three are, by the equations."""
+    problem = posed(spiral_track, free=bs.coefficients.HORIZONTAL)
+    posterior = posterior_of(problem, np.random.default_rng(1))
+    spectrum = identifiability.fisher(problem, posterior.best)
+    results = report.Results(problem, [], spectrum, posterior, None, np.random.default_rng(0))
+    numbers = report.numbers_of(results)
+    vectors = [vector for rank in numbers["ranks"].values() for vector in rank["null_vectors"]]
+    assert numbers["spectrum"]["n_null"] == len(vectors) == len(numbers["null_contraction"]) > 0
+    assert numbers["null_contraction"] == pytest.approx(np.ones(len(vectors)), abs=0.15)
+    assert numbers["spectrum"]["n_sharpened"] == spectrum.n_informed
+
+
+def test_trade_offs_are_of_coefficients_and_nuisance_parameters_are_named_as_such(numbers):
+    """Two of five coefficients and a nuisance parameter with planted correlations."""
+    assert all(not {"yaw0_deg"} & set(t["pair"]) for t in numbers["trade_offs"])
+    assert all("yaw0_deg" in t["pair"] for t in numbers["nuisance_trade_offs"])
+    assert len(numbers["trade_offs"]) == 10
+    assert len(numbers["nuisance_trade_offs"]) == 5
+    planted = {"trade_offs": [], "nuisance_trade_offs": [{"pair": ["Xuu", "yaw0_deg"], "correlation": -0.97}]}
+    assert findings.sentences(numbers | planted)["trade_offs"] == (
+        "No two coefficients are correlated by more than 0.9 in the posterior. "
+        "With nuisance parameters: Xuu with yaw0_deg (-0.97)."
+    )
+
+
+def test_an_effective_sample_costs_its_jacobians_too(problem):
+    posterior = posterior_of(problem, np.random.default_rng(1))
+    counted = dataclasses.replace(posterior, jacobians=3, jacobian_price=20.0)
+    costs = [
+        findings.collect(problem, [], spectrum, p, identifiability.null_space(problem, p.best))["cost"]
+        for p in (posterior, counted)
+        for spectrum in [identifiability.fisher(problem, p.best)]
+    ]
+    assert costs[1]["evaluations_per_effective_sample"] == pytest.approx(
+        1.6 * costs[0]["evaluations_per_effective_sample"]
+    )
+    assert costs[0]["jacobian_price_simulations"] is None
+    assert costs[1]["jacobian_price_simulations"] == 20.0
+
+
+def test_a_report_is_written_twice_alike_and_as_pdf_on_demand(problem, tmp_path):
+    posterior = posterior_of(problem, np.random.default_rng(1))
+    spectrum = identifiability.fisher(problem, posterior.best)
+    first = bs.write_report(tmp_path / "one", problem, [], spectrum, posterior)
+    second = bs.write_report(tmp_path / "two", problem, [], spectrum, posterior, pdf=True)
+    assert json.loads((tmp_path / "one" / "numbers.json").read_text()) == json.loads(json.dumps(first))
+    assert first == second
+    pages = [(tmp_path / name / "report.html").read_bytes() for name in ("one", "two")]
+    assert pages[0] == pages[1]
+    assert {file.stem for file in (tmp_path / "one").glob("*.png")} == set(FIGURES)
+    assert not list((tmp_path / "one").glob("*.pdf"))
+    assert {file.stem for file in (tmp_path / "two").glob("*.pdf")} == set(FIGURES)

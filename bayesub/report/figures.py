@@ -1,0 +1,134 @@
+"""The figures of a report: what each is called, what it shows in words, and how it is drawn."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.plots import coefficients, cross_check, fit, posterior, spectrum, track
+from bayesub.problem.problem import Problem
+
+TRACKS = 20  # draws whose motion is drawn
+FITS = 1.5  # chi-square per reading
+BASELINES = {
+    "SQP": "Orange: SQP solutions{fit}. ",
+    "linear least squares": "Green: linear least squares on noise-free velocities and accelerations, left at the guess "
+    "along null directions. ",
+}
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """One figure of a report.
+
+    Attributes
+    ----------
+    name : str
+        Of its files, without suffix.
+    caption : str
+        What it shows, in sentences of which the first stands for the figure where it cannot be seen.
+    draw : callable
+        Draws it to one path or a list of paths.
+    """
+
+    name: str
+    caption: str
+    draw: Callable[[Path | list[Path]], None]
+
+
+def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[ReportFigure]:
+    """The figures of a report, in no order that matters: the page says where each stands.
+
+    Parameters
+    ----------
+    results : bayesub.report.report.Results
+        Everything that a report is about.
+    reference : ndarray of shape (n_params,)
+        Values that ratios refer to.
+    word : str
+        What they are.
+    baselines : list of dict
+        Numbers of the baselines, for what the captions say of them.
+    """
+    problem, sample, n = results.problem, results.posterior, results.problem.n_coefficients
+    yield ReportFigure(
+        "coefficients",
+        f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. "
+        + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
+        + "A blue bar as long as the grey one means that the data said nothing.",
+        lambda path: coefficients.draw(path, sample, problem.prior, reference[:n], results.estimates, word),
+    )
+    for trial in problem.each_trial(results.draws):
+        yield _track(*trial, synthetic=word == "truth")
+    yield ReportFigure(
+        "spectrum",
+        "Singular values of the Jacobian in prior standard deviations. Above one the data are sharper than the prior; "
+        "the last group, below the gap, are the null directions of the equations of motion, where only the prior "
+        "speaks.",
+        partial(spectrum.draw, spectrum=results.spectrum),
+    )
+    yield ReportFigure(
+        "correlation",
+        "Posterior correlations. Dark off-diagonal cells are coefficients that trade off: the data know a combination "
+        "of them better than each.",
+        partial(posterior.draw_correlation, posterior=sample),
+    )
+    yield ReportFigure(
+        "corner",
+        "Joint marginals (50 % and 90 %) of the best known coefficients (blue labels) and the worst known (yellow), "
+        f"as ratios to the {word} (orange lines). Dashed curves are the prior.",
+        lambda path: posterior.draw_corner(path, sample, problem.prior, reference[:n]),
+    )
+    if results.residuals:
+        yield ReportFigure(
+            "criticism",
+            "Quantile residuals at draws from the posterior, standard normal and independent if the model is right. "
+            "Left, against time at one draw, diamonds where they are beyond the axis. Middle, correlation of readings "
+            "so many intervals apart. Right, histogram of the probability of what is below each reading. Between the "
+            "dashed lines are 99 % of what a right model makes, of each bar by itself. Orange: a channel that does not "
+            "fit.",
+            lambda path: fit.draw(path, results.criticism, results.residuals, results.times),
+        )
+    if n < problem.n_params:
+        yield ReportFigure(
+            "nuisance",
+            "What else the readings depend on. Blue: posterior. Dashed: prior. Orange: the truth behind a synthetic "
+            "record or the value of the vehicle, manoeuvre and noise model.",
+            lambda path: posterior.draw_nuisance(path, sample, problem.prior, reference),
+        )
+    if results.check is not None:
+        yield ReportFigure(
+            "cross_check",
+            "Above, mean and sd of each coefficient by the two samplers. Below, the differences of means, sds and "
+            "correlations in Monte Carlo standard errors of both; a correlation shows at both of its coefficients. The "
+            "grey band holds all of them in 99 of 100 comparisons of equal posteriors.",
+            partial(cross_check.draw, check=results.check),
+        )
+
+
+def _track(name: str, problem: Problem, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
+    """The track of a trial of name "" or several."""
+
+    def draw(path):
+        true = problem.reference
+        motion = (problem.predicted(true)[0], problem.motion(true)[0]) if synthetic else None
+        track.draw(path, problem.record, problem.predicted(draws), problem.motion(draws[:TRACKS]), motion)
+
+    return ReportFigure(
+        f"track_{name}" if name else "track",
+        f"The trial {f'{name} ' if name else ''}and {len(draws)} draws from the posterior, too close to tell apart on "
+        "the left. On the right the readings minus the posterior mean: pure noise if the model fits. The blue band is "
+        "the posterior's own uncertainty of the track, far thinner than the noise, whatever the coefficients do.",
+        draw,
+    )
+
+
+def _fit(baseline: dict) -> str:
+    """Whether all solutions of a baseline fit the readings, as the end of a phrase."""
+    chi_squares = baseline["chi_square_per_reading"]
+    if max(chi_squares) < FITS:
+        return ", all of which fit the track"
+    lowest, highest = min(chi_squares), max(chi_squares)
+    return f", which do not all fit the track (chi-square per reading {lowest:.3g} to {highest:.3g})"
