@@ -10,11 +10,12 @@ Cost: minutes, most of them for three posteriors, which are kept.
 """
 
 from functools import partial
+from operator import itemgetter
 
 import numpy as np
 
 import bayesub as bs
-from bayesub.report.markdown import beside, columns
+from bayesub.report.markdown import beside, columns, named
 from bayesub.thesis import cases
 from bayesub.thesis.plots import campaign, prediction
 from bayesub.thesis.predictions import LEVELS, STATISTICS, fly_all, summary, worst_tracks
@@ -72,30 +73,32 @@ def draw(run, numbers):
 def tables(numbers):
     """Tables 29 to 32 beside the thesis's, and the posterior predictive."""
     published = cases.published()["prediction"]
-    vehicle = {"vehicle": lambda v, _: v}
+    vehicle = {"vehicle": itemgetter("name")}
     yield "Largest position errors, `ours / thesis = ratio`, in m on a boat as long as suboff: those of the AUVs times"
     yield "102.26 m over their length. Over all identified sets and manoeuvres (thesis Table 29):\n"
     words = {"max": "maximum", "mean": "mean", "median": "median", "min": "minimum"}
-    cells = {words[key]: lambda v, r, key=key: scaled(v, r["all"][key], published[key]) for key in STATISTICS}
-    own = {"on its own manoeuvre, mean": lambda v, r: scaled(v, r["own_manoeuvre_mean_m"])}
-    yield from columns(numbers.items(), vehicle | cells | own)
+    cells = {words[key]: lambda r, key=key: scaled(r["name"], r["all"][key], published[key]) for key in STATISTICS}
+    own = {"on its own manoeuvre, mean": lambda r: scaled(r["name"], r["own_manoeuvre_mean_m"])}
+    yield from columns(named(numbers), vehicle | cells | own)
     yield "\nMean over the manoeuvres (Tables 30-32):\n"
     keys = {f"{key} set": f"{key}_set_mean" for key in SETS}
     keys |= {"simulation": "simulation_accuracy_mean", "random": "ten_percent_random_mean", "posterior": None}
     cells = {
-        key: lambda v, r, key=key: scaled(v, r["kinds"][key.removesuffix(" set")]["mean"], published.get(keys[key]))
+        key: lambda r, key=key: scaled(
+            r["name"], r["kinds"][key.removesuffix(" set")]["mean"], published.get(keys[key])
+        )
         for key in keys
     }
-    yield from columns(numbers.items(), vehicle | cells)
+    yield from columns(named(numbers), vehicle | cells)
     yield "\nShare of true positions inside central posterior predictive bands; shares of the variance of log errors:\n"
     cells = {
-        "50 %": lambda _, r: f"{r['coverage']['0.5']:.0%}",
-        "90 %": lambda _, r: f"{r['coverage']['0.9']:.0%}",
-        "variance by set": lambda _, r: f"{r['variance_by_set']['set']:.0%}",
-        "by manoeuvre": lambda _, r: f"{r['variance_by_set']['manoeuvre']:.0%}",
-        "failed predictions": lambda _, r: r["failed"]["sets"],
+        "50 %": lambda r: f"{r['coverage']['0.5']:.0%}",
+        "90 %": lambda r: f"{r['coverage']['0.9']:.0%}",
+        "variance by set": lambda r: f"{r['variance_by_set']['set']:.0%}",
+        "by manoeuvre": lambda r: f"{r['variance_by_set']['manoeuvre']:.0%}",
+        "failed predictions": lambda r: r["failed"]["sets"],
     }
-    yield from columns(numbers.items(), vehicle | cells)
+    yield from columns(named(numbers), vehicle | cells)
 
 
 def scaled(vehicle, metres, published=None):

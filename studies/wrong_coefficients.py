@@ -13,6 +13,7 @@ is simulated, not estimated.
 """
 
 from functools import partial
+from operator import itemgetter
 
 import numpy as np
 
@@ -62,16 +63,20 @@ def medians(r):
 def draw(run, numbers):
     """How wrong the coefficients and how wrong the tracks are."""
     plots.draw(run.figure("wrong_coefficients"), numbers)
-    rows = [(vehicle, kind, r, medians(r)) for vehicle, result in numbers.items() for kind, r in result.items()]
+    rows = [
+        {"vehicle": vehicle, "sets": f"{kind} ({r['n_sets']})", "of": r, "middle": medians(r)}
+        for vehicle, result in numbers.items()
+        for kind, r in result.items()
+    ]
     cells = {
-        "vehicle": lambda vehicle, *_: vehicle,
-        "sets": lambda _v, kind, r, _m: f"{kind} ({r['n_sets']})",
-        "error of half the coefficients": lambda _v, _k, _r, m: f"{m['coefficient_median']:.2%}",
-        "largest": lambda _v, _k, _r, m: f"{m['coefficient_largest']:.0%}",
-        "beyond 10 %": lambda _v, _k, r, m: f"{m['beyond_ten_per_cent']:.0f} of {r['n_coefficients']}",
-        "furthest off any unseen manoeuvre (m)": lambda _v, _k, _r, m: f"{m['unseen_m']:.2g}",
-        "over the noise": lambda _v, _k, r, m: f"{m['unseen_m'] / r['noise_m']:.2g}",
-        "half the unseen (m)": lambda _v, _k, _r, m: f"{m['unseen_median_m']:.2g}",
+        "vehicle": itemgetter("vehicle"),
+        "sets": itemgetter("sets"),
+        "error of half the coefficients": lambda row: f"{row['middle']['coefficient_median']:.2%}",
+        "largest": lambda row: f"{row['middle']['coefficient_largest']:.0%}",
+        "beyond 10 %": lambda row: f"{row['middle']['beyond_ten_per_cent']:.0f} of {row['of']['n_coefficients']}",
+        "furthest off any unseen manoeuvre (m)": lambda row: f"{row['middle']['unseen_m']:.2g}",
+        "over the noise": lambda row: f"{row['middle']['unseen_m'] / row['of']['noise_m']:.2g}",
+        "half the unseen (m)": lambda row: f"{row['middle']['unseen_median_m']:.2g}",
     }
     run.page(columns(rows, cells))
 

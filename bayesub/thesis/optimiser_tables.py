@@ -1,10 +1,11 @@
 """Tables of the deterministic methods beside the thesis's, from the numbers of :mod:`bayesub.thesis.optimisers`."""
 
 from collections.abc import Iterator
+from operator import itemgetter
 
 import numpy as np
 
-from bayesub.report.markdown import beside, columns
+from bayesub.report.markdown import beside, columns, named
 from bayesub.thesis.cases import VEHICLES, published
 from bayesub.thesis.optimisers import LOST, mean_with_error, shares_further
 
@@ -23,7 +24,8 @@ def page(cases: dict, ifac: dict) -> Iterator[str]:
     yield from sqp_table(cases)
     yield "\nOther searches: starts that find every coefficient to 1e-6; smallest error, smallest cost.\n"
     yield from columns(
-        cases.items(), {"case": _name} | {word: lambda _, case, k=kind: _ends(case, k) for kind, word in _KINDS.items()}
+        named(cases),
+        {"case": itemgetter("name")} | {word: lambda case, k=kind: _ends(case, k) for kind, word in _KINDS.items()},
     )
     yield "\nLinear fits without noise (thesis Tables 34-39, Figures 89-96).\n"
     yield from linear_table(cases)
@@ -31,10 +33,6 @@ def page(cases: dict, ifac: dict) -> Iterator[str]:
     yield from noise_table(cases)
     yield "\nIFAC 2003 Table 1 (appendix G).\n"
     yield from ifac_table(ifac)
-
-
-def _name(name, _) -> str:
-    return name
 
 
 def _ends(case, kind) -> str:
@@ -47,31 +45,31 @@ def sqp_table(cases: dict) -> list[str]:
     """Tables 10 to 27."""
     tables = published()["sqp"]
 
-    def theirs(name, key):
-        vehicle, manoeuvre = name.split()
+    def theirs(case, key):
+        vehicle, manoeuvre = case["name"].split()
         return tables[manoeuvre].get(key, [None] * len(VEHICLES))[VEHICLES.index(vehicle)]
 
     def mean(key, title, factor=1.0):
-        return lambda name, case: beside(factor * np.mean(case["sqp"][key]), theirs(name, title))
+        return lambda case: beside(factor * np.mean(case["sqp"][key]), theirs(case, title))
 
-    def per_coefficient(name, case):
+    def per_coefficient(case):
         ours = np.mean(case["sqp"]["efforts"]) / len(case["names"])
-        return beside(ours, theirs(name, "mean_cost_evaluations") / theirs(name, "m"))
+        return beside(ours, theirs(case, "mean_cost_evaluations") / theirs(case, "m"))
 
-    def further(_, case):
+    def further(case):
         of_a_search, error = mean_with_error(shares_further(case["sqp"]))
         return f"{case['sqp']['share_further']:.0%}; {of_a_search:.0%} ± {error:.0%}"
 
-    def drag(_, case):
+    def drag(case):
         error = case["sqp"]["Xuu_error"]
         return "not free" if error is None else f"{error:.1e}"
 
     return columns(
-        cases.items(),
+        named(cases),
         {
-            "case": _name,
-            "m": lambda name, case: beside(len(case["names"]), theirs(name, "m")),
-            "initial cost": lambda _, case: f"{np.mean(case['sqp']['initial_costs']):.2e}",
+            "case": itemgetter("name"),
+            "m": lambda case: beside(len(case["names"]), theirs(case, "m")),
+            "initial cost": lambda case: f"{np.mean(case['sqp']['initial_costs']):.2e}",
             "converged cost": mean("costs", "mean_converged_cost"),
             "largest position error (mm)": mean("position_m", "mean_max_position_error_mm", 1e3),
             "evaluations": mean("efforts", "mean_cost_evaluations"),
@@ -87,7 +85,7 @@ def linear_table(cases: dict) -> list[str]:
     """Tables 34 to 39."""
 
     def error(method):
-        def cell(_, case):
+        def cell(case):
             pairs = list(zip(case["names"], case["errors"][method], strict=True))
             lost = dict.fromkeys(name[0] for name, value in pairs if value is None)
             values = [value for _, value in pairs if value is not None]
@@ -97,16 +95,16 @@ def linear_table(cases: dict) -> list[str]:
         return cell
 
     def seconds(method):
-        def cell(_, case):
+        def cell(case):
             by_axis = case["linear"]["seconds"][method].values()
             return f"{max(by_axis):.2g}, {sum(by_axis):.2g}"
 
         return cell
 
     return columns(
-        cases.items(),
+        named(cases),
         {
-            "case": _name,
+            "case": itemgetter("name"),
             "LP: largest relative error": error("LP"),
             "LLS: largest relative error": error("LLS"),
             "LP: seconds an axis at most, all axes": seconds("LP"),
@@ -119,14 +117,14 @@ def noise_table(cases: dict) -> list[str]:
     """How much noise of the track, and of velocities, each coefficient survives."""
 
     def lost(key, level):
-        def cell(_, case):
+        def cell(case):
             levels = np.array(list(case["lost_at"][key].values()))
             return f"{np.sum(levels < level)} of {len(levels)}"
 
         return cell
 
     def quantiles(key, unit):
-        def cell(_, case):
+        def cell(case):
             levels = case["lost_at"][key]
             first, values = min(levels, key=levels.get), np.array(list(levels.values()))
             everything = f", {values.max():.2g} m" if key == "track_m" else ""
@@ -135,11 +133,11 @@ def noise_table(cases: dict) -> list[str]:
         return cell
 
     return columns(
-        cases.items(),
+        named(cases),
         {
-            "case": _name,
+            "case": itemgetter("name"),
             "lost at 1 mm and 0.001 deg": lost("track_m", 1e-3),
-            "errors above 10 % in one such fit": lambda _, c: np.sum(np.array(c["noisy_track"]["errors"]) > LOST),
+            "errors above 10 % in one such fit": lambda c: np.sum(np.array(c["noisy_track"]["errors"]) > LOST),
             "lost first, half, all": quantiles("track_m", "mm"),
             "lost at 1 cm/s by linear least squares": lost("velocity_mps", 1e-2),
             "lost first, half": quantiles("velocity_mps", "mm/s"),
@@ -152,20 +150,20 @@ def ifac_table(ifac: dict) -> list[str]:
     table = published()["ifac_2003"]
 
     def against(key, title):
-        return lambda case, r: beside(r[key], table[title].get(case))
+        return lambda r: beside(r[key], table[title].get(r["name"]))
 
-    def at_truth(case, r):
-        return beside(r["cost_at_truth"], table["case3_cost_at_truth"]) if case == "case3" else "0"
+    def at_truth(r):
+        return beside(r["cost_at_truth"], table["case3_cost_at_truth"]) if r["name"] == "case3" else "0"
 
     return columns(
-        ifac.items(),
+        named(ifac),
         {
-            "case": _name,
-            "m": lambda _, r: len(r["names"]),
+            "case": itemgetter("name"),
+            "m": lambda r: len(r["names"]),
             "starting cost": against("starting_cost", "starting_cost"),
             "converged cost": against("converged_cost", "converged_cost"),
             "largest position error (m)": against("position_m", "max_position_error_m"),
             "cost at the truth": at_truth,
-            "at bounds": lambda _, r: r["at_bounds"],
+            "at bounds": lambda r: r["at_bounds"],
         },
     )

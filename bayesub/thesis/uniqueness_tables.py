@@ -60,7 +60,7 @@ def page(numbers: dict) -> Iterator[str]:
     yield "\nWhat decides: the rank with one thing changed about the vehicle or the samples (buoyancy over weight); the"
     yield "smallest singular value above round-off and the smallest, over the largest.\n"
     yield from columns(
-        [(m,) for m in numbers["mechanisms"]],
+        numbers["mechanisms"],
         {key: lambda m, key=key: m[key] for key in ("vehicle", "manoeuvre", "axis")}
         | {
             "changed": lambda m: ", ".join(_change(*item) for item in m["changes"].items()) or "nothing",
@@ -72,7 +72,7 @@ def page(numbers: dict) -> Iterator[str]:
     yield "random signs; round-off is a machine epsilon of the largest coordinate, a step.\n"
     lengths = {"null vector": "moved_m", "round-off": "round_off_m", "random signs, median": "random_median_m"}
     yield from columns(
-        [(m,) for m in numbers["null_directions"]],
+        numbers["null_directions"],
         {key: lambda m, key=key: m[key] for key in ("manoeuvre", "vehicle", "axis")}
         | {title: lambda m, key=key: f"{m[key]:.1g}" for title, key in lengths.items()},
     )
@@ -81,7 +81,7 @@ def page(numbers: dict) -> Iterator[str]:
     keys = {"vehicle": "vehicle", "set": "seed", "parameters": "n_params"}
     keys |= {key: key for key in ("structural", "practical")}
     yield from columns(
-        [(c,) for c in numbers["track_level"]],
+        numbers["track_level"],
         {title: lambda c, key=key: c[key] for title, key in keys.items()}
         | {
             "alone": lambda c: ", ".join(f"{name} {n}" for name, n in c["alone"].items()),
