@@ -7,6 +7,8 @@ import numpy as np
 from bayesub.model.coefficients import INDEX, TERMS
 from bayesub.plots import style
 
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # of intervals
+
 
 def labels(names) -> list[str]:
     """LaTeX labels of coefficients; other parameters by name and unit."""
@@ -41,7 +43,7 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
     ratio = partial(ratios, reference=reference, prior=prior)
     with style.figure(path, max(6.0, 0.42 * n + 1.0), 4.6, (0.7, 0.1, 0.7, 0.4)) as figure:
         axis = figure.subplots()
-        lowest, highest = intervals(axis, columns, posterior, prior, reference)
+        lowest, highest = intervals(axis, columns, posterior.quantiles(QUANTILES), prior, reference)
         for estimate in estimates:
             place = np.array([estimate.names.index(name) for name in names])
             if estimate.method == "SQP":
@@ -65,20 +67,25 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
         axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5 if n > 20 else 3, fontsize=8)
 
 
-def intervals(axis, columns, posterior, prior, reference) -> tuple[float, float]:
-    """Draw prior band and posterior intervals of parameters `columns` (n,) there; the lowest and highest ratio of them.
+def intervals(axis, columns, quantiles, prior, reference) -> tuple[float, float]:
+    """Draw prior band and posterior intervals; the lowest and highest ratio of them.
 
+    Parameters
+    ----------
+    axis : to draw on
+    columns : (n,) positions of the parameters, and where they are drawn
+    quantiles : (5, n_params) of the posterior, those of QUANTILES
+    prior : of all parameters
     reference : as :func:`draw`
     """
 
-    def quantiles(of, probabilities):
-        values = ratios([of.quantiles(p) for p in probabilities], reference, prior)
-        return np.sort(values[:, columns], axis=0)
+    def ratio(values):
+        return np.sort(ratios(values, reference, prior)[:, columns], axis=0)
 
-    bottom, top = quantiles(prior, (0.025, 0.975))
+    bottom, top = ratio([prior.quantiles(p) for p in (0.025, 0.975)])
     axis.bar(columns, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 95 %")
     axis.axhline(1.0, color=style.TRUTH, lw=0.8)
-    low, q1, median, q3, high = quantiles(posterior, (0.05, 0.25, 0.5, 0.75, 0.95))
+    low, q1, median, q3, high = ratio(quantiles)
     axis.vlines(columns, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
     axis.vlines(columns, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
     axis.plot(columns, median, "_", color="white", ms=7)

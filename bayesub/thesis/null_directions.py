@@ -4,6 +4,7 @@ import numpy as np
 from scipy.linalg import subspace_angles
 
 from bayesub import identifiability
+from bayesub.identifiability import Spectrum
 from bayesub.identifiability.rank import AxisRank
 from bayesub.model.coefficients import ADDED_MASSES, AXES, NAMES, SUBPROBLEMS, columns
 from bayesub.model.linear_form import linear_systems, stacked
@@ -28,6 +29,12 @@ def axis_ranks(motion, names) -> dict[str, AxisRank]:
 def null_vectors(ranks: dict[str, AxisRank]) -> list[dict[str, float]]:
     """The null vectors of all axes, coefficient -> change."""
     return [vector for axis in ranks.values() for vector in axis.null_vectors]
+
+
+def spectrum(problem: Problem, at) -> Spectrum:
+    """Fisher information of a problem at coefficients (n_params,), the null directions of its true motion apart."""
+    truth = simulate(problem.vehicle, problem.manoeuvre, dt=problem.simulator.step)
+    return identifiability.fisher(problem, at, null_vectors(axis_ranks(truth, problem.names)))
 
 
 def track_change(boat: Vehicle, truth: Trajectory, vector: dict[str, float], rng, n_controls: int = 9) -> dict:

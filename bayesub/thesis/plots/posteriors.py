@@ -15,10 +15,18 @@ _ROW = 28  # coefficients a row
 _FLOOR = 1e-4  # where null directions are drawn, and what is smaller
 
 
-def draw_coefficients(path, posterior, prior, reference, groups) -> None:
-    """Prior, posterior intervals and groups of coefficient sets as ratios to the reference (n_coefficients,).
+def draw_coefficients(path, names, quantiles, prior, reference, groups, converged) -> None:
+    """Prior, posterior intervals and groups of coefficient sets as ratios to the reference.
 
+    Parameters
+    ----------
+    path : one file or several
+    names : (n_coefficients,)
+    quantiles : (5, n_coefficients) of the posterior, those of :data:`bayesub.plots.coefficients.QUANTILES`
+    prior : of the coefficients
+    reference : (n_coefficients,) values that count as one
     groups : (label, sets (n, n_coefficients), marker, colour), each drawn beside the others
+    converged : whether the posterior has
     """
     n = len(reference)
     n_rows = -(-n // _ROW)
@@ -27,21 +35,21 @@ def draw_coefficients(path, posterior, prior, reference, groups) -> None:
     with style.figure(path, 0.36 * width + 1.2, 3.1 * n_rows + 0.4) as figure:
         panels = figure.subplots(n_rows, 1, squeeze=False)[:, 0]
         for panel, columns in zip(panels, np.array_split(np.arange(n), n_rows), strict=True):
-            lowest, highest = intervals(panel, columns, posterior, prior, reference)
+            lowest, highest = intervals(panel, columns, quantiles, prior, reference)
             for (text, sets, marker, colour), shift in zip(groups, shifts, strict=True):
                 x = columns + shift + np.linspace(-0.13, 0.13, len(sets))[:, None]
                 values = ratios(sets, reference, prior)[:, columns]
                 panel.plot(x.ravel(), values.ravel(), marker, ms=2.6, mew=0, color=colour, label=text)
                 lowest, highest = min(lowest, values.min()), max(highest, values.max())
-            names = np.array(posterior.names)[columns]
-            panel.set_xticks(columns, starred(names, reference[columns]), rotation=60, ha="right")
+            some = np.array(names)[columns]
+            panel.set_xticks(columns, starred(some, reference[columns]), rotation=60, ha="right")
             panel.set(xlim=(columns[0] - 0.7, columns[0] + width - 0.3), ylabel="ratio to truth")
             panel.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
             panel.grid(axis="x", visible=False)
             for k in range(1, len(columns)):
-                if names[k][0] != names[k - 1][0]:
+                if some[k][0] != some[k - 1][0]:
                     panel.axvline(columns[k] - 0.5, color=style.TRUTH, lw=0.5, ls=":")
-        if not posterior.converged:
+        if not converged:
             figure.suptitle("NOT CONVERGED", color=style.SQP)
         panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=2)
 
@@ -60,8 +68,8 @@ def draw_contraction(path, cases: dict[str, dict[str, float]]) -> None:
         for panel in panels.flat[len(by_axis) :]:
             panel.set_visible(False)
         for panel, (axis, names) in zip(panels.flat, by_axis.items(), strict=False):
-            found = np.array([[values.get(name, np.nan) for name in names] for values in cases.values()])
-            image = panel.pcolormesh(found, cmap="cividis", norm=LogNorm(0.01, 1.0), edgecolors="white", lw=0.6)
+            table = np.array([[values.get(name, np.nan) for name in names] for values in cases.values()])
+            image = panel.pcolormesh(table, cmap="cividis", norm=LogNorm(0.01, 1.0), edgecolors="white", lw=0.6)
             panel.set_xticks(np.arange(len(names)) + 0.5, labels(names), rotation=60, ha="right", fontsize=8)
             panel.set_yticks(np.arange(len(cases)) + 0.5, list(cases), fontsize=8)
             panel.set(xlim=(0, longest), ylim=(len(cases), 0))
@@ -145,10 +153,10 @@ def draw_distances(path, cases, groups, measures) -> None:
     with style.figure(path, 9.5, 0.42 * len(cases) + 1.7) as figure:
         panels = figure.subplots(1, len(measures), sharey=True, squeeze=False)[0]
         for panel, (measure, label) in zip(panels, measures.items(), strict=True):
-            for row, (case, found) in enumerate(cases.items()):
+            for row, (case, places) in enumerate(cases.items()):
                 colour = style.VEHICLES[case.split()[0]]
                 for (group, (_, marker, filled)), shift in zip(groups.items(), (-0.18, 0.18, 0.0), strict=False):
-                    values = np.asarray(found[group][measure])
+                    values = np.asarray(places[group][measure])
                     y = row + shift + np.linspace(-0.1, 0.1, len(values)) * (len(values) > 1)
                     look = {"ms": 3.5, "mec": colour, "mew": 0.8, "mfc": colour if filled else "none"}
                     panel.semilogx(values, y, marker, **look)
