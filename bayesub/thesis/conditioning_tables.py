@@ -20,7 +20,8 @@ def page(numbers: dict) -> Iterator[str]:
     """Every table, in Markdown."""
     cases, thesis = named(numbers), published()["error_cancellation"]
     yield "Directions in prior standard deviations: sharpened (data sharper than the prior), left to the prior, and"
-    yield "null by the equations. Coefficients known to 5 %: alone with all others given, and in company with the prior.\n"
+    yield "null by the equations. Coefficients known to 5 %: alone with all others given, and in company with the"
+    yield "prior.\n"
     yield from columns(
         cases,
         {
