@@ -1,5 +1,7 @@
 """Ranks, their simulated band and coverage; a normal model that is calibrated, and two that are not."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -67,6 +69,53 @@ def test_draws_come_from_different_walkers(rng):
     draws = calibration.independent_draws(posterior, rng)
     assert draws.shape == (calibration.N_DRAWS, 1)
     assert len(np.unique(draws)) == calibration.N_DRAWS
+
+
+class OneMean:
+    """A normal mean, and a simulation that fails for every truth below zero."""
+
+    names = ("c0",)
+    prior = SimpleNamespace(sample=lambda rng, n: rng.standard_normal((n, 1)))
+
+    def trajectory(self, truth):
+        return SimpleNamespace(status=("ok" if truth[0] >= 0 else "diverged",), truth=truth)
+
+    def log_likelihood(self, parameters):
+        return -0.5 * parameters[:, 0] ** 2
+
+
+def test_truths_whose_simulation_fails_are_drawn_again(rng):
+    counts = []
+    for _ in range(100):
+        truth, trajectory, n_failed = calibration.prior_trajectory(OneMean(), rng)
+        assert truth[0] >= 0
+        assert trajectory.truth is truth
+        counts.append(n_failed)
+    # Failures before a success of probability one half: one on average, with a variance of two.
+    assert np.mean(counts) == pytest.approx(1.0, abs=4 * np.sqrt(2 / 100))
+
+
+def test_ranks_of_a_posterior(rng):
+    """Of draws 0 to 199 the truth 49.5 has rank 50 or 49, and nearly as many draws are less likely as are larger."""
+    walkers = np.arange(200.0).reshape(4, 1, 50, 1) * np.ones((1, 30, 1, 1))
+    posterior = Posterior(("c0",), walkers, walkers[..., 0], np.zeros(1), np.ones(1), 0, 0.5, 1, 1.0, {})
+    ranks = calibration.posterior_ranks(OneMean(), posterior, np.array([49.5]), rng)
+    assert set(ranks) == {"c0", "log likelihood"}
+    assert ranks["c0"] in (49, 50)
+    assert ranks["c0"] + ranks["log likelihood"] == calibration.N_DRAWS
+
+
+def test_uniformity_finds_the_quantity_that_is_not(rng):
+    good, bad = ranks(rng), ranks(rng, sd_factor=1 / 1.5)
+    result = calibration.uniformity({"good": good, "bad": bad}, 0.001, np.random.default_rng(1))
+    assert result["quantities"]["good"]["inside"]
+    assert not result["quantities"]["bad"]["inside"]
+    assert result["quantities"]["good"]["mean_rank"] == pytest.approx(np.mean(good) / calibration.N_DRAWS)
+    assert result["quantities"]["bad"]["coverage"]["90 %"] == calibration.coverage(bad)[0.9]
+    # The band is that of one quantity at half the rate: it holds the good ranks and is left by the bad ones.
+    limits = np.array(result["band"]["lower"]), np.array(result["band"]["upper"])
+    assert inside(good, limits)
+    assert not inside(bad, limits)
 
 
 def test_pictures(rng, tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.checks.coverage import RepeatedTrials
+from bayesub.checks.coverage import RepeatedTrials, standard_errors_off
 
 
 @pytest.fixture
@@ -41,3 +41,9 @@ def test_a_stiff_direction_shows_in_the_joint_error_only():
     trials = RepeatedTrials(10 * difference_sd * axes[1][None], covariance[None])
     assert trials.held(0.05).all()
     assert trials.joint[0] == pytest.approx(10**2 / 2, rel=1e-6)
+
+
+def test_standard_errors_of_a_coverage():
+    """They are those of the trials, or of independent intervals where trials agree by chance."""
+    assert standard_errors_off((0.9, 0.025), 0.95, 1000) == pytest.approx(-2.0)
+    assert standard_errors_off((0.5, 0.0), 0.4, 24) == pytest.approx(0.1 / 0.1)
