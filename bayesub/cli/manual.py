@@ -1,0 +1,111 @@
+"""The command `manual`: the pages of the manual at the terminal."""
+
+import io
+import re
+import sys
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import click
+
+from bayesub.io.errors import InputError, nearest
+
+FOLDER = Path(str(resources.files("bayesub"))) / "manual"
+KINDS = {
+    "tutorial": "First hour",
+    "recipe": "Recipes: how to do one thing",
+    "reference": "Reference: what there is, complete",
+    "explanation": "Explanation: why it is so",
+}
+WIDTH = 100
+
+_HEAD = re.compile(r"(?:<!--|%) *(\w+): *(.+?) *(?:-->)?$")
+_COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page of the manual. Its first line is a comment that says its kind and what it is about.
+
+    Attributes
+    ----------
+    topic : name of the file without its suffix
+    kind : a key of KINDS
+    summary : one line
+    path : the file
+    """
+
+    topic: str
+    kind: str
+    summary: str
+    path: Path
+
+    @property
+    def text(self) -> str:
+        """What a reader sees: the file without its comments."""
+        text = self.path.read_text(encoding="utf-8")
+        return _COMMENT.sub("", text) if self.path.suffix == ".md" else text
+
+
+def pages() -> dict[str, Page]:
+    """The pages by topic, kind after kind, each kind in alphabetical order."""
+    files = sorted(path for path in FOLDER.iterdir() if path.suffix in (".md", ".bib"))
+    read = [_page(path) for path in files]
+    return {page.topic: page for kind in KINDS for page in read if page.kind == kind}
+
+
+def _page(path: Path) -> Page:
+    with path.open(encoding="utf-8") as file:
+        kind, summary = _HEAD.match(file.readline()).groups()
+    return Page(path.stem, kind, summary, path)
+
+
+def _topics(_ctx, _param, incomplete: str) -> list[str]:
+    return [topic for topic in pages() if topic.startswith(incomplete)]
+
+
+@click.command(epilog="Example: bayesub manual own-log")
+@click.argument("topic", default="", metavar="[TOPIC]", shell_complete=_topics)
+@click.option("--path", "show_path", is_flag=True, help="Print where the page is instead; without TOPIC, the folder.")
+def manual(topic: str, show_path: bool) -> None:
+    """List the pages of the manual, or show the page TOPIC in the pager.
+
+    If the output is not a terminal the page is printed as Markdown.
+    """
+    by_topic = pages()
+    if topic and topic not in by_topic:
+        raise InputError(
+            f"the manual has no page '{topic}'{nearest(topic, by_topic)}; bayesub manual lists its {len(by_topic)} pages"
+        )
+    if show_path:
+        click.echo(by_topic[topic].path if topic else FOLDER)
+    elif not topic:
+        click.echo("\n".join(_listed(by_topic)))
+    elif sys.stdout.isatty():
+        click.echo_via_pager(_rendered(by_topic[topic]))
+    else:
+        click.echo(by_topic[topic].text.strip())
+
+
+def _listed(by_topic: dict[str, Page]) -> list[str]:
+    """The list of pages, a line each, grouped by kind."""
+    width = max(map(len, by_topic))
+    lines = []
+    for kind, title in KINDS.items():
+        lines += ["", title] if lines else [title]
+        lines += [f"  {page.topic:<{width}}  {page.summary}" for page in by_topic.values() if page.kind == kind]
+    return [*lines, "", "bayesub manual TOPIC shows a page."]
+
+
+def _rendered(page: Page) -> str:
+    """The page for a terminal: Markdown laid out and coloured, any other file as it is."""
+    if page.path.suffix != ".md":
+        return page.text
+    from rich.console import Console
+    from rich.markdown import Markdown
+
+    paper = Console(file=io.StringIO(), force_terminal=True)
+    paper.width = min(paper.width, WIDTH)
+    paper.print(Markdown(page.text))
+    return paper.file.getvalue()
