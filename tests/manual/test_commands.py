@@ -1,0 +1,82 @@
+"""Every command and every Python block of README and manual runs, and answers as the page shows.
+
+A page is worked through from top to bottom in one folder, as a reader would. A slow part has a quick one in a comment
+above its block (``<!-- quick: slow => quick -->``); nothing is left out.
+"""
+
+import doctest
+import shlex
+import tomllib
+
+import pytest
+from manual.pages import PAGES, ROOT, blocks
+
+from bayesub.io import toml_files
+from bayesub.model.vehicles import VehicleFile
+from bayesub.study.study import Study
+
+TINY = """
+name = "tiny"
+question = "Does a command run?"
+vehicle = "auv690"
+manoeuvre = "turning_circle"
+seed = 1
+dt_s = 0.4
+sensors = [{ kind = "track", channels = ["x", "y"], position_sd_m = 0.1, attitude_sd_deg = 0.1, interval_s = 5.0 }]
+free = { coefficients = ["Xuu", "Nuv"] }
+prior = { kind = "relative_normal", sd = 0.25 }
+baselines = { linear_least_squares = false, sqp_starts = 0 }
+"""
+TEXT = ("synopsis",)  # shown, not run; tests/manual/test_pages.py compares it with the commands
+SHELL = ("python3 ", "git ", "pip ")  # set-up, which .ci/run reads from the README and runs
+LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with the studies of the repository and two quick ones."""
+    (tmp_path / "studies").symlink_to(ROOT / "studies")
+    (tmp_path / "tiny.toml").write_text(TINY)
+    (tmp_path / "few").mkdir()
+    (tmp_path / "few" / "tiny.toml").write_text(TINY)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_what_a_page_shows_runs(page, folder, bayesub):
+    """In order, and each block is one of those that are run, checked or set-up."""
+    names = {}
+    for block in blocks(page):
+        if block.commands:
+            for command, shown in block.commands:
+                status, out, err = bayesub(*shlex.split(command, comments=True)[1:])
+                assert status == 0, f"{command}\n{err}"
+                assert doctest.OutputChecker().check_output(shown, out, LIKE), f"{command}\n{out}\nis not\n{shown}"
+        elif block.language == "python" and block.file:
+            (folder / block.file).write_text(block.run)
+        elif block.language == "python":
+            exec(compile(block.run, page.name, "exec"), names)
+        elif block.language == "toml":
+            check_toml(block.run, folder)
+        else:
+            assert block.language in TEXT or block.text.startswith(SHELL), block.text
+
+
+def check_toml(text, folder):
+    """A file of its own is written for the commands below it; a fragment is read in place of what it replaces."""
+    first = text.splitlines()[0]
+    content = tomllib.loads(text)
+    if first == "# fragment of a study":
+        whole = tomllib.loads(TINY) | content
+        if "data" in content:
+            del whole["manoeuvre"]
+        toml_files.validate(whole, Study, first)
+    elif first == "# fragment of a vehicle file":
+        whole = toml_files.read_toml_table(toml_files.find("auv690", "vehicles"))
+        whole["coefficients"] |= content["coefficients"]
+        toml_files.validate(whole, VehicleFile, first)
+    else:
+        name = first.removeprefix("# ")
+        assert name.endswith(".toml"), f"a block of TOML begins with the name of its file: {first}"
+        (folder / name).write_text(text)

@@ -1,0 +1,163 @@
+"""The manual as a whole: its command, its kinds, its links, and that its lists are complete."""
+
+import re
+import subprocess
+import sys
+import typing
+from importlib import resources
+
+import click
+import pydantic
+import pytest
+from manual.pages import MANUAL, OTHERS, PAGES, ROOT, blocks
+
+import bayesub as bs
+from bayesub.cli import app, manual
+from bayesub.io.log_files import HEADERS
+from bayesub.model.coefficients import AXES, TERMS
+from bayesub.model.hull_files import HullFile
+from bayesub.model.manoeuvre_files import KINDS
+from bayesub.model.vehicles import VehicleFile
+from bayesub.study.study import Study
+from bayesub.study.trial_section import InstrumentsFile
+
+HEAVY = ("numba", "scipy", "matplotlib", "arviz", "pandas")
+LONGEST = 150
+
+
+def page(topic):
+    return manual.pages()[topic].path.read_text(encoding="utf-8")
+
+
+def test_the_list_names_every_page_once(bayesub):
+    status, out, _ = bayesub("manual")
+    assert status == 0
+    topics = re.findall(r"^  (\S+) +\S", out, flags=re.MULTILINE)
+    assert sorted(topics) == sorted([path.stem for path in MANUAL] + ["references"])
+    assert [line for line in out.splitlines() if line in manual.KINDS.values()] == list(manual.KINDS.values())
+
+
+def test_a_page_is_printed_without_its_comments(bayesub):
+    status, out, _ = bayesub("manual", "findings")
+    assert status == 0 and out.startswith("# What the studies found") and "<!--" not in out
+
+
+def test_the_path_of_a_page(bayesub):
+    _, out, _ = bayesub("manual", "model", "--path")
+    assert out.strip() == str(ROOT / "bayesub" / "manual" / "model.md")
+
+
+def test_an_unknown_topic_is_one_line_with_a_suggestion(bayesub):
+    status, out, err = bayesub("manual", "modl")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "did you mean 'model'?" in err
+
+
+def test_a_terminal_gets_the_pager(monkeypatch, bayesub):
+    """With headings and tables laid out; a pager is not asked for where there is no terminal."""
+    shown = []
+    monkeypatch.setattr(click, "echo_via_pager", shown.append)
+    bayesub("manual", "commands")
+    assert not shown
+    monkeypatch.setattr(manual.sys.stdout, "isatty", lambda: True)
+    bayesub("manual", "commands")
+    (text,) = shown
+    assert "exit status" in text and "<!--" not in text and "|---" not in text
+
+
+def test_the_manual_needs_nothing_that_computes():
+    """None of the libraries that take long to import."""
+    code = f"""
+import sys
+from click.testing import CliRunner
+from bayesub.cli.manual import manual
+assert CliRunner().invoke(manual, ["thesis"]).exit_code == 0
+print([name for name in {HEAVY} if name in sys.modules])
+"""
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "[]"
+
+
+def test_the_manual_is_a_part_of_the_package():
+    assert (resources.files("bayesub") / "manual" / "model.md").is_file()
+
+
+def test_the_readme_is_short():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+@pytest.mark.parametrize("path", [*PAGES, *OTHERS], ids=lambda path: path.stem)
+def test_links_lead_somewhere(path):
+    """Within the repository; and what a page calls a page is one."""
+    text = path.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", text):
+        assert (path.parent / target).exists(), target
+    for topic in re.findall(r"page `([\w-]+)`", text) + re.findall(r"bayesub manual ([a-z][\w-]+)", text):
+        assert topic in manual.pages(), topic
+
+
+def test_the_table_of_terms_is_that_of_the_code():
+    """Axis by axis and power by power, in the same order."""
+    rows = re.findall(r"^\| ([XYZKMN]) \| (\d) \| (.*) \|$", page("model"), flags=re.MULTILINE)
+    shown = [
+        (name, axis, int(power), regressor)
+        for axis, power, terms in rows
+        for name, regressor in re.findall(r"(\w+): `(.*?)`", terms)
+    ]
+    assert shown == [(t.name, t.axis, t.power, t.regressor) for t in TERMS]
+    assert [axis for axis in dict.fromkeys(axis for axis, *_ in rows)] == list(AXES)
+
+
+def models(kind, found):
+    """All sections of an input file."""
+    if isinstance(kind, type) and issubclass(kind, pydantic.BaseModel) and kind not in found:
+        found.append(kind)
+        for field in kind.model_fields.values():
+            models(field.annotation, found)
+    for part in typing.get_args(kind):
+        models(part, found)
+    return found
+
+
+def test_every_key_of_every_file_is_in_the_reference():
+    words = set(re.findall(r"`([\w.]+)`", page("files")))
+    files = (VehicleFile, HullFile, InstrumentsFile, Study, *KINDS.values())
+    keys = {key for file in files for section in models(file, []) for key in section.model_fields}
+    containers = {"trial", "body", "propulsion", "actuators", "coefficients", "time_scale", "demands", "autopilot"}
+    containers |= {"hull", "fins", "sensors", "truth", "free", "prior", "given", "noise", "nuisance", "baselines"}
+    containers |= {"sampler", "quick", "trials", "mean", "lower", "upper", "median", "value"}
+    assert keys - containers - words == set()
+    assert {f"[{key}]" for key in ("trial", "body", "sampler", "quick")} <= set(
+        re.findall(r"`(\[\w+\])`", page("files"))
+    )
+
+
+def test_every_column_is_in_the_reference():
+    words = set(re.findall(r"`(\w+)`", page("files")))
+    assert set(HEADERS.values()) <= words
+
+
+def test_every_public_name_is_in_the_reference():
+    assert set(re.findall(r"`bs\.(\w+)`", page("python"))) == set(bs.__all__)
+
+
+def leaf_commands(command, path=()):
+    inner = getattr(command, "commands", None)
+    if inner is None:
+        yield " ".join(path), command
+    else:
+        context = click.Context(command)
+        for name in command.list_commands(context):
+            yield from leaf_commands(command.get_command(context, name), (*path, name))
+
+
+def test_the_synopsis_has_every_command_with_its_options():
+    (synopsis,) = [block.text for block in blocks(manual.pages()["commands"].path) if block.language == "synopsis"]
+    lines = {}
+    for line in synopsis.splitlines():
+        words = re.match(r"bayesub ((?:new )?\w+)(.*)", line)
+        lines[words[1]] = set(re.findall(r"(?<![\w-])(--?[a-z][\w-]*)", words[2]))
+    for name, command in leaf_commands(app.app):
+        options = [set(p.opts) for p in command.params if isinstance(p, click.Option)]
+        assert all(option & lines[name] for option in options), name
+        assert lines[name] <= set().union(*options), name
