@@ -2,8 +2,9 @@
 
 ``0.69<!--n time_step: suboff horizontal/hold/position_m/0.1; .2f-->`` is right if that entry of
 ``figures/time_step/numbers.json``, formatted so, is 0.69. Between path and format there may be operations, one after
-the other. A path has a key or an index a step; ``*`` stands for any text in a key, and the entry of a list of tables is chosen by
-its name. ``<!--n given-->`` marks a number that is no result but a choice, such as the level of an interval.
+the other. A path has a key or an index a step; ``*`` stands for any text in a key, and the entry of a list of tables
+is chosen by its name. ``<!--n given-->`` marks a number that is no result but a choice, such as the level of an
+interval.
 """
 
 import json

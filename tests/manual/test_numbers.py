@@ -26,7 +26,8 @@ def test_a_wrong_number_is_found():
     """So that the test above is none that cannot fail."""
     (right,) = markers("it is 0.69<!--n time_step: suboff horizontal/hold/position_m/0.1; .2f--> m")
     (wrong,) = markers("it is 0.68<!--n time_step: suboff horizontal/hold/position_m/0.1; .2f--> m")
-    assert evaluate(right[1]) == right[0] and evaluate(wrong[1]) != wrong[0]
+    assert evaluate(right[1]) == right[0]
+    assert evaluate(wrong[1]) != wrong[0]
 
 
 @pytest.mark.parametrize(("page", "part"), RESULTS.items(), ids=RESULTS)
