@@ -9,16 +9,14 @@ from manual.pages import ROOT
 BIB = (ROOT / "bayesub" / "manual" / "references.bib").read_text(encoding="utf-8")
 FOLDERS = ("bayesub", "studies", "tests")
 SUFFIXES = (".py", ".toml", ".md", ".html")
-SOURCES = sorted(
-    path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.suffix in SUFFIXES and path.is_file()
-) + [ROOT / "README.md"]
+FILES = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*")) if path.suffix in SUFFIXES]
+SOURCES = [*FILES, ROOT / "README.md"]
 
 NAME = r"(?:van )?[A-Z][\w'-]+"
 CITATION = re.compile(rf"({NAME})((?:(?:, {NAME})*,? (?:&|and) {NAME}| et al\.)?),? \(?((?:18|19|20)\d\d)\b")
 NO_AUTHOR = {"Thesis", "Over", "Structures", "Hydrodynamics", "April", "August", "SEED", "IFAC", "GCUV", "Python", "Of"}
-SECTIONS = re.compile(
-    r"(?<!thesis )\bmodel(?: manual,)? (?:sections?|equations?) (\d+(?:\.\d+)?(?:(?:, | and | to )\d+(?:\.\d+)?)*)"
-)
+NUMBER = r"\d+(?:\.\d+)?"
+SECTIONS = re.compile(rf"\bmodel(?: manual,)? (?:sections?|equations?) ({NUMBER}(?:(?:, | and | to ){NUMBER})*)")
 
 
 def plain(text):
@@ -89,7 +87,7 @@ def test_sections_of_the_model_exist(model):
     for path in SOURCES:
         text = re.sub(r"\s*\n\s*(?:#\s*)?", " ", path.read_text(encoding="utf-8")).replace("`model`", "model")
         for match in SECTIONS.finditer(text):
-            for number in re.findall(r"\d+(?:\.\d+)?", match[1]):
+            for number in re.findall(NUMBER, match[1]):
                 assert number in sections | equations, f"{path.relative_to(ROOT)}: {match[0]}"
                 count += 1
     assert count >= 20
