@@ -3,8 +3,8 @@
 ``0.69<!--n time_step: suboff horizontal/hold/position_m/0.1; .2f-->`` is right if that entry of
 ``figures/time_step/numbers.json``, formatted so, is 0.69. Between path and format there may be operations, one after
 the other. A path has a key or an index a step; ``*`` stands for any text in a key, and the entry of a list of tables
-is chosen by its name. ``<!--n given-->`` marks a number that is no result but a choice, such as the level of an
-interval.
+is chosen by its name. ``&`` joins paths. ``<!--n given-->`` marks a number that is no result but a choice, such as the
+level of an interval.
 """
 
 import json
@@ -39,8 +39,8 @@ def numbers(study: str) -> dict:
 
 
 def leaves(content, path: list[str]) -> Iterator:
-    """The entries at a path."""
-    if not path:
+    """The entries at a path, null left out."""
+    if not path or content is None:
         yield content
         return
     key, *rest = path
@@ -67,7 +67,8 @@ def evaluate(what: str) -> str:
     """What a marker stands for, formatted."""
     where, *operations, form = (part.strip() for part in what.split(";"))
     study, _, path = where.partition(":")
-    parts = [flat(entry) for entry in leaves(numbers(study.strip()), path.strip().split("/"))]
+    paths = [one.strip().split("/") for one in path.split("&")]
+    parts = [flat(entry) for one in paths for entry in leaves(numbers(study.strip()), one)]
     for operation in operations:
         if operation.startswith("each share "):
             _, _, word, limit = operation.split()
