@@ -13,7 +13,7 @@ from manual.pages import PAGES, ROOT, blocks
 
 from bayesub.io import toml_files
 from bayesub.model.vehicles import VehicleFile
-from bayesub.study.study import Study
+from bayesub.study.study_file import Study
 
 TINY = """
 name = "tiny"
