@@ -11,6 +11,13 @@ from support.motions import smooth_manoeuvre
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.io import toml_files
+from bayesub.kernels import compilation
+
+
+def pytest_configure(config):
+    """Compile the kernels before tests are shared out to processes, each of which would do it for itself."""
+    if not hasattr(config, "workerinput") and config.getoption("numprocesses", None):
+        compilation.ensure()
 
 
 @pytest.fixture
