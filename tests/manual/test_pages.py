@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import tomllib
 import typing
 from importlib import resources
 
@@ -73,6 +74,7 @@ def test_the_manual_needs_nothing_that_computes():
     """None of the libraries that take long to import."""
     code = f"""
 import sys
+import tomllib
 from click.testing import CliRunner
 from bayesub.cli.manual import manual
 assert CliRunner().invoke(manual, ["thesis"]).exit_code == 0
@@ -162,3 +164,10 @@ def test_the_synopsis_has_every_command_with_its_options():
         options = [set(p.opts) for p in command.params if isinstance(p, click.Option)]
         assert all(option & lines[name] for option in options), name
         assert lines[name] <= set().union(*options), name
+
+
+def test_the_version_to_cite_is_that_of_the_package():
+    (version,) = re.findall(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert version == project["version"]
+    assert f"## [{version}]" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
