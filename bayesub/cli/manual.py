@@ -20,7 +20,7 @@ KINDS = {
 }
 WIDTH = 100
 
-_HEAD = re.compile(r"(?:<!--|%) *(\w+): *(.+?) *(?:-->)?$")
+_HEAD = re.compile(r"^(?:<!--|%) *(\w+): *(.+?) *(?:-->)?$")
 _COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
 
 
@@ -57,7 +57,7 @@ def pages() -> dict[str, Page]:
 
 def _page(path: Path) -> Page:
     with path.open(encoding="utf-8") as file:
-        kind, summary = _HEAD.match(file.readline()).groups()
+        ((kind, summary),) = _HEAD.findall(file.readline())
     return Page(path.stem, kind, summary, path)
 
 
@@ -91,7 +91,7 @@ def manual(topic: str, show_path: bool) -> None:
 def _listed(by_topic: dict[str, Page]) -> list[str]:
     """The list of pages, a line each, grouped by kind."""
     width = max(map(len, by_topic))
-    lines = []
+    lines: list[str] = []
     for kind, title in KINDS.items():
         lines += ["", title] if lines else [title]
         lines += [f"  {page.topic:<{width}}  {page.summary}" for page in by_topic.values() if page.kind == kind]
@@ -105,7 +105,8 @@ def _rendered(page: Page) -> str:
     from rich.console import Console
     from rich.markdown import Markdown
 
-    paper = Console(file=io.StringIO(), force_terminal=True)
-    paper.width = min(paper.width, WIDTH)
-    paper.print(Markdown(page.text))
-    return paper.file.getvalue()
+    paper = io.StringIO()
+    console = Console(file=paper, force_terminal=True)
+    console.width = min(console.width, WIDTH)
+    console.print(Markdown(page.text, hyperlinks=False))
+    return paper.getvalue()
