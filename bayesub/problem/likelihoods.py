@@ -138,7 +138,7 @@ class Rounded(Noise):
 
         p(y) = Phi((y + resolution/2 - predicted) / sd) - Phi((y - resolution/2 - predicted) / sd),
 
-    (model section 11), in the limit of a small resolution the normal density times the resolution.
+    (model manual, section 11), in the limit of a small resolution the normal density times the resolution.
 
     The information is the observed one, minus the second derivative of log p by the prediction. In units of 1/sd^2 it
     is one minus the variance of a standard normal truncated to the interval, hence between zero and one: zero where

@@ -83,7 +83,7 @@ def _body(vehicle: Vehicle) -> dict[str, float]:
 
 
 def _balance(card: Card) -> None:
-    """Thrust over drag at n' = 1 on both branches: b1 + b2 + b3 = b4 + b5 + b6 = -Xuu (model section 5)."""
+    """Thrust over drag at n' = 1 on both branches: b1 + b2 + b3 = b4 + b5 + b6 = -Xuu (model manual, section 5)."""
     boat, (xuu,) = card.vehicle, _value(card.vehicle, "Xuu")
     body = _body(boat)
     drag = -xuu * boat.dimensional_factors[INDEX["Xuu"]]

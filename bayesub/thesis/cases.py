@@ -65,7 +65,7 @@ def free_coefficients(boat: Vehicle, manoeuvre: str) -> list[str]:
 
 
 def track_problem(boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, rng=None, sd=1.0) -> Problem:
-    """The track whose sum of squared residuals is the cost of model section 10 when `sd` (m and degrees) is one.
+    """The track whose sum of squares is the cost of model manual, section 10, when `sd` (m and degrees) is one.
 
     It is sampled every second and weighted ten-fold, for the thesis's every 0.1 s; times scale with length over speed.
     """

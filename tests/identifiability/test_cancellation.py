@@ -46,7 +46,7 @@ def test_a_null_vector_cancels_completely(systems):
 
 
 def test_contribution_is_that_of_direct_simulation(suboff, spiral, spiral_track):
-    """One coefficient at a quarter of its value, simulated by itself: the cost of model section 10."""
+    """One coefficient at a quarter of its value, simulated by itself: the cost of model manual, section 10."""
     track = bs.sensors.Track(position_sd_m=1.0, attitude_sd_deg=1.0, interval_s=2.0)
     record = bs.observe(spiral_track, track, np.random.default_rng(1))
     problem = bs.Problem(suboff, spiral, record, free=HORIZONTAL, prior=bs.priors.relative_normal(0.25), dt=1.0)
