@@ -1,4 +1,4 @@
-"""The linear form of each axis (model manual, section 9) ready for a solver: held columns moved over, the rest scaled."""
+"""The linear form of each axis (model manual, section 9) ready for a solver: held columns moved, the rest scaled."""
 
 import time
 from dataclasses import dataclass

@@ -86,9 +86,7 @@ def test_sections_of_the_model_exist(model):
     count = 0
     for path in SOURCES:
         text = re.sub(r"\s*\n\s*(?:#\s*)?", " ", path.read_text(encoding="utf-8")).replace("`model`", "model")
-        assert not re.search(r"design [s]ection|model\.md [s]ection", text), (
-            f"{path}: cites what readers do not have"
-        )
+        assert not re.search(r"design [s]ection|model\.md [s]ection", text), f"{path}: cites what readers do not have"
         for match in SECTIONS.finditer(text):
             for number in re.findall(NUMBER, match[1]):
                 assert number in sections | equations, f"{path.relative_to(ROOT)}: {match[0]}"
