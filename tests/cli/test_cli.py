@@ -1,15 +1,21 @@
 """The command line as a whole: help, completion, colours, silence."""
 
+import io
+import json
 import os
 import re
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import click
 import pytest
 from click.shell_completion import BashComplete
+from rich.console import Console
 
 from bayesub.cli import app
+from bayesub.io import terminal
 from bayesub.io.terminal import duration, pace
 
 COLOUR = re.compile(r"\x1b\[[0-9;]*\b(3[0-8]|4[0-8]|9[0-7]|10[0-7])\b[0-9;]*m")
@@ -18,8 +24,10 @@ COLOUR = re.compile(r"\x1b\[[0-9;]*\b(3[0-8]|4[0-8]|9[0-7]|10[0-7])\b[0-9;]*m")
 def commands(command=app.app, path=("bayesub",)):
     """Every command with its words."""
     yield path, command
-    for name, inner in getattr(command, "commands", {}).items():
-        yield from commands(inner, (*path, name))
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for name in command.list_commands(context):
+            yield from commands(command.get_command(context, name), (*path, name))
 
 
 @pytest.mark.parametrize(
@@ -77,8 +85,55 @@ def test_no_colour_where_it_is_not_wanted():
 
 
 def test_the_pace_of_a_stage():
-    """Three of ten in six seconds are one in two, and fourteen to go."""
-    assert pace(6.0, "3 of 10 starts") == "30/min, 14 s left"
-    assert pace(1.0, "500 of 1000 trials") == "500/s, 1 s left"
-    assert pace(6.0, "0 of 10") == pace(6.0, "10 of 10") == pace(6.0, "auv690 horizontal") == ""
+    """Units a second or a minute, and the time that is left."""
+    assert pace(0.5, 14.0) == "30/min, 14 s left"
+    assert pace(12.34, 125.0) == "12.3/s, 2 min 05 s left"
+    assert pace(None, None) == pace(0.0, None) == pace(3.0, 0.0) == ""
     assert [duration(s) for s in (6.6, 125, 3780)] == ["7 s", "2 min 05 s", "1 h 03 min"]
+
+
+def test_bars_show_counts_pace_and_notes(monkeypatch):
+    """On a terminal; where there is none, nothing."""
+    for is_terminal in (True, False):
+        text = io.StringIO()
+        console = Console(file=text, force_terminal=is_terminal, width=200, color_system=None)
+        monkeypatch.setattr(terminal, "console", console)
+        with terminal.Bars() as bars:
+            bars.stage("count")
+            for k in range(4):
+                bars.update(k, 4, "starts", "R-hat 1.02")
+                time.sleep(0.02)
+                bars.bars.refresh()
+        if not is_terminal:
+            assert text.getvalue().strip() == ""
+            return
+        assert "3 of 4 starts" in text.getvalue()
+        assert re.search(r"[0-9.]+/s, [0-9]+ s left", text.getvalue())
+        assert "R-hat 1.02" in text.getvalue()
+
+
+def test_list_survives_files_that_are_no_studies(tmp_path, monkeypatch, capsys):
+    """A broken one is listed with what is wrong, a table of something else is not."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "studies").mkdir()
+    files = {
+        "broken.toml": "vehicle = [",
+        "boat.toml": 'name = "no study"',
+        "good.toml": 'vehicle = "suboff"\nquestion = "Is it good?"',
+        "script.py": '"""Is it a script?"""',
+        "bad.py": "def (",
+    }
+    for name, text in files.items():
+        (tmp_path / "studies" / name).write_text(text)
+    app.app.main(["list", "studies", "--json"], prog_name="bayesub", standalone_mode=False)
+    studies = {Path(name).name: text for name, text in json.loads(capsys.readouterr().out)["studies"].items()}
+    assert list(studies) == ["bad.py", "broken.toml", "good.toml", "script.py"]
+    assert (studies["good.toml"], studies["script.py"]) == ("Is it good?", "Is it a script?")
+    assert studies["broken.toml"].startswith("cannot be read: is not valid TOML")
+    assert studies["bad.py"].startswith("cannot be read: line 1: is not valid Python")
+
+
+def test_python_m_bayesub_is_the_command():
+    """Also where no script is installed."""
+    command = [sys.executable, "-m", "bayesub", "--version"]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout.startswith("bayesub, version")

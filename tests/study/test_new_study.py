@@ -44,7 +44,7 @@ def test_files_are_named_from_the_study_file(tmp_path, monkeypatch):
     assert 'vehicle = "../boat.toml"' in path.read_text()
     monkeypatch.chdir("/")
     posed = load_study(tmp_path / path)
-    assert posed.files == [tmp_path / "boat.toml", tmp_path / "flown.toml"]
+    assert [posed.path(name) for name in posed.files] == [str(tmp_path / "boat.toml"), str(tmp_path / "flown.toml")]
     assert prepare(posed).vehicle.name == "auv690"
 
 
@@ -69,3 +69,15 @@ def test_a_vertical_log_needs_neither_heading_nor_cross_current(tmp_path):
     names = prepare(load_study(path)).problem.names
     assert "current_north_mps" in names
     assert not {"current_east_mps", "yaw0_deg"} & set(names)
+
+
+@pytest.mark.parametrize(("manoeuvre", "column"), [("horizontal", "x_m"), ("vertical", "x_m")])
+def test_the_noise_that_the_template_advises_is_accepted(tmp_path, manoeuvre, column):
+    """Without the hash signs the commented section names a column that the template's sensors read."""
+    path = tmp_path / "first.toml"
+    text = new_study.simulated("first", path, "auv690", manoeuvre)
+    assert f"# [noise.{column}] " in text
+    for line in (f"[noise.{column}] ", 'kind = "student_t" ', "dof = 4.0"):
+        text = text.replace(f"# {line}", line)
+    path.write_text(text)
+    assert prepare(load_study(path)).study.noise[column].dof == 4.0
