@@ -9,7 +9,6 @@ of three. All coordinates of the sampler stand in one table in :mod:`bayesub.sam
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special
 
 
 class Prior:
@@ -65,6 +64,8 @@ class Prior:
 
     def quantiles(self, probability: float) -> np.ndarray:
         """(n_params,) quantile of each parameter by itself."""
+        from scipy import special  # in the methods that need it, so that a study file is read without SciPy
+
         return self.parameters(np.full(len(self.mean), special.ndtri(probability)))
 
     def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
@@ -140,6 +141,8 @@ class LogNormal(Prior):
 
     def quantiles(self, probability):
         """As :meth:`Prior.quantiles`."""
+        from scipy import special
+
         t = special.ndtri(probability) * np.sign(self.median)
         return self.parameters(t)
 
@@ -163,10 +166,14 @@ class Uniform(Prior):
 
     def parameters(self, t):
         """As :meth:`Prior.parameters`."""
+        from scipy import special
+
         return self.lower + (self.upper - self.lower) * special.ndtr(t)
 
     def standard(self, parameters):
         """As :meth:`Prior.standard`."""
+        from scipy import special
+
         return special.ndtri((parameters - self.lower) / (self.upper - self.lower))
 
     def chain(self, jacobian, t):
@@ -229,6 +236,8 @@ class CorrelatedNormal(Prior):
 
     def quantiles(self, probability):
         """As :meth:`Prior.quantiles`."""
+        from scipy import special
+
         return self.mean + self.sd * special.ndtri(probability)
 
 

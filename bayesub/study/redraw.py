@@ -74,7 +74,8 @@ def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
         raise InputError(
             f"{folder}: {ESTIMATES}, {CROSS_CHECK} or numbers.json is damaged ({error}); run the study again"
         ) from None
-    return conclude(prepare(study), folder, estimates, posterior, check, seconds=seconds, pdf=pdf, commit=config["commit"])
+    options = {"seconds": seconds, "pdf": pdf, "commit": config["commit"]}
+    return conclude(prepare(study), folder, estimates, posterior, check, **options)
 
 
 def _saved_study(folder: Path, config: dict) -> Study:

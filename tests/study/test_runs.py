@@ -273,9 +273,7 @@ def test_a_run_of_other_versions_or_of_the_former_bayesub_is_stale(only, tmp_pat
     with pytest.raises(InputError, match=r"stale: versions.numpy was '1.0' and is now .*; use --force to run it again"):
         run(only / "b_holds.py", "-o", folder, capsys=capsys)
     config.write_text(re.sub(r"sources_sha256 = .*\n", "", text))
-    with pytest.raises(
-        InputError, match=r"cannot be resumed: it was made by a version of bayesub before 0.2, .* --fo"
-    ):
+    with pytest.raises(InputError, match=r"cannot be resumed: it was made by a version of bayesub before 0.2, .* --fo"):
         run(only / "b_holds.py", "-o", folder, "--resume", capsys=capsys)
     assert run(only / "b_holds.py", "-o", folder, "--resume", "--keep-stale", capsys=capsys)[0] == 0
     assert "sources_sha256" not in config.read_text()

@@ -3,6 +3,8 @@
 import errno
 import json
 import os
+import re
+import shutil
 import signal
 import tomllib
 
@@ -10,10 +12,15 @@ import numpy as np
 import pytest
 import tomli_w
 
+import bayesub as bs
 from bayesub.io import log_files, toml_files
-from bayesub.sampling import posterior_file, sampler
+from bayesub.io.terminal import Bars
+from bayesub.sampling import posterior_file
 from bayesub.study import infer
+from bayesub.study import prepare as preparation
 from bayesub.study.prepare import prepare
+from bayesub.study.redraw import redraw
+from bayesub.study.result import load_result
 from bayesub.study.run_folder import open_folder
 from bayesub.study.study_file import load_study
 
@@ -226,7 +233,7 @@ def test_ctrl_c_prints_the_command_that_continues(bayesub, small, tmp_path, monk
     assert (status, err) == (130, f"bayesub: interrupted; what is done is saved, continue with: {command}\n")
 
     with monkeypatch.context() as during:
-        during.setattr(sampler, "_describe", lambda _: (press(), (0.0, ""))[1])
+        during.setattr(Bars, "update", lambda *_: press() if "steps" in _ else None)
         status, _, err = bayesub("run", small, "-o", folder, "--resume")
     assert (status, err.splitlines()[-1].endswith(command)) == (130, True)
     assert len(list((folder / "chain").glob("[0-9]*.block"))) == 2  # up to the first look, and the step after it
@@ -262,3 +269,96 @@ def test_a_full_disk_is_one_line(bayesub, small, tmp_path, monkeypatch):
         err
         == f"bayesub: {tmp_path / 'run'}: no space left on device; what is done is saved, make room and use --resume\n"
     )
+
+
+TANK = "coefficient,mean,sd\nXuu,-0.005,0.0005\n"
+
+
+@pytest.fixture
+def with_files(small):
+    """A study beside its vehicle, manoeuvre and table of priors."""
+    folder = small.parent / "beside"
+    folder.mkdir()
+    (folder / "boat.toml").write_bytes(toml_files.built_in("vehicles")["auv690"].read_bytes())
+    (folder / "history.csv").write_text(
+        "time_s,rudder_deg\n" + "".join(f"{t},{8 if 20 < t < 60 else -5}\n" for t in range(0, 121, 2))
+    )
+    (folder / "tank.csv").write_text(TANK)
+    text = SMALL.replace('vehicle = "auv690"', 'vehicle = "beside/boat.toml"')
+    text = text.replace('manoeuvre = "horizontal"', 'manoeuvre = "beside/history.csv"')
+    small.write_text(text.replace("[prior]", '[prior]\ntable = "beside/tank.csv"') + "[sampler]\nmax_steps = 100\n")
+    return small
+
+
+def test_a_run_moves_and_is_drawn_again_from_what_its_folder_keeps(bayesub, with_files, tmp_path):
+    """Paths are relative to the study, copies of its files are in the folder, and a changed copy is refused by name."""
+    folder = tmp_path / "run"
+    result = bs.run(with_files, folder)
+    config = tomllib.loads((folder / "config.toml").read_text())
+    assert config["vehicle"] == "beside/boat.toml"
+    assert str(tmp_path) not in (folder / "config.toml").read_text()
+    before = json.loads((folder / "numbers.json").read_text())
+    moved = tmp_path / "elsewhere" / "run"
+    shutil.copytree(folder, moved)
+    shutil.rmtree(with_files.parent / "beside")
+    with_files.unlink()
+    for name in ("report.html", "numbers.json"):
+        (folder / name).unlink()
+    (moved / "report.html").unlink()
+    status, out, _ = bayesub("report", moved)
+    assert (status, out.splitlines()[-1]) == (1, "NOT CONVERGED")
+    after = json.loads((moved / "numbers.json").read_text())
+    assert after == before
+    assert after["manoeuvre"] == "history"
+    assert load_result(moved).seconds == result.seconds
+
+    assert "has not finished, numbers.json is missing" in bayesub("report", folder)[2]
+    (copy,) = (moved / "inputs").glob("*-tank.csv")
+    copy.write_text(TANK.replace("0.0005", "0.0006"))
+    assert f"{copy.name} has changed since the run" in bayesub("report", moved)[2]
+    (moved / "posterior.nc").unlink()
+    status, _, err = bayesub("report", moved)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "posterior.nc is missing: without the draws neither figures nor report can be drawn again" in err
+
+
+def test_a_file_that_the_study_names_makes_a_run_stale(with_files, tmp_path):
+    """So does its own content; the message names what has changed."""
+    folder = tmp_path / "run"
+    with open_folder(folder, load_study(with_files).config()):
+        pass
+    table = with_files.parent / "beside" / "tank.csv"
+    table.write_text(TANK.replace("0.0005", "0.0006"))
+    with pytest.raises(bs.InputError, match=r"cannot be resumed: beside/tank.csv has changed since; use --force"):
+        bs.run(with_files, folder, resume=True)
+    with pytest.raises(bs.InputError, match=r"already holds a run; of another study \(beside/tank.csv has changed"):
+        bs.run(with_files, folder)
+    table.write_text(TANK)
+    with_files.write_text(with_files.read_text().replace("seed = 3", "seed = 4"))
+    with pytest.raises(bs.InputError, match="seed was 3 and is now 4"):
+        bs.run(with_files, folder, resume=True)
+
+
+def test_a_run_of_the_former_version_is_drawn_again_while_its_files_are_there(with_files, tmp_path):
+    """Its config holds absolute paths and no digest of sources."""
+    folder = tmp_path / "run"
+    bs.run(with_files, folder)
+    shutil.rmtree(folder / "inputs")
+    text = re.sub(r"sources_sha256 = .*\n", "", (folder / "config.toml").read_text())
+    (folder / "config.toml").write_text(text.replace("beside/", f"{with_files.parent}/beside/"))
+    assert redraw(folder).verdict == "not converged"
+    (with_files.parent / "beside" / "tank.csv").unlink()
+    with pytest.raises(bs.InputError, match=r"tank.csv: cannot be read: no such file"):
+        redraw(folder)
+
+
+def test_the_problem_is_prepared_once(small, tmp_path, monkeypatch):
+    """And the verdict is not read from a file that was just written."""
+    small.write_text(SMALL + "[sampler]\nmax_steps = 100\n")
+    count = []
+    monkeypatch.setattr(preparation, "Problem", lambda *a, **k: count.append(1) or bs.Problem(*a, **k))
+    result = bs.run(bs.load_study(small), tmp_path / "run")
+    assert len(count) == 1
+    assert (result.verdict, result.good) == ("not converged", False)
+    assert result.shortcomings
+    assert set(result.sentences) == set(json.loads((tmp_path / "run/numbers.json").read_text())["verdict"])
