@@ -50,6 +50,8 @@ class Hull:
     Attributes
     ----------
     file : HullFile
+    source : str
+        Where it was read, for messages.
     breadth : (n,) array
         Half the beam at the nodes of integration, m.
     height : (n,) array
@@ -60,8 +62,8 @@ class Hull:
         Of buoyancy, aft of the nose, m.
     """
 
-    def __init__(self, file: HullFile):
-        self.file = file
+    def __init__(self, file: HullFile, source: str = "geometry"):
+        self.file, self.source = file, source
         pairs = zip(file.hull.joints, file.hull.joints[1:], strict=False)
         aft, weights = (np.concatenate(part) for part in zip(*(nodes(*pair) for pair in pairs), strict=True))
         self.breadth, self.height = file.hull.half_widths(aft)
@@ -159,7 +161,22 @@ class Hull:
         """Coefficient -> estimate: the added masses, what follows from them without speed ahead, and Munk's moments.
 
         Where speed ahead makes lift (Yuv, Nur, ..) ideal fluid has little to say, and nothing is estimated.
+
+        Raises
+        ------
+        InputError
+            If a number is not finite. They are not looked at before, because a geometry is checked without SciPy.
         """
+        try:
+            with np.errstate(all="ignore"):
+                estimates = self._estimates()
+        except OverflowError:
+            raise _extreme(self.source) from None
+        if not np.isfinite([number for e in estimates.values() for number in (e.value, e.sd)]).all():
+            raise _extreme(self.source)
+        return estimates
+
+    def _estimates(self) -> dict[str, CoefficientEstimate]:
         values, variances = np.zeros(len(NAMES)), np.zeros(len(NAMES))
         for part, error in self.parts():
             values += added_mass.coefficients_of(part)
@@ -207,11 +224,14 @@ def load_hull(path: str | Path) -> Hull:
     try:
         with np.errstate(all="ignore"):
             file = toml_files.read_toml(Path(path), HullFile)
-            hull = Hull(file)
+            hull = Hull(file, str(path))
             sizes = [hull.centre, *hull.displaced_inertia]
-            sizes += [number for e in hull.estimates.values() for number in (e.value, e.sd)]
     except OverflowError:
         sizes = [np.inf]
     if not np.isfinite(sizes).all() or not hull.volume > 0.0:
-        raise InputError(f"{path}: volume or added masses are too large, too small or undefined; check the units")
+        raise _extreme(str(path))
     return hull
+
+
+def _extreme(source: str) -> InputError:
+    return InputError(f"{source}: volume or added masses are too large, too small or undefined; check the units")
