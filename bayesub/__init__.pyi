@@ -4,7 +4,8 @@ from .model import coefficients
 from .model.coefficients import regressors
 from .model.vehicles import Vehicle, load_vehicle
 from .model.manoeuvres import Manoeuvre, load_manoeuvre, random_manoeuvre
-from .model.simulate import Trajectory, accelerations, simulate
+from .model.trajectory import Trajectory
+from .model.simulate import accelerations, simulate
 from .model.linear_form import linear_systems
 from . import sensors
 from .sensors import Record, observe

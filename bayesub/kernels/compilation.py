@@ -10,14 +10,15 @@ The products of :mod:`bayesub.sampling.polynomial` are compiled apart, where the
 sums that the compiler may not contract or reorder, and have the same bits whoever compiles them.
 """
 
+import hashlib
 import os
 import platform
 import subprocess
 import sys
 from pathlib import Path
 
-import llvmlite.binding
 import numba
+from numba.core.registry import cpu_target
 
 from bayesub.kernels.integrate import integrate
 from bayesub.kernels.jit import DIGEST
@@ -40,7 +41,7 @@ def ensure(script: str = CALL_ALL) -> None:
     if numba.config.DISABLE_JIT or _COMPILING in os.environ or ensure.done:
         return
     ensure.done = True
-    versions = (DIGEST, numba.__version__, platform.python_version(), llvmlite.binding.get_host_cpu_name())
+    versions = (DIGEST, numba.__version__, platform.python_version(), _processor())
     stamp = Path(integrate.stats.cache_path) / f"compiled-{'-'.join(versions)}"
     if stamp.exists():
         return
@@ -54,3 +55,9 @@ def ensure(script: str = CALL_ALL) -> None:
 
 
 ensure.done = False
+
+
+def _processor() -> str:
+    """Digest of the processor for which numba compiles: that of the machine, or that of NUMBA_CPU_NAME."""
+    target = cpu_target.target_context.codegen().magic_tuple()
+    return hashlib.sha256(repr(target).encode()).hexdigest()[:12]

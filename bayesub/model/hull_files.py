@@ -125,10 +125,10 @@ class HullFile(Section):
 
     @pydantic.field_validator("fins")
     @classmethod
-    def _reach_out(cls, given: tuple[FinsSection, ...], info: pydantic.ValidationInfo) -> tuple[FinsSection, ...]:
+    def _reach_out(cls, sections: tuple[FinsSection, ...], info: pydantic.ValidationInfo) -> tuple[FinsSection, ...]:
         if "hull" not in info.data:
-            return given
-        for fins in given:
+            return sections
+        for fins in sections:
             at = nodes(fins.from_m, fins.to_m)[0]
             breadth, height = (radius.min() for radius in info.data["hull"].half_widths(at))
             for key, radius in (("top_m", height), ("bottom_m", height), ("side_m", breadth)):
@@ -136,7 +136,7 @@ class HullFile(Section):
                     raise ValueError(
                         f"fins '{fins.name}': {key} must exceed the radius of the hull there, {radius:.3g}"
                     )
-        return given
+        return sections
 
     @pydantic.model_validator(mode="after")
     def _origin_aboard(self):

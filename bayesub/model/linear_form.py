@@ -8,7 +8,7 @@ import numpy as np
 from bayesub.io.log_files import ACCELERATIONS
 from bayesub.kernels.mass import mass_matrix
 from bayesub.model import coefficients
-from bayesub.model.simulate import Trajectory
+from bayesub.model.trajectory import Trajectory
 
 _REGRESSOR_ROUNDING = 3 * np.finfo(float).eps  # six roundings of half an epsilon: nu, four factors, the dimension
 _ROUND_OFF_ONLY = 0.1  # relative error of a column that holds no motion
@@ -71,16 +71,16 @@ def linear_systems(
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]
     active = set(coefficients.active_coefficients(None, simulator.manoeuvre, simulator.subproblem))
     free = active if free is None else active & set(free)
-    given = simulator.dimensional(np.where(np.isin(coefficients.NAMES, list(free)), 0.0, xi))[0]
+    held = simulator.dimensional(np.where(np.isin(coefficients.NAMES, list(free)), 0.0, xi))[0]
     body, factors = simulator.vehicle.body, simulator.vehicle.dimensional_factors
     # What the free coefficients have to explain is how the motion differs from that of a boat without them.
-    without = simulator.accelerations(given / factors, trajectory.states[member : member + 1])[0]
-    loads = (accelerations - without) @ mass_matrix(given, body).T
+    without = simulator.accelerations(held / factors, trajectory.states[member : member + 1])[0]
+    loads = (accelerations - without) @ mass_matrix(held, body).T
     columns = coefficients.regressors(states, accelerations, trajectory.controls)
     noise = {}
     if isinstance(trajectory, Trajectory):
         dimensional = simulator.dimensional(xi)[0]
-        short = _forces(columns, dimensional - given) - loads
+        short = _forces(columns, dimensional - held) - loads
         errors = np.linalg.norm(np.linalg.solve(mass_matrix(dimensional, body), short.T), axis=1)
         # An acceleration is what two forces leave over, and no better than the round-off of either.
         errors += np.finfo(float).eps * np.linalg.norm(without, axis=0)

@@ -231,7 +231,7 @@ class AutopilotSection(Section):
 
 
 class DepthControlFile(ClosedLoopFile):
-    """Rudder steps, while an autopilot goes to the ordered depths with the stern planes, and the bow planes if told."""
+    """Rudder steps, while an autopilot goes to the ordered depths with stern planes and, if set, bow planes."""
 
     kind: Literal["depth_control"]
     autopilot: AutopilotSection

@@ -1,20 +1,17 @@
 """Simulate trials: a vehicle, a manoeuvre and a batch of coefficient sets give a batch of trajectories."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
 from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.log_files import ACCELERATIONS
 from bayesub.kernels import compilation, workspace
 from bayesub.kernels import integrate as kernel
 from bayesub.kernels import sensitivities as sensitivity
 from bayesub.model import coefficients
 from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 
 STATUS = ("ok", "diverged", "left_envelope")
@@ -22,61 +19,6 @@ MAX_SPEED_RATIO = 10.0  # a member faster than this many times the trial speed h
 MAX_STEPS = 2_000_000  # of one flight, and of its output times
 STEP_TOLERANCE_M = 0.05  # position change on halving the step that an automatic step must keep
 _UNSET = "of the manoeuvre"
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """Simulated motion of a batch.
-
-    Attributes
-    ----------
-    times : (n_times,) array
-        s.
-    states : (n_batch, n_times, 12) array
-        m, rad, m/s, rad/s; not a number from the failure of a member on.
-    controls : (n_times, 3) array
-        rad, at `times`.
-    rpm : (n_times,) array
-        At `times`.
-    status : (n_batch,) array of str
-        "ok", "diverged" or "left_envelope".
-    simulator : Simulator
-        What was run, so that the motion can be sampled at other times.
-    xi : (n_batch, 101) array
-        Coefficients that were run.
-    """
-
-    times: np.ndarray
-    states: np.ndarray
-    controls: np.ndarray
-    rpm: np.ndarray
-    status: np.ndarray
-    simulator: "Simulator"
-    xi: np.ndarray
-
-    @cached_property
-    def accelerations(self) -> np.ndarray:
-        """(n_batch, n_times, 6) udot vdot wdot (m/s^2) and pdot qdot rdot (rad/s^2), from the equations of motion."""
-        return self.simulator.accelerations(self.xi, self.states)
-
-    def resampled(self, times: np.ndarray) -> "Trajectory":
-        """The same motion at other output times (s), which must not descend."""
-        return self.simulator.at(times).trajectory(self.xi)
-
-    def outputs(self, names: Iterable[str]) -> np.ndarray:
-        """(n_batch, n_times, n_names) states and accelerations by their short names."""
-        columns = dict(zip(log_files.STATES, np.moveaxis(self.states, -1, 0), strict=True))
-        if not set(names) <= columns.keys():
-            columns |= zip(ACCELERATIONS, np.moveaxis(self.accelerations, -1, 0), strict=True)
-        return np.stack([columns[name] for name in names], axis=-1)
-
-    def save(self, path: str | Path, member: int = 0) -> None:
-        """Write one member with its controls and accelerations as a track CSV."""
-        log = {"time": self.times, "rpm": self.rpm}
-        log |= dict(zip(log_files.CONTROLS, self.controls.T, strict=True))
-        log |= dict(zip(log_files.STATES, self.states[member].T, strict=True))
-        log |= dict(zip(ACCELERATIONS, self.accelerations[member].T, strict=True))
-        log_files.write_log(Path(path), log)
 
 
 class Simulator:

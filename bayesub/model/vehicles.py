@@ -151,14 +151,14 @@ class CoefficientSection(Section):
     sd: Positive | None = None
 
 
-def _as_section(given):
+def _as_section(entry):
     """A plain number is a coefficient without a standard deviation."""
-    if isinstance(given, dict | CoefficientSection):
-        return given
-    number = isinstance(given, int | float) and not isinstance(given, bool)
-    if not number or not abs(given) < math.inf:
+    if isinstance(entry, dict | CoefficientSection):
+        return entry
+    number = isinstance(entry, int | float) and not isinstance(entry, bool)
+    if not number or not abs(entry) < math.inf:
         raise PydanticCustomError("coefficient", "should be a finite number or { value = .., sd = .. }")
-    return {"value": given}
+    return {"value": entry}
 
 
 class VehicleFile(Section):
@@ -180,15 +180,15 @@ class VehicleFile(Section):
 
     @pydantic.field_validator("coefficients")
     @classmethod
-    def _all_named(cls, given: dict[str, CoefficientSection]) -> dict[str, CoefficientSection]:
-        for name in given:
+    def _all_named(cls, sections: dict[str, CoefficientSection]) -> dict[str, CoefficientSection]:
+        for name in sections:
             if name not in coefficients.INDEX:
                 raise ValueError(f"unknown coefficient '{name}'{nearest(name, coefficients.NAMES)}")
-        missing = [name for name in coefficients.NAMES if name not in given]
+        missing = [name for name in coefficients.NAMES if name not in sections]
         if missing:
             listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
             raise ValueError(f"{len(missing)} of the 101 coefficients missing ({listed}); write 0 where there is none")
-        return given
+        return sections
 
 
 @dataclass(frozen=True)
@@ -299,8 +299,8 @@ def load_vehicle(name: str | Path) -> Vehicle:
 
 def _built(file: VehicleFile) -> Vehicle:
     body, trial, propulsion, actuators = file.body, file.trial, file.propulsion, file.actuators
-    values = {name: given.value for name, given in file.coefficients.items()}
-    sds = {name: math.nan if given.sd is None else given.sd for name, given in file.coefficients.items()}
+    values = {name: section.value for name, section in file.coefficients.items()}
+    sds = {name: math.nan if section.sd is None else section.sd for name, section in file.coefficients.items()}
     weight = body.mass_kg * GRAVITY_MPS2
     thrust_factor = 0.5 * body.water_density_kgm3 * body.length_m**2
     kn1, kn2 = propulsion.torque

@@ -110,9 +110,9 @@ class MeasurementModel:
     def to_nearest_turn(self, predicted: np.ndarray, readings: np.ndarray) -> None:
         """Move headings that are known up to whole turns, in place, to the turn that is nearest to the reading.
 
-        A compass that reads 0.1 degrees after 359.9 has turned by 0.2, and which way round it went between two
-        readings of a log nobody wrote down. Residuals of such headings are therefore compared modulo one turn. A
-        prediction within half a turn of its reading stays the same to the last bit.
+        A compass that reads 0.1 degrees after 359.9 has turned by 0.2 degrees, and a log does not say which way round
+        a boat went between two readings. Residuals of such headings are therefore those modulo one turn. A prediction
+        within half a turn of its reading stays the same to the last bit.
 
         Parameters
         ----------

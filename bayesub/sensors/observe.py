@@ -7,6 +7,7 @@ import numpy as np
 
 from bayesub.io.errors import InputError
 from bayesub.io.log_files import HEADERS, si_factor
+from bayesub.model.trajectory import Trajectory
 from bayesub.sensors.instruments import Instrument
 from bayesub.sensors.measurement import MeasurementModel
 from bayesub.sensors.record import Record, channel_of
@@ -14,7 +15,7 @@ from bayesub.sensors.sensor import Sensor, flat
 
 
 def observe(
-    trajectory,
+    trajectory: Trajectory,
     sensors: Sensor | Instrument | Iterable,
     rng: np.random.Generator | None,
     member: int = 0,
@@ -24,7 +25,7 @@ def observe(
 
     Parameters
     ----------
-    trajectory : :class:`bayesub.Trajectory`
+    trajectory : Trajectory
     sensors : Sensor, Instrument, or sequence of them
         A :class:`Sensor`, an instrument such as :class:`Track`, a preset, or a sequence of them.
     rng : Generator or None

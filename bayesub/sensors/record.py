@@ -192,11 +192,11 @@ class Record:
         for quantity, sensor in by_quantity.items():
             if quantity not in log:
                 raise InputError(f"{source}: column '{sensor.column}' is missing; add it or leave out its sensor")
-            given = np.isfinite(log[quantity])
-            if not given.any():
+            present = np.isfinite(log[quantity])
+            if not present.any():
                 raise InputError(f"{source}: column '{sensor.column}' has no readings; leave it and its sensor out")
-            values = log[quantity][given]
-            channel = channel_of(sensor, log["time"][given] - sensor.clock_offset_s, values)
+            values = log[quantity][present]
+            channel = channel_of(sensor, log["time"][present] - sensor.clock_offset_s, values)
             if channel.state == "psi":
                 values = _unwrapped(values, np.radians(start_heading_deg))
                 channel = replace(channel, values=values, modulo_turn=True)

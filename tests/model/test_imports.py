@@ -18,8 +18,8 @@ def imported(statement):
 
 def test_modules_that_describe():
     """Vehicles, hulls, manoeuvres, sensors, records, nuisance parameters and logs."""
-    modules = [f"model.{name}" for name in ("coefficients", "vehicles", "manoeuvres", "manoeuvre_files", "closed_loop")]
-    modules += [f"model.{name}" for name in ("hulls", "hull_files", "added_mass", "generate_kernel")]
+    modules = [f"model.{name}" for name in ("coefficients", "vehicles", "manoeuvres", "manoeuvre_files", "trajectory")]
+    modules += [f"model.{name}" for name in ("closed_loop", "hulls", "hull_files", "added_mass", "generate_kernel")]
     modules += ["io.toml_files", "io.log_files", "io.errors", "kernels.workspace", "kernels.actuators"]
     modules += ["sensors", "sensors.measurement", "sensors.measured_motion", "sensors.presets", "problem.nuisance"]
     assert imported("import " + ", ".join(f"bayesub.{module}" for module in modules)) == []

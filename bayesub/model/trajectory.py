@@ -1,0 +1,72 @@
+"""Simulated motion: what :func:`bayesub.simulate` returns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bayesub.io import log_files
+from bayesub.io.log_files import ACCELERATIONS
+
+if TYPE_CHECKING:
+    from bayesub.model.simulate import Simulator
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Simulated motion of a batch.
+
+    Attributes
+    ----------
+    times : (n_times,) array
+        s.
+    states : (n_batch, n_times, 12) array
+        m, rad, m/s, rad/s; not a number from the failure of a member on.
+    controls : (n_times, 3) array
+        rad, at `times`.
+    rpm : (n_times,) array
+        At `times`.
+    status : (n_batch,) array of str
+        "ok", "diverged" or "left_envelope".
+    simulator : Simulator
+        What was run, so that the motion can be sampled at other times.
+    xi : (n_batch, 101) array
+        Coefficients that were run.
+    """
+
+    times: np.ndarray
+    states: np.ndarray
+    controls: np.ndarray
+    rpm: np.ndarray
+    status: np.ndarray
+    simulator: Simulator
+    xi: np.ndarray
+
+    @cached_property
+    def accelerations(self) -> np.ndarray:
+        """(n_batch, n_times, 6) udot vdot wdot (m/s^2) and pdot qdot rdot (rad/s^2), from the equations of motion."""
+        return self.simulator.accelerations(self.xi, self.states)
+
+    def resampled(self, times: np.ndarray) -> Trajectory:
+        """The same motion at other output times (s), which must not descend."""
+        return self.simulator.at(times).trajectory(self.xi)
+
+    def outputs(self, names: Iterable[str]) -> np.ndarray:
+        """(n_batch, n_times, n_names) states and accelerations by their short names."""
+        columns = dict(zip(log_files.STATES, np.moveaxis(self.states, -1, 0), strict=True))
+        if not set(names) <= columns.keys():
+            columns |= zip(ACCELERATIONS, np.moveaxis(self.accelerations, -1, 0), strict=True)
+        return np.stack([columns[name] for name in names], axis=-1)
+
+    def save(self, path: str | Path, member: int = 0) -> None:
+        """Write one member with its controls and accelerations as a track CSV."""
+        log = {"time": self.times, "rpm": self.rpm}
+        log |= dict(zip(log_files.CONTROLS, self.controls.T, strict=True))
+        log |= dict(zip(log_files.STATES, self.states[member].T, strict=True))
+        log |= dict(zip(ACCELERATIONS, self.accelerations[member].T, strict=True))
+        log_files.write_log(Path(path), log)
