@@ -33,7 +33,9 @@ class Flight:
     def __init__(self, vehicle: Vehicle, sample: float, controls: np.ndarray, state: np.ndarray):
         self.vehicle, self.sample, self.controls, self.state = vehicle, sample, controls, state
         self.now = 0  # samples flown
-        self.orders = {}  # plane -> (samples at which an order was given, orders)
+        self.orders: dict[
+            int, tuple[list[int], list[float]]
+        ] = {}  # plane -> (samples at which an order was given, orders)
         self._dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
         self._body = vehicle.body[None].copy()
 

@@ -226,11 +226,18 @@ def active_coefficients(
         Leaves out the coefficients of planes that it does not move. Its own sub-problem is not asked.
     subproblem : str, optional
         "horizontal", "vertical", or None for all six degrees of freedom.
+
+    Raises
+    ------
+    InputError
+        For a sub-problem that does not exist.
     """
     resting = set()
     if manoeuvre is not None:
         resting = {plane for plane, angles in zip(PLANES, manoeuvre.controls.T, strict=True) if not angles.any()}
-    in_equations = SUBPROBLEMS.get(subproblem, NAMES)
+    if subproblem is not None and subproblem not in SUBPROBLEMS:
+        raise InputError(f"unknown sub-problem '{subproblem}': expected horizontal or vertical")
+    in_equations = NAMES if subproblem is None else SUBPROBLEMS[subproblem]
     return tuple(
         term.name
         for k, term in enumerate(TERMS)

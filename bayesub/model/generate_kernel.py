@@ -59,14 +59,14 @@ _STEADY = [(k, term) for k, term in enumerate(TERMS) if not term.is_added_mass]
 
 def derivative(factors: list[str], variable: str) -> str:
     """Derivative of a regressor, a product of factors, with respect to a velocity; empty if it is zero."""
-    slopes = {variable: None, f"abs({variable})": f"sgn({variable})"}
+    slopes = {variable: [], f"abs({variable})": [f"sgn({variable})"]}
     if variable in ("v", "w"):
-        slopes["nu"] = f"nu_{variable}"
+        slopes["nu"] = [f"nu_{variable}"]
     products = []
     for n, factor in enumerate(factors):
         if factor in slopes:
             others = factors[:n] + factors[n + 1 :]
-            products.append("*".join(others if slopes[factor] is None else [slopes[factor], *others]))
+            products.append("*".join([*slopes[factor], *others]))
     return " + ".join(products)
 
 

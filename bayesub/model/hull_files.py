@@ -13,22 +13,22 @@ from bayesub.io.toml_files import Length, Positive, Section, WaterDensity
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 
 
-class HullSection(Section):
-    """What all shapes share; radii are functions of the distance aft of the nose, m."""
+class EllipsoidHull(Section):
+    """An ellipsoid.
 
-    @property
-    def joints(self) -> tuple[float, ...]:
-        """Where the outline changes from one curve to the next, from nose to end, and where it is widest."""
-        return (0.0, 0.5 * self.length_m, self.length_m)
-
-
-class EllipsoidHull(HullSection):
-    """An ellipsoid."""
+    Every shape says where its outline changes from one curve to the next, or is widest, from nose to end (`joints`),
+    and how wide it is at distances aft of the nose (`half_widths`), all in m.
+    """
 
     shape: Literal["ellipsoid"]
     length_m: Length
     beam_m: Length
     height_m: Length
+
+    @property
+    def joints(self) -> tuple[float, ...]:
+        """Nose, middle and end."""
+        return (0.0, 0.5 * self.length_m, self.length_m)
 
     def half_widths(self, aft: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Half the beam and half the height at distances `aft` of the nose."""
@@ -36,7 +36,7 @@ class EllipsoidHull(HullSection):
         return 0.5 * self.beam_m * fullness, 0.5 * self.height_m * fullness
 
 
-class TorpedoHull(HullSection):
+class TorpedoHull(Section):
     """A cylinder between an elliptical nose and a parabolic tail."""
 
     shape: Literal["torpedo"]
@@ -64,7 +64,7 @@ class TorpedoHull(HullSection):
         return radius, radius
 
 
-class OffsetsHull(HullSection):
+class OffsetsHull(Section):
     """A body of revolution by its radii at stations, straight between them."""
 
     shape: Literal["offsets"]

@@ -127,7 +127,7 @@ class Hull:
         above, below = (self._strip(height, tip, 0.0, chord) for tip in (fins.top_m, fins.bottom_m))
         offset = (below * (fins.bottom_m + height) - above * (fins.top_m + height)) / 2.0
         offset = np.where(above + below > 0.0, offset / np.maximum(above + below, 1e-300), 0.0)
-        crosswise = sum(_crosswise(*masses) for masses in zip(sway, heave, x, strict=True))
+        crosswise = sum((_crosswise(*masses) for masses in zip(sway, heave, x, strict=True)), start=np.zeros((6, 6)))
         rolling = np.zeros((6, 6))
         rolling[1, 3] = rolling[3, 1] = -(sway @ offset)
         rolling[3, 5] = rolling[5, 3] = -(sway @ (offset * x))

@@ -171,7 +171,7 @@ class ClosedLoopFile(ManoeuvreFile):
 
     def orders(self, vehicle: Vehicle) -> Orders:
         """Those that `vehicle` gets in closed loop, or that the vehicle `recorded_on` got."""
-        return self.recorded(vehicle) if self.recorded_on is None else _recorded(self)
+        return self.recorded(vehicle) if self.recorded_on is None else _recorded(self, self.recorded_on)
 
     def recorded(self, vehicle: Vehicle) -> Orders:
         """The orders that `vehicle` gets when it flies in closed loop."""
@@ -197,8 +197,8 @@ class ClosedLoopFile(ManoeuvreFile):
 
 
 @cache
-def _recorded(file: ClosedLoopFile) -> Orders:
-    return file.recorded(load_vehicle(file.recorded_on))
+def _recorded(file: ClosedLoopFile, vehicle: str) -> Orders:
+    return file.recorded(load_vehicle(vehicle))
 
 
 class ZigzagFile(ClosedLoopFile):
@@ -250,7 +250,12 @@ class DepthControlFile(ClosedLoopFile):
         closed_loop.control_depth(flight, self.autopilot, depths, max(1, round(self.autopilot.interval_s / SAMPLE_S)))
 
 
-KINDS = {"steps": StepsFile, "zigzag": ZigzagFile, "depth_control": DepthControlFile, "random": RandomFile}
+KINDS: dict[str, type[ManoeuvreFile]] = {
+    "steps": StepsFile,
+    "zigzag": ZigzagFile,
+    "depth_control": DepthControlFile,
+    "random": RandomFile,
+}
 
 
 def read_manoeuvre(path: Path) -> ManoeuvreFile:

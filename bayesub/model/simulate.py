@@ -59,8 +59,7 @@ class Simulator:
     ):
         if subproblem == _UNSET:
             subproblem = manoeuvre.subproblem
-        if subproblem is not None and subproblem not in coefficients.SUBPROBLEMS:
-            raise InputError(f"unknown sub-problem '{subproblem}': expected horizontal or vertical")
+        active = coefficients.active_coefficients(subproblem=subproblem)
         if controls not in ("linear", "hold"):
             raise InputError(f"unknown control convention '{controls}': expected linear or hold")
         if attitude not in ("euler", "quaternion"):
@@ -88,9 +87,8 @@ class Simulator:
         n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
         starts = np.arange(n_steps + 1) * self.step
         middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
-        active = coefficients.active_coefficients(subproblem=subproblem)
         self._inactive = np.isin(coefficients.NAMES, active, invert=True)
-        self._columns = {}  # of sensitivities, by parameters
+        self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
         self._stages = np.stack([self._controls_at(starts + f * self.step) for f in (0.0, middle, end)], axis=1)
 
     def at(self, times: np.ndarray) -> "Simulator":
@@ -318,8 +316,8 @@ def simulate(
     else:
         raise InputError(f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}")
     times = np.minimum(times, manoeuvre.duration)
-    options = {"dt": dt, "controls": controls, "subproblem": subproblem, "attitude": attitude}
-    return Simulator(vehicle, manoeuvre, times, **options).trajectory(xi)
+    simulator = Simulator(vehicle, manoeuvre, times, dt=dt, controls=controls, subproblem=subproblem, attitude=attitude)
+    return simulator.trajectory(xi)
 
 
 def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, attitude: str = "euler") -> float:

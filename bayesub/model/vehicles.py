@@ -94,6 +94,11 @@ class OpenWaterSection(PropulsionSection):
     diameter_m: Positive
     thrust_deduction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
 
+    @property
+    def diagram(self) -> tuple[float, float, float]:
+        """K_T without advance, its slope with J, and the wake fraction."""
+        raise NotImplementedError
+
     def thrust(self, length: float, drag: float) -> tuple[tuple[float, ...], float]:
         """b1 .. b9 and k0 (rpm per m/s) for a boat of `length` (m) with the drag coefficient -Xuu."""
         scale = 2.0 * (1.0 - self.thrust_deduction) * self.diameter_m**4 / length**2
@@ -131,7 +136,7 @@ class LinearKTSection(OpenWaterSection):
         return self.kt0, self.kt1, self.wake_fraction
 
 
-def _model_of(section) -> str:
+def _model_of(section) -> str | None:
     return section.get("model", "polynomial") if isinstance(section, dict) else getattr(section, "model", None)
 
 

@@ -41,7 +41,10 @@ def _at_start(state: str) -> str:
 # Name -> state at the start, and its SI units for a unit of the parameter.
 INITIAL = {_at_start(state): {f"{state}0": log_files.si_factor(state)} for state in log_files.STATES}
 
-MOVING = {"horizontal": ("x", "y", "psi", "u", "v", "r"), "vertical": ("x", "z", "theta", "u", "w", "q")}
+MOVING: dict[str | None, tuple[str, ...]] = {
+    "horizontal": ("x", "y", "psi", "u", "v", "r"),
+    "vertical": ("x", "z", "theta", "u", "w", "q"),
+}
 
 
 @dataclass(frozen=True)
@@ -150,7 +153,7 @@ class Nuisances:
         units = np.where(np.isin(workspace.BODY, workspace.THRUST), thrust, 1.0)
         self._on_body = self._effects(workspace.BODY) * units
         self._on_start = self._effects([f"{state}0" for state in log_files.STATES])
-        self._of_channels = {}
+        self._of_channels: dict[str, list[tuple[str, int, float]]] = {}
         for k, parameter in enumerate(parameters):
             if parameter.channel:
                 self._of_channels.setdefault(parameter.channel, []).append((parameter.attribute, k, parameter.factor))

@@ -79,6 +79,11 @@ def measure(
         Step to which accelerations are rounded, m/s^2, 0 for none; 0.001 in the thesis.
     member : int
         Which of the batch.
+
+    Raises
+    ------
+    InputError
+        For noise without `rng`.
     """
     states = trajectory.states[member : member + 1].copy()
     accelerations = trajectory.accelerations[member : member + 1].copy()
@@ -89,6 +94,8 @@ def measure(
     ):
         readings = values[..., columns]
         if sd:
+            if rng is None:
+                raise InputError("measured motion: noise needs random numbers; give rng")
             readings += sd * rng.standard_normal(readings.shape)
         values[..., columns] = rounded(readings, resolution)
     xi = trajectory.xi[member : member + 1]

@@ -100,8 +100,9 @@ class MeasurementModel:
         from bayesub.kernels.noise import gathered
 
         readings = gathered(outputs.reshape(len(outputs), -1), self._position)
-        for place, by_current in self._by_current(outputs):
-            readings[:, place.part] += (by_current @ currents[:, :, None])[..., 0]
+        if currents is not None:
+            for place, by_current in self._by_current(outputs):
+                readings[:, place.part] += (by_current @ currents[:, :, None])[..., 0]
         for place in self._at_lever_arms:
             channel = place.channel
             readings[:, place.part] += displaced(channel.state, channel.lever_arm_m, place.causes(outputs))
@@ -138,6 +139,8 @@ class MeasurementModel:
             To the north and to the east, m/s; for a model with a current.
         """
         slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
+        if outputs is None:
+            return slopes
         if current is not None:
             for place in self._in_current:
                 if place.columns:

@@ -44,9 +44,8 @@ def observe(
     """
     if trajectory.status[member] != "ok":
         raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured")
-    current_mps = tuple(current_mps)
     if len(current_mps) != 2 or not np.isfinite(current_mps).all():
-        raise InputError(f"current_mps must be two finite numbers, north and east, found {current_mps}")
+        raise InputError(f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}")
     sensors, duration = flat(sensors), trajectory.times[-1]
     times = [sensor.reading_times(duration) for sensor in sensors]
     channels = [channel_of(sensor, at, np.full(len(at), np.nan)) for sensor, at in zip(sensors, times, strict=True)]

@@ -78,8 +78,8 @@ class Channel:
 def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel:
     """The channel of a sensor with readings (n,) at times (n,), SI units."""
     sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
-    place = sensor.lever_arm_m or (0.0, 0.0, 0.0)
-    return Channel(sensor.quantity, times, values, sd, resolution, tuple(place), sensor.clock_offset_s)
+    ahead, starboard, down = sensor.lever_arm_m or (0.0, 0.0, 0.0)
+    return Channel(sensor.quantity, times, values, sd, resolution, (ahead, starboard, down), sensor.clock_offset_s)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -206,9 +207,7 @@ def _each(sensors) -> Iterable[Sensor]:
         yield from _each(part)
 
 
-def modified(
-    sensors: Sensor | Iterable, channels: Iterable[str] | None = None, **changes: object
-) -> tuple[Sensor, ...]:
+def modified(sensors: Sensor | Iterable, channels: Iterable[str] | None = None, **changes: Any) -> tuple[Sensor, ...]:
     """Sensors with other settings, such as ``modified(DVL(0.005), dropout=0.1, gaps=[(60, 90)])``.
 
     Parameters
@@ -217,7 +216,7 @@ def modified(
         Whatever :func:`observe` takes.
     channels : iterable of str, optional
         Names of the channels to change, such as ``["u_ground"]``; by default all.
-    **changes : object
+    **changes : Any
         Attributes of :class:`Sensor`.
     """
     sensors = flat(sensors)
