@@ -1,5 +1,6 @@
 """Kernels are compiled once, in a process of their own."""
 
+import os
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -20,6 +21,7 @@ def fresh(monkeypatch, tmp_path):
     """A process that has not compiled yet, with an empty cache; forget() makes it another such process."""
     monkeypatch.setattr(compilation, "integrate", SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path))))
     monkeypatch.delenv("BAYESUB_COMPILING", raising=False)
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", False)
     forget = lambda: monkeypatch.setattr(compilation.ensure, "done", False)  # noqa: E731
     forget()
     return SimpleNamespace(cache=tmp_path, forget=forget)
@@ -43,6 +45,25 @@ def test_failure_does_no_harm(fresh):
     """A script that fails leaves no stamp; the kernels are then compiled where they are used."""
     compilation.ensure("raise SystemExit(3)")
     assert not list(fresh.cache.glob("compiled-*"))
+
+
+def test_another_processor_is_another_installation(fresh, monkeypatch):
+    """NUMBA_CPU_NAME names the processor for which kernels are compiled, which have their own stamp."""
+    path = fresh.cache / "runs"
+    for processor in ("haswell", "skylake"):
+        monkeypatch.setattr(compilation, "_processor", lambda name=processor: name)
+        compilation.ensure(script(path))
+        fresh.forget()
+    assert path.read_text() == "11"
+    assert len({stamp.name for stamp in fresh.cache.glob("compiled-*")}) == 2
+    asked = "from bayesub.kernels.compilation import _processor; print(_processor())"
+    names = [
+        subprocess.run(
+            [sys.executable, "-c", asked], env=os.environ | given, capture_output=True, text=True, check=True
+        ).stdout
+        for given in ({"NUMBA_CPU_NAME": "haswell"}, {"NUMBA_CPU_NAME": "skylake"})
+    ]
+    assert names[0] != names[1]
 
 
 def test_not_in_the_process_that_compiles(fresh, monkeypatch):
