@@ -1,15 +1,19 @@
 """Least squares on the equations of motion (thesis section 9.4), axis by axis, by singular values."""
 
 import time
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from scipy import linalg
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.scaled_axis import estimate, scaled
+from bayesub.identifiability.interface import LinearForm
 
 
-def linear_least_squares(systems, guess: dict[str, float], *, held=(), rcond: float = 1e-12) -> Estimate:
+def linear_least_squares(
+    systems: Mapping[str, LinearForm], guess: dict[str, float], *, held: Iterable[str] = (), rcond: float = 1e-12
+) -> Estimate:
     """Solve ``matrix @ xi = load`` of each axis.
 
     Columns are scaled to unit length first. Where the matrix has a null space (singular values below `rcond` of the
@@ -21,6 +25,7 @@ def linear_least_squares(systems, guess: dict[str, float], *, held=(), rcond: fl
     systems : from :func:`bayesub.model.linear_form.linear_systems`
     guess : coefficient name -> value
     held : names of coefficients that keep the value of the guess, such as the added masses that reduce the rank
+    rcond : singular values below that part of the largest of their axis count as null
 
     Returns
     -------
@@ -49,7 +54,13 @@ def linear_least_squares(systems, guess: dict[str, float], *, held=(), rcond: fl
     return estimate("linear least squares", forms, values, misfits, status, covariance, began)
 
 
-def total_least_squares(systems, guess: dict[str, float], *, held=(), errors=None) -> Estimate:
+def total_least_squares(
+    systems: Mapping[str, LinearForm],
+    guess: dict[str, float],
+    *,
+    held: Iterable[str] = (),
+    errors: dict[str, np.ndarray] | None = None,
+) -> Estimate:
     """Solve ``(matrix + E) @ xi = load + e`` of each axis for the smallest errors E and e.
 
     Least squares assumes that the matrix is exact; measured velocities and accelerations are not. Columns known exactly
@@ -58,7 +69,9 @@ def total_least_squares(systems, guess: dict[str, float], *, held=(), errors=Non
 
     Parameters
     ----------
-    systems, guess, held : as in :func:`linear_least_squares`
+    systems : as in :func:`linear_least_squares`
+    guess : as in :func:`linear_least_squares`
+    held : as in :func:`linear_least_squares`
     errors : axis -> (n_columns + 1,) standard deviations of the errors of the columns, in the order of the system,
         and of the load; zero for an exact column, positive for the load. By default
         in proportion to the length of each.

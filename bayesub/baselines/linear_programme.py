@@ -1,12 +1,14 @@
 """Linear programming on the equations of motion (thesis section 9.3): the smallest largest residual, axis by axis."""
 
 import time
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.scaled_axis import estimate, scaled
+from bayesub.identifiability.interface import LinearForm
 from bayesub.identifiability.linalg import complete_svd
 from bayesub.io.errors import InputError
 
@@ -18,7 +20,14 @@ _NULL = 1e-12  # singular value over the largest below which a direction of an a
 _INFEASIBLE, _UNBOUNDED = 2, 3
 
 
-def linear_programme(systems, guess: dict[str, float], *, held=(), bounds=None, constraints=()) -> Estimate:
+def linear_programme(
+    systems: Mapping[str, LinearForm],
+    guess: dict[str, float],
+    *,
+    held: Iterable[str] = (),
+    bounds: dict[str, tuple[float | None, float | None]] | None = None,
+    constraints: Iterable[tuple[dict[str, float], float]] = (),
+) -> Estimate:
     """Minimise the largest absolute residual of ``matrix @ xi = load`` of each axis.
 
     The programme is ``min t, -t <= row @ z - load <= t`` for every row, solved by the interior point method of HiGHS
@@ -46,6 +55,7 @@ def linear_programme(systems, guess: dict[str, float], *, held=(), bounds=None, 
     infinite, and the status says why.
     """
     began = time.perf_counter()
+    constraints = list(constraints)
     forms = scaled(systems, guess, held)
     names = [name for form in forms for name in form.names]
     for weights, _ in constraints:

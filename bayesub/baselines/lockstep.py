@@ -48,12 +48,12 @@ def together(searches, answer, progress=None) -> list:
         try:
             while n_live:
                 arrived = sorted((events.get() for _ in range(n_live)), key=lambda event: event[0])
-                asked = [(n, question) for n, question in arrived if question is not _ENDED]
-                if len(asked) < n_live and progress is not None:
-                    progress.update(len(searches) - len(asked), len(searches), "starts")
-                n_live = len(asked)
-                if asked:
-                    numbers, questions = zip(*asked, strict=True)
+                waiting = [(n, question) for n, question in arrived if question is not _ENDED]
+                if len(waiting) < n_live and progress is not None:
+                    progress.update(len(searches) - len(waiting), len(searches), "starts")
+                n_live = len(waiting)
+                if waiting:
+                    numbers, questions = zip(*waiting, strict=True)
                     for n, reply in zip(numbers, answer(list(questions)), strict=True):
                         replies[n].put(reply)
         finally:

@@ -1,4 +1,4 @@
-"""The linear form of each axis (model manual, section 9) ready for a solver: held columns moved, the rest scaled."""
+"""The linear form of each axis (model manual, section 9), scaled for a solver, with held columns subtracted."""
 
 import time
 from dataclasses import dataclass
@@ -12,10 +12,15 @@ from bayesub.baselines.estimate import Estimate
 class Scaled:
     """``matrix @ ((xi - centre) * lengths) = load`` for the coefficients of an axis that are not held.
 
+    Attributes
+    ----------
+    axis : such as "X"
+    names : the n_columns coefficients
     matrix : (n_samples, n_columns) with columns of unit length
-    lengths : (n_columns,) of the original columns
+    lengths : (n_columns,) of the original columns, N or N m
     centre : (n_columns,) the guess
-    load : (n_samples,) what the guess leaves unexplained, and load_norm : length of the original load
+    load : (n_samples,) what the guess leaves unexplained, N or N m
+    load_norm : length of the original load
     """
 
     axis: str
@@ -47,7 +52,7 @@ def scaled(systems, guess: dict[str, float], held=()) -> list[Scaled]:
         forms.append(
             Scaled(
                 axis=system.axis,
-                names=tuple(name for name, wanted in zip(system.names, free, strict=True) if wanted),
+                names=tuple(name for name, is_free in zip(system.names, free, strict=True) if is_free),
                 matrix=system.matrix[:, free] / lengths,
                 lengths=lengths,
                 centre=values[free],
@@ -59,7 +64,7 @@ def scaled(systems, guess: dict[str, float], held=()) -> list[Scaled]:
 
 
 def estimate(method, forms, values, costs, status, covariance, began) -> Estimate:
-    """What was found for each of the forms, (n_columns,) values and a cost each; `began` is the time of the start."""
+    """The estimate from (n_columns,) values and a cost for each of the forms; `began` is the time of the start."""
     return Estimate(
         method=method,
         names=tuple(name for form in forms for name in form.names),

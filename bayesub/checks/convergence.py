@@ -20,6 +20,10 @@ def rhat(chain, scores=None) -> np.ndarray:
     """(n_params,) rank-normalised split R-hat, the larger of its bulk and folded versions (Vehtari et al. 2021).
 
     Each ensemble is split into its first and second half in time; all walkers of a half count as one chain.
+
+    Parameters
+    ----------
+    chain : (n_ensembles, n_steps, n_walkers, n_params)
     scores : the rank-normalised chain, if it is at hand
     """
     folded = np.abs(chain - np.median(chain, axis=(0, 1, 2)))

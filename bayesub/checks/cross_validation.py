@@ -1,10 +1,12 @@
 """Do the other trials predict the one that was left out? Cross-validation of a joint problem by manoeuvre."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from bayesub.baselines import gauss_newton
+from bayesub.identifiability.interface import InferenceProblem, TrialsInference
 from bayesub.identifiability.linalg import complete_svd
 
 N_DRAWS = 400
@@ -17,7 +19,8 @@ class LeftOut:
 
     Attributes
     ----------
-    n_readings : of the trial, and n_failed : draws whose simulation failed, which are left out
+    n_readings : of the trial
+    n_failed : draws whose simulation failed, which are left out
     chi_square_per_reading : squared errors of the prediction, weighed by its own covariance and that of the noise;
         about one if the prediction is as good as it says
     p_value : share of replicated readings, and the record, whose chi-square is as large; uniform if the model is right,
@@ -33,18 +36,26 @@ class LeftOut:
     coverage: dict[float, float]
 
 
-def leave_one_out(joint, rng: np.random.Generator, *, draw=None, n_draws: int = N_DRAWS) -> dict[str, LeftOut]:
+def leave_one_out(
+    joint: TrialsInference,
+    rng: np.random.Generator,
+    *,
+    draw: Callable[[InferenceProblem, np.random.Generator, int], np.ndarray] | None = None,
+    n_draws: int = N_DRAWS,
+) -> dict[str, LeftOut]:
     """Predict each trial of a :class:`bayesub.problem.joint.JointProblem` from the others; trial -> LeftOut.
 
     Nuisance parameters that are the trial's own, and coefficients that no other trial has free, come from their prior.
 
     Parameters
     ----------
+    joint : of two trials or more
+    rng : source of the draws
     draw : function of a problem, `rng` and a number n that returns (n, n_params) draws of its posterior; by default
         :func:`laplace`, which is quick and, far along directions in which the posterior bends, too wide
     n_draws : half of them make the predictive mean and covariance, half the replicated readings
     """
-    found = {}
+    predictions = {}
     for trial, problem in joint.problems.items():
         others = joint.without(trial)
         known = (draw or laplace)(others, rng, n_draws)
@@ -52,11 +63,11 @@ def leave_one_out(joint, rng: np.random.Generator, *, draw=None, n_draws: int = 
         for k, name in enumerate(problem.names):
             if name in others.names:
                 parameters[:, k] = known[:, others.names.index(name)]
-        found[trial] = _judged(problem, parameters, rng)
-    return found
+        predictions[trial] = _judged(problem, parameters, rng)
+    return predictions
 
 
-def laplace(problem, rng: np.random.Generator, n: int) -> np.ndarray:
+def laplace(problem: InferenceProblem, rng: np.random.Generator, n: int) -> np.ndarray:
     """(n, n_params) draws of the Laplace approximation at the mode, made where the prior is standard normal."""
     mode = gauss_newton(problem).values
     t = problem.prior.standard(mode)

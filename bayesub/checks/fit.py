@@ -48,8 +48,10 @@ class Check:
 
     Attributes
     ----------
-    n_readings, interval_s : of the channel; the interval is the median one
-    chi_square_per_reading, n_outliers : means over the draws
+    n_readings : of the channel
+    interval_s : between readings, the median one
+    chi_square_per_reading : mean over the draws
+    n_outliers : mean over the draws
     spread : median size of the residuals over that of a standard normal, which a few outliers leave alone
     correlations : (n_lags,) means over the draws, lag 1 first
     p_values : discrepancy -> posterior predictive p-value
@@ -77,18 +79,19 @@ class Check:
         Residuals that are too large count as outliers if most are not, or if noise as large as most would not have so
         many beyond three (Poisson).
         """
-        failed, found = self.failed, []
+        failed, faults = self.failed, []
         if any(name in failed for name in CORRELATED):
-            found.append("correlated")
+            faults.append("correlated")
         if any(name in failed for name in SIZED):
             expected = expected_outliers(self.n_readings, self.spread)
             widened = self.spread > 1.0 + 3.0 * _SPREAD_ERROR / np.sqrt(self.n_readings)
             tailed = special.pdtrc(max(self.n_outliers - 1.0, 0.0), expected) < self.threshold
             too_large = self.chi_square_per_reading > 1.0 or "chi_square" not in failed
-            found.append(("outliers" if tailed or not widened else "large") if too_large else "small")
-        return tuple(found) if found or not failed else ("shape",)
+            faults.append(("outliers" if tailed or not widened else "large") if too_large else "small")
+        return tuple(faults) if faults or not failed else ("shape",)
 
     def to_json(self) -> dict:
+        """Everything as JSON types."""
         return {
             "n_readings": self.n_readings,
             "chi_square_per_reading": self.chi_square_per_reading,
@@ -103,8 +106,11 @@ class Check:
 
 @dataclass(frozen=True)
 class Criticism:
-    """The checks of all channels, by name.
+    """The checks of all channels.
 
+    Attributes
+    ----------
+    checks : channel -> its check
     false_alarms : probability, at most, that anything is found in a record of the model (Bonferroni: each p-value is
         held against false_alarms over the number of tests)
     """
@@ -114,6 +120,7 @@ class Criticism:
 
     @property
     def n_tests(self) -> int:
+        """Number of p-values."""
         return sum(len(check.p_values) for check in self.checks.values())
 
     @cached_property
@@ -123,9 +130,11 @@ class Criticism:
 
     @property
     def fits(self) -> bool:
+        """Whether every channel looks like its noise model."""
         return not self.suspects
 
     def to_json(self) -> dict:
+        """Everything as JSON types."""
         return {
             "fits": self.fits,
             "false_alarms": self.false_alarms,
@@ -169,7 +178,7 @@ def tail_probabilities(residuals, times) -> dict[str, np.ndarray]:
     sizes = np.abs(residuals)
     squares, largest = np.sum(sizes**2, axis=1), sizes.max(axis=1)
     outliers = np.sum(sizes > OUTLIER, axis=1)
-    found = {
+    probabilities = {
         "chi_square": _two_sided(special.chdtrc(n, squares)),
         "largest": special.bdtrc(0.0, n, 2.0 * special.ndtr(-largest)),
         "outliers": special.bdtrc(outliers - 1.0, n, 2.0 * special.ndtr(-OUTLIER)),
@@ -177,12 +186,12 @@ def tail_probabilities(residuals, times) -> dict[str, np.ndarray]:
     }
     correlations, variances = autocorrelations(residuals, times)
     if correlations.shape[1]:
-        found["lag_1"] = 2.0 * special.ndtr(-np.abs(correlations[:, 0]) / np.sqrt(variances[0]))
+        probabilities["lag_1"] = 2.0 * special.ndtr(-np.abs(correlations[:, 0]) / np.sqrt(variances[0]))
         waves = slow_waves(times)
         slow, freedom = np.sum((residuals @ waves) ** 2, axis=1), waves.shape[1]
         rest = np.maximum(squares - slow, _TINY) / (n - freedom)
-        found["drift"] = special.fdtrc(freedom, n - freedom, slow / freedom / rest)
-    return found
+        probabilities["drift"] = special.fdtrc(freedom, n - freedom, slow / freedom / rest)
+    return probabilities
 
 
 def slow_waves(times) -> np.ndarray:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.identifiability.interface import LinearForm
+
 
 @dataclass(frozen=True)
 class Cancellation:
@@ -11,7 +13,8 @@ class Cancellation:
 
     Attributes
     ----------
-    axis : such as "X", and names : (n_terms,) coefficients
+    axis : such as "X"
+    names : (n_terms,) coefficients
     errors : (n_samples, n_terms) force error of each term, N (moments: N m)
     """
 
@@ -36,7 +39,7 @@ class Cancellation:
         return float(np.abs(self.errors).max() / np.abs(self.total).max())
 
 
-def cancellation(system, changes: dict[str, float]) -> Cancellation:
+def cancellation(system: LinearForm, changes: dict[str, float]) -> Cancellation:
     """Force errors on one axis of the linear form.
 
     Parameters

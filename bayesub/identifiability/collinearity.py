@@ -4,11 +4,13 @@ The linear form has no constant term, so everything is measured about zero: a co
 between two columns.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from bayesub.identifiability.directions import null_basis, split_svd
+from bayesub.identifiability.interface import LinearForm
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,8 @@ class Collinearity:
 
     Attributes
     ----------
-    axis : such as "X", and names : (n_columns,) coefficients
+    axis : such as "X"
+    names : (n_columns,) coefficients
     correlation : (n_columns, n_columns) about zero
     vif : (n_columns,) variance inflation factors ``1 / (1 - R^2)`` with R^2 of the regression of a column on all the
         others; infinite where the column has a part in the null space
@@ -34,7 +37,7 @@ class Collinearity:
     proportions: np.ndarray
 
     def involved(self, i: int, least: float = 0.5) -> tuple[str, ...]:
-        """Coefficients that get at least this share of their variance from direction i, largest first.
+        """Coefficients that get at least the share `least` of their variance from direction `i`, largest first.
 
         Belsley's rule calls a dependency harmful where the condition index exceeds 30 and two or more coefficients
         get more than half of their variance from it.
@@ -43,7 +46,7 @@ class Collinearity:
         return tuple(self.names[k] for k in np.argsort(-row, kind="stable") if row[k] >= least)
 
 
-def collinearity(system, null=()) -> Collinearity:
+def collinearity(system: LinearForm, null: Iterable[dict[str, float]] = ()) -> Collinearity:
     """Collinearity of one axis.
 
     Parameters
@@ -51,6 +54,7 @@ def collinearity(system, null=()) -> Collinearity:
     system : with axis, names (n_columns,) and matrix (n_samples, n_columns)
     null : null vectors of the axis (``AxisRank.null_vectors``), which are exact relations and not collinearity
     """
+    null = tuple(null)
     lengths = np.linalg.norm(system.matrix, axis=0)
     scaled = system.matrix / lengths
     basis = null_basis(system.names, null, 1.0 / lengths)

@@ -1,8 +1,11 @@
 """Contribution: what each coefficient alone does to the readings (thesis section 7.8.1, Figures 60 to 67)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from bayesub.identifiability.interface import InferenceProblem
 
 
 @dataclass(frozen=True)
@@ -22,15 +25,17 @@ class Contribution:
     costs: np.ndarray
 
 
-def contribution(problem, at, fractions=(0.25, 0.99)) -> Contribution:
+def contribution(problem: InferenceProblem, at, fractions: Sequence[float] = (0.25, 0.99)) -> Contribution:
     """Move each coefficient to fractions of its value, the others staying, in one batch of simulations.
 
     With position noise of 1 m and attitude noise of 1 degree the cost is that of the thesis in m^2 + deg^2 (model
-    section 10). The noise of the record drops out.
+    manual, section 10). The noise of the record drops out.
 
     Parameters
     ----------
+    problem : whose readings change
     at : Estimate or parameter vector (n_params,) to move away from
+    fractions : of the value of a coefficient that it is moved to
     """
     parameters = np.asarray(getattr(at, "values", at), dtype=float)
     moved = parameters * (1.0 - (1.0 - np.array(fractions))[:, None, None] * np.eye(problem.n_params))

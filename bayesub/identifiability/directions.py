@@ -1,8 +1,8 @@
 """Null directions kept apart from ill-conditioned ones.
 
-A null direction follows from the equations (:mod:`bayesub.identifiability.rank`) and is exact: no data of any accuracy
-tell anything along it. A sloppy direction follows from a sensor and is a matter of degree. What is null is therefore
-handed in, and is never read off the small singular values of a sensitivity.
+A null direction follows from the equations (:mod:`bayesub.identifiability.null_space`) and is exact: no data of any
+accuracy tell anything along it. A sloppy direction follows from a sensor and is a matter of degree. Null directions are
+therefore an argument here, and are never read off the small singular values of a sensitivity.
 """
 
 import numpy as np

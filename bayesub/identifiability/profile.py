@@ -1,11 +1,13 @@
 """The profile likelihood of a coefficient, which shows a flat valley for what it is (Raue et al. 2009)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
 from bayesub.identifiability.directions import null_basis, orthonormal, split_svd
+from bayesub.identifiability.interface import InferenceProblem
 from bayesub.identifiability.null_space import null_vectors
 
 LEVEL_95 = float(stats.chi2.ppf(0.95, 1))  # likelihood-ratio interval of one coefficient
@@ -21,7 +23,8 @@ class Profile:
 
     Attributes
     ----------
-    name : the coefficient, and value : where it is best
+    name : the coefficient
+    value : where it is best
     grid : (n_grid,) values
     cost : (n_grid,) rise of -2 log likelihood (with the prior, if asked) above its value at the best; not a number
         beyond a value at which no simulation completes
@@ -56,7 +59,15 @@ class Profile:
         return float(ends[0]), float(ends[1])
 
 
-def profile(problem, at, name: str, grid, *, null=None, prior: bool = False) -> Profile:
+def profile(
+    problem: InferenceProblem,
+    at,
+    name: str,
+    grid,
+    *,
+    null: Iterable[dict[str, float]] | None = None,
+    prior: bool = False,
+) -> Profile:
     """Profile of one coefficient over `grid`, marching outwards from the best with warm starts.
 
     At each value the others are brought to their best by Gauss-Newton steps. The prior takes no part unless asked. A
@@ -67,12 +78,16 @@ def profile(problem, at, name: str, grid, *, null=None, prior: bool = False) -> 
     Parameters
     ----------
     at : Estimate or parameter vector (n_params,) of the best fit: of the likelihood, or with `prior` the posterior mode
+    name : the coefficient
     grid : (n_grid,) values of the coefficient
     null : null vectors, as in :func:`bayesub.identifiability.fisher`; by default those of the problem
+    prior : whether the prior takes part; nothing is null then
     """
     parameters = np.asarray(getattr(at, "values", at), dtype=float)
     grid = np.asarray(grid, dtype=float)
-    search = _Search(problem, problem.names.index(name), () if prior else null_vectors(problem, parameters, null), prior)
+    search = _Search(
+        problem, problem.names.index(name), () if prior else null_vectors(problem, parameters, null), prior
+    )
     best = (parameters - problem.prior.mean) / problem.prior.sd
     reference, curvature = search.cost(best[None])[0], search.curvature(best)
     targets = (grid - problem.prior.mean[search.k]) / problem.prior.sd[search.k]

@@ -5,12 +5,14 @@ this manoeuvre, whatever the instruments (not unique). It is weak when its singu
 the accuracy of the best instruments: the equations see it and no trial does (ill-conditioned).
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from scipy import linalg
 
+from bayesub.identifiability.interface import LinearForm
 from bayesub.identifiability.linalg import complete_svd
 
 ACCURACY = 1e-6  # relative; twenty bits, which no accelerometer or log of a trial reaches
@@ -25,11 +27,11 @@ class AxisRank:
     names : (n_columns,) coefficients
     singular_values : (n_columns,) of the matrix with columns scaled to unit length, descending
     threshold : singular values below it are round-off
-    accuracy : relative accuracy of readings; singular values below that part of the largest are weak
     null_vectors : one dict a null direction, coefficient -> change, largest entries first, in non-dimensional
         coefficients: the motion is the same anywhere along it
-    weak_vectors : one dict a weak direction, in the same way, weakest first
     pivots : one coefficient a null vector, absent from the others: held fixed, they make the rest unique
+    weak_vectors : one dict a weak direction, in the same way, weakest first
+    accuracy : relative accuracy of readings; singular values below that part of the largest are weak
     """
 
     names: tuple[str, ...]
@@ -42,6 +44,7 @@ class AxisRank:
 
     @property
     def columns(self) -> int:
+        """Number of coefficients."""
         return len(self.names)
 
     @property
@@ -89,7 +92,9 @@ class AxisRank:
         }
 
 
-def rank(systems, prefer=(), accuracy: float = ACCURACY) -> dict[str, AxisRank]:
+def rank(
+    systems: Mapping[str, LinearForm], prefer: Iterable[str] = (), accuracy: float = ACCURACY
+) -> dict[str, AxisRank]:
     """Rank and null space of each axis of :func:`bayesub.model.linear_form.linear_systems`.
 
     Columns are scaled to unit length, because the regressors differ by orders of magnitude. See :func:`round_off` for
@@ -114,7 +119,9 @@ def round_off(shape, largest: float, rounding) -> float:
 
     Parameters
     ----------
-    shape : (n_samples, n_columns); largest : the largest singular value; rounding : a number or (n_columns,)
+    shape : (n_samples, n_columns)
+    largest : the largest singular value
+    rounding : relative error of the columns, a number or (n_columns,)
     """
     known = np.linalg.norm(np.broadcast_to(rounding, shape[1]))
     return float(known + np.sqrt(max(shape)) * np.finfo(float).eps * largest)
@@ -157,8 +164,13 @@ def _named(scaled, lengths, names) -> dict[str, float]:
     return {names[k]: float(vector[k]) for k in order if vector[k] != 0.0}
 
 
-def held_fixed(system, n_held: int) -> dict[tuple[str, ...], float]:
+def held_fixed(system: LinearForm, n_held: int) -> dict[tuple[str, ...], float]:
     """Which coefficients, once known, make the rest of an axis unique: every choice of `n_held` is tried.
+
+    Parameters
+    ----------
+    system : the linear form of the axis
+    n_held : number of coefficients to hold
 
     Returns
     -------

@@ -4,6 +4,7 @@ A direction that no manoeuvre sees belongs to the equations (structural); one th
 is a matter of accuracy (practical) and of the manoeuvre.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,10 +37,12 @@ class Structure:
 
     @property
     def n_structural(self) -> int:
+        """Number of directions that no Jacobian sees."""
         return len(self.structural)
 
     @property
     def n_practical(self) -> int:
+        """Number of directions that are seen, but below the accuracy of readings."""
         return len(self.practical)
 
     @property
@@ -51,7 +54,7 @@ class Structure:
         return float(self.singular_values[first - 1] / max(self.singular_values[first], np.finfo(float).tiny))
 
 
-def structure(jacobians, *, noise: float | None = None, accuracy: float = ACCURACY) -> Structure:
+def structure(jacobians: Iterable[np.ndarray], *, noise: float | None = None, accuracy: float = ACCURACY) -> Structure:
     """Directions that stay at round-off in all of several Jacobians, and those that are merely faint.
 
     The Jacobians are divided by their norms and stacked. What a vector gives in the stack is the root of the sum of

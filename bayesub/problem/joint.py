@@ -54,7 +54,9 @@ class JointProblem(PosteriorDensity):
             names[trial] = [renamed.get(name, name) for name in problem.names]
         self.names = (*coefficient_names(self.columns), *self.nuisance_priors)
         self.prior = joined(self.coefficient_prior, self.nuisance_priors)
-        self._places = {trial: np.array([self.names.index(name) for name in own]) for trial, own in names.items()}
+        self._places = {
+            trial: np.array([self.names.index(name) for name in renamed]) for trial, renamed in names.items()
+        }
 
     @property
     def costs(self) -> Costs:

@@ -2,10 +2,10 @@
 
 The coordinates x, z and y stand in the table of :mod:`bayesub.sampling`.
 
-*Whitening.* In the scaled coordinates x, in which the standard deviations of the prior are one, the residuals have at the mode the Jacobian ``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (x - x_mode)`` the
-Laplace approximation is N(0, I); coordinates run from the stiffest to the sloppiest. Of those that the data leave to
-the prior any rotation will do: they are rotated to the axes of the parameters (varimax: Kaiser 1958), where bounds
-are walls.
+*Whitening.* In the scaled coordinates x, in which the standard deviations of the prior are one, the residuals have at
+the mode the Jacobian ``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (x - x_mode)`` the Laplace approximation is N(0, I);
+coordinates run from the stiffest to the sloppiest. Of those that the data leave to the prior any rotation will do: they
+are rotated to the axes of the parameters (varimax: Kaiser 1958), where bounds are walls.
 
 *Straightening.* The posterior is a thin sheet around a curved surface: far along the sloppy coordinates the stiff
 ones sit many of their own standard deviations away from the mode. The stiff coordinates z_B of one decade of singular
@@ -106,6 +106,7 @@ class Geometry:
 
     @property
     def n_params(self) -> int:
+        """Number of parameters."""
         return len(self.mode)
 
     @property
@@ -145,7 +146,7 @@ class Geometry:
         return slopes
 
     def scaled(self, z) -> np.ndarray:
-        """Whitened coordinates z (n, n_params) in the units of the prior."""
+        """Whitened coordinates z (n, n_params) in the scaled coordinates x."""
         return self.mode + z @ self.basis.T
 
     def parameters(self, y) -> np.ndarray:
@@ -198,7 +199,7 @@ class Geometry:
         self.changes, self.active = gram, _active(gram)
 
     def _slopes(self, problem, x) -> np.ndarray:
-        """(n_rows, n_params) derivatives of the residuals by z at x (n_params,) in the units of the prior."""
+        """(n_rows, n_params) derivatives of the residuals by z at x (n_params,) in the scaled coordinates x."""
         return self.prior.scaled_chain(problem.jacobian(self.prior.unscaled(x)), x) @ self.basis
 
     def straighten(self, z, n_independent: int) -> None:

@@ -226,7 +226,9 @@ class Posterior:
         criteria = self.criteria
         taus = self.n_steps / self.tau.max(axis=0)
         short = self._missed(
-            taus, taus >= criteria.taus, f"ensembles are {{:.1f}} autocorrelation times long, {criteria.taus:g} are needed"
+            taus,
+            taus >= criteria.taus,
+            f"ensembles are {{:.1f}} autocorrelation times long, {criteria.taus:g} are needed",
         )
         if short:  # the other criteria mean little on so short a chain
             return (f"{short}; {self._longer(criteria.taus / taus.min())}",)

@@ -90,7 +90,7 @@ def sample(
 
 
 class _Run:
-    """The steps so far, and what the next one needs; begun, or continued from a checkpoint."""
+    """The steps so far, and what the next one needs; a new run, or one continued from a checkpoint."""
 
     def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress):
         self.problem, self.n_ensembles, self.saved = problem, n_ensembles, saved
@@ -248,9 +248,7 @@ def _starts(problem, surrogate, draws, rng, n):
     density = partial(surrogate.log_prob, temperature=DISPERSION**2)
     starts, log_prob, y = np.empty((0, problem.n_params)), np.empty(0), draws
     for _ in range(100):
-        y, *_ = crank_nicolson(
-            density, y, density(y), rng, steps=STEPS, n_sweeps=50, blocks=surrogate.geometry.blocks
-        )
+        y, *_ = crank_nicolson(density, y, density(y), rng, steps=STEPS, n_sweeps=50, blocks=surrogate.geometry.blocks)
         candidates = y[rng.permutation(len(y))[:n]]
         densities = surrogate.geometry.log_prob(problem, candidates)
         finite = np.isfinite(densities)
@@ -269,7 +267,7 @@ def _looks(up_to: int | None = None) -> Iterator[int]:
 
 
 def _by_ensemble(steps, n_ensembles):
-    """(n_steps, n_all_walkers, ...) -> (n_ensembles, n_steps, n_walkers, ...)"""
+    """Steps (n_steps, n_all_walkers, ...) as (n_ensembles, n_steps, n_walkers, ...)."""
     return np.moveaxis(steps.reshape(len(steps), n_ensembles, -1, *steps.shape[2:]), 1, 0)
 
 

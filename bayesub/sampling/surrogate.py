@@ -1,9 +1,10 @@
 """A surrogate of the posterior density that costs a hundredth of a simulation.
 
-In whitened coordinates z (the table of :mod:`bayesub.sampling`) the residuals are emulated by a polynomial (:mod:`bayesub.sampling.polynomial`),
-fitted by least squares to simulations at draws from near the posterior. With the misfit of the fit as additional noise
-(Kaipio & Somersalo 2007) the k emulated residuals r are standard normal, but for the emulator's own errors, which are
-larger in the tails. Their density is therefore that of a t distribution of nu = 30 + 3 k degrees of freedom,
+In whitened coordinates z (the table of :mod:`bayesub.sampling`) the residuals are emulated by a polynomial
+(:mod:`bayesub.sampling.polynomial`), fitted by least squares to simulations at draws from near the posterior. With the
+misfit of the fit as additional noise (Kaipio & Somersalo 2007) the k emulated residuals r are standard normal, but for
+the emulator's own errors, which are larger in the tails. Their density is therefore that of a t distribution of nu = 30
++ 3 k degrees of freedom,
 
     log S = log prior - (nu + k) / 2 log(1 + q / nu),    q = |r|^2 - |r_mode|^2,
 

@@ -136,6 +136,5 @@ def sampled(problem: Problem, file: Path, *, max_steps: int = 20_000, progress: 
     if not file.exists():
         rng = np.random.default_rng(SEED)
         chain = file.with_name(f"chain_{file.stem}")
-        report = lambda done, note="": progress.update(done, 1.0, note=note)  # noqa: E731
-        posterior_file.save(sample(problem, rng=rng, max_steps=max_steps, checkpoint=chain, progress=report), file)
+        posterior_file.save(sample(problem, rng=rng, max_steps=max_steps, checkpoint=chain, progress=progress), file)
     return posterior_file.load(file)

@@ -70,7 +70,7 @@ def test_nuisance_parameters_have_no_part(suboff, spiral, spiral_track):
     assert np.linalg.norm(jacobian @ elsewhere.T) > 1e-7 * size
 
 
-def test_trials_together(suboff, problem, spiral_track):
+def test_trials_together(suboff, problem):
     """The equations of all trials stand below one another."""
     zigzag = bs.load_manoeuvre("zigzag_20_20", suboff)
     other = posed(suboff, zigzag, bs.simulate(suboff, zigzag, dt=0.5))
