@@ -9,6 +9,7 @@ from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.starts import Normalised, search_from
 from bayesub.identifiability.interface import InferenceProblem
 from bayesub.identifiability.linalg import complete_svd
+from bayesub.identifiability.null_space import null_space
 
 
 def trust_region(
@@ -41,7 +42,7 @@ def trust_region(
     Returns
     -------
     Estimate, best solution first; the cost is the sum of squared residuals. The covariance is ``(J'J)^-1`` at the best
-    solution, infinite along no direction: None where J lacks rank.
+    solution. It is None where the problem has null directions, which is not left to the error of J, or J lacks rank.
     """
     unknowns = Normalised(problem)
     limits = (-np.inf, np.inf) if bounds is None else (1.0 - bounds, 1.0 + bounds)
@@ -71,6 +72,8 @@ def trust_region(
     estimate = search_from(
         starts, search, answers, method="trust-region least squares", unknowns=unknowns, progress=progress
     )
+    if len(null_space(problem, estimate)):
+        return estimate
     jacobian = unknowns.jacobian(estimate.values / unknowns.guess)
     return replace(estimate, covariance=_covariance(jacobian, unknowns.guess))
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from bayesub.identifiability.linalg import complete_svd
 
+TIE = 1e-6  # relative difference of sizes that is none: no choice is left to rounding
+
 
 def null_basis(names, vectors, scale) -> np.ndarray:
     """Orthonormal basis of a null space in scaled coordinates ``t = parameters / scale``.
@@ -40,6 +42,16 @@ def orthonormal(rows) -> np.ndarray:
     return np.where(np.any(rows != 0.0, axis=0), np.linalg.qr((rows / lengths).T)[0].T, 0.0)
 
 
+def signed(vectors) -> np.ndarray:
+    """Vectors (n, p) with the sign that makes the largest entry positive, the first one of several as large.
+
+    The sign of a singular vector is that of a rounding error, and differs from one processor to another.
+    """
+    sizes = np.abs(vectors)
+    largest = np.argmax(sizes > (1.0 - TIE) * sizes.max(axis=1, keepdims=True), axis=1)
+    return vectors * np.where(vectors[np.arange(len(vectors)), largest] < 0.0, -1.0, 1.0)[:, None]
+
+
 def split_svd(matrix, null) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Singular value decomposition with given null directions last.
 
@@ -51,8 +63,8 @@ def split_svd(matrix, null) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Returns
     -------
     u (n, p), s (p,), vt (p, p) with ``u diag(s) vt`` the matrix. The first p - n_null rows of vt are orthogonal to the
-    null space and s descends along them; the others are the rows of `null`, by the length
-        that the matrix gives them, which is in s.
+    null space and s descends along them; the others are the rows of `null` in their order, and the length that the
+    matrix gives them, which is its error, is in s.
     """
     if not len(null):
         return complete_svd(matrix)
@@ -60,7 +72,5 @@ def split_svd(matrix, null) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     u, s, vt = complete_svd(matrix @ complement.T)
     images = matrix @ null.T
     sizes = np.linalg.norm(images, axis=0)
-    order = np.argsort(-sizes)
-    images, sizes, null = images[:, order], sizes[order], null[order]
     images = np.divide(images, sizes, out=np.zeros_like(images), where=sizes > 0.0)
     return np.hstack([u, images]), np.concatenate([s, sizes]), np.vstack([vt @ complement, null])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
-from bayesub.identifiability.directions import null_basis, split_svd
+from bayesub.identifiability.directions import null_basis, signed, split_svd
 from bayesub.identifiability.interface import InferenceProblem
 from bayesub.identifiability.null_space import null_vectors
 
@@ -24,7 +24,8 @@ class Spectrum:
     ----------
     names : (n_params,)
     singular_values : (n_params,) descending, apart from those of the null directions
-    directions : (n_params, n_params), row i the unit direction of singular value i in prior standard deviations
+    directions : (n_params, n_params), row i the unit direction of singular value i in prior standard deviations, its
+        largest entry positive
     prior_sd : (n_params,)
     n_null : directions, the last ones, that are null whatever the sensors
     values : (n_params,) where the Jacobian was taken
@@ -137,4 +138,4 @@ def fisher(problem: InferenceProblem, at, null: Iterable[dict[str, float]] | Non
     parameters = np.asarray(getattr(at, "values", at), dtype=float)
     basis = null_basis(problem.names, null_vectors(problem, parameters, null), problem.prior.sd)
     _, s, vt = split_svd(problem.jacobian(parameters) * problem.prior.sd, basis)
-    return Spectrum(problem.names, s, vt, problem.prior.sd, len(basis), parameters)
+    return Spectrum(problem.names, s, signed(vt), problem.prior.sd, len(basis), parameters)

@@ -10,12 +10,14 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy import linalg
 
+from bayesub.identifiability.directions import TIE, signed
 from bayesub.identifiability.interface import LinearForm
 from bayesub.identifiability.linalg import complete_svd
 
 ACCURACY = 1e-6  # relative; twenty bits, which no accelerometer or log of a trial reaches
+
+_DIGITS = 5  # by which the entries of a vector are ordered; those that differ by less stay in the order of the names
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,7 @@ def _rank(system, prefer, accuracy) -> AxisRank:
     _, s, vt = complete_svd(np.linalg.qr(system.matrix / lengths, mode="r"))
     threshold = round_off(system.matrix.shape, s[0], system.rounding)
     null, weak = vt[s <= threshold], vt[(s > threshold) & (s <= accuracy * s[0])][::-1]
+    weak = signed(weak / lengths) * lengths
     pivots = _pivots(null, system.names, prefer)
     # Any rotation of the null space is as good; one that ties each vector to a coefficient of its own reads best.
     basis = np.linalg.solve(null[:, pivots], null) if len(null) else null
@@ -147,20 +150,27 @@ def _rank(system, prefer, accuracy) -> AxisRank:
 
 
 def _pivots(null, names, prefer) -> np.ndarray:
-    """Positions of coefficients, preferred ones if possible, in which the null vectors differ most."""
+    """Positions of coefficients, preferred ones if possible, in which the null vectors differ most.
+
+    That is a QR factorisation with column pivoting, in which the first of several columns as long is the pivot.
+    """
     candidates = np.flatnonzero(np.isin(names, list(prefer)))
     if np.linalg.matrix_rank(null[:, candidates], tol=1e-6) < len(null):
         candidates = np.arange(len(names))
-    if not len(null):
-        return candidates[:0]
-    return candidates[linalg.qr(null[:, candidates], pivoting=True, mode="r")[1][: len(null)]]
+    columns, pivots = null[:, candidates], []
+    for _ in range(len(null)):
+        lengths = np.linalg.norm(columns, axis=0)
+        pivots.append(int(np.argmax(lengths > (1.0 - TIE) * lengths.max())))
+        unit = columns[:, pivots[-1]] / lengths[pivots[-1]]
+        columns = columns - np.outer(unit, unit @ columns)
+    return candidates[pivots]
 
 
 def _named(scaled, lengths, names) -> dict[str, float]:
     """A vector of the scaled matrix in coefficients, the largest one, without entries that are round-off."""
     vector = np.where(np.abs(scaled) > 1e-9 * np.abs(scaled).max(), scaled / lengths, 0.0)
     vector = vector / np.abs(vector).max()
-    order = np.argsort(-np.abs(vector), kind="stable")
+    order = np.argsort(-np.round(np.abs(vector), _DIGITS), kind="stable")
     return {names[k]: float(vector[k]) for k in order if vector[k] != 0.0}
 
 

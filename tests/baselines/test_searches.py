@@ -249,3 +249,15 @@ def test_the_mode_is_the_lowest_of_several_wells():
     assert one.values[0] == pytest.approx(-2.0, abs=0.1)
     assert best.values[0] == pytest.approx(2.0, abs=0.1)
     assert best.costs[0] < 0.5 * one.costs[0]
+
+
+def test_trust_region_has_no_covariance_with_null_directions(suboff, spiral, spiral_track):
+    """All added masses are free: along three directions the track says nothing, whatever the error of the Jacobian."""
+    record = bs.observe(spiral_track, bs.sensors.Track(1.0, 1.0, 20.0), np.random.default_rng(1))
+    prior = bs.priors.relative_normal(0.1)
+    free = ("Yuv", "Nuv", "Yuu_dr", "Nuu_dr", "Yur", "Nur", "Yvdot", "Yrdot", "Nvdot", "Nrdot")
+    problem = bs.Problem(suboff, spiral, record, free=free, prior=prior, dt=1.0)
+    if bs.identifiability.null_space(problem, problem.prior.mean):
+        assert trust_region(problem, rng=np.random.default_rng(1), max_iterations=2).covariance is None
+    fewer = bs.Problem(suboff, spiral, record, free=free[:4], prior=prior, dt=1.0)
+    assert trust_region(fewer, rng=np.random.default_rng(1), max_iterations=5).covariance is not None

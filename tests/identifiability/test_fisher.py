@@ -119,3 +119,10 @@ def test_null_vectors_of_other_coefficients_are_refused(unique):
     """The null space of more coefficients is not that of those that are free."""
     with pytest.raises(ValueError, match="c9, which is not free"):
         fisher(unique, unique.mean, [{"c0": 1.0, "c9": 1.0}])
+
+
+def test_directions_have_their_largest_entry_positive(unique):
+    """Not the sign that a decomposition happens to give them."""
+    s = fisher(unique, unique.mean)
+    largest = np.argmax(np.abs(s.directions), axis=1)
+    assert np.all(s.directions[np.arange(N), largest] > 0.0)

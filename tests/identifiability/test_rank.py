@@ -173,3 +173,22 @@ def test_command_with_bad_names(monkeypatch, capsys):
         captured = capsys.readouterr()
         assert captured.out == ""
         assert len(captured.err.splitlines()) == 1
+
+
+def test_choices_do_not_hang_on_rounding(rng):
+    """Of two columns as long the first is the pivot, and signs follow the largest entry, whatever errors of 1e-14."""
+    matrix = rng.standard_normal((200, 4))
+    matrix[:, 2:] = matrix[:, :2]  # a and c, b and d enter as sums; a nearly equal pair is weak
+    matrix = np.column_stack([matrix, matrix[:, 0] * (1.0 + 1e-8 * rng.standard_normal(200))])
+    names = ("a", "b", "c", "d", "e")
+    verdicts = []
+    for _ in range(8):
+        noisy = matrix * (1.0 + 1e-14 * rng.standard_normal(matrix.shape))
+        r = rank({"Y": LinearSystem("Y", names, noisy, noisy[:, 0], 1e-13)})["Y"]
+        vectors = [[(name, round(x, 3)) for name, x in v.items() if abs(x) > 0.01] for v in r.null_vectors]
+        weak = [[(name, np.sign(x)) for name, x in v.items() if abs(x) > 0.1] for v in r.weak_vectors]
+        verdicts.append((r.pivots, r.rank, vectors, weak))
+    assert verdicts[0][1] == 3
+    assert verdicts[0][0] == ("a", "b")
+    assert all(verdict == verdicts[0] for verdict in verdicts)
+    assert all(next(iter(vector.values())) > 0.0 for vector in r.weak_vectors)
