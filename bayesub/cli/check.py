@@ -15,6 +15,7 @@ from bayesub.cli.simulate import drawing
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.terminal import say
+from bayesub.report.card import Card
 
 
 @click.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
@@ -34,7 +35,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
         findings[str(path)] = (text, file_card)
         if not as_json:
             say(f"{path}: {text}")
-            for line in lines(file_card):
+            for line in file_card.lines() if file_card else []:
                 say(line)
     if as_json:
         contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in findings.items()}
@@ -44,10 +45,10 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
         if len(cards) != 1:
             raise InputError(f"--card draws one vehicle or study, found {len(cards)} among the files")
         with drawing(card):
-            _draw(cards[0], card)
+            cards[0].draw(card)
 
 
-def examine(path: Path) -> tuple[str, object]:
+def examine(path: Path) -> tuple[str, Card | None]:
     """What a file is, and the card of a vehicle or of the data of a study, or None."""
     if path.suffix == ".py":
         from bayesub.study import script
@@ -180,20 +181,3 @@ def _failure(problem, centre) -> str:
     status = problem.trajectory(centre).status[0]
     why = "the readings are impossible" if status == "ok" else f"the boat {status.replace('_', ' ')}"
     return f", and at the prior means {why}"
-
-
-def lines(card) -> list[str]:
-    """A card in words."""
-    if card is None:
-        return []
-    from bayesub.report import data_card, vehicle_lines
-
-    return card.lines() if isinstance(card, data_card.DataCard) else vehicle_lines.lines(card)
-
-
-def _draw(card, path: Path) -> None:
-    from bayesub.plots import data_card as data_plot
-    from bayesub.plots import vehicle_card as vehicle_plot
-    from bayesub.report import data_card
-
-    (data_plot if isinstance(card, data_card.DataCard) else vehicle_plot).draw(card, path)

@@ -85,7 +85,7 @@ def simulate(
         from bayesub.plots import track
 
         with drawing(plot):
-            track.draw_simulated(trajectory, boat.name, plot)
+            track.draw_simulated(plot, trajectory, boat.name)
     status = trajectory.status[0]
     kind = trajectory.simulator.subproblem or "six degrees of freedom"
     say(

@@ -13,10 +13,11 @@ from bayesub.io.terminal import console
 def bench(quick: bool, as_json: bool) -> None:
     """Measure the simulator: against what a user would write, and against the arithmetic of this processor."""
     from bayesub.cli import bench as measurement
+    from bayesub.cli.bench_tables import tables
 
     numbers = measurement.run(quick=quick)
     if as_json:
         click.echo(json.dumps(numbers, indent=2))
         return
-    for table in measurement.tables(numbers):
+    for table in tables(numbers):
         console.print(table, soft_wrap=isinstance(table, str))

@@ -6,8 +6,8 @@ from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
 
-def draw(card, path) -> None:
-    """One page of what :func:`bayesub.report.data_card.check` found."""
+def draw(path, card) -> None:
+    """One page of a :class:`bayesub.report.data_card.DataCard`."""
     n_rows, n_params = len(card.channels) + 1, len(card.names)
     width, row = max(11.7, 0.21 * n_params + 4.0), 0.27 * n_rows
     with style.figure(path, width, 2 * row + 3.2) as figure:
@@ -27,8 +27,8 @@ def _draw_coverage(axis, card):
         for start, end in channel.gaps:
             axis.plot([start, end], [k, k], color=style.WEAK, lw=4, solid_capstyle="butt")
         axis.plot(channel.outliers, np.full(len(channel.outliers), k), "x", ms=7, mew=1.8, color=style.SQP)
-        told = f"{len(channel.times)} readings, every {channel.interval_s:.3g} s"
-        axis.text(1.01, k, told, transform=axis.get_yaxis_transform(), va="center", fontsize=8)
+        text = f"{len(channel.times)} readings, every {channel.interval_s:.3g} s"
+        axis.text(1.01, k, text, transform=axis.get_yaxis_transform(), va="center", fontsize=8)
     for line, colour, label in (("|", style.POSTERIOR, "reading"), ("x", style.SQP, "outlier?")):
         axis.plot([], [], line, color=colour, mew=1.8, label=label)
     axis.plot([], [], color=style.WEAK, lw=4, label="gap")

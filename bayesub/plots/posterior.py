@@ -1,5 +1,7 @@
 """Correlations and joint marginals of the posterior."""
 
+from itertools import chain
+
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.ticker import MaxNLocator
@@ -13,10 +15,11 @@ CORNER_PARAMETERS = 12
 CORNER_DRAWS = 20_000
 _GAP = 0.06  # between panels of the corner, of which each is one unit with its gap
 _SIDE = 1.0 - _GAP
-_CELLS = 40  # of a panel in each direction
+CELLS = 40  # of a panel in each direction
 _SMOOTHING = 1.6  # cells
 _BINS = 25  # of a marginal
 _PRIOR_LINE = "#777777"
+_PALE = "#A9CDE4"
 
 
 def draw_correlation(path, posterior) -> None:
@@ -93,25 +96,41 @@ def draw_corner(path, posterior, prior, reference, *, chosen=None, sets=()) -> N
         _label(axis, posterior, chosen, reference, (low, high), colours=extremes)
 
 
+def shares_outside(draws) -> np.ndarray:
+    """The share of draws that are where the density is higher, for each cell of each pair of coordinates.
+
+    Parameters
+    ----------
+    draws
+        (n_draws, n) in units of their panels, of which the few outside are left out.
+
+    Returns
+    -------
+    ndarray of shape (n, CELLS, n, CELLS)
+        Panels and cells from the top, then from the left; one where there is no panel.
+    """
+    n = draws.shape[1]
+    cells = np.floor(CELLS * draws).astype(int)
+    cells = cells[np.all((cells >= 0) & (cells < CELLS), axis=1)]
+    distance = np.subtract.outer(np.arange(CELLS), np.arange(CELLS))
+    smooth = np.exp(-0.5 * (distance / _SMOOTHING) ** 2)
+    result = np.ones((n, CELLS, n, CELLS))
+    for j, i in zip(*np.tril_indices(n, -1), strict=True):
+        counts = np.bincount((CELLS - 1 - cells[:, j]) * CELLS + cells[:, i], minlength=CELLS**2)
+        density = smooth @ counts.reshape(CELLS, CELLS) @ smooth  # only for the order of the cells
+        order = np.argsort(-density, axis=None)
+        shares = np.empty(CELLS**2)
+        shares[order] = np.cumsum(counts[order]) / len(cells)
+        result[j, :, i, :] = shares.reshape(CELLS, CELLS)
+    return result
+
+
 def _draw_joint(axis, draws) -> None:
     """The contours that hold 50 and 90 % of draws (n_draws, n), in units of panels, for each pair."""
     n = draws.shape[1]
-    cells = np.floor(_CELLS * draws).astype(int)
-    inside = np.all((cells >= 0) & (cells < _CELLS), axis=1)
-    cells = cells[inside]
-    distance = np.subtract.outer(np.arange(_CELLS), np.arange(_CELLS))
-    smooth = np.exp(-0.5 * (distance / _SMOOTHING) ** 2)
-    outside = np.ones((n, _CELLS, n, _CELLS))  # the share of draws where the density is higher
-    for j, i in zip(*np.tril_indices(n, -1), strict=True):
-        counts = np.bincount((_CELLS - 1 - cells[:, j]) * _CELLS + cells[:, i], minlength=_CELLS**2)
-        density = (smooth @ counts.reshape(_CELLS, _CELLS) @ smooth).ravel()
-        order = np.argsort(-density)
-        shares = np.empty_like(density)
-        shares[order] = np.cumsum(density[order]) / density.sum()
-        outside[j, :, i, :] = shares.reshape(_CELLS, _CELLS)
-    centres = (np.arange(n)[:, None] + _SIDE * (np.arange(_CELLS) + 0.5) / _CELLS).ravel()
-    outside = outside.reshape(n * _CELLS, n * _CELLS)
-    axis.contourf(centres, centres, outside, (0.0, 0.5, 0.9), colors=[style.POSTERIOR, "#A9CDE4"])
+    centres = (np.arange(n)[:, None] + _SIDE * (np.arange(CELLS) + 0.5) / CELLS).ravel()
+    outside = shares_outside(draws).reshape(n * CELLS, n * CELLS)
+    axis.contourf(centres, centres, outside, (0.0, 0.5, 0.9), colors=[style.POSTERIOR, _PALE])
     axis.contour(centres, centres, outside, (0.5, 0.9), colors=style.POSTERIOR, linewidths=1.0)
 
 
@@ -132,12 +151,14 @@ def _label(axis, posterior, chosen, reference, limits, *, colours) -> None:
     """Ticks and names at the left and below; `limits` are (n,) least and largest values of the panels."""
     n = len(chosen)
     locator = MaxNLocator(3)
-    ticks = [[t for t in locator.tick_values(a, b) if 0.05 < (t - a) / (b - a) < 0.95] for a, b in zip(*limits, strict=True)]
+    ticks = [
+        [t for t in locator.tick_values(a, b) if 0.05 < (t - a) / (b - a) < 0.95] for a, b in zip(*limits, strict=True)
+    ]
     places = [_SIDE * (np.array(t) - a) / (b - a) for t, a, b in zip(ticks, *limits, strict=True)]
     words = [[f"{t:.6g}" for t in values] for values in ticks]
-    axis.set_xticks(np.concatenate([k + p for k, p in enumerate(places)]), sum(words, []), rotation=45)
+    axis.set_xticks(np.concatenate([k + p for k, p in enumerate(places)]), [*chain(*words)], rotation=45)
     heights = np.concatenate([np.empty(0), *(k + _SIDE - p for k, p in enumerate(places) if k)])
-    axis.set_yticks(heights, sum(words[1:], []), rotation=45)
+    axis.set_yticks(heights, [*chain(*words[1:])], rotation=45)
     axis.tick_params(labelsize=8)
     best = set(np.argsort(posterior.contraction[: len(reference)])[: CORNER_PARAMETERS // 2].tolist())
     names = starred(np.array(posterior.names)[chosen], reference[chosen])

@@ -3,8 +3,11 @@
 import numpy as np
 
 from bayesub.io import log_files
+from bayesub.io.log_files import positions
 from bayesub.plots import style
 
+X, Y, Z, PHI, THETA = positions("x", "y", "z", "phi", "theta")
+VELOCITY = positions("u", "v", "w")
 _NAMES = {"x": "north", "y": "east", "z": "depth"}
 
 
@@ -13,14 +16,20 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
 
     Parameters
     ----------
-    record : the readings
-    predicted : (n_draws, n_readings) noise-free readings of draws from the posterior, SI units
-    tracks : (n_draws, n_times, 12) states over the ground of some draws
-    truth : true readings (n_readings,) and states (n_times, 12), or None
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    record
+        The readings.
+    predicted
+        (n_draws, n_readings) noise-free readings of draws from the posterior, SI units.
+    tracks
+        (n_draws, n_times, 12) states over the ground of some draws.
+    truth
+        True readings (n_readings,) and states (n_times, 12), or None.
     """
     channels = record.channels
     true_readings, true_track = truth if truth is not None else (None, None)
-    dives = np.ptp(tracks[0, :, 2]) > 0.01 * np.ptp(tracks[0, :, :2], axis=0).max()
+    dives = np.ptp(tracks[0, :, Z]) > 0.01 * np.ptp(tracks[0][:, [X, Y]], axis=0).max()
     last = max(channel.times[-1] for channel in channels)
     below = len(channels) if not dives else -(-len(channels) // 2)
     rows = [["from above" if k < below else "from aside", c.name] for k, c in enumerate(channels)]
@@ -56,8 +65,8 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
 def _labelled(channel) -> tuple[str, float]:
     """Name and unit for an axis, and the factor from SI to the unit."""
     header = log_files.HEADERS[channel.quantity]
-    shown = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
-    return style.with_unit(shown).replace(" ground", " bottom"), 1.0 / log_files.si_factor(header)
+    label = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
+    return style.with_unit(label).replace(" ground", " bottom"), 1.0 / log_files.si_factor(header)
 
 
 def _draw_path(axis, record, tracks, truth):
@@ -66,10 +75,10 @@ def _draw_path(axis, record, tracks, truth):
         _, *both = np.intersect1d(by_state["x"].times, by_state["y"].times, return_indices=True)
         x, y = (by_state[state].values[places] for state, places in zip("xy", both, strict=True))
         axis.plot(y, x, ".", ms=2.5, color=style.READINGS)
-    axis.plot(tracks[:20, :, 1].T, tracks[:20, :, 0].T, color=style.POSTERIOR, lw=1.2)
+    axis.plot(tracks[:20, :, Y].T, tracks[:20, :, X].T, color=style.POSTERIOR, lw=1.2)
     if truth is not None:
-        axis.plot(truth[:, 1], truth[:, 0], color=style.TRUTH, lw=0.8)
-    axis.plot(tracks[0, 0, 1], tracks[0, 0, 0], "o", color=style.TRUTH, ms=4)
+        axis.plot(truth[:, Y], truth[:, X], color=style.TRUTH, lw=0.8)
+    axis.plot(tracks[0, 0, Y], tracks[0, 0, X], "o", color=style.TRUTH, ms=4)
     axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel("east (m)")
     axis.set_ylabel("north (m)")
@@ -77,33 +86,33 @@ def _draw_path(axis, record, tracks, truth):
 
 
 def _draw_depth(axis, tracks, truth):
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tracks[0, :, :2], axis=0), axis=1))])
-    axis.plot(way, tracks[:20, :, 2].T, color=style.POSTERIOR, lw=1.2)
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tracks[0][:, [X, Y]], axis=0), axis=1))])
+    axis.plot(way, tracks[:20, :, Z].T, color=style.POSTERIOR, lw=1.2)
     if truth is not None:
-        axis.plot(way, truth[:, 2], color=style.TRUTH, lw=0.8)
+        axis.plot(way, truth[:, Z], color=style.TRUTH, lw=0.8)
     axis.invert_yaxis()
     axis.set_xlabel("way over the ground (m)")
     axis.set_ylabel("depth (m)")
 
 
-def draw_simulated(trajectory, name: str, path) -> None:
+def draw_simulated(path, trajectory, name: str) -> None:
     """One simulated trial: the track from above, depth and pitch, speed, and the controls."""
     times, states = trajectory.times, trajectory.states[0]
     with style.figure(path, 9.0, 5.0) as figure:
         axes = figure.subplot_mosaic(
             [["track", "depth"], ["track", "pitch"], ["track", "speed"], ["track", "planes"]], width_ratios=[1.0, 1.2]
         )
-        axes["track"].plot(states[:, 1], states[:, 0], color=style.POSTERIOR)
-        axes["track"].plot(states[0, 1], states[0, 0], "o", color=style.TRUTH, ms=4)
+        axes["track"].plot(states[:, Y], states[:, X], color=style.POSTERIOR)
+        axes["track"].plot(states[0, Y], states[0, X], "o", color=style.TRUTH, ms=4)
         axes["track"].set_aspect("equal", adjustable="datalim")
         axes["track"].set(xlabel="east (m)", ylabel="north (m)", title=f"{style.plain(name)}: track from above")
-        axes["depth"].plot(times, states[:, 2], color=style.POSTERIOR)
+        axes["depth"].plot(times, states[:, Z], color=style.POSTERIOR)
         axes["depth"].set_ylabel("depth (m)")
         axes["depth"].invert_yaxis()
-        for column, label, colour in ((3, "roll", style.SQP), (4, "pitch", style.POSTERIOR)):
+        for column, label, colour in ((PHI, "roll", style.SQP), (THETA, "pitch", style.POSTERIOR)):
             axes["pitch"].plot(times, np.degrees(states[:, column]), color=colour, label=label)
         axes["pitch"].set_ylabel("angle (deg)")
-        axes["speed"].plot(times, np.linalg.norm(states[:, 6:9], axis=1), color=style.POSTERIOR)
+        axes["speed"].plot(times, np.linalg.norm(states[:, VELOCITY], axis=1), color=style.POSTERIOR)
         axes["speed"].set_ylabel("speed (m/s)")
         colours = (style.POSTERIOR, style.LINEAR, style.SQP)
         for j, (label, colour) in enumerate(zip(("rudder", "bow plane", "stern plane"), colours, strict=True)):

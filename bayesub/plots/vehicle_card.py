@@ -1,17 +1,22 @@
 """The card of a vehicle: turning circle, answer to the planes, coefficients beside those of the built-in vehicles."""
 
+from itertools import cycle
+
 import numpy as np
 
+from bayesub.io.log_files import STATES, positions
+from bayesub.io.toml_files import built_in
 from bayesub.model.coefficients import AXES, INDEX, TERMS
 from bayesub.model.vehicles import load_vehicle
 from bayesub.plots import style
 
 SMALLEST, LARGEST = 1e-10, 1e4  # sizes drawn; beyond them a coefficient sits at the edge
-_OTHERS = {"suboff": "o", "auv690": "s", "npsauv": "^"}
+_MARKERS = "s^oDv<>p"  # of built-in vehicles, in the order of their names and of the colours of _COLOURS
+_COLOURS = (style.SQP, style.LINEAR, style.POSTERIOR, style.WEAK, style.READINGS, style.NULL)
 
 
-def draw(card, path) -> None:
-    """One page of what :func:`bayesub.report.vehicle_card.check` found."""
+def draw(path, card) -> None:
+    """One page of a :class:`bayesub.report.vehicle_card.VehicleCard`."""
     boat = card.vehicle
     with style.figure(path, 11.7, 8.3) as figure:
         flights, below = figure.subfigures(2, 1, height_ratios=[1.0, 1.55])
@@ -20,8 +25,9 @@ def draw(card, path) -> None:
         _draw_dive(axes, card)
         _draw_coefficients(below, boat)
         n = len(card.warnings)
-        told = "no warnings" if n == 0 else f"{n} warning{'s' if n > 1 else ''}"
-        figure.suptitle(f"{style.plain(boat.name)}: {boat.length_m:g} m at {boat.speed_mps:g} m/s, {told}", fontsize=11)
+        count = "no warnings" if n == 0 else f"{n} warning{'s' if n > 1 else ''}"
+        title = f"{style.plain(boat.name)}: {boat.length_m:g} m at {boat.speed_mps:g} m/s, {count}"
+        figure.suptitle(title, fontsize=11)
 
 
 def _way(card, key) -> np.ndarray:
@@ -30,49 +36,53 @@ def _way(card, key) -> np.ndarray:
 
 
 def _draw_turn(axes, card):
-    boat, found = card.vehicle, card.numbers["turning_circle"]
+    boat, circle = card.vehicle, card.numbers["turning_circle"]
     for key, label in (("turn", "north (ship lengths)"), ("yaw", "yaw rate\n(deg/length)"), ("speed", "speed\n(%)")):
         axes[key].set_ylabel(label)
     axes["turn"].set_xlabel("east (ship lengths)")
     axes["speed"].set_xlabel("ship lengths at trial speed")
     axes["yaw"].tick_params(labelbottom=False)
     axes["yaw"].set_title("in the turn", fontsize=9)
-    axes["turn"].set_title("turning circle: not simulated" if found is None else _turn_title(found), fontsize=9)
+    axes["turn"].set_title("turning circle: not simulated" if circle is None else _turn_title(circle), fontsize=9)
     if "turn" not in card.flights:
         return
     states, way = card.flights["turn"].states[0], _way(card, "turn")
-    axes["turn"].plot(states[:, 1] / boat.length_m, states[:, 0] / boat.length_m, color=style.POSTERIOR)
+    x, y = states[:, positions("x", "y")].T / boat.length_m
+    axes["turn"].plot(y, x, color=style.POSTERIOR)
     axes["turn"].plot(0.0, 0.0, "o", color=style.TRUTH, ms=4)
     axes["turn"].set_aspect("equal", adjustable="datalim")
-    axes["yaw"].plot(way, np.degrees(states[:, 11]) * boat.length_m / boat.speed_mps, color=style.POSTERIOR)
-    speed = np.linalg.norm(states[:, 6:9], axis=1) / boat.speed_mps
+    rate = np.degrees(states[:, STATES.index("r")])
+    axes["yaw"].plot(way, rate * boat.length_m / boat.speed_mps, color=style.POSTERIOR)
+    speed = np.linalg.norm(states[:, positions("u", "v", "w")], axis=1) / boat.speed_mps
     axes["speed"].plot(way, 100.0 * speed, color=style.POSTERIOR)
 
 
-def _turn_title(found) -> str:
-    if found["diameter_lengths"] is None:
-        return f"turning circle: no answer to {found['rudder_deg']:g} deg of rudder"
-    return f"{found['rudder_deg']:g} deg of rudder: {found['diameter_lengths']:.3g} ship lengths"
+def _turn_title(circle) -> str:
+    if circle["diameter_lengths"] is None:
+        return f"turning circle: no answer to {circle['rudder_deg']:g} deg of rudder"
+    return f"{circle['rudder_deg']:g} deg of rudder: {circle['diameter_lengths']:.3g} ship lengths"
 
 
 def _draw_dive(axes, card):
-    boat, found = card.vehicle, card.numbers["stern_plane"]
+    boat, answer = card.vehicle, card.numbers["stern_plane"]
     axes["pitch"].set_ylabel("pitch\n(deg)")
     axes["pitch"].tick_params(labelbottom=False)
     axes["depth"].set(ylabel="deeper\n(ship lengths)", xlabel="ship lengths at trial speed")
     axes["depth"].invert_yaxis()
-    title = "stern planes: not simulated" if found is None else f"{found['angle_deg']:+g} deg of stern planes"
+    title = "stern planes: not simulated" if answer is None else f"{answer['angle_deg']:+g} deg of stern planes"
     axes["pitch"].set_title(title, fontsize=9)
     if "dive" not in card.flights:
         return
     states, way = card.flights["dive"].states[0], _way(card, "dive")
-    axes["pitch"].plot(way, np.degrees(states[:, 4]), color=style.POSTERIOR)
-    axes["depth"].plot(way, (states[:, 2] - states[0, 2]) / boat.length_m, color=style.POSTERIOR)
+    z, theta = states[:, positions("z", "theta")].T
+    axes["pitch"].plot(way, np.degrees(theta), color=style.POSTERIOR)
+    axes["depth"].plot(way, (z - z[0]) / boat.length_m, color=style.POSTERIOR)
 
 
 def _draw_coefficients(figure, boat):
     """Sizes of the coefficients, axis by axis; those that are zero at the foot."""
-    others = {name: load_vehicle(name).xi for name in _OTHERS if name != boat.name}
+    looks = dict(zip(built_in("vehicles"), zip(cycle(_MARKERS), cycle(_COLOURS), strict=False), strict=False))
+    others = {name: load_vehicle(name).xi for name in looks if name != boat.name}
     sizes = np.abs([boat.xi, *others.values()])
     positive = np.clip(sizes[sizes > 0.0], SMALLEST, LARGEST)
     bottom, top = 10.0 ** np.floor(np.log10(positive.min()) - 1.0), 3.0 * positive.max()
@@ -83,8 +93,8 @@ def _draw_coefficients(figure, boat):
         for name, xi in others.items():
             values = np.abs(xi[rows])
             drawn = np.where(values > 0.0, values, np.nan)
-            colour = style.VEHICLES[name]
-            panel.plot(places, drawn, _OTHERS[name], ms=4.5, mfc="none", mec=colour, mew=0.9, label=name)
+            marker, colour = looks[name]
+            panel.plot(places, drawn, marker, ms=4.5, mfc="none", mec=colour, mew=0.9, label=name)
         values = boat.xi[rows]
         for sign, marker in ((1.0, "+"), (-1.0, "_")):
             chosen = np.sign(values) == sign

@@ -1,6 +1,8 @@
 """The card of a study's data: what every channel covers in time, what looks wrong in it, and what it informs."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -19,13 +21,22 @@ class ChannelCard:
 
     Attributes
     ----------
-    name : that of the channel, with the trial in brackets if there are several; column : in its file
-    times : (n,) s
-    interval_s : the median between two readings
-    gaps : (start, end) in s of each time without readings, and outliers : times of readings unlike their neighbours
-    n_directions : of parameter space in which this channel alone is sharper than the prior
-    contraction : (n_params,) posterior sd over prior sd by this channel alone, as the Fisher information at the prior
-        centre has it
+    name : str
+        That of the channel, with the trial in brackets if there are several.
+    column : str
+        In its file.
+    times : ndarray of shape (n,)
+        s.
+    interval_s : float
+        The median between two readings.
+    gaps : tuple of (float, float)
+        Start and end in s of each time without readings.
+    outliers : ndarray
+        Times in s of readings unlike their neighbours.
+    n_directions : int
+        Of parameter space in which this channel alone is sharper than the prior.
+    contraction : ndarray of shape (n_params,)
+        Posterior sd over prior sd by this channel alone, as the Fisher information at the prior centre has it.
     """
 
     name: str
@@ -46,10 +57,11 @@ class ChannelCard:
             faults.append(f"outliers? at {at} s")
         best = [k for k in np.argsort(self.contraction) if self.contraction[k] < 0.5][:NAMED]
         known = ", ".join(f"{names[k]} {self.contraction[k]:.2g}" for k in best)
-        told = f"alone {known} of the prior sd" if known else "alone halves no prior sd"
+        information = f"alone {known} of the prior sd" if known else "alone halves no prior sd"
         return (
             f"{self.name}: {len(self.times)} readings from {self.times[0]:.4g} to {self.times[-1]:.4g} s, every "
-            f"{self.interval_s:.3g} s, {', '.join(faults)}; {self.n_directions} of {len(names)} directions, {told}"
+            f"{self.interval_s:.3g} s, {', '.join(faults)}; {self.n_directions} of {len(names)} "
+            f"directions, {information}"
         )
 
 
@@ -59,10 +71,20 @@ class DataCard:
 
     Attributes
     ----------
-    names : (n_params,), of which the first n_coefficients are coefficients
-    channels : of all trials
-    durations : name of a trial ("" for the only one) -> seconds covered by its controls
-    n_directions, contraction : as those of a channel, by all of them together
+    title : str
+        Study and vehicle.
+    names : tuple of str
+        The n_params parameters.
+    n_coefficients : int
+        How many of them are coefficients; they come first.
+    channels : tuple of ChannelCard
+        Of all trials.
+    durations : dict of str to float
+        Name of a trial ("" for the only one) -> seconds covered by its controls.
+    n_directions : int
+        As that of a channel, by all of them together.
+    contraction : ndarray of shape (n_params,)
+        As that of a channel, by all of them together.
     """
 
     title: str
@@ -98,11 +120,27 @@ class DataCard:
         together = dict(zip(self.names, self.contraction.tolist(), strict=True))
         return {"channels": channels, "n_directions": self.n_directions, "contraction": together}
 
+    def draw(self, path: Path | Sequence[Path]) -> None:
+        """Draw the card to one path, or to several of different formats."""
+        from bayesub.plots import data_card  # here, since it imports matplotlib
+
+        data_card.draw(path, self)
+
 
 def check(problem, title: str) -> DataCard:
     """The card of a problem of one trial or several, at the centre of its prior.
 
-    Raises InputError if the simulation fails there, or readings weigh more than can be squared.
+    Parameters
+    ----------
+    problem : Problem or JointProblem
+        With its readings.
+    title : str
+        Study and vehicle.
+
+    Raises
+    ------
+    InputError
+        If the simulation fails there, or readings weigh more than can be squared.
     """
     channels, rows, durations = [], [], {}
     positions = np.arange(problem.n_params)
@@ -148,12 +186,22 @@ def outlier_candidates(times, values, sd: float) -> np.ndarray:
 
     Far is beyond what normal noise does once in a hundred channels, in standard deviations of `sd` or of the robust
     spread of the channel itself (1.4826 median absolute deviations), if that is larger; of neighbours that are far only
-    the farthest counts. Where readings are missing nothing is said. Motion that bends between readings,
+    the farthest counts. Where readings are missing none is a candidate. Motion that bends between readings,
     as after a step of the rudder, makes candidates too if the sensor is that good.
 
     Parameters
     ----------
-    times, values : (n,)
+    times : ndarray of shape (n,)
+        s, ascending.
+    values : ndarray of shape (n,)
+        Readings.
+    sd : float
+        Of their noise, in their unit.
+
+    Returns
+    -------
+    ndarray of int
+        Positions among the readings.
     """
     if len(times) < 5:
         return np.empty(0, dtype=int)

@@ -83,8 +83,7 @@ def _parameters(problem, posterior) -> list[dict]:
     }
     values = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [
-        {"name": name} | dict(zip(columns, row, strict=True))
-        for name, row in zip(posterior.names, values, strict=True)
+        {"name": name} | dict(zip(columns, row, strict=True)) for name, row in zip(posterior.names, values, strict=True)
     ]
 
 
@@ -242,7 +241,9 @@ def _strong_trade_offs(numbers) -> dict[str, str]:
 
 def _strong_pairs(trade_offs) -> str:
     strong = [t for t in trade_offs if abs(t["correlation"]) >= STRONG][:QUOTED]
-    return ", ".join(f"{first} with {second} ({t['correlation']:+.2f})" for t in strong for first, second in [t["pair"]])
+    return ", ".join(
+        f"{first} with {second} ({t['correlation']:+.2f})" for t in strong for first, second in [t["pair"]]
+    )
 
 
 def _search(numbers) -> dict[str, str]:

@@ -22,10 +22,25 @@ def number_or_none(value) -> float | None:
 
 
 def fly(vehicle: Vehicle, lengths: float, orders: dict[int, float], subproblem: str | None) -> Trajectory | None:
-    """The vehicle from straight flight for some ship lengths, planes ordered over at once (plane -> rad).
+    """The vehicle from straight flight, planes ordered over at once.
 
-    A flight that fails is repeated with a tenth of the step, since it may be the step that failed. None if a ship
-    length takes so long or short that times or steps are no numbers.
+    A flight that fails is repeated with a tenth of the step, since it may be the step that failed.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        At its trial speed.
+    lengths : float
+        How far, in ship lengths travelled at that speed.
+    orders : dict of int to float
+        Plane (0 rudder, 1 bow plane, 2 stern plane) -> rad.
+    subproblem : str or None
+        Plane to which the motion is confined.
+
+    Returns
+    -------
+    Trajectory or None
+        None if a ship length takes so long or short that times or steps are no numbers.
     """
     scale = np.float64(vehicle.length_m) / vehicle.speed_mps
     rpm = np.float64(vehicle.rpm_per_mps) * vehicle.speed_mps
@@ -96,9 +111,16 @@ def growth(vehicle: Vehicle) -> float:
 
 
 def turning_circle(vehicle: Vehicle, states: np.ndarray, rudder: float) -> dict:
-    """Measures of a turn from its states (n, 12): steady ones from its end; tactical diameter at 180 deg of heading.
+    """Measures of a turn: steady ones from its end, the tactical diameter at 180 deg of heading.
 
-    rudder : deg
+    Parameters
+    ----------
+    vehicle : Vehicle
+        For its length and speed.
+    states : ndarray of shape (n, 12)
+        Of the turn.
+    rudder : float
+        deg.
     """
     end, length = states[-1], vehicle.length_m
     speed, rate = np.linalg.norm(end[[U, V]]), end[R]

@@ -40,8 +40,8 @@ def _correlated(checks, problem):
         f"; or the noise itself is slow ({_noise('ar1', white, problem)}, with a correlation_time_s)" if white else ""
     )
     return (
-        f"Residuals follow from those before them, with correlation of neighbours {neighbours}: something slow is missing, "
-        f"such as {', '.join(remedies)}{slow}."
+        f"Residuals follow from those before them, with correlation of neighbours {neighbours}: something slow "
+        f"is missing, such as {', '.join(remedies)}{slow}."
     )
 
 

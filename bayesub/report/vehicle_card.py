@@ -1,327 +1,60 @@
-"""Does a vehicle file describe a boat? Its balance, stability and first answers to the planes, in the field's words."""
+"""The card of a vehicle, which says whether its file describes a boat."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import toml_files
-from bayesub.kernels import workspace
-from bayesub.kernels.mass import mass_matrix
-from bayesub.model import coefficients
-from bayesub.model.coefficients import AXES, INDEX, NAMES, TERMS
 from bayesub.model.simulate import Trajectory
-from bayesub.model.vehicles import Vehicle, load_vehicle
-from bayesub.report.flights import fly, growth, number_or_none, stability_indices, turning_circle
-
-RUDDER_DEG = 15.0
-PLANE_DEG = 5.0
-STRAIGHT, TURN, DIVE = 20.0, 60.0, 10.0  # ship lengths travelled at the trial speed
-
-SPEED_TOLERANCE = 0.01  # of the trial speed, and of the drag for the thrust
-STRAY_DEG = 1.0  # heading, pitch and roll of straight flight
-STRAY_LENGTHS = 0.1  # depth, in ship lengths
-ASYMMETRY = 0.5  # of the larger of two added masses that are one in ideal fluid
-GROWTH = 1e-3  # per ship length: round-off and motions that neither grow nor decay stay below
-DECADE = 10.0  # either side of the built-in vehicles; most degrees for radians and wrong powers of length are outside
-DIAMETERS = (1.0, 20.0)  # of turning circles with 15 degrees of rudder, ship lengths
-RADII = (0.15, 0.35)  # radius of gyration in pitch and yaw; a homogeneous cylinder has 0.29, an ellipsoid 0.22
-
-PAIRS = (("Yrdot", "Nvdot"), ("Zqdot", "Mwdot"), ("Ypdot", "Kvdot"), ("Krdot", "Npdot"))
-NEGATIVE = {
-    "drag": ("Xuu", "Xuu_drdr", "Xuu_dbdb", "Xuu_dsds"),
-    "damping": ("Yuv", "Yv_absnu", "Zuw", "Zw_absnu", "Kup", "Kp_absp", "Muq", "Mq_absq", "Nur", "Nr_absr"),
-    "added mass": ("Xudot", "Yvdot", "Zwdot", "Kpdot", "Mqdot", "Nrdot"),
-}
+from bayesub.model.vehicles import Vehicle
+from bayesub.report import vehicle_lines
+from bayesub.report.vehicle_examinations import EXAMINATIONS, CardWarning
 
 
 @dataclass(frozen=True)
-class Warned:
-    """What is unlike a boat, and what to look at."""
-
-    text: str
-    remedy: str
-
-
-@dataclass(frozen=True)
-class Card:
-    """What :func:`check` finds.
+class VehicleCard:
+    """Balance, stability and first answers to the planes of a vehicle, in the field's words.
 
     Attributes
     ----------
-    numbers : section -> name -> number (None where there is none), word or list; the unit is in the name
-    flights : "straight", "turn", "dive" -> trajectory, as far as the vehicle can be flown
+    vehicle : Vehicle
+        Of the file.
+    numbers : dict
+        Section -> name -> number (None where there is none), word or list; the unit is in the name.
+    warnings : tuple of CardWarning
+        What is unlike a boat.
+    flights : dict of str to Trajectory
+        "straight", "turn", "dive", as far as the vehicle can be flown.
     """
 
     vehicle: Vehicle
-    numbers: dict = field(default_factory=dict)
-    warnings: list[Warned] = field(default_factory=list)
-    flights: dict[str, Trajectory] = field(default_factory=dict)
+    numbers: dict
+    warnings: tuple[CardWarning, ...]
+    flights: dict[str, Trajectory]
 
-    def warn(self, text: str, remedy: str) -> None:
-        self.warnings.append(Warned(text, remedy))
+    def lines(self) -> list[str]:
+        """The card in words: a line a subject, then the warnings, each with its remedy."""
+        return vehicle_lines.lines(self.numbers, self.warnings)
 
     def to_json(self) -> dict:
         """Numbers and warnings as JSON types."""
         return {"vehicle": self.vehicle.name, **self.numbers, "warnings": [vars(w) for w in self.warnings]}
 
+    def draw(self, path: Path | Sequence[Path]) -> None:
+        """Draw the card to one path, or to several of different formats."""
+        from bayesub.plots import vehicle_card  # here, since it imports matplotlib
 
-def check(vehicle: Vehicle) -> Card:
+        vehicle_card.draw(path, self)
+
+
+def check(vehicle: Vehicle) -> VehicleCard:
     """Examine a vehicle on paper and in three short flights; whatever the numbers, the answer is a card."""
-    card = Card(vehicle)
     with np.errstate(all="ignore"):
-        for examine in (_balance, _straight, _stability, _turn, _dive, _inertia, _hydrostatics, _coefficients):
-            examine(card)
-    return card
-
-
-def _value(vehicle: Vehicle, *names: str) -> list[float]:
-    return [float(vehicle.xi[INDEX[name]]) for name in names]
-
-
-def _body(vehicle: Vehicle) -> dict[str, float]:
-    return dict(zip(workspace.BODY, map(float, vehicle.body), strict=True))
-
-
-def _balance(card: Card) -> None:
-    """Thrust over drag at n' = 1 on both branches: b1 + b2 + b3 = b4 + b5 + b6 = -Xuu (model manual, section 5)."""
-    boat, (xuu,) = card.vehicle, _value(card.vehicle, "Xuu")
-    body = _body(boat)
-    drag = -xuu * boat.dimensional_factors[INDEX["Xuu"]]
-    sums = [sum(body[f"b{j}"] for j in branch) for branch in ((1, 2, 3), (4, 5, 6))]
-    ratios = [number_or_none(total / drag) if drag else None for total in sums]
-    card.numbers["thrust_over_drag"] = {"above_self_propulsion": ratios[0], "below_self_propulsion": ratios[1]}
-    if not xuu:
-        card.warn("the boat has no drag: Xuu is zero", "set Xuu, and b1 + b2 + b3 = b4 + b5 + b6 = -Xuu with it")
-    for ratio, names in zip(ratios, ("b1 + b2 + b3", "b4 + b5 + b6"), strict=True):
-        if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
-            card.warn(
-                f"at self-propulsion the thrust is {ratio:.3g} times the drag: {names} = {ratio * -xuu:.4g}, "
-                f"-Xuu = {-xuu:.4g}",
-                f"scale b so that {names} = -Xuu, or change rpm_per_mps, to which b refers",
-            )
-
-
-def _flown(card: Card, key: str, lengths: float, orders: dict[int, float], subproblem: str | None, what: str):
-    """States (n, 12) of a flight that went well; otherwise None, and a warning."""
-    trajectory = fly(card.vehicle, lengths, orders, subproblem)
-    if trajectory is None:
-        card.warn(
-            f"{what} is not simulated: a ship length at trial speed takes no sensible time",
-            "check the units of length_m, speed_mps and rpm_per_mps",
-        )
-        return None
-    card.flights[key] = trajectory
-    if trajectory.status[0] == "ok":
-        return trajectory.states[0]
-    failed = trajectory.times[np.isnan(trajectory.states[0, :, 0]).argmax()]
-    how = {"diverged": "speeds grow without bound", "left_envelope": "pitch passes 85 degrees"}[trajectory.status[0]]
-    card.warn(
-        f"{what} fails after {failed * card.vehicle.speed_mps / card.vehicle.length_m:.2g} ship lengths: {how}",
-        "look at the stability indices, the mass matrix and the signs of damping",
+        examinations = [examine(vehicle) for examine in EXAMINATIONS]
+    return VehicleCard(
+        vehicle,
+        {section: numbers for e in examinations for section, numbers in e.numbers.items()},
+        tuple(warning for e in examinations for warning in e.warnings),
+        {name: trajectory for e in examinations for name, trajectory in e.flights.items()},
     )
-    return None
-
-
-def _straight(card: Card) -> None:
-    states = _flown(card, "straight", STRAIGHT, {}, None, "straight flight")
-    if states is None:
-        card.numbers["straight_flight"] = None
-        return
-    boat, end = card.vehicle, states[-1]
-    found = {
-        "speed_ratio": number_or_none(np.linalg.norm(end[6:9]) / boat.speed_mps),
-        "depth_change_lengths": number_or_none((end[2] - states[0, 2]) / boat.length_m),
-        **{
-            f"{name}_deg": number_or_none(np.degrees(end[k])) for name, k in (("roll", 3), ("pitch", 4), ("heading", 5))
-        },
-    }
-    card.numbers["straight_flight"] = {"lengths": STRAIGHT, **found}
-    ratio = found.pop("speed_ratio")
-    if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
-        card.warn(
-            f"straight flight does not hold its speed: {100 * ratio:.3g} % of it after {STRAIGHT:g} ship lengths",
-            "balance thrust and drag; see the line 'thrust'",
-        )
-    strays = {"depth_change_lengths": STRAY_LENGTHS} | dict.fromkeys(
-        ("roll_deg", "pitch_deg", "heading_deg"), STRAY_DEG
-    )
-    told = {"depth_change_lengths": "ship lengths deeper", "roll_deg": "deg of roll"}
-    told |= {"pitch_deg": "deg of pitch", "heading_deg": "deg of heading"}
-    off = [f"{found[key]:.3g} {told[key]}" for key, most in strays.items() if abs(found[key] or 0.0) > most]
-    if off:
-        card.warn(
-            f"with planes amidships the boat does not fly straight: {', '.join(off)} after {STRAIGHT:g} ship lengths",
-            "look at trim (weight and buoyancy, their centres), Zuu, Muu, Yuu, Nuu, Kuu, thrust line and torque",
-        )
-
-
-def _stability(card: Card) -> None:
-    indices, rate = stability_indices(card.vehicle), growth(card.vehicle)
-    card.numbers["stability"] = {**indices, "growth_per_length": number_or_none(rate)}
-    grows = rate > GROWTH
-    held = "which does not suffice at trial speed" if grows else "which suffices at trial speed"
-    planes = (
-        ("horizontal_G_h", "G_h", "and it holds no course with the rudder amidships", "Nuv", "Yuv and Nur"),
-        ("vertical_G_v", "G_v", f"but for the righting moment, {held}", "Muw", "Zuw and Muq"),
-    )
-    unstable = False
-    for key, symbol, what, munk, damping in planes:
-        index = indices[key]
-        if index is None:
-            card.warn(
-                f"{symbol} is undefined: {damping} (less the moment of the mass) are not both negative",
-                f"set {damping} from captive tests or a similar boat",
-            )
-        elif index <= 0.0:
-            card.warn(
-                f"{symbol} = {index:.2f}: straight flight is unstable {what}",
-                f"check {munk} (the Munk moment, which stern fins reduce), and {damping}",
-            )
-        unstable |= index is None or index <= 0.0
-    if grows and not unstable:
-        card.warn(
-            f"small disturbances of straight flight grow {np.exp(min(rate, 50.0)):.3g}-fold a ship length",
-            "check damping in roll (Kup), the coupling of roll with sway (Kuv, Kvdot) and the mass matrix",
-        )
-
-
-def _turn(card: Card) -> None:
-    limit = np.degrees(card.vehicle.plane_limits_rad[0])
-    rudder = min(RUDDER_DEG, float(limit))
-    states = _flown(card, "turn", TURN, {0: np.radians(rudder)}, "horizontal", "the turning circle")
-    card.numbers["turning_circle"] = None if states is None else turning_circle(card.vehicle, states, rudder)
-    if states is None:
-        return
-    diameter = card.numbers["turning_circle"]["diameter_lengths"]
-    if diameter is None:
-        card.warn("the boat does not answer its rudder", "set Yuu_dr and Nuu_dr")
-    elif not DIAMETERS[0] <= diameter <= DIAMETERS[1]:
-        card.warn(
-            f"with {rudder:g} deg of rudder it turns in {diameter:.3g} ship lengths, where boats need "
-            f"{DIAMETERS[0]:g} to {DIAMETERS[1]:g}",
-            "check Nuu_dr and Yuu_dr (per radian), Nur and Nuv",
-        )
-    side, yaw = _value(card.vehicle, "Yuu_dr", "Nuu_dr")
-    if side * yaw > 0.0:
-        card.warn("the rudder acts ahead of the centre: Yuu_dr and Nuu_dr have the same sign", "check both signs")
-
-
-def _dive(card: Card) -> None:
-    plane = min(PLANE_DEG, float(np.degrees(card.vehicle.plane_limits_rad[2])))
-    states = _flown(card, "dive", DIVE, {2: np.radians(plane)}, "vertical", "the dive")
-    if states is None:
-        card.numbers["stern_plane"] = None
-        return
-    # The planes act against straight flight, which may itself pitch.
-    still = fly(card.vehicle, DIVE, {}, "vertical")
-    ahead = len(states) // 5
-    pitch = np.degrees(states[ahead, 4] - still.states[0, ahead, 4])
-    answers = np.isfinite(pitch) and abs(pitch) > 1e-3 * plane
-    card.numbers["stern_plane"] = {
-        "angle_deg": plane,
-        "pitch_after_two_lengths_deg": number_or_none(pitch),
-        "positive_angle_pitches": ("bow up" if pitch > 0.0 else "bow down") if answers else None,
-        "depth_change_lengths": number_or_none((states[-1, 2] - states[0, 2]) / card.vehicle.length_m),
-    }
-    if not answers and np.isfinite(pitch):
-        card.warn("the boat does not answer its stern planes", "set Zuu_ds and Muu_ds")
-    elif answers and pitch > 0.0:
-        card.warn(
-            "a positive stern plane pitches the bow up; manoeuvres expect bow down",
-            "change the signs of Zuu_ds and Muu_ds (trailing edge down is positive)",
-        )
-    force, moment = _value(card.vehicle, "Zuu_ds", "Muu_ds")
-    if force * moment < 0.0:
-        card.warn("the stern planes act ahead of the centre: Zuu_ds and Muu_ds differ in sign", "check both signs")
-
-
-def _inertia(card: Card) -> None:
-    boat, body = card.vehicle, _body(card.vehicle)
-    matrix = mass_matrix(boat.xi * boat.dimensional_factors, boat.body)
-    scale = np.sqrt(np.abs(np.diag(matrix)))
-    symmetric = 0.5 * (matrix + matrix.T) / np.where(scale > 0.0, np.outer(scale, scale), 1.0)
-    smallest = np.linalg.eigvalsh(symmetric)[0] if np.isfinite(symmetric).all() else np.nan
-    differences = {}
-    for one, other in PAIRS:
-        first, second = _value(boat, one, other)
-        larger = max(abs(first), abs(second))
-        differences[f"{one}-{other}"] = difference = abs(first - second) / larger if larger else 0.0
-        if difference > ASYMMETRY:
-            card.warn(
-                f"the added-mass matrix is not symmetric: {one} = {first:.3g}, {other} = {second:.3g}",
-                "in ideal fluid they are equal; use one for both, or their mean",
-            )
-    card.numbers["mass_matrix"] = {
-        "smallest_eigenvalue_scaled": number_or_none(smallest),
-        "positive_definite": bool(smallest > 0.0),
-        "added_mass_differences": differences,
-    }
-    if not smallest > 0.0:
-        card.warn(
-            "the mass matrix is not positive definite: some push would accelerate the boat backwards",
-            "added masses on the diagonal are negative (Yvdot < 0); check the size of inertias and couplings",
-        )
-    moments = sorted((body["Ixx"], body["Iyy"], body["Izz"]))
-    if moments[0] + moments[1] < moments[2] * (1.0 - 1e-9):
-        card.warn("the moments of inertia are those of no body: one exceeds the sum of the others", "check their units")
-    radii = {key: np.sqrt(body[key] / body["mass"]) / boat.length_m for key in ("Iyy", "Izz")}
-    card.numbers["mass_matrix"]["radii_of_gyration_lengths"] = {key: number_or_none(r) for key, r in radii.items()}
-    for key, radius in radii.items():
-        if not RADII[0] <= radius <= RADII[1]:
-            card.warn(
-                f"{key} is that of a radius of gyration of {radius:.2g} ship lengths, where hulls have "
-                f"{RADII[0]:g} to {RADII[1]:g}",
-                f"check mass_kg, length_m and {key} (kg m2)",
-            )
-
-
-def _hydrostatics(card: Card) -> None:
-    body = _body(card.vehicle)
-    ratio, arm = body["buoyancy"] / body["weight"], body["zG"] - body["zB"]
-    card.numbers["hydrostatics"] = {"buoyancy_over_weight": number_or_none(ratio), "BG_m": number_or_none(arm)}
-    if abs(ratio - 1.0) > SPEED_TOLERANCE:
-        card.warn(
-            f"buoyancy is {100 * ratio:.4g} % of the weight", "check buoyancy_n; neutrally_buoyant = true equals both"
-        )
-    if not arm > 0.0:
-        height = f"{-arm:.3g} m above" if arm else "at the height of"
-        card.warn(
-            f"no righting moment: the centre of gravity lies {height} that of buoyancy",
-            "z points down: zG of centre_of_gravity_m must exceed zB of centre_of_buoyancy_m",
-        )
-
-
-def typical_ranges() -> np.ndarray:
-    """(101, 2) smallest and largest size of each coefficient in the built-in vehicles; not a number if all are zero."""
-    sizes = np.abs([load_vehicle(name).xi for name in toml_files.built_in("vehicles")])
-    smallest = np.min(np.where(sizes > 0.0, sizes, np.inf), axis=0)
-    return np.where(np.isfinite(smallest)[:, None], np.stack([smallest, sizes.max(axis=0)], axis=1), np.nan)
-
-
-def _coefficients(card: Card) -> None:
-    xi = card.vehicle.xi
-    zeros = {axis: [t.name for t in TERMS if t.axis == axis and not xi[INDEX[t.name]]] for axis in AXES}
-    card.numbers["zero_coefficients"] = zeros
-    ranges, sizes = typical_ranges(), np.abs(xi)
-    small = (sizes > 0.0) & (sizes < ranges[:, 0] / DECADE)
-    large = sizes > ranges[:, 1] * DECADE
-    outside = [NAMES[k] for k in np.flatnonzero(small | large)]
-    card.numbers["outside_typical_range"] = outside
-    for name in outside:
-        low, high = ranges[INDEX[name]]
-        card.warn(
-            f"{name} = {xi[INDEX[name]]:.3g} is out of the ordinary: built-in boats have {low:.2g} to {high:.2g}",
-            f"check that it is non-dimensional on (rho/2) l^{TERMS[INDEX[name]].power}, and per radian",
-        )
-    for what, names in NEGATIVE.items():
-        wrong = [name for name in names if xi[INDEX[name]] > 0.0]
-        if wrong:
-            card.warn(
-                f"{what} has the wrong sign: {', '.join(wrong)} positive", "it takes energy from the boat: negative"
-            )
-    needed = [name for name in coefficients.ADDED_MASSES if name in NEGATIVE["added mass"] and not xi[INDEX[name]]]
-    if needed:
-        card.warn(
-            f"no added mass: {', '.join(needed)} zero",
-            "estimate it: bayesub new vehicle NAME --geometry HULL",
-        )

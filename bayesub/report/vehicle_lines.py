@@ -1,11 +1,13 @@
 """The card of a vehicle as text."""
 
-from bayesub.report.vehicle_card import GROWTH, Card
+from collections.abc import Sequence
+
+from bayesub.report.vehicle_examinations import GROWTH, CardWarning
 
 
-def lines(card: Card) -> list[str]:
+def lines(numbers: dict, warnings: Sequence[CardWarning]) -> list[str]:
     """The card as text: a line a subject, then the warnings, each with its remedy."""
-    told = {
+    subjects = {
         "thrust": _thrust_line,
         "straight flight": _straight_line,
         "stability": _stability_line,
@@ -14,34 +16,34 @@ def lines(card: Card) -> list[str]:
         "mass matrix": _mass_line,
         "hydrostatics": _hydrostatics_line,
     }
-    found = [f"  {subject:<17} {tell(card.numbers)}" for subject, tell in told.items()]
-    zeros = card.numbers["zero_coefficients"]
-    found += [f"  {f'zero in {axis}':<17} {' '.join(names) or 'none'}" for axis, names in zeros.items()]
-    if not card.warnings:
-        return [*found, "  no warnings"]
-    return [*found, *(f"  warning: {w.text}; {w.remedy}" for w in card.warnings)]
+    texts = {subject: line(numbers) for subject, line in subjects.items()}
+    texts |= {f"zero in {axis}": " ".join(names) or "none" for axis, names in numbers["zero_coefficients"].items()}
+    remedies = [f"  warning: {warning.text}; {warning.remedy}" for warning in warnings]
+    return [*(f"  {subject:<17} {text}" for subject, text in texts.items()), *(remedies or ["  no warnings"])]
 
 
-def _shown(value: float | None, form: str = "z.3g") -> str:
+def _formatted(value: float | None, form: str = "z.3g") -> str:
     return "undefined" if value is None else format(value, form)
 
 
 def _thrust_line(numbers):
     if None in numbers["thrust_over_drag"].values():
         return "no drag to balance it"
-    above, below = (_shown(ratio, ".4g") for ratio in numbers["thrust_over_drag"].values())
+    above, below = (_formatted(ratio, ".4g") for ratio in numbers["thrust_over_drag"].values())
     return f"{above} times the drag at self-propulsion" + ("" if above == below else f", {below} just below it")
 
 
 def _straight_line(numbers):
-    found = numbers["straight_flight"]
-    if found is None:
+    flight = numbers["straight_flight"]
+    if flight is None:
         return "not flown to the end"
-    angles = ", ".join(f"{name} {_shown(found[f'{name}_deg'], 'z.1f')} deg" for name in ("roll", "pitch", "heading"))
-    percent = None if found["speed_ratio"] is None else 100.0 * found["speed_ratio"]
+    angles = ", ".join(
+        f"{name} {_formatted(flight[f'{name}_deg'], 'z.1f')} deg" for name in ("roll", "pitch", "heading")
+    )
+    percent = None if flight["speed_ratio"] is None else 100.0 * flight["speed_ratio"]
     return (
-        f"after {found['lengths']:g} ship lengths {_shown(percent, '.4g')} % of the speed, {angles}, "
-        f"{_shown(found['depth_change_lengths'], 'z.2f')} ship lengths deeper"
+        f"after {flight['lengths']:g} ship lengths {_formatted(percent, '.4g')} % of the speed, {angles}, "
+        f"{_formatted(flight['depth_change_lengths'], 'z.2f')} ship lengths deeper"
     )
 
 
@@ -50,8 +52,8 @@ def _stability_line(numbers):
     rate = indices["growth_per_length"]
     fate = "undefined" if rate is None else f"{'grows' if rate > GROWTH else 'decays'} by {abs(rate):.2g} a ship length"
     return (
-        f"G_h = {_shown(indices['horizontal_G_h'], 'z.2f')}, G_v = {_shown(indices['vertical_G_v'], 'z.2f')} (above 0: "
-        f"stable without righting moment); the slowest disturbance {fate}"
+        f"G_h = {_formatted(indices['horizontal_G_h'], 'z.2f')}, G_v = {_formatted(indices['vertical_G_v'], 'z.2f')} "
+        f"(above 0: stable without righting moment); the slowest disturbance {fate}"
     )
 
 
@@ -63,9 +65,9 @@ def _turn_line(numbers):
         return f"{turn['rudder_deg']:g} deg of rudder do not turn it"
     percent = None if turn["speed_ratio"] is None else 100.0 * turn["speed_ratio"]
     return (
-        f"{turn['rudder_deg']:g} deg of rudder: diameter {_shown(turn['diameter_lengths'])} ship lengths "
-        f"(tactical {_shown(turn['tactical_diameter_lengths'])}), {_shown(percent)} % of the speed, drift "
-        f"{_shown(turn['drift_angle_deg'])} deg; positive rudder turns {turn['positive_rudder_turns']}"
+        f"{turn['rudder_deg']:g} deg of rudder: diameter {_formatted(turn['diameter_lengths'])} ship lengths "
+        f"(tactical {_formatted(turn['tactical_diameter_lengths'])}), {_formatted(percent)} % of the speed, drift "
+        f"{_formatted(turn['drift_angle_deg'])} deg; positive rudder turns {turn['positive_rudder_turns']}"
     )
 
 
@@ -75,7 +77,7 @@ def _dive_line(numbers):
         return "not flown to the end"
     return (
         f"{dive['angle_deg']:+g} deg: {dive['positive_angle_pitches'] or 'no answer in pitch'}, pitch "
-        f"{_shown(dive['pitch_after_two_lengths_deg'], '+z.2g')} deg after two ship lengths"
+        f"{_formatted(dive['pitch_after_two_lengths_deg'], '+z.2g')} deg after two ship lengths"
     )
 
 
@@ -90,7 +92,9 @@ def _mass_line(numbers):
 
 
 def _hydrostatics_line(numbers):
-    found = numbers["hydrostatics"]
-    ratio = found["buoyancy_over_weight"]
-    percent = _shown(None if ratio is None else 100.0 * ratio, ".5g")
-    return f"buoyancy {percent} % of the weight, centre of gravity {_shown(found['BG_m'])} m below that of buoyancy"
+    balance = numbers["hydrostatics"]
+    ratio = balance["buoyancy_over_weight"]
+    percent = _formatted(None if ratio is None else 100.0 * ratio, ".5g")
+    return (
+        f"buoyancy {percent} % of the weight, centre of gravity {_formatted(balance['BG_m'])} m below that of buoyancy"
+    )

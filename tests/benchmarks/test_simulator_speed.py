@@ -7,8 +7,7 @@ import numba
 import numpy as np
 import pytest
 
-from bayesub.cli import bench
-from bayesub.kernels.mass import inverse, mass_matrix
+from bayesub.cli import arithmetic, scalar_simulator
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import STEP_TOLERANCE_M, Simulator
 from bayesub.model.vehicles import load_vehicle
@@ -40,18 +39,13 @@ def test_batch(benchmark, simulator, size):
 
 def test_scalar_numba(benchmark, simulator):
     """One simulation by the scalar integrator that a user would write, at 0.1 s."""
-    vehicle = simulator.vehicle
-    c = simulator.dimensional(vehicle.xi)[0]
-    stages = Simulator(vehicle, simulator.manoeuvre, simulator.times, dt=0.1)._stages
-    _, runge_kutta = bench.plain_model(compiled=True)
-    inverse_mass = inverse(mass_matrix(c, vehicle.body))
-    states = benchmark(runge_kutta, simulator.manoeuvre.initial_state, stages, 0.1, c, vehicle.body, inverse_mass)
-    ours = simulator.run(vehicle.xi)[0][0]
-    assert np.linalg.norm(states[::10, :3] - ours[:, :3], axis=1).max() < STEP_TOLERANCE_M
+    states = benchmark(scalar_simulator.simulate, scalar_simulator.spiral(0.1))
+    ours = simulator.run(simulator.vehicle.xi)[0][0]
+    assert np.linalg.norm(states[:, :3] - ours[:, :3], axis=1).max() < STEP_TOLERANCE_M
 
 
 def test_right_hand_side_is_packed(benchmark):
     """The stages use packed arithmetic, and the arithmetic limit follows from them."""
-    limit = benchmark.pedantic(bench.arithmetic_limit, args=(2400,), rounds=1)
+    limit = benchmark.pedantic(arithmetic.limit, args=(2400,), rounds=1)
     assert limit["vector_bits"] >= 256
     assert limit["instructions"]["fma"] > 200

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.plots import data_card
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.priors import normal, relative_normal
 from bayesub.report import data_card as data_check
@@ -69,6 +68,6 @@ def test_trials_have_rows_of_their_own_and_the_card_is_drawn(problem, tmp_path):
     assert card.channels[0].contraction[joint.names.index("x0_m[second]")] == 1.0
     assert len(card.lines()) == 7
     assert "1 gap (96 to 144 s)" in card.lines()[0]
-    data_card.draw(card, tmp_path / "card.png")
+    card.draw(tmp_path / "card.png")
     assert (tmp_path / "card.png").stat().st_size > 5000
     assert list(card.to_json()["channels"][0]["contraction"]) == list(joint.names)

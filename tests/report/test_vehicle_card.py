@@ -15,10 +15,10 @@ import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.kernels import workspace
 from bayesub.model.coefficients import INDEX, NAMES
-from bayesub.plots import vehicle_card
+from bayesub.plots import vehicle_card as vehicle_plot
 from bayesub.report.flights import fly, growth, stability_indices, turning_circle
-from bayesub.report.vehicle_card import PAIRS, check, typical_ranges
-from bayesub.report.vehicle_lines import lines
+from bayesub.report.vehicle_card import check
+from bayesub.report.vehicle_examinations import PAIRS, typical_ranges
 
 
 def changed(vehicle, **values):
@@ -35,8 +35,8 @@ def of(vehicle, *names):
 
 def test_built_in_vehicles():
     """suboff and npsauv give no cause for a warning; auv690's published added masses are not symmetric."""
-    assert check(bs.load_vehicle("suboff")).warnings == []
-    assert check(bs.load_vehicle("npsauv")).warnings == []
+    assert check(bs.load_vehicle("suboff")).warnings == ()
+    assert check(bs.load_vehicle("npsauv")).warnings == ()
     told = [w.text for w in check(bs.load_vehicle("auv690")).warnings]
     assert len(told) == 3
     assert "G_v = -0.10" in told[0]
@@ -175,7 +175,7 @@ absurd = st.one_of(finite, st.sampled_from([0.0, 1e-300, -1e-300, 1e10, -1e10, 1
 CONTENT = tomllib.loads(toml_files.find("suboff", "vehicles").read_text())
 
 
-def told(content, folder):
+def card_of(content, folder):
     """The card of a file of `content`, printed and as JSON; None if the file is refused in one line."""
     path = folder / "boat.toml"
     path.write_text(tomli_w.dumps(content))
@@ -189,7 +189,7 @@ def told(content, folder):
     if refusal:
         return None
     card = check(vehicle)
-    assert all(isinstance(line, str) and "nan" not in line.split() for line in lines(card))
+    assert all(isinstance(line, str) and "nan" not in line.split() for line in card.lines())
     return json.loads(json.dumps(card.to_json(), allow_nan=False))
 
 
@@ -198,12 +198,12 @@ def told(content, folder):
 def test_absurd_coefficients(values, tmp_path_factory):
     """Whatever the coefficients, the answer is a card or one line."""
     content = CONTENT | {"coefficients": CONTENT["coefficients"] | values}
-    told(content, tmp_path_factory.mktemp("absurd"))
+    card_of(content, tmp_path_factory.mktemp("absurd"))
 
 
 @pytest.mark.parametrize(("name", "value"), [("Yvdot", 1e100), ("Nur", 5e-324), ("Muu_ds", -1e3)])
 def test_absurd_boats_can_be_drawn(suboff, tmp_path, name, value):
-    vehicle_card.draw(check(changed(suboff, **{name: value})), tmp_path / "card.png")
+    check(changed(suboff, **{name: value})).draw(tmp_path / "card.png")
     assert (tmp_path / "card.png").stat().st_size > 20_000
 
 
@@ -234,7 +234,7 @@ def test_absurd_bodies(changes, tmp_path_factory):
         for name in tables:
             table = table[name]
         table[key] = value
-    found = told(content, tmp_path_factory.mktemp("absurd"))
+    found = card_of(content, tmp_path_factory.mktemp("absurd"))
     signed = {"depth_m", "Ixy", "thrust_line_z_m"}
     if any(value <= 0.0 and keys[-1] not in signed for keys, value in changes.items()):
         assert found is None
@@ -278,3 +278,13 @@ def test_pairs_are_the_added_masses_that_are_equal_in_ideal_fluid():
     for one, other in PAIRS:
         assert forces.index(one[0]) == motions.index(other[1])
         assert forces.index(other[0]) == motions.index(one[1])
+
+
+def test_every_built_in_vehicle_is_drawn_beside_another(suboff, tmp_path, monkeypatch):
+    """A fourth boat counts in the warnings and in the picture: nothing names the three."""
+    files = toml_files.built_in("vehicles")
+    monkeypatch.setattr(vehicle_plot, "built_in", lambda _: files | {"fourth": files["npsauv"]})
+    names = []
+    monkeypatch.setattr(vehicle_plot, "load_vehicle", lambda name: names.append(name) or bs.load_vehicle("npsauv"))
+    check(suboff).draw(tmp_path / "card.png")
+    assert set(names) == {*files, "fourth"} - {"suboff"}
