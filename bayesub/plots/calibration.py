@@ -42,7 +42,19 @@ def draw_ecdf(path, quantities: dict, limits) -> None:
 
 
 def draw_histograms(path, quantities: dict, n_draws: int, expected) -> None:
-    """Histograms of ranks (n_trials,) by name; expected : (low, high) counts of uniform ranks in a bin."""
+    """Histograms of ranks.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    quantities
+        Name -> ranks (n_trials,).
+    n_draws
+        Of each posterior: ranks go from 0 to n_draws.
+    expected
+        Lowest and highest count of uniform ranks in a bin.
+    """
 
     def panel(axis, ranks):
         axis.axhspan(*expected, color=style.PRIOR, alpha=0.5, lw=0)

@@ -11,16 +11,26 @@ _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK)
 
 
 def draw(path, times, cancellations: dict) -> None:
-    """A panel an axis; cancellations are by axis, and `times` (n_samples,) s is when their samples are."""
-    found = list(cancellations.values())
-    n_columns = 1 if len(found) == 1 else (2 if len(found) > 3 else len(found))
-    n_rows = -(-len(found) // n_columns)
+    """A panel for each axis.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    times
+        (n_samples,) of the samples, s.
+    cancellations
+        Axis -> Cancellation.
+    """
+    axes = list(cancellations.values())
+    n_columns = 1 if len(axes) == 1 else (2 if len(axes) > 3 else len(axes))
+    n_rows = -(-len(axes) // n_columns)
     stride = -(-len(times) // MAX_POINTS)
     with style.figure(path, 3.9 * n_columns + 0.4, 2.2 * n_rows + 0.3) as figure:
         panels = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True)
-        for panel in panels.flat[len(found) :]:
+        for panel in panels.flat[len(axes) :]:
             panel.axis("off")
-        for panel, c in zip(panels.flat, found, strict=False):
+        for panel, c in zip(panels.flat, axes, strict=False):
             top = list(c.largest)[:MAX_TERMS]
             unit, factor = _unit(max(c.largest.values()), c.axis)
             rest = [k for k, name in enumerate(c.names) if name not in top]

@@ -33,9 +33,18 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
 
     Parameters
     ----------
-    reference : (n_coefficients,) values that count as one, of the first n_coefficients parameters of the posterior
-    reference_word : what they are
-    estimates : list of Estimates; their coefficients may stand in another order
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    posterior
+        With n_params parameters.
+    prior
+        Of the same parameters.
+    reference
+        (n_coefficients,) values that count as one, of the first n_coefficients parameters of the posterior.
+    estimates
+        List of Estimates; their coefficients may stand in another order.
+    reference_word
+        What the reference values are.
     """
     n = len(reference)
     names = posterior.names[:n]

@@ -15,17 +15,17 @@ MAX_POINTS = 1500
 def draw_correlation(path, collinearities) -> None:
     """Heat maps of the correlations about zero among the regressors, a panel an axis of the linear form.
 
-    Regressors carry the labels of their coefficients.
+    Regressors carry the labels of their coefficients; `collinearities` is axis -> Collinearity.
     """
-    found = list(collinearities.values())
-    n_columns = min(MAX_COLUMNS, len(found))
-    n_rows = -(-len(found) // n_columns)
-    size = 0.155 * max(len(c.names) for c in found) + 1.1
+    axes = list(collinearities.values())
+    n_columns = min(MAX_COLUMNS, len(axes))
+    n_rows = -(-len(axes) // n_columns)
+    size = 0.155 * max(len(c.names) for c in axes) + 1.1
     with style.figure(path, size * n_columns + 0.7, size * n_rows + 0.2) as figure:
         panels = figure.subplots(n_rows, n_columns, squeeze=False)
-        for panel in panels.flat[len(found) :]:
+        for panel in panels.flat[len(axes) :]:
             panel.axis("off")
-        for panel, c in zip(panels.flat, found, strict=False):
+        for panel, c in zip(panels.flat, axes, strict=False):
             image = panel.imshow(c.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
             place = range(len(c.names))
             panel.set_xticks(place, labels(c.names), rotation=90, fontsize=7)
@@ -42,8 +42,12 @@ def draw_scatter(path, systems: dict, pairs) -> None:
 
     Parameters
     ----------
-    systems : title -> one axis of the linear form, a column of panels each
-    pairs : (coefficient across, coefficient up), a row of panels each
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    systems
+        Title -> one axis of the linear form, a column of panels each.
+    pairs
+        (coefficient across, coefficient up), a row of panels each.
     """
     with style.figure(path, 2.9 * len(systems) + 0.3, 2.6 * len(pairs)) as figure:
         panels = figure.subplots(len(pairs), len(systems), squeeze=False, sharex="row", sharey="row")

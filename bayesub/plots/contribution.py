@@ -15,9 +15,14 @@ def draw(path, contributions: dict, accuracies: dict[str, float], order) -> None
 
     Parameters
     ----------
-    contributions : title -> Contribution
-    accuracies : title -> cost that the simulator itself makes, drawn as a line
-    order : all names, in the order of the columns
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    contributions
+        Title -> Contribution.
+    accuracies
+        Title -> cost that the simulator itself makes, drawn as a line.
+    order
+        All names, in the order of the columns.
     """
     present = {name for c in contributions.values() for name in c.names}
     names = [name for name in order if name in present]
@@ -26,8 +31,8 @@ def draw(path, contributions: dict, accuracies: dict[str, float], order) -> None
     with style.figure(path, max(6.5, 0.27 * length + 1.2), 3.6 * n_rows + 0.6) as figure:
         panels = figure.subplots(n_rows, 1, sharey=True, squeeze=False)[:, 0]
         for row, panel in enumerate(panels):
-            shown = names[row * length : (row + 1) * length]
-            place = {name: k for k, name in enumerate(shown)}
+            members = names[row * length : (row + 1) * length]
+            place = {name: k for k, name in enumerate(members)}
             for n, (title, c) in enumerate(contributions.items()):
                 at = np.array([place.get(name, -1) for name in c.names])
                 offset = 0.22 * (n - (len(contributions) - 1) / 2)
@@ -39,8 +44,8 @@ def draw(path, contributions: dict, accuracies: dict[str, float], order) -> None
                     )  # fmt: skip
                 panel.axhline(accuracies[title], color=_COLOURS[n], lw=1.0, ls="--", label=f"{title}, simulator's own")
             panel.set_yscale("log")
-            panel.set_xticks(range(len(shown)), labels(shown), rotation=90, fontsize=8)
-            panel.set_xlim(-0.7, len(shown) - 0.3)
+            panel.set_xticks(range(len(members)), labels(members), rotation=90, fontsize=8)
+            panel.set_xlim(-0.7, len(members) - 0.3)
             panel.set_ylabel(r"cost (m$^2$ + deg$^2$)")
         handles, words = panels[0].get_legend_handles_labels()
         figure.legend(handles, words, loc="outside upper center", ncols=len(contributions), fontsize=8)

@@ -42,8 +42,8 @@ def _draw_moments(axis, check, columns):
 def _draw_differences(axis, check, columns):
     axis.axhspan(-check.threshold, check.threshold, color=style.PRIOR, alpha=0.35, lw=0)
     for place, label in zip(np.triu_indices(len(check.names), 1), ("correlations", None), strict=True):
-        here = np.isin(place, columns)
-        axis.plot(place[here], check.correlation_z[here], ".", ms=3, color=style.READINGS, label=label)
+        members = np.isin(place, columns)
+        axis.plot(place[members], check.correlation_z[members], ".", ms=3, color=style.READINGS, label=label)
     axis.plot(columns - 0.15, check.mean_z[columns], "o", ms=4, color=style.POSTERIOR, label="mean")
     axis.plot(columns + 0.15, check.sd_z[columns], "D", ms=4, color=style.SQP, label="sd")
     axis.set_ylabel("emcee - NUTS\n(Monte Carlo standard errors)")

@@ -15,9 +15,15 @@ def draw(path, criticism, residuals: dict, times: dict) -> None:
 
     Parameters
     ----------
-    criticism : from :func:`bayesub.checks.fit.criticise`
-    residuals, times : quantile residuals (n_draws, n_readings) of each channel and their times (n_readings,) s; the
-        first draw is shown against time, and the histogram is of all draws
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    criticism
+        From :func:`bayesub.checks.fit.criticise`.
+    residuals
+        Channel -> quantile residuals (n_draws, n_readings); the first draw is drawn against time, the histogram is of
+        all.
+    times
+        Channel -> times (n_readings,) of its residuals, s.
     """
     names = list(residuals)
     with style.figure(path, 9.0, 0.9 + 1.15 * len(names), (0.75, 0.15, 0.5, 0.3)) as figure:

@@ -56,6 +56,14 @@ def draw_corner(path, posterior, prior, reference, *, chosen=None, sets=()) -> N
 
     Parameters
     ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    posterior
+        With n_params parameters.
+    prior
+        Of the same parameters.
+    reference
+        (n_coefficients,) values that count as one.
     chosen
         (n,) positions; by default the best and the worst known, whose labels have different colours.
     sets
@@ -140,11 +148,11 @@ def _draw_marginals(axis, draws, quantiles) -> None:
     for k, (values, prior) in enumerate(zip(draws.T, quantiles.T, strict=True)):
         heights = np.histogram(values, edges, density=True)[0]
         places, density = _prior_density(prior)
-        shown = (places > 0.0) & (places < 1.0)
+        inside = (places > 0.0) & (places < 1.0)
         scale = _SIDE / (1.1 * max(heights.max(), density.max(initial=0.0)))
         bottom = k + _SIDE
         axis.stairs(bottom - scale * heights, k + _SIDE * edges, baseline=bottom, color=style.POSTERIOR, lw=1.0)
-        axis.plot(k + _SIDE * places[shown], bottom - scale * density[shown], color=_PRIOR_LINE, lw=1.0, ls="--")
+        axis.plot(k + _SIDE * places[inside], bottom - scale * density[inside], color=_PRIOR_LINE, lw=1.0, ls="--")
 
 
 def _label(axis, posterior, chosen, reference, limits, *, colours) -> None:
@@ -178,13 +186,13 @@ def _prior_density(quantiles) -> tuple[np.ndarray, np.ndarray]:
 
 def draw_nuisance(path, posterior, prior, reference) -> None:
     """A panel each for the parameters after the coefficients: posterior, prior and reference (n_params,)."""
-    shown = [k for k, name in enumerate(posterior.names) if name not in INDEX]
-    n_columns = min(4, len(shown))
-    n_rows = -(-len(shown) // n_columns)
+    nuisances = [k for k, name in enumerate(posterior.names) if name not in INDEX]
+    n_columns = min(4, len(nuisances))
+    n_rows = -(-len(nuisances) // n_columns)
     quantiles = np.array([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
     with style.figure(path, 2.6 * n_columns + 0.2, 1.9 * n_rows + 0.5) as figure:
         panels = figure.subplots(n_rows, n_columns, squeeze=False).ravel()
-        for panel, k in zip(panels, shown, strict=False):
+        for panel, k in zip(panels, nuisances, strict=False):
             panel.hist(posterior.draws[:, k], 60, density=True, color=style.POSTERIOR, label="posterior")
             limits, (places, density) = panel.get_xlim(), _prior_density(quantiles[:, k])
             panel.plot(places, density, color=_PRIOR_LINE, lw=1.0, ls="--", label="prior")
@@ -195,7 +203,7 @@ def draw_nuisance(path, posterior, prior, reference) -> None:
             panel.set_yticks([])
             panel.ticklabel_format(axis="x", useOffset=False, scilimits=(-3, 4), useMathText=True)
             panel.locator_params(axis="x", nbins=4)
-        for panel in panels[len(shown) :]:
+        for panel in panels[len(nuisances) :]:
             panel.set_visible(False)
         handles, names = panels[0].get_legend_handles_labels()
         figure.legend(handles, names, loc="outside upper center", ncols=3, fontsize=8)

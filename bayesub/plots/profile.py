@@ -46,8 +46,8 @@ def _draw_profile(panel, p, sharper):
         root = np.interp(fine, change, np.sqrt(np.maximum(values, 0.0)))
         word = "profile" if values is cost else "Gaussian approximation"
         panel.plot(fine, (sharper * root) ** 2, label=word, **style_of)
-    shown = np.abs(change) <= reach
-    panel.plot(change[shown], sharper**2 * cost[shown], "o", ms=3, color=style.POSTERIOR)
+    drawn = np.abs(change) <= reach
+    panel.plot(change[drawn], sharper**2 * cost[drawn], "o", ms=3, color=style.POSTERIOR)
     panel.axhline(LEVEL_95, color=style.WEAK, lw=1.2, ls="--", label="95 % level")
     panel.set_xlabel("change (%)")
     panel.tick_params(axis="x", labelsize=8)

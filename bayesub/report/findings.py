@@ -198,7 +198,7 @@ def _knowledge(numbers) -> dict[str, str]:
         result["sharper"] = f"More than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
     if untouched:
         result["untouched"] = (
-            f"The prior is still what there is to say (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
+            f"Known by the prior alone (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
             f"{', '.join(untouched)}."
         )
     return result

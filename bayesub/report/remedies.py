@@ -18,7 +18,7 @@ def sentence(criticism: Criticism, problem) -> str:
     suspects = {}
     for name, check in criticism.suspects.items():
         suspects.setdefault(check.faults[0], {})[name] = check  # the others may follow from the first
-    conclusion = "The noise is smaller than was said, and the intervals are too wide"
+    conclusion = "The noise is smaller than its model says, and the intervals are too wide"
     if suspects.keys() != {"small"}:
         conclusion = "The model does not fit, and then the intervals are too narrow"
     details = [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]
