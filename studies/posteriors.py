@@ -28,7 +28,7 @@ import numpy as np
 
 from bayesub.plots import posterior as posterior_plots
 from bayesub.plots import style
-from bayesub.problem.priors import Normal
+from bayesub.problem.distributions import Normal
 from bayesub.thesis import cases, posterior_tables
 from bayesub.thesis.plots import posteriors as plots
 from bayesub.thesis.posteriors import DrawsOfCoefficients, compare, searches

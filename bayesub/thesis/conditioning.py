@@ -1,6 +1,6 @@
 """Ill-conditioning of one case: how well its coefficients are known, beside what, and which errors cancel."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sensors import Track, observe
 from bayesub.thesis.cases import length_scale, time_scale
-from bayesub.thesis.null_directions import axis_ranks, null_vectors
 
 POSITION_SD, ATTITUDE_SD, INTERVAL = 0.5, 0.1, 1.0  # m, deg, s, on suboff
 PRIOR_SD = 0.25
@@ -125,24 +124,22 @@ def analyse(vehicle: str, manoeuvre: str, converged: float) -> Conditioning:
     names = [name for system in linear_systems(truth).values() for name in system.names]
     problem = noise_free(truth, names, POSITION_SD * size, ATTITUDE_SD, INTERVAL)
     at = problem.prior.mean
-    systems, ranks = linear_systems(truth, free=problem.names), axis_ranks(truth, problem.names)
-    null = null_vectors(ranks)
-    spectrum = identifiability.fisher(problem, at, null)
+    systems, null = linear_systems(truth, free=problem.names), identifiability.null_space(problem, at)
+    spectrum = identifiability.fisher(problem, at, null.vectors)
     cost, fine = (noise_free(truth, names, 1.0, 1.0, COST_INTERVAL, dt=truth.simulator.step / n) for n in (1, 10))
-    pivots = {name for axis in ranks.values() for name in axis.pivots}
-    unique = noise_free(truth, [name for name in problem.names if name not in pivots], size, 1.0, INTERVAL)
+    unique = noise_free(truth, [name for name in problem.names if name not in null.pivots], size, 1.0, INTERVAL)
     sqp_cost, changes = stopped_set(unique, converged)
     surge = systems["X"]
     present = set(REGRESSORS) <= set(surge.names)
     return Conditioning(
         spectrum=spectrum,
-        collinearity={a: identifiability.collinearity(s, ranks[a].null_vectors) for a, s in systems.items()},
+        collinearity={a: identifiability.collinearity(s, null.ranks[a].null_vectors) for a, s in systems.items()},
         contribution=identifiability.contribution(cost, at),
         accuracy=float(np.sum(((cost.readings - fine.readings) / cost.sds) ** 2)),
         sqp_cost=sqp_cost,
         times=truth.times,
         cancellation={axis: identifiability.cancellation(s, changes) for axis, s in systems.items()},
-        profiles=extreme_profiles(problem, spectrum, null),
+        profiles=extreme_profiles(problem, spectrum, null.vectors),
         regressors=surge.matrix[:, [surge.names.index(n) for n in REGRESSORS]] if present else np.empty((0, 3)),
     )
 
@@ -161,11 +158,9 @@ def noise_free(truth: Trajectory, free, position_sd, attitude_sd, interval, dt=N
     boat, flown = truth.simulator.vehicle, truth.simulator.manoeuvre
     interval = flown.duration / round(flown.duration / (interval * time_scale(boat)))
     record = observe(truth, Track(position_sd, attitude_sd, interval), np.random.default_rng(0))
-    options = {"free": free, "prior": priors.relative_normal(PRIOR_SD), "dt": dt or truth.simulator.step}
-    noisy = Problem(boat, flown, record, **options)
-    parts = np.split(noisy.predicted(noisy.prior.mean)[0], np.cumsum([len(c.times) for c in record.channels])[:-1])
-    channels = tuple(replace(c, values=values) for c, values in zip(record.channels, parts, strict=True))
-    return Problem(boat, flown, replace(record, channels=channels), **options)
+    prior, step = priors.relative_normal(PRIOR_SD), dt or truth.simulator.step
+    problem = Problem(boat, flown, record, free=free, prior=prior, dt=step)
+    return problem.with_readings(problem.predicted(problem.prior.mean)[0])
 
 
 def stopped_set(problem: Problem, converged: float) -> tuple[float, dict[str, float]]:

@@ -1,12 +1,10 @@
-"""Null directions of the equations of motion, from the linear form, and what they do to tracks."""
+"""Null directions of the equations of motion, and what they do to tracks."""
 
 import numpy as np
 from scipy.linalg import subspace_angles
 
 from bayesub import identifiability
-from bayesub.identifiability import Spectrum
-from bayesub.identifiability.rank import AxisRank
-from bayesub.model.coefficients import ADDED_MASSES, AXES, NAMES, SUBPROBLEMS, columns
+from bayesub.model.coefficients import AXES, NAMES, SUBPROBLEMS, columns
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import Trajectory, simulate
@@ -19,22 +17,6 @@ LARGEST = 0.5  # relative change of a coefficient along a null vector
 SPREAD = 0.1  # of coefficient sets about the vehicle's
 PRIOR_SD = 0.25
 TYPICAL = dict(zip(AXES, (2e-3, 5e-3, 5e-3, 1e-5, 5e-4, 5e-4), strict=True))  # sizes of coefficients that are zero
-
-
-def axis_ranks(motion, names) -> dict[str, AxisRank]:
-    """Rank and null space of each axis for the coefficients `names`, tied to added masses where that is possible."""
-    return identifiability.rank(linear_systems(motion, free=names), prefer=ADDED_MASSES)
-
-
-def null_vectors(ranks: dict[str, AxisRank]) -> list[dict[str, float]]:
-    """The null vectors of all axes, coefficient -> change."""
-    return [vector for axis in ranks.values() for vector in axis.null_vectors]
-
-
-def spectrum(problem: Problem, at) -> Spectrum:
-    """Fisher information of a problem at coefficients (n_params,), the null directions of its true motion apart."""
-    truth = simulate(problem.vehicle, problem.manoeuvre, dt=problem.simulator.step)
-    return identifiability.fisher(problem, at, null_vectors(axis_ranks(truth, problem.names)))
 
 
 def track_change(boat: Vehicle, truth: Trajectory, vector: dict[str, float], rng, n_controls: int = 9) -> dict:
@@ -96,7 +78,7 @@ def of_tracks(boat: Vehicle, plane: str, manoeuvres, seed: int) -> dict:
         jacobians.append(problem.jacobian(xi[problem.columns]) * problem.prior.sd)
         systems.append(linear_systems(truth))
     structure = identifiability.structure(jacobians)
-    vectors = null_vectors(identifiability.rank(stacked(systems)))
+    vectors = [vector for axis in identifiability.rank(stacked(systems)).values() for vector in axis.null_vectors]
     predicted = np.array([[v.get(name, 0.0) for name in problem.names] for v in vectors]) / problem.prior.sd
     same = len(predicted) == structure.n_structural
     return {

@@ -5,16 +5,15 @@ from collections.abc import Iterable
 import numpy as np
 
 from bayesub.baselines import gauss_newton
+from bayesub.identifiability import null_space
 from bayesub.model.coefficients import NAMES, columns
-from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import Simulator, simulate
+from bayesub.model.simulate import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
 from bayesub.sensors import observe
 from bayesub.thesis import cases
-from bayesub.thesis.null_directions import axis_ranks, null_vectors
 
 PRIOR_SD = 0.25
 MOST_ITERATIONS = 200
@@ -63,9 +62,8 @@ def null_moves(boat: Vehicle, names) -> np.ndarray:
     -------
     (n_sets, 101) non-dimensional coefficients
     """
-    flown = simulate(boat, load_manoeuvre("coupled", boat))
-    sets = []
-    for vector in null_vectors(axis_ranks(flown, names)):
+    problem, sets = cases.track_problem(boat, "coupled", names), []
+    for vector in null_space(problem, problem.reference).vectors:
         change = np.zeros(len(NAMES))
         change[columns(vector)] = list(vector.values())
         size = np.max(np.abs(change[boat.xi != 0] / boat.xi[boat.xi != 0]))

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from bayesub.identifiability import Spectrum
+from bayesub.identifiability import Spectrum, fisher
 from bayesub.plots.coefficients import QUANTILES
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sampling import Posterior
 from bayesub.thesis import cases
-from bayesub.thesis.null_directions import spectrum
 
 N_DRAWS = 4000  # of the posterior, whose fit is computed
 REGION = 0.95
@@ -67,7 +66,7 @@ def compare(problem: Problem, posterior: Posterior, sets: dict[str, list]) -> tu
     """
     sets = {key: np.array(values) for key, values in sets.items()} | {"truth": problem.reference[None]}
     rows = np.random.default_rng(cases.SEED).choice(len(posterior.draws), N_DRAWS)
-    draws, directions = posterior.draws[rows], spectrum(problem, problem.reference)
+    draws, directions = posterior.draws[rows], fisher(problem, problem.reference)
     distances = places(problem, draws, sets)
     standard = {key: problem.prior.standard(values) for key, values in (sets | {"posterior": posterior.draws}).items()}
     along = {key: (t @ directions.directions.T).std(axis=0) for key, t in standard.items()}

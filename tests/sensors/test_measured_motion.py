@@ -5,7 +5,7 @@ import pytest
 
 import bayesub as bs
 from bayesub.model.linear_form import linear_systems
-from bayesub.sensors.measured_motion import recorded
+from bayesub.sensors.measured_motion import measure, recorded
 
 
 @pytest.fixture(scope="module")
@@ -52,3 +52,24 @@ def test_readings_that_are_missing(suboff, spiral_track, rng):
     sensors = bs.sensors.modified(bs.sensors.autosub(), ["v_ground"], lever_arm_m=(-30.0, 0.0, 0.0))
     with pytest.raises(bs.InputError, match="'v_mps' is measured at a lever arm"):
         recorded(bs.observe(spiral_track, sensors, rng), spiral_track.simulator, suboff.xi)
+
+
+def test_measured_motion(spiral_track, rng):
+    """Velocities and accelerations are multiples of their resolution, everything else is exact; noise has its sd."""
+    rounded = measure(spiral_track, velocity_resolution=0.01, acceleration_resolution=0.001)
+    np.testing.assert_allclose(rounded.states[..., 6:9] / 0.01, np.round(spiral_track.states[..., 6:9] / 0.01))
+    off = rounded.accelerations - spiral_track.accelerations
+    assert 0.0004 < np.abs(off[..., :2]).max() <= 0.0005 + 1e-12
+    assert not off[..., 3:].any()
+    np.testing.assert_array_equal(rounded.states[..., :6], spiral_track.states[..., :6])
+    noisy = measure(spiral_track, velocity_sd=0.02, rng=rng)
+    spread = np.std(noisy.states[..., 6:9] - spiral_track.states[..., 6:9])
+    assert spread == pytest.approx(0.02, rel=4 / np.sqrt(2 * 3 * 6001))
+
+
+def test_exact_measurements_make_the_exact_linear_form(spiral_track):
+    """Measured without error, a motion is its trajectory."""
+    exact, same = linear_systems(spiral_track), linear_systems(measure(spiral_track))
+    for axis, system in exact.items():
+        np.testing.assert_array_equal(same[axis].matrix, system.matrix)
+        np.testing.assert_array_equal(same[axis].load, system.load)
