@@ -25,7 +25,7 @@ VEHICLES = ("suboff", "auv690", "npsauv")
 MANOEUVRES = ("horizontal", "vertical", "coupled")
 CASES = tuple(product(VEHICLES, MANOEUVRES))
 SEED = 2003
-TOLERANCES = (0.1, 0.01)  # parTol and funcTol (section 7.2.2)
+TOLERANCES = (0.1, 0.01)  # parTol and funcTol (thesis section 7.2.2)
 SUBOFF_TIME = 102.2606 / 7.5  # s to travel a ship length, to which the sampling interval refers
 # What a towing tank without a planar motion mechanism measures: forces at drift and rudder angles (appendix G).
 TOWED = ("Xuu", "Xvv", "Xuu_drdr", "Yuv", "Yv_absnu", "Yuu_dr", "Nuv", "Nv_absnu", "Nuu_dr")
@@ -53,7 +53,7 @@ def tracking_range(boat: Vehicle) -> Track:
 
 
 def held(manoeuvre: str) -> list[str]:
-    """The added masses that are held at the truth so that the other coefficients are unique (section 6.4)."""
+    """The added masses that are held at the truth so that the other coefficients are unique (thesis section 6.4)."""
     return published()["rank"]["fixed_added_mass"][manoeuvre]
 
 
@@ -65,8 +65,9 @@ def free_coefficients(boat: Vehicle, manoeuvre: str) -> list[str]:
 
 
 def track_problem(boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, rng=None, sd=1.0) -> Problem:
-    """The track whose sum of squares is the cost of model manual, section 10, when `sd` (m and degrees) is one.
+    """The track whose sum of squared residuals is the cost of the thesis when `sd` (m and degrees) is one.
 
+    That cost is in the model manual, section 10.
     It is sampled every second and weighted ten-fold, for the thesis's every 0.1 s; times scale with length over speed.
     """
     flown = load_manoeuvre(manoeuvre, boat)
@@ -84,7 +85,7 @@ def streams(vehicle: str, manoeuvre: str) -> list[np.random.Generator]:
 
 
 def identify(problem: Problem, rng: np.random.Generator, n_starts: int, max_iterations: int = 500):
-    """SQP from random starts by the rules of section 7.2: forward differences and the thesis's tolerances."""
+    """SQP from random starts by the rules of thesis section 7.2: forward differences and the thesis's tolerances."""
     return baselines.sqp(
         problem,
         rng=rng,
@@ -103,7 +104,7 @@ def identified(vehicle: str, manoeuvre: str, n_starts: int, max_iterations: int 
 
 
 def unseen(boat: Vehicle, n: int, *, first: int = 0):
-    """Simulators of the first `n` random manoeuvres (section 8.2) from seed `first` on that the boat completes.
+    """Simulators of the first `n` random manoeuvres (thesis section 8.2) from seed `first` on that the boat completes.
 
     Output times are those of :func:`track_problem`; the manoeuvre's name has its seed.
     """

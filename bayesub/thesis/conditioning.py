@@ -115,7 +115,8 @@ def analyse(vehicle: str, manoeuvre: str, converged: float) -> Conditioning:
 
     Parameters
     ----------
-    vehicle, manoeuvre : names
+    vehicle : name
+    manoeuvre : name
     converged : cost at which SQP counts as converged, m^2 + deg^2 on a boat of suboff's length
     """
     boat = load_vehicle(vehicle)
@@ -151,7 +152,8 @@ def noise_free(truth: Trajectory, free, position_sd, attitude_sd, interval, dt=N
     ----------
     truth : the true motion
     free : names of coefficients
-    position_sd, attitude_sd : m and degrees, the weight of the readings
+    position_sd : m, the weight of the readings of position
+    attitude_sd : degrees, that of attitude
     interval : s on suboff, about
     dt : time step of the simulation, s; by default that of the true motion
     """

@@ -24,7 +24,8 @@ def compare(vehicle: str, manoeuvre: str, n_starts: int, n_free: int, max_iterat
 
     Parameters
     ----------
-    vehicle, manoeuvre : names
+    vehicle : name
+    manoeuvre : name
     n_starts : searches of SQP by the thesis's rule
     n_free : searches of each other kind, to their own end
     max_iterations : of SQP

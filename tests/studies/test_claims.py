@@ -37,7 +37,8 @@ def test_a_committed_run_is_drawn_again(name, tmp_path):
     """The page says the same, and every figure is there."""
     committed = ROOT / "figures" / name
     shutil.copy(committed / "numbers.json", tmp_path)
-    assert script.redraw(ROOT / "studies" / f"{name}.py", tmp_path, quick=False) == ""
+    result = script.redraw(tmp_path, {"name": name, "quick_run": False}, ROOT / "studies" / f"{name}.py")
+    assert (result.verdict, result.text) == ("claim holds", "")
     assert (tmp_path / f"{name}.md").read_text() == (committed / f"{name}.md").read_text()
     assert {file.name for file in tmp_path.glob("*.png")} == {file.name for file in committed.glob("*.png")}
 
