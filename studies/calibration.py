@@ -47,7 +47,7 @@ FEW = ("Xuu", "Yuv", "Nuv", "Nuu_dr")
 
 
 def planar(free):
-    """On the horizontal spiral: manoeuvre, sensors, free coefficients, sd of the likelihood over that of the sensors."""
+    """On the horizontal spiral: manoeuvre, sensors, free coefficients, sd of the likelihood over that of sensors."""
     return {
         "track": ("horizontal", TRACK, free, 1.0),
         "rounded readings": ("horizontal", ROUNDED, free, 1.0),

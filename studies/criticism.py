@@ -20,7 +20,7 @@ from bayesub.report import markdown
 from bayesub.thesis import wrong_models
 from bayesub.thesis.wrong_models import Departure
 
-N_RECORDS, QUICK_RECORDS = 100, 5
+N_RECORDS, QUICK_RECORDS = 100, 3
 PRIOR_SD = 0.25
 SENSORS = bs.sensors.Track(0.5, 0.1, interval_s=1.0, channels=("x", "y", "yaw"))
 DOF, CORRELATION_TIME_S = 4.0, 2.0

@@ -28,7 +28,7 @@ ESS = 10_000  # of the ensemble sampler
 # The longest first, so that no core is left waiting in the end.
 CASES = {f"{vehicle} {manoeuvre}": None for manoeuvre, vehicle in product(cases.MANOEUVRES[::-1], cases.VEHICLES)}
 QUICK = {"npsauv horizontal": ("Xuu", "Yuv", "Nuv")}  # free coefficients
-QUICK_DRAWS, QUICK_TUNE = 300, 50
+QUICK_DRAWS, QUICK_TUNE = 240, 40
 
 
 def compute(run):

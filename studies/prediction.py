@@ -15,8 +15,9 @@ from operator import itemgetter
 import numpy as np
 
 import bayesub as bs
-from bayesub.report.markdown import beside, columns, named
+from bayesub.report.markdown import columns, named
 from bayesub.thesis import cases
+from bayesub.thesis.counterparts import comparison
 from bayesub.thesis.plots import campaign, prediction
 from bayesub.thesis.predictions import LEVELS, STATISTICS, fly_all, summary, worst_tracks
 
@@ -104,7 +105,7 @@ def tables(numbers):
 def scaled(vehicle, metres, published=None):
     """A length on a boat as long as suboff, beside the thesis's for submarines 1 to 3."""
     ratio = bs.load_vehicle("suboff").length_m / bs.load_vehicle(vehicle).length_m
-    return beside(ratio * metres, published[cases.VEHICLES.index(vehicle)] if published else None)
+    return comparison(ratio * metres, published[cases.VEHICLES.index(vehicle)] if published else None)
 
 
 def claims(numbers):

@@ -9,8 +9,8 @@ Cost: about an hour on two cores. A killed run continues with --resume after the
 Tracks have position noise of 0.5 m on a boat of suboff's length, in proportion to the length, and attitude noise of
 0.1 degrees; sampling intervals scale with length over speed. The rivals do what a user would: they work in coordinates
 in which the prior is standard normal and start from draws of it; ours finds the mode and learns a surrogate first,
-which counts among its simulations. Of a chain that has not converged the effective sample size is a guess, and too
-large.
+which counts among its simulations, a Jacobian as the simulations that take as long. Of a chain that has not converged
+the effective sample size is a guess, and too large.
 """
 
 from functools import partial

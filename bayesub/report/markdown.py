@@ -21,8 +21,3 @@ def columns(results: Iterable, cells: dict[str, Callable]) -> list[str]:
 def named(results: dict[str, dict]) -> list[dict]:
     """The results with their names among them, under ``name``."""
     return [{"name": name} | result for name, result in results.items()]
-
-
-def beside(ours: float, theirs: float | None) -> str:
-    """Our number, the thesis's and their ratio."""
-    return f"{ours:.3g}" if theirs is None else f"{ours:.3g} / {theirs:.3g} = {ours / theirs:.2g}"

@@ -1,4 +1,4 @@
-"""Which of our numbers stands for which of the thesis's: ``data/counterparts.toml``, read with ``numbers.json``."""
+"""Counterparts: which of our numbers stands for which of the thesis's, by ``counterparts.toml``."""
 
 import json
 import tomllib
@@ -35,7 +35,7 @@ class Entry:
     ----------
     thesis : key path below the section, ``*`` for any key
     label : of a row; {0} and {1} are the keys that ``*`` stands for
-    sentence : what there is to say, or why there is no counterpart
+    sentence : remark on the counterpart, or why there is none
     ours : key paths in ``numbers.json`` with {0}, {1}, {vehicle} and ``*``; none if there is no counterpart
     statistic : of the values at each path
     combine : statistic of what the paths give
@@ -61,18 +61,26 @@ class Entry:
 
     def values(self, numbers: dict, keys: list[str]) -> list:
         """Our values, in the thesis's unit; KeyError if the run has not kept them."""
-        found = []
+        results = []
         for path in self.ours:
             for vehicle in thesis.VEHICLES if "{vehicle}" in path else thesis.VEHICLES[:1]:
                 values = STATISTICS[self.statistic](at(numbers, path.format(*keys, vehicle=vehicle)))
                 scale = self.times * (_to_suboff(vehicle) if self.on_suboff else 1.0)
-                found += values if scale == 1.0 else [scale * value for value in values]
-        return STATISTICS[self.combine](found)
+                results += values if scale == 1.0 else [scale * value for value in values]
+        return STATISTICS[self.combine](results)
 
 
 @dataclass(frozen=True)
 class TableSection:
-    """A table of ``thesis_results.toml``; `figures` maps figures of the thesis to files of the study's folder."""
+    """A table of ``thesis_results.toml``.
+
+    Attributes
+    ----------
+    title : heading on the page
+    rows : counterparts
+    study : whose numbers they are
+    figures : figures of the thesis -> file in the study's folder
+    """
 
     title: str
     rows: list[Entry]
@@ -82,7 +90,16 @@ class TableSection:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the thesis beside ours; `ours` is a list of values, or a word that says why there is none."""
+    """A row of the thesis and its counterpart.
+
+    Attributes
+    ----------
+    path : key path in ``thesis_results.toml``, the section first
+    label : of the row
+    thesis : values
+    ours : values, or a word that says why there are none
+    sentence : remark
+    """
 
     path: tuple[str, ...]
     label: str
@@ -100,6 +117,11 @@ class Row:
         return (np.array(self.ours) / np.array(self.thesis)).tolist()
 
 
+def comparison(ours: float, theirs: float | None) -> str:
+    """Our number, the thesis's and their ratio; ours alone where the thesis has none."""
+    return f"{ours:.3g}" if theirs is None else f"{ours:.3g} / {theirs:.3g} = {ours / theirs:.2g}"
+
+
 def load() -> tuple[dict[str, TableSection], dict[str, str], dict[str, str]]:
     """Sections by name, reasons for what has no row, and what of the thesis studies without a row take further."""
     content = tomllib.loads((resources.files("bayesub.thesis") / "counterparts.toml").read_text(encoding="utf-8"))
@@ -114,25 +136,25 @@ def load() -> tuple[dict[str, TableSection], dict[str, str], dict[str, str]]:
 def rows(folder: Path, name: str, section: TableSection) -> list[Row]:
     """The rows of a section in the thesis's order, ours from a folder of runs; KeyError if no entry covers one."""
     numbers = _read(folder / section.study / NUMBERS) if section.study else None
-    found = []
+    lines = []
     for path, theirs in leaves(thesis.published()[name]):
         entry, keys = next(((e, k) for e in section.rows if (k := e.keys(path)) is not None), (None, []))
         if entry is None:
             raise KeyError(f"{name}/{'/'.join(path)} has neither a counterpart nor a reason")
         label = entry.label.format(*(key.replace("_", " ") for key in keys)) + (" *" if entry.on_suboff else "")
-        found.append(Row((name, *path), label, theirs, _ours(entry, numbers, keys), entry.sentence))
-    return found
+        lines.append(Row((name, *path), label, theirs, _ours(entry, numbers, keys), entry.sentence))
+    return lines
 
 
 def leaves(content: dict, path: tuple[str, ...] = ()) -> list[tuple[tuple[str, ...], list]]:
     """Key path and values of each row of a section of ``thesis_results.toml``."""
-    found = []
+    pairs = []
     for key, value in content.items():
         if isinstance(value, dict):
-            found += leaves(value, (*path, key))
+            pairs += leaves(value, (*path, key))
         else:
-            found.append(((*path, key), value if isinstance(value, list) else [value]))
-    return found
+            pairs.append(((*path, key), value if isinstance(value, list) else [value]))
+    return pairs
 
 
 def at(numbers: dict, path: str) -> list:

@@ -5,8 +5,9 @@ from operator import itemgetter
 
 import numpy as np
 
-from bayesub.report.markdown import beside, columns, named
+from bayesub.report.markdown import columns, named
 from bayesub.thesis.cases import VEHICLES, published
+from bayesub.thesis.counterparts import comparison
 from bayesub.thesis.optimisers import LOST, mean_with_error, shares_further
 
 _KINDS = {
@@ -50,11 +51,11 @@ def sqp_table(cases: dict) -> list[str]:
         return tables[manoeuvre].get(key, [None] * len(VEHICLES))[VEHICLES.index(vehicle)]
 
     def mean(key, title, factor=1.0):
-        return lambda case: beside(factor * np.mean(case["sqp"][key]), theirs(case, title))
+        return lambda case: comparison(factor * np.mean(case["sqp"][key]), theirs(case, title))
 
     def per_coefficient(case):
         ours = np.mean(case["sqp"]["efforts"]) / len(case["names"])
-        return beside(ours, theirs(case, "mean_cost_evaluations") / theirs(case, "m"))
+        return comparison(ours, theirs(case, "mean_cost_evaluations") / theirs(case, "m"))
 
     def further(case):
         of_a_search, error = mean_with_error(shares_further(case["sqp"]))
@@ -68,7 +69,7 @@ def sqp_table(cases: dict) -> list[str]:
         named(cases),
         {
             "case": itemgetter("name"),
-            "m": lambda case: beside(len(case["names"]), theirs(case, "m")),
+            "m": lambda case: comparison(len(case["names"]), theirs(case, "m")),
             "initial cost": lambda case: f"{np.mean(case['sqp']['initial_costs']):.2e}",
             "converged cost": mean("costs", "mean_converged_cost"),
             "largest position error (mm)": mean("position_m", "mean_max_position_error_mm", 1e3),
@@ -150,10 +151,10 @@ def ifac_table(ifac: dict) -> list[str]:
     table = published()["ifac_2003"]
 
     def against(key, title):
-        return lambda r: beside(r[key], table[title].get(r["name"]))
+        return lambda r: comparison(r[key], table[title].get(r["name"]))
 
     def at_truth(r):
-        return beside(r["cost_at_truth"], table["case3_cost_at_truth"]) if r["name"] == "case3" else "0"
+        return comparison(r["cost_at_truth"], table["case3_cost_at_truth"]) if r["name"] == "case3" else "0"
 
     return columns(
         named(ifac),

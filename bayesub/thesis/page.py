@@ -1,4 +1,4 @@
-"""The page that sets a folder of studies beside the thesis: every row of its tables, ours, and their ratio."""
+"""The page of counterparts: every row of the thesis's tables, ours from a folder of studies, and their ratio."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ as suboff. An empty last cell is as the one above. `bayesub report` of this fold
 
 
 def write(folder: Path) -> Path | None:
-    """Write ``README.md`` into a folder of runs and give its path; None if no study in it stands beside the thesis.
+    """Write ``README.md`` into a folder of runs and give its path; None if no study in it has counterparts.
 
     InputError if the folder has another README.
     """
@@ -39,10 +39,10 @@ def write(folder: Path) -> Path | None:
 def page(folder: Path) -> str:
     """The text of the page, in Markdown."""
     sections, elsewhere, beyond = counterparts.load()
-    found = {name: counterparts.rows(folder, name, section) for name, section in sections.items()}
-    lines = [TITLE, "", INTRODUCTION, "", _count([row for some in found.values() for row in some])]
+    rows = {name: counterparts.rows(folder, name, section) for name, section in sections.items()}
+    lines = [TITLE, "", INTRODUCTION, "", _count([row for some in rows.values() for row in some])]
     for name, section in sections.items():
-        lines += ["", f"## {section.title}", "", *_links(folder, section), *_table(found[name])]
+        lines += ["", f"## {section.title}", "", *_links(folder, section), *_table(rows[name])]
     lines += ["", "## Without a row", "", *table(("thesis", "reason"), elsewhere.items())]
     others = _others(folder, {section.study for section in sections.values()}, beyond)
     lines += ["", "## Beyond the thesis", "", *table(("study", "takes further", "question"), others)]
@@ -71,13 +71,13 @@ def _links(folder: Path, section: TableSection) -> list[str]:
 
 
 def _table(rows: list[Row]) -> list[str]:
-    lines, said = [], ""
+    lines, sentence = [], ""
     for row in rows:
         ours = row.ours if isinstance(row.ours, str) else ", ".join(map(_text, row.ours))
         theirs = ", ".join(v if isinstance(v, str) else f"{v:g}" for v in row.thesis)
         ratios = ", ".join(f"{ratio:.2g}" for ratio in row.ratios)
-        lines.append((row.label, theirs, ours, ratios, "" if row.sentence == said else row.sentence))
-        said = row.sentence
+        lines.append((row.label, theirs, ours, ratios, "" if row.sentence == sentence else row.sentence))
+        sentence = row.sentence
     return table(("row", "thesis", "ours", "ratio", ""), lines)
 
 
@@ -88,10 +88,10 @@ def _text(value) -> str:
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e5 else f"{value:.3g}"
 
 
-def _others(folder: Path, beside: set[str], beyond: dict[str, str]):
-    """Studies that stand beside no row: those that are foreseen, and whatever else was run."""
+def _others(folder: Path, compared: set[str], beyond: dict[str, str]):
+    """Studies without a row: those that are foreseen, and whatever else was run."""
     run = {file.parent.name for file in folder.glob("*/config.toml") if _is_run(folder, file.parent.name)}
-    for study in [*beyond, *sorted(run - beside - set(beyond))]:
+    for study in [*beyond, *sorted(run - compared - set(beyond))]:
         if study in run:
             question = toml_files.read_toml_table(folder / study / "config.toml").get("question", "")
             yield f"[{study}]({study})", beyond.get(study, ""), question

@@ -16,16 +16,21 @@ UNSEEN = 0.01  # singular value, in prior sd: the data move the mean by as much,
 
 
 def cost(posterior: Posterior) -> dict:
-    """What a posterior cost, in simulations an effective sample of its worst parameter, and whether it converged."""
+    """What a posterior cost, in simulations an effective sample of its worst parameter, and whether it converged.
+
+    A Jacobian counts at its measured price.
+    """
     ess = posterior.bulk_ess
     worst = int(np.argmin(ess))
     return {
         "converged": posterior.converged,
         "evaluations": posterior.evaluations,
+        "jacobians": posterior.jacobians,
+        "jacobian_price": posterior.jacobian_price,
         "seconds": posterior.seconds,
         "ess": float(ess[worst]),
         "worst": posterior.names[worst],
-        "per_sample": float(posterior.evaluations / ess[worst]),
+        "per_sample": posterior.work_per_effective_sample,
         "tau": float(posterior.tau.max()),
         "rhat": float(posterior.rhat.max()),
         "acceptance": float(posterior.acceptance),
@@ -68,6 +73,7 @@ def rival(problem: Problem, moves, rng: np.random.Generator, budget: int) -> Pos
         evaluations=problem.evaluations,
         seconds=time.perf_counter() - watch,
         failures=dict(problem.failures),
+        jacobian_price=0.0,  # it takes none
     )
 
 
