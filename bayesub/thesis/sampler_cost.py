@@ -70,9 +70,9 @@ def rival(problem: Problem, moves, rng: np.random.Generator, budget: int) -> Pos
         prior_sd=problem.prior.sd,
         n_warmup=n_steps // 2,
         acceptance=accepted,
-        evaluations=problem.evaluations,
+        evaluations=problem.costs.simulations,
         seconds=time.perf_counter() - watch,
-        failures=dict(problem.failures),
+        failures=dict(problem.costs.failures),
         jacobian_price=0.0,  # it takes none
     )
 
