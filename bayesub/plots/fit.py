@@ -41,6 +41,8 @@ def draw(path, criticism, residuals: dict, times: dict) -> None:
         titles = ("quantile residuals; grey: three sd", "correlation at a lag", "probability below a reading")
         for axis, title in zip(rows[0], titles, strict=True):
             axis.set_title(title, fontsize=9)
+        rows[-1, 1].set_xticks([1, 5, 10, 15, 20])  # for all rows, which share them
+        rows[-1, 2].set_xticks([0, 0.5, 1])
         for axis, label in zip(rows[-1], ("time (s)", "lag (readings)", "0 to 1, flat if it fits"), strict=True):
             axis.set_xlabel(label)
 
@@ -66,7 +68,6 @@ def _draw_correlations(axis, check, colour):
         axis.axhline(0.0, color=style.TRUTH, lw=0.5)
         size = max(0.3, 1.1 * np.abs(check.correlations).max())
         axis.set_ylim(-min(size, 1.05), min(size, 1.05))
-        axis.set_xticks([1, 5, 10, 15, 20])
 
 
 def _draw_histogram(axis, residuals, colour):
@@ -77,4 +78,3 @@ def _draw_histogram(axis, residuals, colour):
     for edge in (max(0.0, 1.0 - spread), 1.0 + spread):
         axis.axhline(edge, color=style.TRUTH, lw=0.8, ls="--")
     axis.set_ylim(0.0, max(2.0, 1.05 * heights.max()))
-    axis.set_xticks([0, 0.5, 1])

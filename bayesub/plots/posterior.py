@@ -26,7 +26,8 @@ def draw_correlation(path, posterior) -> None:
     """Heat map of the posterior correlation matrix."""
     n = len(posterior.names)
     size = max(4.5, 0.27 * n + 1.6)
-    with style.figure(path, size + 0.8, size) as figure:
+    margins = (0.75, 0.7, 0.75, 0.1) if all(name in INDEX for name in posterior.names) else None
+    with style.figure(path, size + 0.8, size, margins) as figure:
         axis = figure.subplots()
         image = axis.imshow(posterior.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
         axis.set_xticks(range(n), labels(posterior.names), rotation=90, fontsize=style.NAMES)
@@ -37,7 +38,7 @@ def draw_correlation(path, posterior) -> None:
             if posterior.names[k][0] != posterior.names[k - 1][0]:
                 axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
                 axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
-        figure.colorbar(image, ax=axis, shrink=0.8, label="posterior correlation")
+        figure.colorbar(image, ax=axis, shrink=0.8, fraction=0.04, pad=0.03, label="posterior correlation")
 
 
 def corner_parameters(posterior, n: int) -> np.ndarray:

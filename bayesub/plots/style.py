@@ -21,7 +21,8 @@ NULL = "#CC79A7"
 VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 
 _COLOURS, _EXACT = 256, 64  # of a PNG, and those among them that keep their value
-NAMES = 10.0  # size of the names of coefficients; text that was set before in a size is set quickly
+NAMES = 10.0  # size of the names of coefficients
+_PARSERS = {}  # one for all PNGs: what one has set in a size the next need not parse
 _COMPRESSION = 8  # level 9 takes twice as long and saves a twentieth
 _SETTINGS = {
     "font.size": 9.0,
@@ -93,6 +94,8 @@ def save(drawing: Figure, path: Path | Sequence[Path]) -> None:
             drawing.savefig(file)
         else:
             canvas = FigureCanvasAgg(drawing)
+            renderer = canvas.get_renderer()
+            renderer.mathtext_parser = _PARSERS.setdefault("agg", renderer.mathtext_parser)
             canvas.draw()
             quantised(Image.fromarray(np.asarray(canvas.buffer_rgba()))).save(file, compress_level=_COMPRESSION)
         drawing.set_layout_engine("none")  # the other formats keep the places
