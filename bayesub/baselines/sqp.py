@@ -7,7 +7,7 @@ from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.starts import Normalised, search_from
-from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.io.errors import InputError
 
 _STEP = float(np.sqrt(np.finfo(float).eps))  # of forward differences, in unknowns of order one
@@ -34,7 +34,7 @@ def sqp(
     gradients: str = "exact",
     tolerances: tuple[float, float] | None = None,
     max_iterations: int = 200,
-    progress=None,
+    progress: Progress | None = None,
 ) -> Estimate:
     """Minimise the logarithm of the sum of squared residuals from starts that advance side by side.
 

@@ -7,7 +7,7 @@ from scipy import optimize
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.starts import Normalised, search_from
-from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.identifiability.linalg import complete_svd
 from bayesub.identifiability.null_space import null_space
 
@@ -20,7 +20,7 @@ def trust_region(
     start_spread: float = 0.10,
     bounds: float | None = 0.75,
     max_iterations: int = 200,
-    progress=None,
+    progress: Progress | None = None,
 ) -> Estimate:
     """Minimise the sum of squared residuals by Gauss-Newton steps within a trust region and bounds (SciPy's "trf").
 

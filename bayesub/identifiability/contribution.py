@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.interface import InferenceProblem, PointEstimate, parameter_vector
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,9 @@ class Contribution:
     costs: np.ndarray
 
 
-def contribution(problem: InferenceProblem, at, fractions: Sequence[float] = (0.25, 0.99)) -> Contribution:
+def contribution(
+    problem: InferenceProblem, at: PointEstimate | ArrayLike, fractions: Sequence[float] = (0.25, 0.99)
+) -> Contribution:
     """Move each coefficient to fractions of its value, the others staying, in one batch of simulations.
 
     With position noise of 1 m and attitude noise of 1 degree the cost is that of the thesis in m^2 + deg^2 (model
@@ -37,7 +40,7 @@ def contribution(problem: InferenceProblem, at, fractions: Sequence[float] = (0.
     at : Estimate or parameter vector (n_params,) to move away from
     fractions : of the value of a coefficient that it is moved to
     """
-    parameters = np.asarray(getattr(at, "values", at), dtype=float)
+    parameters = parameter_vector(at)
     moved = parameters * (1.0 - (1.0 - np.array(fractions))[:, None, None] * np.eye(problem.n_params))
     changes = problem.residuals(moved.reshape(-1, problem.n_params)) - problem.residuals(parameters[None])
     costs = np.einsum("ij,ij->i", changes, changes)

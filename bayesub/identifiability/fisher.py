@@ -4,10 +4,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import optimize
 
 from bayesub.identifiability.directions import null_basis, signed, split_svd
-from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.interface import InferenceProblem, PointEstimate, parameter_vector
 from bayesub.identifiability.null_space import null_vectors
 
 
@@ -124,7 +125,9 @@ class Spectrum:
         return {self.names[k]: float(self.directions[i, k]) for k in order}
 
 
-def fisher(problem: InferenceProblem, at, null: Iterable[dict[str, float]] | None = None) -> Spectrum:
+def fisher(
+    problem: InferenceProblem, at: PointEstimate | ArrayLike, null: Iterable[dict[str, float]] | None = None
+) -> Spectrum:
     """Spectrum of a problem at a parameter vector, with its null directions last.
 
     Parameters
@@ -135,7 +138,7 @@ def fisher(problem: InferenceProblem, at, null: Iterable[dict[str, float]] | Non
         as one that better sensors could see, and singular values that are only the error of the Jacobian are taken at
         their word.
     """
-    parameters = np.asarray(getattr(at, "values", at), dtype=float)
+    parameters = parameter_vector(at)
     basis = null_basis(problem.names, null_vectors(problem, parameters, null), problem.prior.sd)
     _, s, vt = split_svd(problem.jacobian(parameters) * problem.prior.sd, basis)
     return Spectrum(problem.names, s, signed(vt), problem.prior.sd, len(basis), parameters)

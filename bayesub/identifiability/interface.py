@@ -9,6 +9,27 @@ from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+
+class Progress(Protocol):
+    """What work that takes time reports to."""
+
+    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
+        """So many of `total` units are done; the note says what else there is to know."""
+
+
+class PointEstimate(Protocol):
+    """Anything that stands for one parameter vector, such as :class:`bayesub.baselines.Estimate`."""
+
+    @property
+    def values(self) -> np.ndarray:
+        """(n_params,)."""
+
+
+def parameter_vector(at: PointEstimate | ArrayLike) -> np.ndarray:
+    """The parameter vector (n_params,) of an estimate, or the vector itself."""
+    return np.asarray(getattr(at, "values", at), dtype=float)
 
 
 @runtime_checkable

@@ -4,12 +4,14 @@ There is one way to it: the linear form of the equations of motion along the mot
 (:func:`bayesub.identifiability.rank`). Spectra, profiles, reports and studies take the null directions from here.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bayesub.identifiability.directions import null_basis
-from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.interface import InferenceProblem, PointEstimate, parameter_vector
 from bayesub.identifiability.rank import ACCURACY, AxisRank, rank
 
 
@@ -44,7 +46,7 @@ class NullSpace:
         return null_basis(self.names, self.vectors, np.asarray(scale, dtype=float))
 
 
-def null_space(problem: InferenceProblem, at, *, accuracy: float = ACCURACY) -> NullSpace:
+def null_space(problem: InferenceProblem, at: PointEstimate | ArrayLike, *, accuracy: float = ACCURACY) -> NullSpace:
     """The null space of a problem.
 
     The coefficients of a problem are in it as far as they are free. Relations between coefficients and nuisance
@@ -56,11 +58,13 @@ def null_space(problem: InferenceProblem, at, *, accuracy: float = ACCURACY) -> 
     at : Estimate or parameter vector (n_params,), of whose motion the equations are taken
     accuracy : relative accuracy of the best readings, below which a direction is weak
     """
-    parameters = np.asarray(getattr(at, "values", at), dtype=float)
+    parameters = parameter_vector(at)
     systems = problem.linear_systems(parameters)
     return NullSpace(problem.names, rank(systems, prefer=problem.preferred_pivots, accuracy=accuracy))
 
 
-def null_vectors(problem: InferenceProblem, at, null) -> tuple[dict[str, float], ...]:
+def null_vectors(
+    problem: InferenceProblem, at: PointEstimate | ArrayLike, null: Iterable[dict[str, float]] | None
+) -> tuple[dict[str, float], ...]:
     """Null vectors that were handed in, or where `null` is None those of the null space of the problem."""
     return null_space(problem, at).vectors if null is None else tuple(null)

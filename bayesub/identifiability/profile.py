@@ -4,10 +4,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import stats
 
 from bayesub.identifiability.directions import null_basis, orthonormal, split_svd
-from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.interface import InferenceProblem, PointEstimate, parameter_vector
 from bayesub.identifiability.null_space import null_vectors
 
 LEVEL_95 = float(stats.chi2.ppf(0.95, 1))  # likelihood-ratio interval of one coefficient
@@ -61,9 +62,9 @@ class Profile:
 
 def profile(
     problem: InferenceProblem,
-    at,
+    at: PointEstimate | ArrayLike,
     name: str,
-    grid,
+    grid: ArrayLike,
     *,
     null: Iterable[dict[str, float]] | None = None,
     prior: bool = False,
@@ -83,7 +84,7 @@ def profile(
     null : null vectors, as in :func:`bayesub.identifiability.fisher`; by default those of the problem
     prior : whether the prior takes part; nothing is null then
     """
-    parameters = np.asarray(getattr(at, "values", at), dtype=float)
+    parameters = parameter_vector(at)
     grid = np.asarray(grid, dtype=float)
     search = _Search(
         problem, problem.names.index(name), () if prior else null_vectors(problem, parameters, null), prior

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from bayesub.checks import convergence
-from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.io.errors import InputError
 from bayesub.sampling.posterior import Posterior
 from bayesub.sampling.sampler import straightened
@@ -120,7 +120,7 @@ def cross_check(
     n_draws: int = 1000,
     n_tune: int = 500,
     n_chains: int = 4,
-    progress=None,
+    progress: Progress | None = None,
 ) -> CrossCheck:
     """Sample the posterior of a problem with NUTS too, and compare.
 

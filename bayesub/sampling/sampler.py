@@ -14,7 +14,7 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.baselines import posterior_mode
-from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.io.errors import InputError
 from bayesub.io.interrupts import deferred
 from bayesub.sampling import checkpoint as store
@@ -46,7 +46,7 @@ def sample(
     max_steps: int = 20_000,
     criteria: Criteria = STANDARD,
     checkpoint: str | Path | None = None,
-    progress=None,
+    progress: Progress | None = None,
 ) -> Posterior:
     """Sample the posterior of a problem with emcee.
 

@@ -23,7 +23,7 @@ from functools import partial
 import numba
 import numpy as np
 
-from bayesub.identifiability.interface import InferenceProblem
+from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import crank_nicolson, hamiltonian
 from bayesub.sampling.polynomial import features, n_features, pullback
@@ -114,7 +114,7 @@ class Surrogate:
 
 
 def learn(
-    problem: InferenceProblem, geometry: Geometry, rng: np.random.Generator, progress=None
+    problem: InferenceProblem, geometry: Geometry, rng: np.random.Generator, progress: Progress | None = None
 ) -> tuple[Surrogate, np.ndarray]:
     """Find the active directions, straighten the geometry and fit a surrogate.
 
