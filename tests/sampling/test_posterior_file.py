@@ -111,7 +111,6 @@ def test_a_posterior_of_a_former_version_has_no_price(posterior, tmp_path):
 def test_the_notice_of_arviz_does_not_reach_the_user(tmp_path):
     """Not even on the first import of the day, and with every warning shown."""
     script = """
-import h5py
 import numpy as np
 from bayesub.sampling import Posterior
 chain = np.random.default_rng(1).standard_normal((4, 60, 4, 1))
