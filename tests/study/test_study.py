@@ -286,7 +286,9 @@ def with_files(small):
     (folder / "tank.csv").write_text(TANK)
     text = SMALL.replace('vehicle = "auv690"', 'vehicle = "beside/boat.toml"')
     text = text.replace('manoeuvre = "horizontal"', 'manoeuvre = "beside/history.csv"')
-    small.write_text(text.replace("[prior]", '[prior]\ntable = "beside/tank.csv"') + "[sampler]\ness = 6000.0\nmax_steps = 100\n")
+    small.write_text(
+        text.replace("[prior]", '[prior]\ntable = "beside/tank.csv"') + "[sampler]\ness = 1e6\nmax_steps = 100\n"
+    )
     return small
 
 
@@ -354,7 +356,7 @@ def test_a_run_of_the_former_version_is_drawn_again_while_its_files_are_there(wi
 
 def test_the_problem_is_prepared_once(small, tmp_path, monkeypatch):
     """And the verdict is not read from a file that was just written."""
-    small.write_text(SMALL + "[sampler]\ness = 6000.0\nmax_steps = 100\n")
+    small.write_text(SMALL + "[sampler]\ness = 1e6\nmax_steps = 100\n")
     count = []
     monkeypatch.setattr(preparation, "Problem", lambda *a, **k: count.append(1) or bs.Problem(*a, **k))
     result = bs.run(bs.load_study(small), tmp_path / "run")
