@@ -20,7 +20,10 @@ def test_readings_are_what_the_truth_gives(suboff):
 
 @pytest.fixture(scope="module")
 def case():
-    return conditioning.analyse("npsauv", "horizontal", converged=10.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(conditioning, "N_GRID", 3)
+        patch.setattr(conditioning, "SQP_ITERATIONS", (10,))
+        return conditioning.analyse("npsauv", "horizontal", converged=10.0)
 
 
 def test_what_was_saved_draws_the_same(case):

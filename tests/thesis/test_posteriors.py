@@ -104,9 +104,9 @@ def test_a_posterior_is_sampled_once(tmp_path):
     problem, _ = ill_conditioned()
     file = tmp_path / "posterior.nc"
     first = cases.sampled(problem, file, max_steps=60)
-    spent = problem.evaluations
+    spent = problem.costs.simulations
     again = cases.sampled(problem, file)
-    assert problem.evaluations == spent
+    assert problem.costs.simulations == spent
     np.testing.assert_array_equal(again.draws, first.draws)
     assert not again.converged
     assert first.n_steps < criteria.JUDGED_STEPS

@@ -24,13 +24,16 @@ def test_a_boat_is_altered_by_name(suboff):
     assert np.count_nonzero(changed.body != suboff.body) == 2
 
 
-def test_relative_signs(spiral_track):
+def test_relative_signs():
     """The sign of a product of two motions, and the share of samples in which it is positive."""
-    v, r = mechanisms.motions(spiral_track, "v and r")
-    signs = mechanisms.relative_signs(spiral_track)["v and r"]
-    np.testing.assert_array_equal(signs, np.sign(v * r))
-    shares = mechanisms.shares_of_equal_signs(spiral_track)["v and r"]
-    assert shares["samples"] == np.mean(v * r > 0)
+    boat = bs.load_vehicle("npsauv")
+    track = bs.simulate(boat, bs.load_manoeuvre("coupled", boat))
+    for pair, signs in mechanisms.relative_signs(track).items():
+        first, second = mechanisms.motions(track, pair)
+        np.testing.assert_array_equal(signs, np.sign(first * second))
+        shares = mechanisms.shares_of_equal_signs(track)[pair]
+        assert shares["samples"] == np.mean(first * second > 0)
+        assert 0.0 < shares["regressor"] < 1.0
 
 
 def test_null_moves_move_no_track():
