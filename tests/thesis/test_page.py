@@ -165,3 +165,9 @@ def test_damaged_numbers_are_named(tmp_path):
     (tmp_path / "uniqueness" / "numbers.json").write_text("{")
     with pytest.raises(InputError, match=r"uniqueness.numbers.json: is damaged"):
         page.write(tmp_path)
+
+
+def test_quantities_stand_beside_the_thesis():
+    """Ours, the thesis's and the ratio; ours alone where the thesis has none."""
+    assert counterparts.comparison(3.0, 2.0) == "3 / 2 = 1.5"
+    assert counterparts.comparison(3.0, None) == "3"
