@@ -122,7 +122,7 @@ def draw_joint(axis, draws) -> None:
             plot_density=False,
             no_fill_contours=True,
             fill_contours=True,
-            contourf_kwargs={"colors": [_PALE, style.POSTERIOR]},
+            contourf_kwargs={"colors": ["none", _PALE, style.POSTERIOR]},
             contour_kwargs={"colors": style.POSTERIOR, "linewidths": 1.0},
         )
 
