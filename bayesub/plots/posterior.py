@@ -1,5 +1,6 @@
 """Correlations and joint marginals of the posterior."""
 
+import warnings
 from itertools import chain
 
 import numpy as np
@@ -107,7 +108,9 @@ def draw_corner(path, posterior, prior, reference, *, chosen=None, sets=()) -> N
 
 def draw_joint(axis, draws) -> None:
     """Draw the contours that hold 50 and 90 % of draws (n_draws, n), in units of panels, for each pair."""
-    import corner  # here, since it imports ArviZ and pyplot
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor once a day
+        import corner  # here, since it imports ArviZ and pyplot
 
     for row, column in zip(*np.tril_indices(draws.shape[1], -1), strict=True):
         corner.hist2d(

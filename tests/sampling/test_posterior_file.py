@@ -117,8 +117,20 @@ chain = np.random.default_rng(1).standard_normal((4, 60, 4, 1))
 posterior = Posterior(("Xuu",), chain, chain[..., 0], np.zeros(1), np.ones(1), 20, 0.5, 100, 1.0, {})
 posterior.to_arviz()
 """
-    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "MPLCONFIGDIR": str(tmp_path), "HOME": str(tmp_path)}
-    said = subprocess.run(
-        [sys.executable, "-W", "always::FutureWarning", "-c", script], env=environment, capture_output=True, text=True
-    )
-    assert (said.returncode, said.stdout, said.stderr) == (0, "", "")
+    assert output(script, tmp_path / "posterior") == (0, "", "")
+    script = """
+import numpy as np
+from matplotlib.figure import Figure
+from bayesub.plots.posterior import draw_joint
+draw_joint(Figure().subplots(), np.random.default_rng(1).uniform(size=(500, 2)))
+"""
+    assert output(script, tmp_path / "corner") == (0, "", "")
+
+
+def output(script, home):
+    """Exit status and what a process prints in which every warning is shown."""
+    home.mkdir()
+    environment = os.environ | {"XDG_CACHE_HOME": str(home), "MPLCONFIGDIR": str(home), "HOME": str(home)}
+    words = [sys.executable, "-W", "always::FutureWarning", "-c", script]
+    process = subprocess.run(words, env=environment, capture_output=True, text=True)
+    return process.returncode, process.stdout, process.stderr
