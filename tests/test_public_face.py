@@ -1,10 +1,12 @@
 """The public names: listed once, each resolves when asked for, and each is used in the file that the types check."""
 
 import ast
+import inspect
 import re
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -56,3 +58,32 @@ def test_import_is_lazy():
     program = "import sys, bayesub; print([m for m in sys.modules if m.startswith('bayesub.')])"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+def functions(name: str, thing) -> list:
+    """The public functions and methods of a public name, with their names."""
+    if isinstance(thing, ModuleType):
+        inside = [key for key, value in vars(thing).items() if getattr(value, "__module__", "") == thing.__name__]
+        names = [key for key in getattr(thing, "__all__", inside) if not key.startswith("_")]
+        return [pair for key in names for pair in functions(f"{name}.{key}", getattr(thing, key))]
+    if inspect.isclass(thing):
+        methods = {key: value for key, value in vars(thing).items() if key == "__init__" or not key.startswith("_")}
+        inner = {key: getattr(value, "fget", getattr(value, "__func__", value)) for key, value in methods.items()}
+        return [
+            (f"{name}.{key}", f)
+            for key, f in inner.items()
+            if inspect.isfunction(f) and f.__module__.startswith("bayesub")
+        ]
+    return [(name, thing)] if inspect.isfunction(thing) else []
+
+
+@pytest.mark.parametrize("name", listed())
+def test_what_is_public_says_the_types_of_all_that_it_takes_and_gives(name):
+    """Methods that a base class outside brings along need not."""
+    for key, function in functions(name, getattr(bs, name)):
+        signature = inspect.signature(function)
+        taken = [
+            p for p in signature.parameters.values() if p.name not in ("self", "cls") and not p.name.startswith("_")
+        ]
+        assert [p.name for p in taken if p.annotation is p.empty] == [], key
+        assert key.endswith("__init__") or signature.return_annotation is not signature.empty, key

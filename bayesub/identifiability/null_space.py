@@ -41,7 +41,7 @@ class NullSpace:
     def __len__(self) -> int:
         return len(self.vectors)
 
-    def basis(self, scale) -> np.ndarray:
+    def basis(self, scale: np.ndarray) -> np.ndarray:
         """(n_null, n_params) orthonormal null directions in the coordinates ``parameters / scale`` (n_params,)."""
         return null_basis(self.names, self.vectors, np.asarray(scale, dtype=float))
 

@@ -83,36 +83,36 @@ class PosteriorDensity:
         """Status -> simulations so far that ended so."""
         return self.costs.failures
 
-    def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
+    def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         raise NotImplementedError
 
-    def each_trial(self, parameters) -> Iterator[tuple[str, "PosteriorDensity", np.ndarray]]:
+    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, "PosteriorDensity", np.ndarray]]:
         """Name, problem and parameters (.., n_params of the trial) of each trial, of parameters (.., n_params)."""
         raise NotImplementedError
 
-    def linear_systems(self, parameters) -> dict[str, LinearSystem]:
+    def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """Axis -> linear form in the free coefficients (model manual, section 9) at parameters (n_params,).
 
         It holds along the motion that these parameters give. Of several trials the rows stand below one another.
         """
         raise NotImplementedError
 
-    def coefficient_sets(self, parameters) -> np.ndarray:
+    def coefficient_sets(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, 101) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""
         parameters = np.atleast_2d(parameters)
         sets = np.repeat(self.xi[None], len(parameters), axis=0)
         sets[:, self.columns] = parameters[:, : self.n_coefficients]
         return sets
 
-    def log_prior(self, parameters) -> np.ndarray:
+    def log_prior(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log prior densities."""
         return self.prior.log_density(np.atleast_2d(parameters))
 
-    def log_likelihood(self, parameters) -> np.ndarray:
+    def log_likelihood(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log likelihoods, -inf where a simulation failed."""
         return sum(self.log_likelihoods(parameters).values())
 
-    def log_prob(self, parameters) -> np.ndarray:
+    def log_prob(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log posterior densities, not normalised."""
         return self.log_prior(parameters) + self.log_likelihood(parameters)

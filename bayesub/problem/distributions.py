@@ -23,42 +23,42 @@ class Prior:
     mean: np.ndarray
     sd: np.ndarray
 
-    def parameters(self, t) -> np.ndarray:
+    def parameters(self, t: np.ndarray) -> np.ndarray:
         """Parameters (..., n_params) of standard normal coordinates t (..., n_params)."""
         raise NotImplementedError
 
-    def standard(self, parameters) -> np.ndarray:
+    def standard(self, parameters: np.ndarray) -> np.ndarray:
         """Standard normal coordinates of parameters; not finite outside the support."""
         raise NotImplementedError
 
-    def chain(self, jacobian, t) -> np.ndarray:
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Derivatives with respect to t (n_params,) of what has the Jacobian (n, n_params) in the parameters."""
         raise NotImplementedError
 
-    def scaled(self, parameters) -> np.ndarray:
+    def scaled(self, parameters: np.ndarray) -> np.ndarray:
         """Parameters (..., n_params) in units in which the prior has a standard deviation of one.
 
         They are the standard coordinates, but linear in a uniform parameter: those would bend where a bound is near.
         """
         return self.standard(parameters)
 
-    def unscaled(self, x) -> np.ndarray:
+    def unscaled(self, x: np.ndarray) -> np.ndarray:
         """Parameters (..., n_params) of such coordinates x."""
         return self.parameters(x)
 
-    def scaled_chain(self, jacobian, x) -> np.ndarray:
+    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
         """As :meth:`chain`, with respect to such coordinates x (n_params,)."""
         return self.chain(jacobian, x)
 
-    def scaled_log_density(self, x) -> np.ndarray:
+    def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
         """(n_batch,) log densities in such coordinates x (n_batch, n_params), up to a constant."""
         return -0.5 * np.sum(x**2, axis=-1)
 
-    def scaled_slope(self, x) -> np.ndarray:
+    def scaled_slope(self, x: np.ndarray) -> np.ndarray:
         """(n_batch, n_params) gradient of :meth:`scaled_log_density` within the support."""
         return -x
 
-    def log_density(self, parameters) -> np.ndarray:
+    def log_density(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log densities of parameters (n_batch, n_params); -inf outside the support."""
         raise NotImplementedError
 
@@ -84,19 +84,19 @@ class Normal(Prior):
     mean: np.ndarray
     sd: np.ndarray
 
-    def parameters(self, t):
+    def parameters(self, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.parameters`."""
         return self.mean + self.sd * t
 
-    def standard(self, parameters):
+    def standard(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.standard`."""
         return (parameters - self.mean) / self.sd
 
-    def chain(self, jacobian, t):  # noqa: ARG002
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """As :meth:`Prior.chain`."""
         return jacobian * self.sd
 
-    def log_density(self, parameters):
+    def log_density(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.log_density`."""
         return _log_normal(self.standard(parameters)) - np.log(self.sd).sum()
 
@@ -112,34 +112,34 @@ class LogNormal(Prior):
     log_sd: np.ndarray
 
     @property
-    def mean(self):
+    def mean(self) -> np.ndarray:
         """As :attr:`Prior.mean`."""
         return self.median * np.exp(0.5 * self.log_sd**2)
 
     @property
-    def sd(self):
+    def sd(self) -> np.ndarray:
         """As :attr:`Prior.sd`."""
         return np.abs(self.mean) * np.sqrt(np.expm1(self.log_sd**2))
 
-    def parameters(self, t):
+    def parameters(self, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.parameters`."""
         return self.median * np.exp(self.log_sd * t)
 
-    def standard(self, parameters):
+    def standard(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.standard`."""
         ratio = parameters / self.median
         return np.log(np.where(ratio > 0.0, ratio, np.nan)) / self.log_sd
 
-    def chain(self, jacobian, t):
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.chain`."""
         return jacobian * (self.log_sd * self.parameters(t))
 
-    def log_density(self, parameters):
+    def log_density(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.log_density`."""
         log_slopes = np.log(self.log_sd * np.abs(parameters)).sum(axis=-1)
         return np.nan_to_num(_log_normal(self.standard(parameters)) - log_slopes, nan=-np.inf)
 
-    def quantiles(self, probability):
+    def quantiles(self, probability: float) -> np.ndarray:
         """As :meth:`Prior.quantiles`."""
         from scipy import special
 
@@ -155,52 +155,52 @@ class Uniform(Prior):
     upper: np.ndarray
 
     @property
-    def mean(self):
+    def mean(self) -> np.ndarray:
         """As :attr:`Prior.mean`."""
         return 0.5 * (self.lower + self.upper)
 
     @property
-    def sd(self):
+    def sd(self) -> np.ndarray:
         """As :attr:`Prior.sd`."""
         return (self.upper - self.lower) / np.sqrt(12.0)
 
-    def parameters(self, t):
+    def parameters(self, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.parameters`."""
         from scipy import special
 
         return self.lower + (self.upper - self.lower) * special.ndtr(t)
 
-    def standard(self, parameters):
+    def standard(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.standard`."""
         from scipy import special
 
         return special.ndtri((parameters - self.lower) / (self.upper - self.lower))
 
-    def chain(self, jacobian, t):
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.chain`."""
         return jacobian * ((self.upper - self.lower) * np.exp(-0.5 * t**2) / np.sqrt(2.0 * np.pi))
 
-    def scaled(self, parameters):
+    def scaled(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.scaled`."""
         return (parameters - self.mean) / self.sd
 
-    def unscaled(self, x):
+    def unscaled(self, x: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.unscaled`."""
         return self.mean + self.sd * x
 
-    def scaled_chain(self, jacobian, x):  # noqa: ARG002
+    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """As :meth:`Prior.scaled_chain`."""
         return jacobian * self.sd
 
-    def scaled_log_density(self, x):
+    def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.scaled_log_density`."""
         return np.where(np.all(np.abs(x) <= np.sqrt(3.0), axis=-1), 0.0, -np.inf)
 
-    def scaled_slope(self, x):
+    def scaled_slope(self, x: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.scaled_slope`."""
         return np.zeros_like(x)
 
-    def log_density(self, parameters):
+    def log_density(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.log_density`."""
         inside = np.all((parameters >= self.lower) & (parameters <= self.upper), axis=-1)
         return np.where(inside, -np.log(self.upper - self.lower).sum(), -np.inf)
@@ -214,27 +214,27 @@ class CorrelatedNormal(Prior):
     factor: np.ndarray
 
     @property
-    def sd(self):
+    def sd(self) -> np.ndarray:
         """As :attr:`Prior.sd`."""
         return np.linalg.norm(self.factor, axis=1)
 
-    def parameters(self, t):
+    def parameters(self, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.parameters`."""
         return self.mean + t @ self.factor.T
 
-    def standard(self, parameters):
+    def standard(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.standard`."""
         return np.linalg.solve(self.factor, (parameters - self.mean)[..., None])[..., 0]
 
-    def chain(self, jacobian, t):  # noqa: ARG002
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """As :meth:`Prior.chain`."""
         return jacobian @ self.factor
 
-    def log_density(self, parameters):
+    def log_density(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.log_density`."""
         return _log_normal(self.standard(parameters)) - np.log(np.diag(self.factor)).sum()
 
-    def quantiles(self, probability):
+    def quantiles(self, probability: float) -> np.ndarray:
         """As :meth:`Prior.quantiles`."""
         from scipy import special
 
@@ -259,53 +259,53 @@ class Joint(Prior):
         return [getattr(part, method)(argument[..., position]) for part, position in pairs]
 
     @property
-    def mean(self):
+    def mean(self) -> np.ndarray:
         """As :attr:`Prior.mean`."""
         return self._gathered([part.mean for part in self.parts])
 
     @property
-    def sd(self):
+    def sd(self) -> np.ndarray:
         """As :attr:`Prior.sd`."""
         return self._gathered([part.sd for part in self.parts])
 
-    def parameters(self, t):
+    def parameters(self, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.parameters`."""
         return self._gathered(self._each("parameters", np.asarray(t)))
 
-    def standard(self, parameters):
+    def standard(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.standard`."""
         return self._gathered(self._each("standard", np.asarray(parameters)))
 
-    def chain(self, jacobian, t):
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.chain`."""
         pairs = zip(self.parts, self.positions, strict=True)
         return self._gathered([part.chain(jacobian[..., p], t[p]) for part, p in pairs])
 
-    def scaled(self, parameters):
+    def scaled(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.scaled`."""
         return self._gathered(self._each("scaled", np.asarray(parameters)))
 
-    def unscaled(self, x):
+    def unscaled(self, x: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.unscaled`."""
         return self._gathered(self._each("unscaled", np.asarray(x)))
 
-    def scaled_chain(self, jacobian, x):
+    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.scaled_chain`."""
         pairs = zip(self.parts, self.positions, strict=True)
         return self._gathered([part.scaled_chain(jacobian[..., p], x[p]) for part, p in pairs])
 
-    def scaled_log_density(self, x):
+    def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.scaled_log_density`."""
         return sum(self._each("scaled_log_density", np.asarray(x)))
 
-    def scaled_slope(self, x):
+    def scaled_slope(self, x: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.scaled_slope`."""
         return self._gathered(self._each("scaled_slope", np.asarray(x)))
 
-    def log_density(self, parameters):
+    def log_density(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.log_density`."""
         return sum(self._each("log_density", np.asarray(parameters)))
 
-    def quantiles(self, probability):
+    def quantiles(self, probability: float) -> np.ndarray:
         """As :meth:`Prior.quantiles`."""
         return self._gathered([part.quantiles(probability) for part in self.parts])

@@ -1,6 +1,6 @@
 """Several trials of one vehicle as one inference problem."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -81,7 +81,7 @@ class JointProblem(PosteriorDensity):
             values[self._places[trial]] = problem.reference
         return values
 
-    def each_trial(self, parameters):
+    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, PosteriorDensity, np.ndarray]]:
         """As :meth:`bayesub.problem.base.PosteriorDensity.each_trial`."""
         parameters = np.asarray(parameters)
         for trial, problem in self.problems.items():
@@ -92,7 +92,7 @@ class JointProblem(PosteriorDensity):
         parameters = np.atleast_2d(parameters)
         return [getattr(problem, method)(values, *arguments) for _, problem, values in self.each_trial(parameters)]
 
-    def predicted(self, parameters) -> np.ndarray:
+    def predicted(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings), trial after trial."""
         return np.concatenate(self._of_trials("predicted", parameters), axis=1)
 
@@ -106,21 +106,21 @@ class JointProblem(PosteriorDensity):
             start += problem.n_rows
         return rows
 
-    def residuals(self, parameters) -> np.ndarray:
+    def residuals(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_rows), trial after trial."""
         return np.concatenate(self._of_trials("residuals", parameters), axis=1)
 
-    def residuals_about(self, centre, parameters) -> np.ndarray:
+    def residuals_about(self, centre: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`bayesub.problem.trial_problem.TrialProblem.residuals_about`, trial after trial."""
         pairs = zip(self.each_trial(centre), self.each_trial(np.atleast_2d(parameters)), strict=True)
         return np.concatenate([p.residuals_about(middle, values) for (*_, middle), (_, p, values) in pairs], axis=1)
 
-    def misfit(self, parameters) -> tuple[np.ndarray, np.ndarray]:
+    def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,)."""
         residuals, deviances = zip(*self._of_trials("misfit", parameters), strict=True)
         return np.concatenate(residuals, axis=1), np.sum(deviances, axis=0)
 
-    def jacobian(self, parameters) -> np.ndarray:
+    def jacobian(self, parameters: np.ndarray) -> np.ndarray:
         """(n_rows, n_params), trial after trial."""
         blocks = []
         for trial, problem, values in self.each_trial(parameters):
@@ -129,7 +129,7 @@ class JointProblem(PosteriorDensity):
             blocks[-1][:, self._places[trial]] = block
         return np.concatenate(blocks)
 
-    def linear_systems(self, parameters) -> dict[str, LinearSystem]:
+    def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, the trials below one another."""
         return stacked([problem.linear_systems(values) for _, problem, values in self.each_trial(parameters)])
 
@@ -145,7 +145,7 @@ class JointProblem(PosteriorDensity):
         """The joint problem of all other trials; InputError if there is none."""
         return JointProblem({name: problem for name, problem in self.problems.items() if name != trial})
 
-    def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
+    def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel of each trial, as ``yaw[first]``."""
         return self._by_channel(self._of_trials("log_likelihoods", parameters))
 
@@ -159,11 +159,11 @@ class JointProblem(PosteriorDensity):
         """Channel of a trial, as ``yaw[first]`` -> channel and its noise model."""
         return self._by_channel([problem.channels for problem in self.problems.values()])
 
-    def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    def quantile_residuals(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """(n_batch, n) quantile residuals of each channel of each trial, as ``yaw[first]``."""
         return self._by_channel(self._of_trials("quantile_residuals", parameters, rng))
 
-    def replicated(self, parameters, rng: np.random.Generator) -> np.ndarray:
+    def replicated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(n_batch, n_readings) readings that each member could have made, trial after trial."""
         return np.concatenate(self._of_trials("replicated", parameters, rng), axis=1)
 

@@ -7,12 +7,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaln, log_ndtr, ndtri, ndtri_exp, stdtr
+from scipy.special import gammaln, ndtri, stdtr
 
 from bayesub.io.errors import InputError
 from bayesub.kernels import noise as kernel
 from bayesub.problem.noise import (
     Noise,
+    Value,
     aligned,
     ascending,
     chosen,
@@ -23,6 +24,7 @@ from bayesub.problem.noise import (
     possible,
     standardised,
 )
+from bayesub.problem.rounding import Rounded, SetMembership
 
 __all__ = ["AR1", "Noise", "Normal", "Rounded", "SetMembership", "StudentT", "UnknownSd", "reading_noise"]
 
@@ -55,26 +57,39 @@ class Normal(Noise):
     def __post_init__(self):
         positive("sd", self.sd)
 
-    def log_density(self, predicted, readings, times=None, sd=None) -> np.ndarray:
+    def log_density(
+        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None, sd: Value = None
+    ) -> np.ndarray:
         """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         sd = of_members(chosen(sd, self.sd), len(predicted))
         squares = kernel.sums_of_squares(predicted, readings)
         return possible(-0.5 * squares / sd**2 - len(readings) * (np.log(sd) + 0.5 * _LOG_2_PI))
 
-    def residuals(self, predicted, readings, times=None, sd=None) -> np.ndarray:
+    def residuals(
+        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None, sd: Value = None
+    ) -> np.ndarray:
         """(predicted - reading) / sd."""
         return standardised(predicted, readings, times, chosen(sd, self.sd))
 
-    def weigh(self, jacobian, predicted, readings, times=None, sd=None) -> np.ndarray:
+    def weigh(
+        self,
+        jacobian: np.ndarray,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray | None = None,
+        sd: Value = None,
+    ) -> np.ndarray:
         """jacobian / sd, of which the expected and the observed information are the square."""
         return jacobian / chosen(sd, self.sd)
 
-    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator, sd=None) -> np.ndarray:
+    def quantile_residuals(
+        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator, sd: Value = None
+    ) -> np.ndarray:
         """(reading - predicted) / sd."""
         return -self.residuals(predicted, readings, times, sd)
 
-    def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
+    def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """As :meth:`Noise.sample`."""
         return truth + self.sd * rng.standard_normal(len(truth))
 
@@ -95,7 +110,7 @@ class UnknownSd(Noise):
     def __post_init__(self):
         positive("sd", self.sd)
 
-    def log_density(self, predicted, readings, times=None) -> np.ndarray:
+    def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         half_n = 0.5 * len(readings)
@@ -103,17 +118,21 @@ class UnknownSd(Noise):
         with np.errstate(divide="ignore"):
             return possible(gammaln(half_n) - math.log(2.0) - half_n * np.log(math.pi * squares))
 
-    def residuals(self, predicted, readings, times=None) -> np.ndarray:
+    def residuals(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """(predicted - reading) over the root of their mean square; zero where every reading is met exactly."""
         errors = standardised(predicted, readings, times, 1.0)
         sizes = self._sizes(errors)
         return np.divide(errors, sizes, out=np.zeros_like(errors), where=sizes != 0)
 
-    def weigh(self, jacobian, predicted, readings, times=None) -> np.ndarray:
+    def weigh(
+        self, jacobian: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None
+    ) -> np.ndarray:
         """jacobian over the root of the mean square of (predicted - reading)."""
         return jacobian / self._sizes(standardised(np.asarray(predicted)[None], readings, times, 1.0))
 
-    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator) -> np.ndarray:
+    def quantile_residuals(
+        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
+    ) -> np.ndarray:
         """(reading - predicted) / sd with an sd drawn given the predictions.
 
         Of n readings, their squares sum to chi-square with n degrees of freedom whatever they are.
@@ -125,127 +144,9 @@ class UnknownSd(Noise):
     def _sizes(errors):
         return np.sqrt(np.mean(errors**2, axis=1, keepdims=True))
 
-    def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
+    def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """As :meth:`Noise.sample`."""
         return Normal(self.sd).sample(truth, times, rng)
-
-
-@dataclass(frozen=True)
-class Rounded(Noise):
-    """Readings rounded to the nearest multiple of `resolution` after normal noise of `sd`, both in their unit.
-
-    A reading y is the interval of values that round to it, and its density is the probability of that interval,
-
-        p(y) = Phi((y + resolution/2 - predicted) / sd) - Phi((y - resolution/2 - predicted) / sd),
-
-    (model manual, section 11), in the limit of a small resolution the normal density times the resolution.
-
-    The information is the observed one, minus the second derivative of log p by the prediction. In units of 1/sd^2 it
-    is one minus the variance of a standard normal truncated to the interval, hence between zero and one: zero where
-    the prediction lies far inside the interval, one far outside. The expected information at a given prediction
-    vanishes between the edges even if the reading is from another interval, and its mean over all offsets of the
-    prediction within the interval tells a search outside nothing of the walls, which are 1/sd^2 steep.
-    """
-
-    SAMPLED = ("sd",)
-
-    sd: float
-    resolution: float
-
-    def __post_init__(self):
-        not_negative("sd", self.sd)
-        not_negative("resolution", self.resolution)
-        if self.sd == 0 and self.resolution == 0:
-            raise InputError("noise: sd and resolution are both zero; exact readings have no likelihood")
-        if self.sd == 0:
-            raise InputError("noise: sd is zero with a resolution; that is the noise SetMembership")
-        if self.resolution == 0:
-            raise InputError("noise: resolution is zero; that is the noise Normal")
-
-    def log_density(self, predicted, readings, times=None, sd=None) -> np.ndarray:
-        """As :meth:`Noise.log_density`."""
-        predicted, readings = aligned(predicted, readings, times)
-        sd = of_members(chosen(sd, self.sd), len(predicted))
-        return possible(kernel.rounded_log_probabilities(predicted, readings, 0.5 * self.resolution, sd))
-
-    def residuals(self, predicted, readings, times=None, sd=None) -> np.ndarray:
-        """Derivative of minus log p by the prediction, over the root of the information; zero where that vanishes."""
-        slopes, roots = self._slopes(predicted, readings, times, sd)
-        return np.divide(slopes, roots, out=np.zeros_like(slopes), where=roots != 0)
-
-    def weigh(self, jacobian, predicted, readings, times=None, sd=None) -> np.ndarray:
-        """jacobian times the root of the observed information."""
-        _, roots = self._slopes(np.asarray(predicted)[None], readings, times, sd)
-        return jacobian * (roots[0] / chosen(sd, self.sd))[:, None]
-
-    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator, sd=None) -> np.ndarray:
-        """Draws from the standard normal distribution truncated to the interval of each reading."""
-        predicted, readings = aligned(predicted, readings, times)
-        scale = column(chosen(sd, self.sd))
-        middle = (readings - predicted) / scale
-        below = -np.abs(middle)  # reflected, as far tails are exact on the lower side only
-        upper, lower = (log_ndtr(below + side * self.resolution / scale) for side in (0.5, -0.5))
-        share = rng.random(predicted.shape)
-        drawn = ndtri_exp(upper + np.log(share + (1.0 - share) * np.exp(lower - upper)))
-        return np.where(middle > 0, -drawn, drawn)
-
-    def _slopes(self, predicted, readings, times, sd):
-        predicted, readings = aligned(predicted, readings, times)
-        sd = of_members(chosen(sd, self.sd), len(predicted))
-        slopes, information = kernel.rounded_slopes(predicted, readings, 0.5 * self.resolution, sd)
-        return slopes, np.sqrt(information)
-
-    def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
-        """As :meth:`Noise.sample`."""
-        return _rounded(truth + self.sd * rng.standard_normal(len(truth)), self.resolution)
-
-
-@dataclass(frozen=True)
-class SetMembership(Noise):
-    """Exact values rounded to the nearest multiple of `resolution`: :class:`Rounded` in the limit of sd zero.
-
-    The density is one if every prediction lies in the interval that rounds to its reading and zero otherwise. Having
-    no gradient, it has for residuals the distances to the intervals in units of half the resolution: a least-squares
-    search that brings them to zero has found a feasible prediction. There is no sd to override.
-    """
-
-    has_density = False
-
-    resolution: float
-
-    def __post_init__(self):
-        positive("resolution", self.resolution)
-
-    def log_density(self, predicted, readings, times=None) -> np.ndarray:
-        """As :meth:`Noise.log_density`."""
-        predicted, readings = aligned(predicted, readings, times)
-        inside = np.abs(predicted - readings) <= self._half_width(readings)
-        return np.where(inside.all(axis=1), 0.0, -np.inf)
-
-    def residuals(self, predicted, readings, times=None) -> np.ndarray:
-        """Signed distance from the interval over resolution / 2; zero inside."""
-        return self._excess(*aligned(predicted, readings, times)) / (0.5 * self.resolution)
-
-    def weigh(self, jacobian, predicted, readings, times=None) -> np.ndarray:
-        """jacobian over resolution / 2 where the prediction is outside its interval; zero inside."""
-        outside = self._excess(np.asarray(predicted), readings) != 0
-        return jacobian * (outside / (0.5 * self.resolution))[:, None]
-
-    def smoothed(self, share: float) -> Noise:
-        """Rounded normal noise whose sd is `share` of the resolution, which has slopes outside the interval."""
-        return Rounded(share * self.resolution, self.resolution)
-
-    def _excess(self, predicted, readings):
-        distance = predicted - readings
-        return np.sign(distance) * np.maximum(np.abs(distance) - self._half_width(readings), 0.0)
-
-    def _half_width(self, readings):
-        # The intervals are closed; their ends are known to the rounding of the reading, a multiple of the resolution.
-        return 0.5 * self.resolution + np.finfo(float).eps * np.abs(readings)
-
-    def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
-        """As :meth:`Noise.sample`."""
-        return _rounded(np.asarray(truth), self.resolution)
 
 
 @dataclass(frozen=True)
@@ -264,7 +165,14 @@ class StudentT(Noise):
         positive("sd", self.sd)
         positive("dof", self.dof)
 
-    def log_density(self, predicted, readings, times=None, sd=None, dof=None) -> np.ndarray:
+    def log_density(
+        self,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray | None = None,
+        sd: Value = None,
+        dof: Value = None,
+    ) -> np.ndarray:
         """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         sd, dof = (of_members(chosen(*pair), len(predicted)) for pair in ((sd, self.sd), (dof, self.dof)))
@@ -273,23 +181,46 @@ class StudentT(Noise):
         constant = gammaln(half) - gammaln(0.5 * dof) - 0.5 * np.log(math.pi * dof)
         return possible(len(readings) * (constant - np.log(sd)) - half * logarithms)
 
-    def residuals(self, predicted, readings, times=None, sd=None, dof=None) -> np.ndarray:
+    def residuals(
+        self,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray | None = None,
+        sd: Value = None,
+        dof: Value = None,
+    ) -> np.ndarray:
         """(dof + 1) z / (dof + z^2) over the root of the expected information, z = (predicted - reading) / sd."""
         z, dof = standardised(predicted, readings, times, chosen(sd, self.sd)), column(chosen(dof, self.dof))
         return np.sqrt((dof + 1.0) * (dof + 3.0)) * z / (dof + z * z)
 
-    def weigh(self, jacobian, predicted, readings, times=None, sd=None, dof=None) -> np.ndarray:
+    def weigh(
+        self,
+        jacobian: np.ndarray,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray | None = None,
+        sd: Value = None,
+        dof: Value = None,
+    ) -> np.ndarray:
         """jacobian times the root of the expected information, (dof + 1) / (dof + 3) / sd^2."""
         dof = chosen(dof, self.dof)
         return jacobian * (math.sqrt((dof + 1.0) / (dof + 3.0)) / chosen(sd, self.sd))
 
-    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator, sd=None, dof=None) -> np.ndarray:
+    def quantile_residuals(
+        self,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray,
+        rng: np.random.Generator,
+        sd: Value = None,
+        dof: Value = None,
+    ) -> np.ndarray:
         """Normal quantile of the t probability of what is below each reading, at most 37 in size."""
         z = standardised(predicted, readings, times, chosen(sd, self.sd))
         tails = stdtr(column(chosen(dof, self.dof)), -np.abs(z))
         return -np.copysign(ndtri(np.maximum(tails, np.finfo(float).tiny)), z)
 
-    def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
+    def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """As :meth:`Noise.sample`."""
         return truth + self.sd * rng.standard_t(self.dof, len(truth))
 
@@ -311,7 +242,14 @@ class AR1(Noise):
         positive("sd", self.sd)
         positive("correlation_time_s", self.correlation_time_s)
 
-    def log_density(self, predicted, readings, times, sd=None, correlation_time_s=None) -> np.ndarray:
+    def log_density(
+        self,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray,
+        sd: Value = None,
+        correlation_time_s: Value = None,
+    ) -> np.ndarray:
         """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         times = ascending(times)
@@ -320,19 +258,40 @@ class AR1(Noise):
         squares, logarithms = kernel.autoregressive_sums(predicted, readings, times, correlation_times).T
         return possible(-0.5 * (squares / sd**2 + logarithms) - len(readings) * (np.log(sd) + 0.5 * _LOG_2_PI))
 
-    def residuals(self, predicted, readings, times, sd=None, correlation_time_s=None) -> np.ndarray:
+    def residuals(
+        self,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray,
+        sd: Value = None,
+        correlation_time_s: Value = None,
+    ) -> np.ndarray:
         """Innovations over their standard deviations: the inverse Cholesky factor of the covariance times the error."""
         errors = standardised(predicted, readings, times, chosen(sd, self.sd))
         rho, innovation_sd = self._transitions(times, column(chosen(correlation_time_s, self.correlation_time_s)))
         return np.hstack([errors[:, :1], (errors[:, 1:] - rho * errors[:, :-1]) / innovation_sd])
 
-    def weigh(self, jacobian, predicted, readings, times, sd=None, correlation_time_s=None) -> np.ndarray:
+    def weigh(
+        self,
+        jacobian: np.ndarray,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray,
+        sd: Value = None,
+        correlation_time_s: Value = None,
+    ) -> np.ndarray:
         """The inverse Cholesky factor of the covariance of the noise times jacobian."""
         time = chosen(correlation_time_s, self.correlation_time_s)
         return self.residuals(jacobian.T, np.zeros(len(jacobian)), times, sd, time).T
 
     def quantile_residuals(
-        self, predicted, readings, times, rng: np.random.Generator, sd=None, correlation_time_s=None
+        self,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray,
+        rng: np.random.Generator,
+        sd: Value = None,
+        correlation_time_s: Value = None,
     ) -> np.ndarray:
         """Innovations of (reading - predicted) over their standard deviations."""
         return -self.residuals(predicted, readings, times, sd, correlation_time_s)
@@ -343,14 +302,10 @@ class AR1(Noise):
         lags = np.diff(ascending(times)) / correlation_time_s
         return np.exp(-lags), np.sqrt(-np.expm1(-2.0 * lags))
 
-    def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
+    def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """As :meth:`Noise.sample`."""
         rho, innovation_sd = self._transitions(times, self.correlation_time_s)
         errors = rng.standard_normal(len(truth))
         for i in range(1, len(errors)):
             errors[i] = rho[i - 1] * errors[i - 1] + innovation_sd[i - 1] * errors[i]
         return truth + self.sd * errors
-
-
-def _rounded(values, resolution):
-    return resolution * np.round(values / resolution)

@@ -9,6 +9,8 @@ from bayesub.io.errors import InputError
 _LOG_STEP = 1e-4  # of differences by logarithms: second ones are then good to 1e-8 of a log density
 _LEAST_INFORMATION = 1e-3  # next to a prior's, which is about one
 
+Value = np.ndarray | float | None  # of an attribute of the noise, by members, or that of the model
+
 
 class Noise:
     """Noise of the readings of one channel.
@@ -30,11 +32,23 @@ class Noise:
     is_normal: ClassVar[bool] = False
     has_density: ClassVar[bool] = True
 
-    def log_density(self, predicted, readings, times=None, **unknown) -> np.ndarray:
+    def log_density(
+        self,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray | None = None,
+        **unknown: np.ndarray | float,
+    ) -> np.ndarray:
         """(n_batch,) log densities of the readings, minus infinity for failed simulations."""
         raise NotImplementedError
 
-    def residuals(self, predicted, readings, times=None, **unknown) -> np.ndarray:
+    def residuals(
+        self,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray | None = None,
+        **unknown: np.ndarray | float,
+    ) -> np.ndarray:
         """(n_batch, n) residuals z.
 
         With the derivatives J of :meth:`weigh`, J'z is the gradient of minus the log density and J'J its expected or
@@ -42,11 +56,25 @@ class Noise:
         """
         raise NotImplementedError
 
-    def weigh(self, jacobian, predicted, readings, times=None, **unknown) -> np.ndarray:
+    def weigh(
+        self,
+        jacobian: np.ndarray,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray | None = None,
+        **unknown: np.ndarray | float,
+    ) -> np.ndarray:
         """(n, p) weighed derivatives J, of the derivatives `jacobian` (n, p) of one member's predictions (n,)."""
         raise NotImplementedError
 
-    def quantile_residuals(self, predicted, readings, times, rng: np.random.Generator, **unknown) -> np.ndarray:
+    def quantile_residuals(
+        self,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray,
+        rng: np.random.Generator,
+        **unknown: np.ndarray | float,
+    ) -> np.ndarray:
         """(n_batch, n) standard normal quantiles of the probability of what is below each reading, given those before.
 
         They are standard normal and independent at the truth. An unknown sd, and where in its rounding interval a
@@ -54,7 +82,7 @@ class Noise:
         """
         raise NotImplementedError
 
-    def sample(self, truth, times, rng: np.random.Generator) -> np.ndarray:
+    def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(n,) readings of the motion `truth` (n,)."""
         raise NotImplementedError
 
@@ -63,7 +91,14 @@ class Noise:
         del share
         return self
 
-    def deviance(self, residuals, predicted, readings, times, **unknown) -> np.ndarray:
+    def deviance(
+        self,
+        residuals: np.ndarray,
+        predicted: np.ndarray,
+        readings: np.ndarray,
+        times: np.ndarray,
+        **unknown: np.ndarray | float,
+    ) -> np.ndarray:
         """(n_batch,) minus twice the log density less that of predictions that equal the readings.
 
         The latter has no `unknown` attributes but the model's own, and if it has no bound nothing is taken off.
@@ -78,7 +113,9 @@ class Noise:
         return 2.0 * (most - self.log_density(predicted, readings, times, **unknown))
 
 
-def scale_rows(noise, predicted, readings, times, unknown) -> tuple[np.ndarray, np.ndarray]:
+def scale_rows(
+    noise, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, unknown
+) -> tuple[np.ndarray, np.ndarray]:
     """Residuals and derivatives that stand for the unknown attributes of a noise model in Gauss-Newton steps.
 
     With the gradient g and the observed information I = L L' of the log density by the logarithms of the attributes,
@@ -134,7 +171,7 @@ def not_negative(key, value):
         raise InputError(f"noise: {key} must not be negative, found {value}")
 
 
-def ascending(times):
+def ascending(times: np.ndarray):
     """Contiguous times (n,); InputError unless they ascend."""
     times = np.ascontiguousarray(times, dtype=float)
     steps = np.diff(times)
@@ -144,7 +181,7 @@ def ascending(times):
     return times
 
 
-def aligned(predicted, readings, times):
+def aligned(predicted: np.ndarray, readings: np.ndarray, times: np.ndarray):
     """Contiguous predicted (n_batch, n) and readings (n,), refused if the lengths differ."""
     predicted = np.ascontiguousarray(predicted, dtype=float)
     readings = np.ascontiguousarray(readings, dtype=float)
@@ -166,7 +203,7 @@ def of_members(value, n_batch):
     return np.where(values > 0, values, np.nan)
 
 
-def standardised(predicted, readings, times, sd):
+def standardised(predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, sd):
     """(n_batch, n) errors of the predictions over the sd, a number or (n_batch,)."""
     predicted, readings = aligned(predicted, readings, times)
     return (predicted - readings) / column(sd)

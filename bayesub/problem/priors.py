@@ -12,6 +12,7 @@ import numpy as np
 
 from bayesub.io.errors import InputError, nearest
 from bayesub.model import coefficients
+from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Prior, Uniform
 
 __all__ = [
@@ -171,7 +172,7 @@ class Given(CoefficientPrior):
         return CorrelatedNormal(mean, sd[:, None] * factor)
 
 
-def relative_normal(sd: float, centre=None) -> Spread:
+def relative_normal(sd: float, centre: np.ndarray | None = None) -> Spread:
     """Normal prior with standard deviation ``sd * |centre|`` for each coefficient.
 
     Parameters
@@ -183,12 +184,12 @@ def relative_normal(sd: float, centre=None) -> Spread:
     return _spread("normal", "sd", sd, centre)
 
 
-def relative_uniform(half_width: float, centre=None) -> Spread:
+def relative_uniform(half_width: float, centre: np.ndarray | None = None) -> Spread:
     """Uniform prior within ``half_width * |centre|`` of the centre: 0.75 for the bounds of the thesis (section 7.4)."""
     return _spread("uniform", "half_width", half_width, centre)
 
 
-def relative_log_normal(log_sd: float, centre=None) -> Spread:
+def relative_log_normal(log_sd: float, centre: np.ndarray | None = None) -> Spread:
     """Log-normal prior with its median at the centre, whose sign the coefficient keeps."""
     return _spread("log-normal", "log_sd", log_sd, centre)
 
@@ -198,7 +199,7 @@ def _spread(kind, key, value, centre):
     return Spread(kind, float(value), None if centre is None else np.asarray(centre, dtype=float))
 
 
-def from_vehicle(vehicle, otherwise: Spread | None = None, centre=None) -> Given:
+def from_vehicle(vehicle: Vehicle, otherwise: Spread | None = None, centre: np.ndarray | None = None) -> Given:
     """Normal priors with the standard deviations of a vehicle file, and `otherwise` for what has none.
 
     Parameters
@@ -244,6 +245,6 @@ def _finite(key, value) -> float:
     return float(value)
 
 
-def perturbed(xi, sd: float, rng: np.random.Generator) -> np.ndarray:
+def perturbed(xi: np.ndarray, sd: float, rng: np.random.Generator) -> np.ndarray:
     """A guess: each coefficient of `xi` times ``1 + sd * standard normal``, with the sign of the original."""
     return xi * np.abs(1.0 + sd * rng.standard_normal(len(xi)))

@@ -1,5 +1,7 @@
 """The inference problem of one trial, posed from a vehicle, a manoeuvre and a record."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
@@ -50,7 +52,7 @@ class Problem(TrialProblem):
         manoeuvre: Manoeuvre,
         record: Record,
         *,
-        free,
+        free: Iterable[str],
         prior: CoefficientPrior,
         nuisance: dict[str, Prior] | None = None,
         noise: dict[str, Noise] | None = None,

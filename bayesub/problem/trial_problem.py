@@ -77,7 +77,7 @@ class TrialProblem(PosteriorDensity):
         """What this problem and its views have computed so far."""
         return self.forward.costs
 
-    def each_trial(self, parameters):
+    def each_trial(self, parameters: np.ndarray):
         """As :meth:`bayesub.problem.base.PosteriorDensity.each_trial`; the only trial needs no name."""
         yield "", self, parameters
 
@@ -91,7 +91,7 @@ class TrialProblem(PosteriorDensity):
         """Coefficient sets and nuisance values of parameters (n_batch, n_params), as the forward model takes them."""
         return self.coefficient_sets(parameters), self._nuisance_values(parameters)
 
-    def predicted(self, parameters) -> np.ndarray:
+    def predicted(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed.
 
         Headings of a log, which are known up to whole turns, are on the turn that is nearest to the reading.
@@ -114,7 +114,7 @@ class TrialProblem(PosteriorDensity):
             return len(self.readings)
         return len(self.readings) + sum(len(self.forward.nuisances.of_noise(c)) for c in self.record.channels)
 
-    def residuals(self, parameters) -> np.ndarray:
+    def residuals(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_rows) standardised residuals, ``(predicted - reading) / sd`` where the noise is normal.
 
         Otherwise scores over the root of the information (:class:`bayesub.problem.noise.Noise`), so that with
@@ -124,7 +124,7 @@ class TrialProblem(PosteriorDensity):
         parameters = np.atleast_2d(parameters)
         return self._residuals(parameters, self.predicted(parameters), parameters)
 
-    def residuals_about(self, centre, parameters) -> np.ndarray:
+    def residuals_about(self, centre: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_rows) residuals with the noise as it is at `centre` (n_params,), for emulation.
 
         In the logarithms of the parameters of the noise the sum of their squares then follows the deviance to second
@@ -135,7 +135,7 @@ class TrialProblem(PosteriorDensity):
         centres = np.broadcast_to(centre, parameters.shape)
         return self._residuals(parameters, self.predicted(parameters), centres)
 
-    def misfit(self, parameters) -> tuple[np.ndarray, np.ndarray]:
+    def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,), infinite where the simulation failed.
 
         A deviance is the sum over the channels of :meth:`bayesub.problem.noise.Noise.deviance`: the sum of squared
@@ -148,7 +148,7 @@ class TrialProblem(PosteriorDensity):
             deviances += noise.deviance(residuals[:, part], predicted[:, part], self.readings[part], times, **unknown)
         return residuals, np.where(np.isnan(deviances), np.inf, deviances)
 
-    def jacobian(self, parameters) -> np.ndarray:
+    def jacobian(self, parameters: np.ndarray) -> np.ndarray:
         """(n_rows, n_params) derivatives of the residuals at one parameter vector (n_params,).
 
         They are those of the discretised motion, to round-off; not a number where the simulation failed.
@@ -211,7 +211,7 @@ class TrialProblem(PosteriorDensity):
             return self
         return self._view(noises=tuple(noise.smoothed(share) for noise in self.noises))
 
-    def with_readings(self, readings) -> "TrialProblem":
+    def with_readings(self, readings: np.ndarray) -> "TrialProblem":
         """The same problem with other readings (n_readings,), SI units, such as replicated ones."""
         return self._view(readings=np.asarray(readings, dtype=float))
 
@@ -226,23 +226,23 @@ class TrialProblem(PosteriorDensity):
         values = [self.record.nuisances.get(name, value) for name, value in nuisances]
         return np.concatenate([xi[self.columns], values])
 
-    def trajectory(self, parameters) -> Trajectory:
+    def trajectory(self, parameters: np.ndarray) -> Trajectory:
         """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params).
 
         It is through the water, of the vehicle from the start of the manoeuvre, without nuisance parameters.
         """
         return self.simulator.trajectory(self.coefficient_sets(parameters))
 
-    def motion(self, parameters) -> np.ndarray:
+    def motion(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
         return self.forward.states(*self._arguments(np.atleast_2d(parameters)))
 
-    def linear_systems(self, parameters) -> dict[str, LinearSystem]:
+    def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, of the body and start that are inferred."""
         trajectory = self.forward.trajectory(*self._arguments(np.atleast_2d(parameters)))
         return linear_systems(trajectory, free=self.names[: self.n_coefficients])
 
-    def log_likelihoods(self, parameters) -> dict[str, np.ndarray]:
+    def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
         """As :meth:`bayesub.problem.base.PosteriorDensity.log_likelihoods`."""
         parameters = np.atleast_2d(parameters)
         predicted = self.predicted(parameters)
@@ -259,7 +259,7 @@ class TrialProblem(PosteriorDensity):
         pairs = zip(self.record.channels, self.noises, strict=True)
         return {channel.name: (channel, noise) for channel, noise in pairs}
 
-    def quantile_residuals(self, parameters, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    def quantile_residuals(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Channel -> (n_batch, n) quantile residuals of those channels whose noise has a density.
 
         They are not a number where the simulation failed.
@@ -274,7 +274,7 @@ class TrialProblem(PosteriorDensity):
             if noise.has_density
         }
 
-    def replicated(self, parameters, rng: np.random.Generator) -> np.ndarray:
+    def replicated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(n_batch, n_readings) readings that each member of parameters (n_batch, n_params) could have made.
 
         They are not a number where the simulation failed. An sd that is integrated out is taken as it was guessed.

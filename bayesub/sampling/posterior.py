@@ -1,5 +1,6 @@
 """What sampling returns: the chain of every ensemble, its summaries and its convergence."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -127,7 +128,7 @@ class Posterior:
         """(n_params, n_params) posterior correlation matrix."""
         return np.corrcoef(self.draws.T)
 
-    def quantiles(self, probabilities) -> np.ndarray:
+    def quantiles(self, probabilities: Sequence[float]) -> np.ndarray:
         """(n_probabilities, n_params)."""
         return np.quantile(self.draws, probabilities, axis=0)
 
