@@ -30,6 +30,7 @@ question = "Is <script>alert(1)</script> & 'this' a question?"
 vehicle = "auv690"
 manoeuvre = "horizontal"
 seed = 3
+dt_s = 0.4
 [[sensors]]
 kind = "track"
 channels = ["x", "y", "yaw"]
@@ -56,7 +57,7 @@ def small(tmp_path):
     return path
 
 
-def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, small, tmp_path):
+def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, small, tmp_path, draw_only):
     folder = tmp_path / "run"
     status, out, _ = bayesub("run", small, "-o", folder)
     assert status == 0
@@ -81,6 +82,7 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
         assert (folder / f"{name}.png").stat().st_size > 5000
         assert not (folder / f"{name}.pdf").exists()
 
+    draw_only("corner")
     status, _, err = bayesub("run", small, "-o", folder)
     assert status == 2
     assert "--resume" in err
@@ -109,6 +111,7 @@ def test_resume_names_the_first_difference(bayesub, small, tmp_path):
     assert "0.3" in err
 
 
+@pytest.mark.usefixtures("few_figures")
 def test_an_interrupted_run_resumes_to_the_same_bits(bayesub, small, tmp_path):
     longer = SMALL + "[sampler]\ness = 6000.0\n"
     small.write_text(longer)
@@ -218,6 +221,7 @@ def test_simulate_says_when_a_boat_leaves_the_envelope(bayesub, tmp_path):
     assert "left_envelope" in out
 
 
+@pytest.mark.usefixtures("few_figures")
 def test_ctrl_c_prints_the_command_that_continues(bayesub, small, tmp_path, monkeypatch):
     """Before sampling and during it: one line, exit status 130, and the command works."""
     small.write_text(SMALL + "[sampler]\ness = 6000.0\n")  # more than the first look finds
@@ -292,6 +296,7 @@ def with_files(small):
     return small
 
 
+@pytest.mark.usefixtures("few_figures")
 def test_a_run_moves_and_is_drawn_again_from_what_its_folder_keeps(bayesub, with_files, tmp_path):
     """Paths are relative to the study, copies of its files are in the folder, and a changed copy is refused by name."""
     folder = tmp_path / "run"
@@ -341,6 +346,7 @@ def test_a_file_that_the_study_names_makes_a_run_stale(with_files, tmp_path):
         bs.run(with_files, folder, resume=True)
 
 
+@pytest.mark.usefixtures("few_figures")
 def test_a_run_of_the_former_version_is_drawn_again_while_its_files_are_there(with_files, tmp_path):
     """Its config holds absolute paths and no digest of sources."""
     folder = tmp_path / "run"
@@ -354,6 +360,7 @@ def test_a_run_of_the_former_version_is_drawn_again_while_its_files_are_there(wi
         redraw(folder)
 
 
+@pytest.mark.usefixtures("few_figures")
 def test_the_problem_is_prepared_once(small, tmp_path, monkeypatch):
     """And the verdict is not read from a file that was just written."""
     small.write_text(SMALL + "[sampler]\ness = 1e6\nmax_steps = 100\n")

@@ -17,6 +17,7 @@ vehicle = "auv690"
 data = "log.csv"
 subproblem = "horizontal"
 seed = 3
+dt_s = 0.4
 [[sensors]]
 kind = "track"
 channels = ["x", "y", "yaw"]
@@ -99,6 +100,7 @@ def test_a_log_needs_no_suffix(folder, monkeypatch):
     assert prepare(posed).problem.record.n_readings
 
 
+@pytest.mark.usefixtures("few_figures")
 def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(folder, bayesub):
     """A changed vehicle is neither continued with nor drawn into the report of another, whatever its name."""
     boat = folder / "boat.toml"
