@@ -1,7 +1,12 @@
 """Shared vehicles and motions. `boat` is a vehicle file as a dictionary, which is what slow_twin understands."""
 
+import os
 import sys
 import tomllib
+
+# Before NumPy is loaded: threads of BLAS in several test processes wait for one another in busy loops, which made
+# tests of small matrices take up to ten times as long.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
