@@ -1,5 +1,6 @@
 """Checkpoints: what is saved, what is refused, and what happens when disks fill and files are damaged."""
 
+import shutil
 import signal
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from bayesub.sampling.posterior import Criteria
 ENDLESS = Criteria(ess=1e12)  # never met, so that the length is max_steps
 
 
-def run(path, max_steps=250, problem=None, seed=7, **options):
+def run(path, max_steps=160, problem=None, seed=7, **options):
     rng = np.random.default_rng(seed)
     problem = problem or Banana()
     return bs.sample(problem, rng=rng, n_walkers=16, max_steps=max_steps, criteria=ENDLESS, checkpoint=path, **options)
@@ -36,6 +37,16 @@ def straight():
     return run(None)
 
 
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory):
+    """The checkpoint of its first forty steps, in a block for every step or two."""
+    path = tmp_path_factory.mktemp("begun") / "chain"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sampler, "BLOCK_SECONDS", 0.0)
+        run(path, 40)
+    return path
+
+
 def same(resumed, straight):
     np.testing.assert_array_equal(resumed.chain, straight.chain)
     np.testing.assert_array_equal(resumed.log_prob, straight.log_prob)
@@ -47,7 +58,7 @@ def test_resuming_is_bit_identical(tmp_path, straight):
     """A run that was stopped, and stopped again, and resumed is the run that was not, evaluations included."""
     path = tmp_path / "chain"
     run(path, 130)
-    run(path, 170)
+    run(path, 150)
     resumed = run(path)
     same(resumed, straight)
     assert resumed.evaluations == straight.evaluations
@@ -94,10 +105,9 @@ def test_a_checkpoint_of_a_former_version_is_refused(tmp_path, monkeypatch):
 @pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "removed"])
 @pytest.mark.parametrize("victim", ["last", "third", "start.block"])
 @pytest.mark.usefixtures("short_blocks")
-def test_a_damaged_block_is_noticed_and_computed_again(tmp_path, straight, victim, damage):
+def test_a_damaged_block_is_noticed_and_computed_again(tmp_path, begun, straight, victim, damage):
     """One bit is enough; the run continues from the blocks before it and ends in the same bits."""
-    path = tmp_path / "chain"
-    run(path, 40)
+    path = shutil.copytree(begun, tmp_path / "chain")
     blocks = sorted(path.glob("[0-9]*.block"))
     file = {"last": blocks[-1], "third": blocks[2], "start.block": path / "start.block"}[victim]
     content = bytearray(file.read_bytes())

@@ -54,7 +54,7 @@ def test_kill_9_costs_at_most_a_block_and_leaves_no_unreadable_file(tmp_path):
     """After each kill there is what was saved; the next life continues, and the end is that of a life without kills."""
     folder, rng = tmp_path / "chain", np.random.default_rng(KILLS)
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["bayesub", "toys"])
+    context.set_forkserver_preload(["bayesub.sampling.sampler"])
     lengths = [0]
     for life in range(KILLS):
         begun, reported = context.Event(), context.Value("i", 0)
