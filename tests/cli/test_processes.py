@@ -29,7 +29,7 @@ name = "small"
 vehicle = "auv690"
 manoeuvre = "horizontal"
 seed = 3
-dt_s = 0.2
+dt_s = 0.4
 [[sensors]]
 kind = "track"
 channels = ["x", "y", "yaw"]
