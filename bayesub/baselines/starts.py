@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+import threadpoolctl
 
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.lockstep import together
@@ -53,6 +54,7 @@ class Normalised:
         raise ValueError(f"the simulation fails at starts within {100 * spread:g} % of the guess; lower start_spread")
 
 
+@threadpoolctl.threadpool_limits.wrap(1, "blas")  # its threads wait for each other in busy loops
 def search_from(starts, search, answer, *, method: str, unknowns: Normalised, progress=None) -> Estimate:
     """Search from every start (n_starts, n_params), side by side.
 
