@@ -67,10 +67,10 @@ def band(n_trials: int, false_alarms: float, rng: np.random.Generator, n_draws: 
     points = np.arange(1, n_draws + 1) / (n_draws + 1)
     ranks = np.sort(rng.integers(n_draws + 1, size=(_SIMULATED, n_trials)), axis=1)
     level = np.full(_SIMULATED, 1.0)
+    counts = np.arange(n_trials + 1)
     for k, p in enumerate(points):
-        count = np.count_nonzero(ranks <= k, axis=1)
-        tails = np.minimum(stats.binom.cdf(count, n_trials, p), stats.binom.sf(count - 1, n_trials, p))
-        level = np.minimum(level, tails)
+        tails = np.minimum(stats.binom.cdf(counts, n_trials, p), stats.binom.sf(counts - 1, n_trials, p))
+        level = np.minimum(level, tails[np.count_nonzero(ranks <= k, axis=1)])
     quantile = np.quantile(level, false_alarms, method="lower")
     lower, upper = stats.binom.ppf(quantile, n_trials, points), stats.binom.isf(quantile, n_trials, points)
     return lower / n_trials, upper / n_trials

@@ -7,6 +7,7 @@ import warnings
 from dataclasses import replace
 
 import h5py
+import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -130,7 +131,7 @@ draw_joint(Figure().subplots(), np.random.default_rng(1).uniform(size=(500, 2)))
 def output(script, home):
     """Exit status and what a process prints in which every warning is shown."""
     home.mkdir()
-    environment = os.environ | {"XDG_CACHE_HOME": str(home), "MPLCONFIGDIR": str(home), "HOME": str(home)}
+    environment = os.environ | {"XDG_CACHE_HOME": str(home), "MPLCONFIGDIR": mpl.get_configdir(), "HOME": str(home)}
     words = [sys.executable, "-W", "always::FutureWarning", "-c", script]
     process = subprocess.run(words, env=environment, capture_output=True, text=True)
     return process.returncode, process.stdout, process.stderr
