@@ -85,9 +85,8 @@ def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate
         estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
     if n_starts := study.baselines.sqp_starts:
         progress.stage("SQP")
-        estimates.append(
-            baselines.sqp(problem.naive(), rng=setup.sqp_rng, n_starts=n_starts, progress=progress)
-        )  # fmt: skip
+        plain = problem.naive()
+        estimates.append(baselines.sqp(plain, rng=setup.sqp_rng, n_starts=n_starts, progress=progress))
     return estimates
 
 
