@@ -20,7 +20,7 @@ READERS = {"vehicle": bs.load_vehicle, "manoeuvre": read_manoeuvre, "geometry": 
 
 
 def test_changed_files_are_refused_in_a_line_or_fly(tmp_path, monkeypatch):
-    """A sample of the corpus of tests/fuzz.py, which drives many thousand."""
+    """A sample of the corpus of tests/support/fuzz.py, which drives many thousand."""
     monkeypatch.chdir(tmp_path)
     outcomes = []
     for kind, suffix, change, data in fuzz.files(152, seed=690):

@@ -6,7 +6,7 @@ import pytest
 import bayesub as bs
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.priors import normal, relative_normal
-from bayesub.report import data_card as data_check
+from bayesub.report import data_card
 from bayesub.sensors import Track, modified
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur")
@@ -25,7 +25,7 @@ def problem(suboff, spiral, spiral_track):
 
 def test_information_of_a_channel_is_that_of_a_problem_without_the_others(problem, suboff, spiral):
     """The posterior sds of the linearised problem of one channel, by inverting its precision matrix."""
-    card = data_check.check(problem, "spiral")
+    card = data_card.check(problem, "spiral")
     assert card.n_coefficients == 4
     for channel, found in zip(problem.record.channels, card.channels, strict=True):
         options = {"free": FREE, "prior": relative_normal(0.2), "nuisance": {"x0_m": normal(0.0, 5.0)}, "dt": 1.0}
@@ -41,7 +41,7 @@ def test_information_of_a_channel_is_that_of_a_problem_without_the_others(proble
 
 
 def test_gaps_are_where_readings_are_missing(problem):
-    x, yaw, _ = data_check.check(problem, "spiral").channels
+    x, yaw, _ = data_card.check(problem, "spiral").channels
     assert x.gaps == yaw.gaps == ((96.0, 144.0),)
     assert x.interval_s == 4.0
 
@@ -53,17 +53,17 @@ def test_outliers_of_a_smooth_motion_are_found_and_nothing_else():
     for _ in range(100):
         times = np.cumsum(rng.uniform(0.5, 1.5, 300))
         values = 50.0 * np.sin(times / 20.0) + 0.1 * rng.standard_normal(300)
-        alarms += len(data_check.outlier_candidates(times, values, 0.1))
+        alarms += len(data_card.outlier_candidates(times, values, 0.1))
         planted = np.array([40, 200])
         values[planted] += [3.0, -2.0]
-        assert set(planted) <= set(data_check.outlier_candidates(times, values, 0.1))
+        assert set(planted) <= set(data_card.outlier_candidates(times, values, 0.1))
     assert alarms <= 6  # binomial with 1 in 100: more has a probability of 1e-4
-    assert len(data_check.outlier_candidates(times[:4], values[:4], 0.1)) == 0
+    assert len(data_card.outlier_candidates(times[:4], values[:4], 0.1)) == 0
 
 
 def test_trials_have_rows_of_their_own_and_the_card_is_drawn(problem, tmp_path):
     joint = JointProblem({"first": problem, "second": problem})
-    card = data_check.check(joint, "two")
+    card = data_card.check(joint, "two")
     assert [c.name for c in card.channels][:4] == ["x[first]", "yaw[first]", "heading[first]", "x[second]"]
     assert card.channels[0].contraction[joint.names.index("x0_m[second]")] == 1.0
     assert len(card.lines()) == 7

@@ -1,4 +1,5 @@
-"""Drive bayesub with changed input files: python tests/fuzz.py --files 5000 [--seed 1] [--keep FOLDER]
+"""Drive bayesub with changed input files: python tests/support/fuzz.py --files 5000 [--seed 1]
+[--keep FOLDER]
 
 Every file goes through `bayesub check`; what that accepts is flown. A file may be refused, in one line that names it
 and says why, or accepted, and then every number that comes of it is finite or the boat fails in words. Anything else is
@@ -22,6 +23,8 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # where `support` is, for what is started as a script
 from support import mutations
 
 import bayesub as bs
