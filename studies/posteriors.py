@@ -25,6 +25,7 @@ others stiff.
 from functools import partial
 
 import numpy as np
+from scipy import stats
 
 from bayesub.plots import posterior as posterior_plots
 from bayesub.plots import style
@@ -36,6 +37,7 @@ from bayesub.thesis.posteriors import DrawsOfCoefficients, compare, searches
 N_SETS, MAX_ITERATIONS, MAX_STEPS = 50, 500, 20_000
 QUICK, QUICK_CASES = (5, 60, 400), (("npsauv", "horizontal"),)
 MOST, UNSEEN, DRAG, KEPT = 0.9, 0.8, 0.02, 0.4  # of the claim
+CHANCE = 0.05  # with which a few sets may fall short of it
 SETS = {  # group of sets -> label, marker, colour
     "starts": ("starts of SQP", "o", "#909090"),
     "exact": ("SQP, exact track", "o", style.SQP),
@@ -115,9 +117,9 @@ def claims(numbers):
             continue
         n, inside = len(case["places"]["exact"]["distance"]), case["inside"]
         noisy, exact = (inside[group]["chi_square"] for group in ("noisy", "exact"))
-        yield noisy >= MOST * n, f"{name}: {noisy} of {n} sets from noisy readings fit as well as the posterior"
-        low, high = {"vertical": (MOST * n, n), "horizontal": (0, 0.5 * n), "coupled": (0, n)}[name.split()[1]]
-        yield low <= exact <= high, f"{name}: {exact} of {n} sets from the exact track fit as well as the posterior"
+        yield reached(noisy, n, MOST), f"{name}: {noisy} of {n} sets from noisy readings fit as well as the posterior"
+        holds = {"vertical": reached(exact, n, MOST), "horizontal": reached(n - exact, n, 0.5), "coupled": True}
+        yield holds[name.split()[1]], f"{name}: {exact} of {n} sets from the exact track fit as well as the posterior"
         for group in ("exact", "noisy"):
             stiff = case["scatter"][group]["stiff"]
             yield stiff < 1.0 - UNSEEN, f"{name}: {stiff:.0%} of the scatter ({group}) is along what the data see"
@@ -129,3 +131,8 @@ def claims(numbers):
         yield contraction["Xuu"] < DRAG, f"{name}: Xuu keeps {contraction['Xuu']:.1%} of its prior sd"
         median = np.median(case["contraction"])
         yield median > KEPT, f"{name}: the median coefficient keeps {median:.0%} of its prior sd"
+
+
+def reached(count, n, share):
+    """Whether a share of n sets is reached; the few of a quick run, which rounding can decide, may miss it by luck."""
+    return count >= share * n if n >= N_SETS else stats.binom.cdf(count, n, share) > CHANCE

@@ -92,3 +92,10 @@ def test_a_posterior_that_has_not_converged_counts_for_nothing():
     assert sentence == "suboff vertical: 0 of 50 sets from noisy readings fit as well as the posterior"
     case["converged"] = False
     assert failures("posteriors", numbers) == []
+
+
+def test_five_sets_may_miss_what_fifty_must_reach():
+    """Four of five sets contradict no share of nine tenths, two do; of fifty, forty-four are too few."""
+    reached = script.load(ROOT / "studies" / "posteriors.py").reached
+    assert [reached(count, 5, 0.9) for count in (5, 4, 2)] == [True, True, False]
+    assert [reached(count, 50, 0.9) for count in (45, 44)] == [True, False]
