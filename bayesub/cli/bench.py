@@ -105,7 +105,7 @@ def compare(seconds: float) -> dict:
 def _adaptive(simulator: Simulator, tolerance: float) -> np.ndarray:
     """States (601, 12) by SciPy's adaptive integrator."""
     manoeuvre, work = simulator.manoeuvre, scalar_simulator.workspace(simulator)
-    history, spacing = simulator._controls_at(manoeuvre.times), manoeuvre.times[1] - manoeuvre.times[0]
+    history, spacing = simulator.controls_at(manoeuvre.times), manoeuvre.times[1] - manoeuvre.times[0]
     span = (TIMES[0], TIMES[-1])
     options = {"args": (history, spacing, work), "rtol": tolerance, "atol": tolerance}
     return solve_ivp(_controlled, span, manoeuvre.initial_state, "DOP853", TIMES, **options).y.T

@@ -11,7 +11,7 @@ An empty cell is a missing reading (not a number).
 """
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -50,12 +50,15 @@ CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 def si_factor(name: str) -> float:
     """SI units in one unit of a column: pi/180 for ``yaw_deg``, 1 for ``yaw_rad`` and ``x_m``.
 
+    Controls of equation sets and actuators have columns of their own, such as ``fin_1_deg`` and ``thruster_n``.
+
     Parameters
     ----------
     name : str
         Header of a column, or short name of a quantity for the column as it is written.
     """
-    return COLUMNS[HEADERS.get(name, name)][1]
+    header = HEADERS.get(name, name)
+    return COLUMNS[header][1] if header in COLUMNS else (_DEGREE if header.endswith("_deg") else 1.0)
 
 
 def positions(*names: str) -> list[int]:
@@ -63,8 +66,10 @@ def positions(*names: str) -> list[int]:
     return [OUTPUTS.index(name) for name in names]
 
 
-def read_log(path: Path) -> dict[str, np.ndarray]:
+def read_log(path: Path, controls: Iterable[str] = ()) -> dict[str, np.ndarray]:
     """Read a CSV file into short name -> (n,) array in SI units.
+
+    Besides the columns of all logs it may have those of `controls`, whose short names are the columns themselves.
 
     Numbers are parsed directly, a million rows in seconds and in little more memory than they fill. Only a file in
     which that fails is read a second time as text, to find the line that is wrong.
@@ -75,10 +80,11 @@ def read_log(path: Path) -> dict[str, np.ndarray]:
         With file, column or line, and remedy.
     """
     path = Path(path)
-    names = _header(path)
+    columns = COLUMNS | {name: (name, si_factor(name)) for name in controls if name not in COLUMNS}
+    names = _header(path, columns)
     rows, line = _numbers(path, names)
     _check_sizes(path, names, rows, line)
-    log = {COLUMNS[name][0]: values * si_factor(name) for name, values in zip(names, rows.T, strict=True)}
+    log = {columns[name][0]: values * si_factor(name) for name, values in zip(names, rows.T, strict=True)}
     times = log["time"]
     if not np.isfinite(times).all():
         raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty")
@@ -91,7 +97,7 @@ def read_log(path: Path) -> dict[str, np.ndarray]:
     return log
 
 
-def _header(path: Path) -> list[str]:
+def _header(path: Path, columns) -> list[str]:
     """The names of the columns, all of them known."""
     header = toml_files.read_line(path)
     if not header:
@@ -101,22 +107,22 @@ def _header(path: Path) -> list[str]:
             raise InputError(f"{path}: columns are separated by {word}; separate them by commas, with decimal points")
     names = [name.strip().strip('"') for name in header.split(",")]
     for name in names:
-        if name not in COLUMNS:
-            raise InputError(f"{path}: unknown column '{name}'{_nearest_column(name)}")
+        if name not in columns:
+            raise InputError(f"{path}: unknown column '{name}'{_nearest_column(name, columns)}")
     if "time_s" not in names:
         raise InputError(f"{path}: column 'time_s' is missing")
-    shorts = [COLUMNS[name][0] for name in names]
+    shorts = [columns[name][0] for name in names]
     if len(set(shorts)) < len(shorts):
         repeated = next(name for name, short in zip(names, shorts, strict=True) if shorts.count(short) > 1)
         raise InputError(f"{path}: column '{repeated}' is given twice")
     return names
 
 
-def _nearest_column(name: str) -> str:
+def _nearest_column(name: str, columns) -> str:
     """A suggestion for an unknown column: the one of that quantity in another unit, or one that is spelt alike."""
     quantity = name.rpartition("_")[0].lower()
     same = [column for column in HEADERS.values() if column.rpartition("_")[0] == quantity]
-    return f": did you mean '{same[0]}'?" if same else nearest(name, COLUMNS)
+    return f": did you mean '{same[0]}'?" if same else nearest(name, columns)
 
 
 def _numbers(path: Path, names) -> tuple[np.ndarray, np.ndarray]:
@@ -187,7 +193,9 @@ def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
     """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
     import pandas as pd
 
-    table = pd.DataFrame({HEADERS[name]: log[name] / si_factor(name) for name in HEADERS if name in log})
+    known = [name for name in HEADERS if name in log]
+    names = known + [name for name in log if name not in HEADERS]
+    table = pd.DataFrame({HEADERS.get(name, name): log[name] / si_factor(name) for name in names})
     try:
         table.to_csv(path, index=False, float_format=WRITTEN)
     except OSError as error:

@@ -20,15 +20,14 @@ from pathlib import Path
 import numba
 from numba.core.registry import cpu_target
 
-from bayesub.kernels.integrate import integrate
 from bayesub.kernels.jit import DIGEST
+from bayesub.kernels.noise import gathered
 
-CALL_ALL = "from bayesub.kernels.first_calls import call_all; call_all()"
 _COMPILING = "BAYESUB_COMPILING"  # environment variable of the process that compiles
 
 
-def ensure(script: str = CALL_ALL) -> None:
-    """Run a script that calls every kernel in another process, unless this was done before for this installation.
+def ensure(script: str, name: str) -> None:
+    """Run a script that calls kernels in another process, unless this was done before for this installation.
 
     If the script fails, or nothing can be cached, the kernels are compiled where they are used. A line on standard
     error tells a user at a terminal what takes so long.
@@ -37,16 +36,18 @@ def ensure(script: str = CALL_ALL) -> None:
     ----------
     script : str
         Python source.
+    name : str
+        What it compiles.
     """
-    if numba.config.DISABLE_JIT or _COMPILING in os.environ or ensure.done:
+    if numba.config.DISABLE_JIT or _COMPILING in os.environ or name in _done:
         return
-    ensure.done = True
-    versions = (DIGEST, numba.__version__, platform.python_version(), _processor())
-    stamp = Path(integrate.stats.cache_path) / f"compiled-{'-'.join(versions)}"
+    _done.add(name)
+    versions = (name, DIGEST, numba.__version__, platform.python_version(), _processor())
+    stamp = Path(gathered.variants[0].stats.cache_path) / f"compiled-{'-'.join(versions)}"
     if stamp.exists():
         return
     if sys.stderr.isatty():
-        print("bayesub: compiling, once for this installation: about half a minute", file=sys.stderr)
+        print("bayesub: compiling, once for these equations: about half a minute", file=sys.stderr)
     finished = subprocess.run(
         [sys.executable, "-c", script], env=os.environ | {_COMPILING: "1"}, capture_output=True, check=False
     )
@@ -54,7 +55,7 @@ def ensure(script: str = CALL_ALL) -> None:
         stamp.touch()
 
 
-ensure.done = False
+_done: set[str] = set()
 
 
 def _processor() -> str:

@@ -14,17 +14,20 @@ from bayesub.kernels.workspace import LANES
 _SETTINGS = {"error_model": "numpy", "fastmath": {"contract"}}
 _SOURCES = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
 DIGEST = hashlib.sha256(_SOURCES).hexdigest()[:12]
+FAMILY = "bayesub_motion_"  # begin of the names of packages of :mod:`bayesub.kernels.families`
 
 
 def jit(function=None, **options):
     """Compile and cache a kernel.
 
     numba holds a cached function for current while its own file is unchanged, but kernels have functions of other
-    files inlined. The name under which a kernel is cached therefore carries a digest of all kernel sources.
+    files inlined. The name under which a kernel is cached therefore carries a digest of all kernel sources; that of a
+    family of kernels (:mod:`bayesub.kernels.families`) carries the name of its package too.
     """
     if function is None:
         return functools.partial(jit, **options)
-    function.__qualname__ += f"_{DIGEST}"
+    family = function.__module__.rpartition(".")[0].rpartition("_")[2]
+    function.__qualname__ += f"_{DIGEST}_{family}" if function.__module__.startswith(FAMILY) else f"_{DIGEST}"
     return numba.njit(cache=True, nogil=True, **_SETTINGS, **options)(function)
 
 

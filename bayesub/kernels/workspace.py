@@ -1,12 +1,12 @@
 """Rows of the workspace in which a block of lanes is simulated, and entries of the body vector.
 
+Those that depend on the equation set follow in :mod:`bayesub.kernels.motion.layout`.
+
 This module imports nothing, so that what only names the parts of a vehicle need not load the compiler.
 """
 
 LANES = 8  # coefficient sets of a block
 N_STATES = 12
-N_CONTROLS = 4  # rudder, bow plane, stern plane (rad) and n/k0 (m/s)
-N_COEFFICIENTS = 101
 
 # The body vector: everything of a vehicle that is not a hydrodynamic coefficient. SI units.
 BODY = (
@@ -32,7 +32,6 @@ SLOPE = SUM + STATE_ROWS  # derivative at the start of the step
 PREVIOUS = SLOPE + STATE_ROWS  # state and derivative one step back, for the dense output
 PREVIOUS_SLOPE = PREVIOUS + STATE_ROWS
 OUTPUT = PREVIOUS_SLOPE + STATE_ROWS  # state interpolated to an output time
-COEFFICIENTS = OUTPUT + STATE_ROWS  # dimensional
-BODY_ROWS = COEFFICIENTS + N_COEFFICIENTS
+BODY_ROWS = OUTPUT + STATE_ROWS
 INVERSE_MASS = BODY_ROWS + N_BODY  # 6 x 6, row by row
-N_ROWS = INVERSE_MASS + 36
+COEFFICIENTS = INVERSE_MASS + 36  # dimensional

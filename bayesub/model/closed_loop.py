@@ -3,11 +3,11 @@
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import CONTROLS, positions
+from bayesub.io.log_files import positions
 from bayesub.kernels import actuators, workspace
 from bayesub.model.vehicles import Vehicle
 
-BOW_PLANE, STERN_PLANE = CONTROLS.index("delta_b"), CONTROLS.index("delta_s")
+BOW_PLANE, STERN_PLANE = "bow_plane_deg", "stern_plane_deg"
 DEPTH, ROLL, PITCH = positions("z", "phi", "theta")
 PITCH_RATE, YAW_RATE = positions("q", "r")
 
@@ -21,36 +21,38 @@ class Flight:
     Parameters
     ----------
     vehicle : Vehicle
-        Confined to the plane of the manoeuvre, if to any.
+    subproblem : str or None
+        Plane to which the motion is confined, if to any.
     sample : float
         Spacing of the control history, s.
-    controls : (n + 1, 3) array
-        rad; planes that are not ordered stay at these angles, the others are overwritten.
+    controls : (n + 1, n_controls) array
+        SI units; those that are not ordered stay as they are, the others are overwritten.
     state : (12,) array
         At the start.
     """
 
-    def __init__(self, vehicle: Vehicle, sample: float, controls: np.ndarray, state: np.ndarray):
-        self.vehicle, self.sample, self.controls, self.state = vehicle, sample, controls, state
+    def __init__(self, vehicle: Vehicle, subproblem: str | None, sample: float, controls: np.ndarray, state: np.ndarray):
+        self.vehicle, self.subproblem = vehicle.restricted(subproblem), subproblem
+        self.sample, self.controls, self.state = sample, controls, state
         self.now = 0  # samples flown
-        self.orders: dict[
-            int, tuple[list[int], list[float]]
-        ] = {}  # plane -> (samples at which an order was given, orders)
-        self._dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
-        self._body = vehicle.body[None].copy()
+        self.orders: dict[str, tuple[list[int], list[float]]] = {}  # column -> (samples of the orders, orders)
+        self._dimensional = (self.vehicle.xi * vehicle.dimensional_factors)[None]
+        self._body = np.concatenate([self.vehicle.body, vehicle.constants])[None]
 
     @property
     def remaining(self) -> int:
         """Samples left."""
         return len(self.controls) - 1 - self.now
 
-    def ahead(self, orders: dict[int, float], n: int) -> np.ndarray:
+    def ahead(self, orders: dict[str, float], n: int) -> np.ndarray:
         """States (n, 12) of the next `n` samples if the planes are given these orders (rad) now."""
         elapsed = np.arange(n + 1) * self.sample
-        span = np.full((n + 1, 4), self.vehicle.speed_mps)  # last column: n/k0, self-propelled
-        span[:, :3] = self.controls[self.now : self.now + n + 1]
+        n_controls = self.controls.shape[1]
+        span = np.full((n + 1, n_controls + 1), self.vehicle.speed_mps)  # last column: n/k0, self-propelled
+        span[:, :n_controls] = self.controls[self.now : self.now + n + 1]
         boat = self.vehicle
-        for plane, order in orders.items():
+        for column, order in orders.items():
+            plane = boat.equations.control(column, "manoeuvre")
             limit = boat.plane_limits_rad[plane]
             span[:, plane] = actuators.step_response(
                 elapsed,
@@ -59,19 +61,16 @@ class Flight:
                 boat.plane_rate_radps,
                 boat.plane_time_constant_s,
             )
-        self.controls[self.now : self.now + n + 1] = span[:, :3]
+        self.controls[self.now : self.now + n + 1] = span[:, :n_controls]
         following = np.concatenate([span[1:], span[-1:]])
         stages = np.stack([span, 0.5 * (span + following), following], axis=1)
-        # numba takes a second to import, and a manoeuvre file is read and checked without flying it.
-        from bayesub.kernels import compilation
-        from bayesub.kernels.integrate import integrate
-
-        compilation.ensure()
-        states, _ = integrate(
+        states, _ = boat.kernels(self.subproblem).integrate.integrate(
             self._dimensional,
             self._body,
             self.state[None],
             stages,
+            np.zeros((*stages.shape[:2], 0, stages.shape[2])),
+            np.zeros((1, 0)),
             self.sample,
             elapsed[1:],
             np.inf,
@@ -80,7 +79,7 @@ class Flight:
         )
         return states[0]
 
-    def hold(self, orders: dict[int, float], n: int) -> None:
+    def hold(self, orders: dict[str, float], n: int) -> None:
         """Give these orders (rad) and fly `n` samples."""
         if n == 0:
             return
@@ -97,14 +96,14 @@ class Flight:
             )
 
 
-def zigzag(flight: Flight, plane: int, angle: float, watched: int, reversal: float, executes: int, first: int) -> None:
+def zigzag(flight: Flight, plane: str, angle: float, watched: int, reversal: float, executes: int, first: int) -> None:
     """Put a plane over, and to the other side whenever heading or pitch has followed far enough; then amidships.
 
     Parameters
     ----------
     flight : Flight
-    plane : int
-        Position among the controls.
+    plane : str
+        Column of the control.
     angle : float
         Of the plane, rad.
     watched : int

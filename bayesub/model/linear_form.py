@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayesub.io.log_files import ACCELERATIONS
-from bayesub.kernels.mass import mass_matrix
-from bayesub.model import coefficients
+from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.trajectory import Trajectory
 
 _REGRESSOR_ROUNDING = 3 * np.finfo(float).eps  # six roundings of half an epsilon: nu, four factors, the dimension
@@ -44,7 +43,7 @@ def linear_systems(
     """The linear form of each axis from the states and accelerations of a motion.
 
     The load is rigid-body inertia minus hydrostatics minus propulsion. Columns are the coefficients that play a part
-    (:func:`bayesub.model.coefficients.active_coefficients`). Columns that vanish throughout, such as those of planes
+    (:meth:`bayesub.model.equations.EquationSet.active`). Columns that vanish throughout, such as those of planes
     that do not move, are left out, and so are axes without columns.
 
     The regressors are exact functions of the given states but for round-off. Simulated accelerations come from the
@@ -69,18 +68,19 @@ def linear_systems(
     """
     simulator, xi = trajectory.simulator, trajectory.xi[member]
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]
-    active = set(coefficients.active_coefficients(None, simulator.manoeuvre, simulator.subproblem))
+    equations, mass_matrix = simulator.vehicle.equations, simulator.kernels.mass.mass_matrix
+    active = set(equations.active(None, simulator.manoeuvre, simulator.subproblem))
     free = active if free is None else active & set(free)
-    held = simulator.dimensional(np.where(np.isin(coefficients.NAMES, list(free)), 0.0, xi))[0]
+    held = simulator.dimensional(np.where(np.isin(equations.names, list(free)), 0.0, xi))[0]
     body, factors = simulator.vehicle.body, simulator.vehicle.dimensional_factors
     # What the free coefficients have to explain is how the motion differs from that of a boat without them.
     without = simulator.accelerations(held / factors, trajectory.states[member : member + 1])[0]
     loads = (accelerations - without) @ mass_matrix(held, body).T
-    columns = coefficients.regressors(states, accelerations, trajectory.controls)
+    columns = equations.regressors(states, accelerations, simulator.controls_at(trajectory.times), simulator.vehicle.constants)
     noise = {}
     if isinstance(trajectory, Trajectory):
         dimensional = simulator.dimensional(xi)[0]
-        short = _forces(columns, dimensional - held) - loads
+        short = _forces(equations, columns, dimensional - held) - loads
         errors = np.linalg.norm(np.linalg.solve(mass_matrix(dimensional, body), short.T), axis=1)
         # An acceleration is what two forces leave over, and no better than the round-off of either.
         errors += np.finfo(float).eps * np.linalg.norm(without, axis=0)
@@ -90,34 +90,37 @@ def linear_systems(
 
     systems = {}
     for axis, block in columns.items():
-        terms = [term for term in coefficients.TERMS if term.axis == axis]
+        terms = [term for term in equations.terms if term.axis == axis]
         rounding = np.array([noise.get(term.regressor, 0.0) for term in terms])
         moves = (np.abs(block).max(axis=0) > 0) & (rounding < _ROUND_OFF_ONLY)
         wanted = np.array([term.name in free for term in terms]) & moves
         if wanted.any():
             names = tuple(terms[k].name for k in np.flatnonzero(wanted))
-            matrix = block[:, wanted] * factors[coefficients.columns(names)]
-            load = loads[:, coefficients.AXES.index(axis)]
+            matrix = block[:, wanted] * factors[equations.columns(names)]
+            load = loads[:, AXES.index(axis)]
             systems[axis] = LinearSystem(axis, names, matrix, load, _REGRESSOR_ROUNDING + rounding[wanted])
     return systems
 
 
-def stacked(trials: Sequence[dict[str, LinearSystem]]) -> dict[str, LinearSystem]:
+def stacked(trials: Sequence[dict[str, LinearSystem]], order: Sequence[str]) -> dict[str, LinearSystem]:
     """The linear form of each axis from those of several trials of one vehicle; a null vector is one of all of them.
 
-    A column that a trial leaves out, because it vanishes there, is zero in its rows.
+    A column that a trial leaves out, because it vanishes there, is zero in its rows. The columns stand in the `order` of
+    the equations' coefficients.
     """
     first, *others = trials
-    return {axis: _stacked([t[axis] for t in trials if axis in t]) for axis in _axes(trials)} if others else first
+    if not others:
+        return first
+    return {axis: _stacked([t[axis] for t in trials if axis in t], order) for axis in _axes(trials)}
 
 
 def _axes(trials):
-    return [axis for axis in coefficients.AXES if any(axis in systems for systems in trials)]
+    return [axis for axis in AXES if any(axis in systems for systems in trials)]
 
 
-def _stacked(systems) -> LinearSystem:
+def _stacked(systems, order) -> LinearSystem:
     present = {name for system in systems for name in system.names}
-    names = tuple(name for name in coefficients.NAMES if name in present)
+    names = tuple(name for name in order if name in present)
     matrix = np.zeros((sum(len(system.matrix) for system in systems), len(names)))
     errors = np.zeros_like(matrix[: len(systems)])
     end = 0
@@ -130,7 +133,7 @@ def _stacked(systems) -> LinearSystem:
     return LinearSystem(systems[0].axis, names, matrix, np.concatenate([s.load for s in systems]), rounding)
 
 
-def _forces(columns, dimensional) -> np.ndarray:
-    """(n_samples, 6) hydrodynamic forces, N and N m, of dimensional coefficients (101,) on regressors by axis."""
-    parts = [block @ dimensional[coefficients.columns(coefficients.names_of_axis(a))] for a, block in columns.items()]
+def _forces(equations: EquationSet, columns, dimensional) -> np.ndarray:
+    """(n_samples, 6) hydrodynamic forces, N and N m, of dimensional coefficients (n_terms,) on regressors by axis."""
+    parts = [block @ dimensional[equations.columns(equations.names_of_axis(a))] for a, block in columns.items()]
     return np.stack(parts, axis=1)

@@ -14,15 +14,14 @@ from bayesub.kernels import actuators
 from bayesub.model import closed_loop
 from bayesub.model.vehicles import Vehicle, load_vehicle
 
-PLANES = ("rudder", "bow_plane", "stern_plane")
-RUDDER, _, STERN_PLANE = range(len(PLANES))
+RUDDER, BOW_PLANE, STERN_PLANE = "rudder_deg", "bow_plane_deg", "stern_plane_deg"
 SAMPLE_S = 0.1  # spacing of a built control history on the boat of its time scale (thesis section 4.5)
 
 MAX_SAMPLES = 100_000  # of a control history, nearly three hours; longer ones come as CSV
 MAX_EXECUTES = 100
 
 Angle = Annotated[float, pydantic.Field(ge=-90.0, le=90.0)]  # of a plane, degrees
-Orders = dict[int, tuple[np.ndarray, np.ndarray]]  # plane -> times (m,) in seconds of the file, and angles (m,) in rad
+Orders = dict[str, tuple[np.ndarray, np.ndarray]]  # column -> times (m,) in seconds of the file, and orders (m,) in SI
 
 
 class TimeScaleSection(Section):
@@ -37,11 +36,16 @@ class TimedSection(Section):
 
     time_s: tuple[float, ...] = pydantic.Field(min_length=1)
 
+    @property
+    def columns(self) -> dict[str, tuple[float, ...] | None]:
+        """The columns of orders."""
+        return {key: column for key, column in self if key != "time_s"}
+
     @pydantic.model_validator(mode="after")
     def _consistent(self):
         if any(b <= a for a, b in zip(self.time_s, self.time_s[1:], strict=False)) or self.time_s[0] < 0:
             raise ValueError("time_s must ascend from zero or later")
-        columns = {key: column for key, column in self if key != "time_s"}
+        columns = self.columns
         if not any(columns.values()):
             raise ValueError(f"give at least one of {', '.join(columns)}")
         for key, column in columns.items():
@@ -51,7 +55,10 @@ class TimedSection(Section):
 
 
 class StepsSection(TimedSection):
-    """Plane angles."""
+    """Orders by the columns of a log; besides the planes those of any other control that the vehicle has."""
+
+    model_config = pydantic.ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, tuple[float, ...]]
 
     rudder_deg: tuple[Angle, ...] | None = None
     bow_plane_deg: tuple[Angle, ...] | None = None
@@ -102,7 +109,7 @@ class ManoeuvreFile(Section):
         return state
 
     def orders(self, vehicle: Vehicle) -> Orders:
-        """The plane angles ordered of `vehicle`, plane -> times (m,) in seconds of the file, and angles (m,) in rad."""
+        """What is ordered of `vehicle`: column -> times (m,) in seconds of the file, and orders (m,) in SI units."""
         raise NotImplementedError
 
     def times(self, vehicle: Vehicle) -> np.ndarray:
@@ -110,14 +117,21 @@ class ManoeuvreFile(Section):
         return np.linspace(0.0, self.duration_s, self.n_samples + 1) * self.clock(vehicle)
 
     def controls(self, vehicle: Vehicle, orders: Orders) -> np.ndarray:
-        """Plane angles (n_samples + 1, 3): the answer of the actuators to `orders`, rad."""
+        """Controls (n_samples + 1, n_controls): the answer of the actuators to `orders`, SI units.
+
+        Raises
+        ------
+        InputError
+            For a control that the vehicle does not have.
+        """
         times = self.times(vehicle)
-        controls = np.zeros((len(times), 3))
-        for j, (at, angles) in orders.items():
+        controls = np.zeros((len(times), len(vehicle.equations.controls)))
+        for column, (at, ordered) in orders.items():
+            j = vehicle.equations.control(column, f"manoeuvre '{self.name}'")
             controls[:, j] = actuators.response(
                 times,
                 at * self.clock(vehicle),
-                angles,
+                ordered,
                 vehicle.plane_rate_radps,
                 vehicle.plane_time_constant_s,
                 vehicle.plane_limits_rad[j],
@@ -134,8 +148,8 @@ class StepsFile(ManoeuvreFile):
     def orders(self, _vehicle: Vehicle) -> Orders:
         """The angles of the file."""
         at = np.array(self.demands.time_s)
-        angles = [getattr(self.demands, f"{plane}_deg") for plane in PLANES]
-        return {j: (at, np.radians(column)) for j, column in enumerate(angles) if column is not None}
+        given = {column: orders for column, orders in self.demands.columns.items() if orders is not None}
+        return {column: (at, log_files.si_factor(column) * np.array(orders)) for column, orders in given.items()}
 
 
 class RandomFile(ManoeuvreFile):
@@ -153,7 +167,8 @@ class RandomFile(ManoeuvreFile):
         rng = np.random.default_rng(self.seed)
         at = np.arange(self.start_s, self.duration_s, self.interval_s)
         limits = np.radians([self.rudder_limit_deg, self.stern_plane_limit_deg])
-        limits = np.minimum(limits, vehicle.plane_limits_rad[[RUDDER, STERN_PLANE]])
+        places = [vehicle.equations.control(column, f"manoeuvre '{self.name}'") for column in (RUDDER, STERN_PLANE)]
+        limits = np.minimum(limits, vehicle.plane_limits_rad[places])
         rudder, stern = (limits * rng.uniform(-1.0, 1.0, (len(at), 2))).T
         return {RUDDER: (at, rudder), STERN_PLANE: (at, stern)}
 
@@ -177,7 +192,8 @@ class ClosedLoopFile(ManoeuvreFile):
         """The orders that `vehicle` gets when it flies in closed loop."""
         sample = self.duration_s / self.n_samples
         flight = closed_loop.Flight(
-            vehicle.restricted(self.subproblem),
+            vehicle,
+            self.subproblem,
             sample * self.clock(vehicle),
             self.controls(vehicle, self.fixed),
             self.initial_state(vehicle),
@@ -216,7 +232,7 @@ class ZigzagFile(ClosedLoopFile):
         watched = log_files.STATES.index("psi" if self.plane == "rudder" else "theta")
         first = min(round(self.start_s / SAMPLE_S), self.n_samples)
         angles = np.radians([self.angle_deg, self.reversal_deg])
-        closed_loop.zigzag(flight, PLANES.index(self.plane), angles[0], watched, angles[1], self.executes, first)
+        closed_loop.zigzag(flight, f"{self.plane}_deg", angles[0], watched, angles[1], self.executes, first)
 
 
 class AutopilotSection(Section):

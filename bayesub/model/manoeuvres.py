@@ -20,8 +20,8 @@ class Manoeuvre:
     name : str
     times : (n,) array
         Ascending from zero, s.
-    controls : (n, 3) array
-        Rudder, bow plane, stern plane, rad.
+    controls : (n, n_controls) array
+        Those of the vehicle's equations, SI units: of submarines rudder, bow plane and stern plane, rad.
     rpm : (n,) array
         Propeller speed.
     initial_state : (12,) array
@@ -29,6 +29,8 @@ class Manoeuvre:
     subproblem : str or None
         Plane to which the motion is confined unless the caller says otherwise, "horizontal" or "vertical".
     description : str
+    columns : tuple of str
+        Short names of the controls, by default those of the submarine's three.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Manoeuvre:
     initial_state: np.ndarray
     subproblem: str | None = None
     description: str = ""
+    columns: tuple[str, ...] = log_files.CONTROLS
 
     def __post_init__(self):
         for array in (self.times, self.controls, self.rpm, self.initial_state):
@@ -104,22 +107,30 @@ def _build(file: ManoeuvreFile, vehicle: Vehicle) -> Manoeuvre:
         initial_state=file.initial_state(vehicle),
         subproblem=file.subproblem,
         description=file.description,
+        columns=tuple(control.short for control in vehicle.equations.controls),
     )
 
 
 def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
-    log = log_files.read_log(path)
+    controls = vehicle.equations.controls
+    log = log_files.read_log(path, [control.column for control in controls])
     times = log.pop("time")
-    unknown = [name for name in log if name not in (*log_files.CONTROLS, "rpm")]
-    if unknown and not any(name in log for name in (*log_files.CONTROLS, "rpm")):
-        raise InputError(f"{path}: has no control column; expected some of {', '.join(log_files.CONTROL_COLUMNS)}")
+    expected = [*(control.short for control in controls), "rpm"]
+    unknown = [name for name in log if name not in expected]
+    if unknown and not any(name in log for name in expected):
+        listed = ", ".join([*(control.column for control in controls), "rpm"])
+        raise InputError(f"{path}: has no control column; expected some of {listed}")
+    others = [name for name in log_files.CONTROLS if name in log and name not in expected and np.any(log[name] != 0.0)]
+    if others:
+        vehicle.equations.control(log_files.HEADERS[others[0]], str(path))
     if times[0] != 0.0:
         raise InputError(f"{path}: a control history begins at time_s = 0, found {times[0]:g}")
     if len(times) < 2:
         raise InputError(f"{path}: a control history needs at least two rows")
     zero = np.zeros(len(times))
-    controls = np.column_stack([log.get(name, zero) for name in log_files.CONTROLS])
+    history = np.column_stack([log.get(control.short, zero) for control in controls] or [np.empty((len(times), 0))])
     rpm = log.get("rpm", np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps))
-    if not (np.isfinite(controls).all() and np.isfinite(rpm).all()):
+    if not (np.isfinite(history).all() and np.isfinite(rpm).all()):
         raise InputError(f"{path}: a control column has empty cells; every row needs its controls")
-    return Manoeuvre(path.stem, times, controls, rpm, straight_and_level(vehicle))
+    columns = tuple(control.short for control in controls)
+    return Manoeuvre(path.stem, times, history, rpm, straight_and_level(vehicle), columns=columns)

@@ -6,10 +6,9 @@ import numpy as np
 
 from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
-from bayesub.kernels import compilation, workspace
-from bayesub.kernels import integrate as kernel
-from bayesub.kernels import sensitivities as sensitivity
-from bayesub.model import coefficients
+from bayesub.kernels import families, workspace
+from bayesub.model.equations import AXES
+from bayesub.model.equations.generate import directory
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
@@ -59,14 +58,20 @@ class Simulator:
     ):
         if subproblem == _UNSET:
             subproblem = manoeuvre.subproblem
-        active = coefficients.active_coefficients(subproblem=subproblem)
+        subproblem = vehicle.equations.subproblem(subproblem)
         if controls not in ("linear", "hold"):
             raise InputError(f"unknown control convention '{controls}': expected linear or hold")
         if attitude not in ("euler", "quaternion"):
             raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion")
         if dt is not None and not (np.isfinite(dt) and dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {dt}")
-        compilation.ensure()
+        columns = tuple(control.short for control in vehicle.equations.controls)
+        if manoeuvre.columns != columns:
+            raise InputError(
+                f"manoeuvre '{manoeuvre.name}' moves {', '.join(manoeuvre.columns) or 'nothing'}, the equations of "
+                f"'{vehicle.name}' have {', '.join(columns) or 'no controls'}; load it for this vehicle"
+            )
+        self._folder = str(directory(vehicle.equations, subproblem))
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
         self.subproblem = subproblem
@@ -87,9 +92,11 @@ class Simulator:
         n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
         starts = np.arange(n_steps + 1) * self.step
         middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
-        self._inactive = np.isin(coefficients.NAMES, active, invert=True)
+        equations = vehicle.equations
+        self._inactive = np.isin(equations.names, equations.active(subproblem=subproblem), invert=True)
         self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
-        self._stages = np.stack([self._controls_at(starts + f * self.step) for f in (0.0, middle, end)], axis=1)
+        self._stages = np.stack([self.controls_at(starts + f * self.step) for f in (0.0, middle, end)], axis=1)
+        self._variations = np.zeros((*self._stages.shape[:2], 0, self._stages.shape[2]))
 
     def at(self, times: np.ndarray) -> "Simulator":
         """The same simulator with other output times."""
@@ -103,14 +110,19 @@ class Simulator:
             attitude=self.attitude,
         )
 
-    def _controls_at(self, times):
-        """(n, 4): the three planes and n/k0, linearly interpolated."""
+    def controls_at(self, times):
+        """(n, n_controls + 1): the controls of the equations and n/k0, linearly interpolated."""
         history = self.manoeuvre
         columns = [*history.controls.T, history.rpm / self.vehicle.rpm_per_mps]
         return np.stack([np.interp(times, history.times, column) for column in columns], axis=-1)
 
+    @property
+    def kernels(self) -> families.Family:
+        """The compiled kernels of the equations and the sub-problem."""
+        return families.compiled(self._folder)
+
     def dimensional(self, xi: np.ndarray) -> np.ndarray:
-        """(n_batch, 101) dimensional coefficients, zero where they play no part in the sub-problem."""
+        """(n_batch, n_terms) dimensional coefficients, zero where they play no part in the sub-problem."""
         dimensional = np.atleast_2d(np.asarray(xi, dtype=float)) * self.vehicle.dimensional_factors
         dimensional[:, self._inactive] = 0.0
         return dimensional
@@ -128,7 +140,7 @@ class Simulator:
 
         Parameters
         ----------
-        xi : (n_batch, 101) array
+        xi : (n_batch, n_terms) array
         body : (n_batch, N_BODY) array, optional
             Body vectors, SI units; by default the vehicle's.
         initial : (n_batch, 12) array, optional
@@ -147,12 +159,15 @@ class Simulator:
         """
         dimensional = self.dimensional(xi)
         n_batch = len(dimensional)
-        integrate = kernel.integrate_parallel if parallel and n_batch > kernel.LANES else kernel.integrate
+        kernel = self.kernels.integrate
+        integrate = kernel.integrate_parallel if parallel and n_batch > workspace.LANES else kernel.integrate
         states, status = integrate(
             dimensional,
-            self._repeated(self.vehicle.body, n_batch) if body is None else body,
+            self._bodies(body, n_batch),
             self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else initial,
             self._stages,
+            self._variations,
+            np.zeros((n_batch, self._variations.shape[2])),
             self.step,
             self.times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
@@ -167,8 +182,8 @@ class Simulator:
     def accelerations(self, xi: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Body accelerations (n_batch, n_times, 6) of coefficient sets `xi` along `states` at the output times."""
         dimensional = self.dimensional(xi)
-        body = self._repeated(self.vehicle.body, len(dimensional))
-        return kernel.body_accelerations(dimensional, body, states, self._controls_at(self.times))
+        bodies = self._bodies(None, len(dimensional))
+        return self.kernels.integrate.body_accelerations(dimensional, bodies, states, self.controls_at(self.times))
 
     def sensitivities(
         self,
@@ -186,7 +201,7 @@ class Simulator:
 
         Parameters
         ----------
-        xi : (101,) array
+        xi : (n_terms,) array
         parameters : iterable of str
             Names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9 non-dimensional;
             mass, weight and buoyancy are three numbers), or of states at the start, such as "u0".
@@ -205,25 +220,27 @@ class Simulator:
         if self.attitude != "euler":
             raise InputError("sensitivities need the attitude in Euler angles")
         dimensional = self.dimensional(xi)
-        body = np.array(self.vehicle.body if body is None else body)[None]
+        bodies = self._bodies(None if body is None else np.array(body)[None], 1)
         initial = np.array(self.manoeuvre.initial_state if initial is None else initial)[None]
-        history = sensitivity.fly(
-            dimensional, body, initial, self._stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps
+        kernel = self.kernels.sensitivities
+        history = kernel.fly(
+            dimensional, bodies, initial, self._stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps
         )
         columns = self._sensitivity_columns(parameters)
         rows = np.array(log_files.positions(*outputs))
-        derivatives = sensitivity.sensitivities(
-            dimensional, body, history, self._stages, self.step, self.times, *columns[1:], rows
+        derivatives = kernel.sensitivities(
+            dimensional, bodies, history, self._stages, self._variations, self.step, self.times, *columns[1:], rows
         )
         if len(columns[0]) < derivatives.shape[1]:
             derivatives = np.add.reduceat(derivatives, columns[0], axis=1)
         return derivatives.swapaxes(1, 2)
 
     def _sensitivity_columns(self, parameters):
-        """First column of each parameter, and what :func:`bayesub.kernels.sensitivities.sensitivities` asks for."""
+        """First column of each parameter, and what the kernel `sensitivities` asks for."""
         parameters = tuple(parameters)
         if parameters in self._columns:
             return self._columns[parameters]
+        equations = self.vehicle.equations
         idle = self.vehicle.idle(self.subproblem)
         factors_of = self.vehicle.dimensional_factors
         thrust_factor = 0.5 * self.vehicle.water_density_kgm3 * self.vehicle.length_m**2
@@ -231,21 +248,21 @@ class Simulator:
         for name in parameters:
             firsts.append(len(columns))
             used = name not in idle
-            if name in coefficients.INDEX:
-                k = coefficients.INDEX[name]
-                columns.append((k, used * factors_of[k], coefficients.AXES.index(name[0]), None))
+            if name in equations.index:
+                k = equations.index[name]
+                columns.append((k, used * factors_of[k], AXES.index(equations.terms[k].axis), None))
             elif name in workspace.BODY:
-                first = len(coefficients.NAMES) + 6 * len(body)
+                first = len(equations.names) + 6 * len(body)
                 factor = used * (thrust_factor if name in workspace.THRUST else 1.0)
                 columns += [(first + axis, factor, axis, None) for axis in range(6)]
                 body.append(workspace.BODY.index(name))
             elif name[-1:] == "0" and name[:-1] in log_files.STATES:
                 columns.append((0, 0.0, 0, log_files.STATES.index(name[:-1])))
             else:
-                valid = [*coefficients.NAMES, *workspace.BODY, *(f"{state}0" for state in log_files.STATES)]
+                valid = [*equations.names, *workspace.BODY, *(f"{state}0" for state in log_files.STATES)]
                 raise InputError(f"unknown parameter '{name}'{nearest(name, valid)}")
         sources, factors, axes, starts = zip(*columns, strict=True)
-        initial = np.zeros((len(columns), sensitivity.WIDTH))
+        initial = np.zeros((len(columns), self.kernels.sensitivities.WIDTH))
         for column, start in enumerate(starts):
             if start is not None:
                 initial[column, start] = 1.0
@@ -254,11 +271,16 @@ class Simulator:
         return self._columns[parameters]
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:
-        """The motion of coefficient sets `xi` (n_batch, 101), all twelve states."""
+        """The motion of coefficient sets `xi` (n_batch, n_terms), all twelve states."""
         states, status = self.run(xi)
-        controls = self._controls_at(self.times)
-        rpm = controls[:, 3] * self.vehicle.rpm_per_mps
-        return Trajectory(self.times, states, controls[:, :3], rpm, np.array(STATUS)[status], self, np.atleast_2d(xi))
+        controls = self.controls_at(self.times)
+        rpm = controls[:, -1] * self.vehicle.rpm_per_mps
+        return Trajectory(self.times, states, controls[:, :-1], rpm, np.array(STATUS)[status], self, np.atleast_2d(xi))
+
+    def _bodies(self, body, n_batch):
+        """Body vectors (n_batch, N_BODY), by default the vehicle's, with the constants of the equations."""
+        body = self._repeated(self.vehicle.body, n_batch) if body is None else body
+        return np.hstack([body, self._repeated(self.vehicle.constants, n_batch)])
 
     @staticmethod
     def _repeated(row, n_batch):
@@ -284,7 +306,7 @@ def simulate(
     ----------
     vehicle : Vehicle
     manoeuvre : Manoeuvre
-    xi : (101,) or (n_batch, 101) array, optional
+    xi : (n_terms,) or (n_batch, n_terms) array, optional
         Non-dimensional coefficients; by default the vehicle's own.
     dt : float, optional
         Integration step, s; by default the largest with a position error below 5 cm.
@@ -303,8 +325,9 @@ def simulate(
         For an option or coefficients that cannot be, and if no step is short enough.
     """
     xi = vehicle.xi if xi is None else np.asarray(xi, dtype=float)
-    if xi.shape[-1:] != (len(coefficients.NAMES),) or xi.ndim > 2 or not np.isfinite(xi).all():
-        raise InputError(f"xi must be finite with shape (101,) or (n_batch, 101), found shape {xi.shape}")
+    n = len(vehicle.xi)
+    if xi.shape[-1:] != (n,) or xi.ndim > 2 or not np.isfinite(xi).all():
+        raise InputError(f"xi must be finite with shape ({n},) or (n_batch, {n}), found shape {xi.shape}")
     if sample is None:
         times = manoeuvre.times
     elif np.isfinite(sample) and 0 < sample <= manoeuvre.duration:
@@ -361,8 +384,8 @@ def accelerations(vehicle: Vehicle, states: np.ndarray, controls: np.ndarray, rp
     vehicle : Vehicle
     states : (n, 12) array
         m, rad, m/s, rad/s.
-    controls : (n, 3) array
-        rad.
+    controls : (n, n_controls) array
+        Of the equations, SI units.
     rpm : (n,) array or float
 
     Returns
@@ -370,10 +393,10 @@ def accelerations(vehicle: Vehicle, states: np.ndarray, controls: np.ndarray, rp
     (n, 6) array
         udot vdot wdot (m/s^2), pdot qdot rdot (rad/s^2).
     """
-    compilation.ensure()
     states = np.ascontiguousarray(states, dtype=float)
-    ordered = np.empty((len(states), 4))
-    ordered[:, :3] = controls
-    ordered[:, 3] = np.asarray(rpm, dtype=float) / vehicle.rpm_per_mps
+    ordered = np.empty((len(states), len(vehicle.equations.controls) + 1))
+    ordered[:, :-1] = controls
+    ordered[:, -1] = np.asarray(rpm, dtype=float) / vehicle.rpm_per_mps
     dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
-    return kernel.body_accelerations(dimensional, vehicle.body[None].copy(), states[None], ordered)[0]
+    body = np.concatenate([vehicle.body, vehicle.constants])[None]
+    return vehicle.kernels().integrate.body_accelerations(dimensional, body, states[None], ordered)[0]

@@ -27,15 +27,15 @@ class Trajectory:
         s.
     states : (n_batch, n_times, 12) array
         m, rad, m/s, rad/s; not a number from the failure of a member on.
-    controls : (n_times, 3) array
-        rad, at `times`.
+    controls : (n_times, n_controls) array
+        Of the equations, SI units, at `times`.
     rpm : (n_times,) array
         At `times`.
     status : (n_batch,) array of str
         "ok", "diverged" or "left_envelope".
     simulator : Simulator
         What was run, so that the motion can be sampled at other times.
-    xi : (n_batch, 101) array
+    xi : (n_batch, n_terms) array
         Coefficients that were run.
     """
 
@@ -66,7 +66,8 @@ class Trajectory:
     def save(self, path: str | Path, member: int = 0) -> None:
         """Write one member with its controls and accelerations as a track CSV."""
         log = {"time": self.times, "rpm": self.rpm}
-        log |= dict(zip(log_files.CONTROLS, self.controls.T, strict=True))
+        controls = self.simulator.vehicle.equations.controls
+        log |= {control.short: column for control, column in zip(controls, self.controls.T, strict=True)}
         log |= dict(zip(log_files.STATES, self.states[member].T, strict=True))
         log |= dict(zip(ACCELERATIONS, self.accelerations[member].T, strict=True))
         log_files.write_log(Path(path), log)

@@ -1,9 +1,12 @@
 """Vehicles: the non-dimensional coefficients, the rigid body, the propulsion and the actuators, from a TOML file."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import pydantic
@@ -13,7 +16,12 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
 from bayesub.kernels import workspace
-from bayesub.model import coefficients
+from bayesub.model.equations import EquationSet, load_equations
+from bayesub.model.equations.files import DEFAULT, beside
+from bayesub.model.equations.generate import directory
+
+if TYPE_CHECKING:
+    from bayesub.kernels import families
 
 GRAVITY_MPS2 = 9.81
 
@@ -71,6 +79,49 @@ class PropulsionSection(Section):
     thrust_line_z_m: float = 0.0
     torque: tuple[float, float] = (0.0, 0.0)  # K_n1 in N m per rpm^2, K_n2 in N m s per (rpm m)
 
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:
+        """b1 .. b9 and k0 (rpm per m/s).
+
+        Parameters
+        ----------
+        body : BodySection
+        speed : float
+            At which trials begin, m/s.
+        drag : float
+            In straight flight at that speed, on (rho/2) l^2 speed^2.
+        """
+        raise NotImplementedError
+
+
+class NoPropulsionSection(PropulsionSection):
+    """The equation set has thrust and resistance in its own terms."""
+
+    model: Literal["none"]
+
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Nothing, and a propeller speed that means nothing."""
+        return (0.0,) * 9, 1.0
+
+
+class ThrustSection(PropulsionSection):
+    """A known thrust and torque at a known propeller speed, of which they follow the square."""
+
+    model: Literal["thrust"]
+    thrust_n: Positive
+    torque_nm: float = 0.0
+    rpm: Positive
+
+    @pydantic.model_validator(mode="after")
+    def _one_torque(self):
+        if any(self.torque):
+            raise ValueError("give torque_nm, not torque")
+        return self
+
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Of the square of the propeller speed, backwards if that turns astern."""
+        b = self.thrust_n / (0.5 * body.water_density_kgm3 * body.length_m**2 * speed**2)
+        return (0.0, 0.0, b, 0.0, 0.0, b, 0.0, 0.0, -b), self.rpm / speed
+
 
 class PolynomialSection(PropulsionSection):
     """Three branches in n' = n/(k0 u) (model manual, section 5)."""
@@ -79,8 +130,8 @@ class PolynomialSection(PropulsionSection):
     b: Vector9
     rpm_per_mps: Positive
 
-    def thrust(self, length: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
-        """b1 .. b9 and k0 (rpm per m/s) for a boat of `length` (m) with the drag coefficient -Xuu."""
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Those of the file."""
         return self.b, self.rpm_per_mps
 
 
@@ -99,9 +150,9 @@ class OpenWaterSection(PropulsionSection):
         """K_T without advance, its slope with J, and the wake fraction."""
         raise NotImplementedError
 
-    def thrust(self, length: float, drag: float) -> tuple[tuple[float, ...], float]:
-        """b1 .. b9 and k0 (rpm per m/s) for a boat of `length` (m) with the drag coefficient -Xuu."""
-        scale = 2.0 * (1.0 - self.thrust_deduction) * self.diameter_m**4 / length**2
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Those with which the boat propels itself at n' = 1."""
+        scale = 2.0 * (1.0 - self.thrust_deduction) * self.diameter_m**4 / body.length_m**2
         offset, slope, wake = self.diagram
         # Self-propulsion with x = n/u in rev/m: scale (offset x^2 + slope (1 - wake) x / D) = drag.
         linear = slope * (1.0 - wake) / self.diameter_m
@@ -146,7 +197,27 @@ class ActuatorsSection(Section):
     rate_deg_s: Positive
     time_constant_s: Positive
     rudder_limit_deg: float = pydantic.Field(gt=0, le=90)
-    plane_limit_deg: float = pydantic.Field(gt=0, le=90)
+    plane_limit_deg: float | None = pydantic.Field(default=None, gt=0, le=90)
+
+
+class HullSection(Section):
+    """Height and breadth of the hull at stations along it, for equations that integrate the cross-flow."""
+
+    x_m: tuple[float, ...] = pydantic.Field(min_length=2)
+    height_m: tuple[float, ...]
+    breadth_m: tuple[float, ...]
+
+    @pydantic.model_validator(mode="after")
+    def _consistent(self):
+        if any(b <= a for a, b in zip(self.x_m, self.x_m[1:], strict=False)):
+            raise ValueError("x_m must ascend from tail to nose")
+        for key in ("height_m", "breadth_m"):
+            column = getattr(self, key)
+            if len(column) != len(self.x_m):
+                raise ValueError(f"{key} has {len(column)} entries, x_m has {len(self.x_m)}")
+            if min(column) < 0.0:
+                raise ValueError(f"{key} must not be negative")
+        return self
 
 
 class CoefficientSection(Section):
@@ -172,28 +243,20 @@ class VehicleFile(Section):
     name: str
     description: str = ""
     reference: str = ""
+    equations: str = DEFAULT
     trial: TrialSpeedSection
     body: BodySection
+    hull: HullSection | None = None
     propulsion: Annotated[
         Annotated[PolynomialSection, pydantic.Tag("polynomial")]
         | Annotated[ConstantKTSection, pydantic.Tag("constant_kt")]
-        | Annotated[LinearKTSection, pydantic.Tag("linear_kt")],
+        | Annotated[LinearKTSection, pydantic.Tag("linear_kt")]
+        | Annotated[ThrustSection, pydantic.Tag("thrust")]
+        | Annotated[NoPropulsionSection, pydantic.Tag("none")],
         pydantic.Discriminator(_model_of),
     ]
     actuators: ActuatorsSection
     coefficients: dict[str, Annotated[CoefficientSection, pydantic.BeforeValidator(_as_section)]]
-
-    @pydantic.field_validator("coefficients")
-    @classmethod
-    def _all_named(cls, sections: dict[str, CoefficientSection]) -> dict[str, CoefficientSection]:
-        for name in sections:
-            if name not in coefficients.INDEX:
-                raise ValueError(f"unknown coefficient '{name}'{nearest(name, coefficients.NAMES)}")
-        missing = [name for name in coefficients.NAMES if name not in sections]
-        if missing:
-            listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
-            raise ValueError(f"{len(missing)} of the 101 coefficients missing ({listed}); write 0 where there is none")
-        return sections
 
 
 @dataclass(frozen=True)
@@ -216,14 +279,17 @@ class Vehicle:
         Propeller speed that self-propels, for a speed of 1 m/s.
     plane_rate_radps : float
     plane_time_constant_s : float
-    plane_limits_rad : (3,) array
-        Of rudder, bow plane and stern plane.
+    plane_limits_rad : (n_controls,) array
+        Of the controls of the equations.
     body : (N_BODY,) array
         All else that moves the boat, in the order of :data:`bayesub.kernels.workspace.BODY`.
-    xi : (101,) array
-        Non-dimensional coefficients in the order of :data:`bayesub.model.coefficients.NAMES`.
-    sd : (101,) array
+    xi : (n_terms,) array
+        Coefficients in the order and the units of the equations.
+    sd : (n_terms,) array
         Their standard deviations, not a number where the file gives none.
+    equations : EquationSet
+    hull : (3, n) array or None
+        Positions from tail to nose, heights and breadths, m.
     """
 
     name: str
@@ -240,39 +306,53 @@ class Vehicle:
     body: np.ndarray
     xi: np.ndarray
     sd: np.ndarray
+    equations: EquationSet
+    hull: np.ndarray | None = None
 
     def __post_init__(self):
         for array in (self.plane_limits_rad, self.body, self.xi, self.sd):
             array.setflags(write=False)
 
-    @property
+    @cached_property
     def dimensional_factors(self) -> np.ndarray:
-        """(rho/2) l^power of the 101 terms."""
-        return coefficients.dimensional_factors(self.length_m, self.water_density_kgm3)
+        """(n_terms,) what makes each coefficient dimensional."""
+        return self.equations.factors(self.length_m, self.water_density_kgm3, self.speed_mps)
 
-    def restricted(self, subproblem: str | None) -> "Vehicle":
+    @cached_property
+    def constants(self) -> np.ndarray:
+        """What the equations need besides coefficients and body (:meth:`EquationSet.constants`)."""
+        return self.equations.constants(self.speed_mps, self.hull)
+
+    def kernels(self, subproblem: str | None = None) -> families.Family:
+        """The compiled kernels of the equations, with the terms of a sub-problem."""
+        from bayesub.kernels import families  # importing numba takes a second
+
+        return families.compiled(str(directory(self.equations, subproblem)))
+
+    def restricted(self, subproblem: str | None) -> Vehicle:
         """The vehicle confined to a plane, without the coefficients and mechanical couplings of other motions.
 
         As in the model manual, section 4, the horizontal sub-problem drops products of inertia and all offsets of CG,
         CB and thrust line, and balances weight; the vertical one keeps the offsets in its own plane. None returns the
         vehicle itself.
         """
+        subproblem = self.equations.subproblem(subproblem)
         if subproblem is None:
             return self
         idle = self.idle(subproblem)
-        xi = np.where([name in idle for name in coefficients.NAMES], 0.0, self.xi)
+        xi = np.where([name in idle for name in self.equations.names], 0.0, self.xi)
         body = {key: 0.0 if key in idle else value for key, value in zip(workspace.BODY, self.body, strict=True)}
         if subproblem == "horizontal":
             body["weight"] = body["buoyancy"] = self.body[workspace.WEIGHT]
         return replace(self, xi=xi, body=np.array(list(body.values())))
 
-    @staticmethod
-    def idle(subproblem: str | None) -> frozenset[str]:
+    def idle(self, subproblem: str | None) -> frozenset[str]:
         """Names of the coefficients and of the entries of `body` that have no part in a sub-problem."""
+        subproblem = self.equations.subproblem(subproblem)
         if subproblem is None:
             return frozenset()
         idle = {"Ixy", "Iyz", "Izx", "yG", "yB", "Kn1", "Kn2"}
-        idle |= set(coefficients.NAMES) - set(coefficients.active_coefficients(subproblem=subproblem))
+        idle |= set(self.equations.names) - set(self.equations.active(subproblem=subproblem))
         if subproblem == "horizontal":
             idle |= {"xG", "zG", "xB", "zB", "zP", "weight", "buoyancy"}
         return frozenset(idle)
@@ -288,28 +368,55 @@ def load_vehicle(name: str | Path) -> Vehicle:
     """
     path = toml_files.find(str(name), "vehicles")
     file = toml_files.read_toml(path, VehicleFile)
+    equations = load_equations(beside(path, file.equations))
+    wrong = _misfit(file, equations)
+    if wrong:
+        raise InputError(f"{path}: {wrong}")
     try:
         with np.errstate(all="ignore"):
-            vehicle = _built(file)
+            vehicle = _built(file, equations)
             sizes = [*vehicle.body, *(vehicle.xi * vehicle.dimensional_factors), vehicle.rpm_per_mps]
     except OverflowError:
         sizes = [math.inf]
     if not np.isfinite(sizes).all() or not vehicle.rpm_per_mps > 0.0 or not vehicle.dimensional_factors.all():
         raise InputError(
-            f"{path}: masses, forces or thrust are too large, too small or undefined; check the units in [body], the "
-            "sign of Xuu (negative) and the size of the coefficients"
+            f"{path}: masses, forces or thrust are too large, too small or undefined; check the units in [body], that "
+            "straight flight has a drag (a negative Xuu), and the size of the coefficients"
         )
     return vehicle
 
 
-def _built(file: VehicleFile) -> Vehicle:
+def _misfit(file: VehicleFile, equations: EquationSet) -> str:
+    """What the file has too much or lacks for its equations; empty if nothing."""
+    for name in file.coefficients:
+        if name not in equations.index:
+            of = "" if equations.name == DEFAULT else f" of the equations '{equations.name}'"
+            return f"coefficients: unknown coefficient '{name}'{of}{nearest(name, equations.names)}"
+    missing = [name for name in equations.names if name not in file.coefficients]
+    if missing:
+        listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
+        total = f"{len(missing)} of the {len(equations.names)} coefficients"
+        return f"coefficients: {total} missing ({listed}); write 0 where there is none"
+    if equations.has_crossflow and file.hull is None:
+        return f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it"
+    others = [c.column for c in equations.controls if c.column.endswith("_deg") and c.column != "rudder_deg"]
+    if others and file.actuators.plane_limit_deg is None:
+        return f"actuators: plane_limit_deg is missing; the equations '{equations.name}' have {', '.join(others)}"
+    return ""
+
+
+def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
     body, trial, propulsion, actuators = file.body, file.trial, file.propulsion, file.actuators
-    values = {name: section.value for name, section in file.coefficients.items()}
+    xi = np.array([file.coefficients[name].value for name in equations.names])
+    hull = None if file.hull is None else np.array([file.hull.x_m, file.hull.height_m, file.hull.breadth_m])
     sds = {name: math.nan if section.sd is None else section.sd for name, section in file.coefficients.items()}
     weight = body.mass_kg * GRAVITY_MPS2
     thrust_factor = 0.5 * body.water_density_kgm3 * body.length_m**2
     kn1, kn2 = propulsion.torque
-    thrust, rpm_per_mps = propulsion.thrust(body.length_m, -values["Xuu"])
+    drag = equations.drag(xi, body.length_m, body.water_density_kgm3, trial.speed_mps, hull)
+    thrust, rpm_per_mps = propulsion.thrust(body, trial.speed_mps, drag)
+    if isinstance(propulsion, ThrustSection):
+        kn1 = propulsion.torque_nm / propulsion.rpm**2
     row = {
         "mass": body.mass_kg,
         **body.inertia_kgm2.model_dump(),
@@ -322,7 +429,8 @@ def _built(file: VehicleFile) -> Vehicle:
         "Kn1": kn1 * rpm_per_mps**2,
         "Kn2": kn2 * rpm_per_mps,
     }
-    limits = (actuators.rudder_limit_deg, actuators.plane_limit_deg, actuators.plane_limit_deg)
+    by_column = {"rudder_deg": actuators.rudder_limit_deg}
+    limits = [by_column.get(control.column, actuators.plane_limit_deg) for control in equations.controls]
     return Vehicle(
         name=file.name,
         description=file.description,
@@ -334,8 +442,10 @@ def _built(file: VehicleFile) -> Vehicle:
         rpm_per_mps=rpm_per_mps,
         plane_rate_radps=np.radians(actuators.rate_deg_s).item(),
         plane_time_constant_s=actuators.time_constant_s,
-        plane_limits_rad=np.radians(limits),
+        plane_limits_rad=np.radians(np.array(limits, dtype=float)),
         body=np.array([row[key] for key in workspace.BODY]),
-        xi=np.array([values[key] for key in coefficients.NAMES]),
-        sd=np.array([sds[key] for key in coefficients.NAMES]),
+        xi=xi,
+        sd=np.array([sds[key] for key in equations.names]),
+        equations=equations,
+        hull=hull,
     )

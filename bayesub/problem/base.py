@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bayesub.model import coefficients
+from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem
 from bayesub.problem.distributions import Prior
 
@@ -42,11 +42,11 @@ class PosteriorDensity:
     names : the n_params free coefficients and after them the nuisance parameters
     n_coefficients : how many of the parameters are coefficients
     columns : (n_coefficients,) the positions of these in a coefficient set
-    xi : (101,) values of the coefficients that are not free
+    xi : (n_terms,) values of the coefficients that are not free
     coefficient_prior : of the free coefficients
     nuisance_priors : nuisance parameter -> prior of it alone, in the unit of its name
     prior : of all parameters together
-    preferred_pivots : coefficients to name null directions by: the added masses, which a hull form gives
+    equations : of the vehicle
     """
 
     names: tuple[str, ...]
@@ -56,7 +56,12 @@ class PosteriorDensity:
     coefficient_prior: Prior
     nuisance_priors: dict[str, Prior]
     prior: Prior
-    preferred_pivots: tuple[str, ...] = coefficients.ADDED_MASSES
+    equations: EquationSet
+
+    @property
+    def preferred_pivots(self) -> tuple[str, ...]:
+        """Coefficients to name null directions by: the added masses, which a hull form gives."""
+        return self.equations.added_masses
 
     @property
     def n_params(self) -> int:
@@ -99,7 +104,7 @@ class PosteriorDensity:
         raise NotImplementedError
 
     def coefficient_sets(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, 101) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""
+        """(n_batch, n_terms) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""
         parameters = np.atleast_2d(parameters)
         sets = np.repeat(self.xi[None], len(parameters), axis=0)
         sets[:, self.columns] = parameters[:, : self.n_coefficients]

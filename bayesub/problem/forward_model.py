@@ -15,7 +15,7 @@ from bayesub.sensors.measurement import MeasurementModel
 class ForwardModel:
     """What the channels of a record read, as a function of coefficient sets and nuisance parameters.
 
-    Coefficient sets are (n_batch, 101), values of the nuisance parameters (n_batch, n_nuisances) in their own units.
+    Coefficient sets are (n_batch, n_terms), values of the nuisance parameters (n_batch, n_nuisances) in their own units.
     Nothing here is counted but by :meth:`count`.
 
     Parameters
@@ -68,7 +68,7 @@ class ForwardModel:
 
         Parameters
         ----------
-        sets, values : (1, 101) and (1, n_nuisances)
+        sets, values : (1, n_terms) and (1, n_nuisances)
         names : the n_coefficients coefficients to differentiate by
         of_nuisances : whether to differentiate by the nuisance parameters too
 
@@ -108,7 +108,7 @@ class ForwardModel:
         return np.stack([over_ground(member, self.simulator.times, current) for member, current in pairs])
 
     def trajectory(self, sets, values) -> Trajectory:
-        """The motion through the water of one member, (1, 101) and (1, n_nuisances), of its own body and start."""
+        """The motion through the water of one member, (1, n_terms) and (1, n_nuisances), of its own body and start."""
         body, initial = self.nuisances.body(values), self.nuisances.initial(values)
         if body is None and initial is None:
             return self.simulator.trajectory(sets)

@@ -42,17 +42,18 @@ class JointProblem(PosteriorDensity):
                 raise InputError("the trials of a joint problem must have the same vehicle and the same prior")
             if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
                 raise InputError("the trials of a joint problem must hold the same coefficients and free the same body")
-        self.vehicle, self.xi, self.spread = first.vehicle, first.xi, first.spread
+        self.vehicle, self.equations = first.vehicle, first.equations
+        self.xi, self.spread = first.xi, first.spread
         self.columns = np.unique(np.concatenate([p.columns for p in self.problems.values()]))
         self.n_coefficients = len(self.columns)
-        self.coefficient_prior = self.spread.on(self.columns, self.xi)
+        self.coefficient_prior = self.spread.on(self.columns, self.xi, self.equations.names)
         self.nuisance_priors, names = {}, {}
         for trial, problem in self.problems.items():
             renamed = {name: name if name in BODY else f"{name}[{trial}]" for name in problem.nuisance_priors}
             for name, prior in problem.nuisance_priors.items():
                 self.nuisance_priors.setdefault(renamed[name], prior)
             names[trial] = [renamed.get(name, name) for name in problem.names]
-        self.names = (*coefficient_names(self.columns), *self.nuisance_priors)
+        self.names = (*coefficient_names(self.equations, self.columns), *self.nuisance_priors)
         self.prior = joined(self.coefficient_prior, self.nuisance_priors)
         self._places = {
             trial: np.array([self.names.index(name) for name in renamed]) for trial, renamed in names.items()
@@ -131,7 +132,8 @@ class JointProblem(PosteriorDensity):
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, the trials below one another."""
-        return stacked([problem.linear_systems(values) for _, problem, values in self.each_trial(parameters)])
+        systems = [problem.linear_systems(values) for _, problem, values in self.each_trial(parameters)]
+        return stacked(systems, self.equations.names)
 
     def smoothed(self, share: float) -> "JointProblem":
         """As :meth:`bayesub.problem.trial_problem.TrialProblem.smoothed`."""

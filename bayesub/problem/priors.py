@@ -6,12 +6,12 @@ makes of it the distribution of its free coefficients (:mod:`bayesub.problem.dis
 nuisance parameters (:func:`normal`, :func:`uniform`, :func:`log_normal`).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
-from bayesub.model import coefficients
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Prior, Uniform
 
@@ -39,13 +39,17 @@ __all__ = [
 class CoefficientPrior:
     """A rule that gives any set of free coefficients its prior: a :class:`Spread`, or :class:`Given` values."""
 
-    def has_scale(self, columns: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    def check(self, names: Sequence[str]) -> None:
+        """Raise an InputError if the prior is of a coefficient that is not among the `names` of a set's."""
+
+    def has_scale(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str]) -> np.ndarray:
         """Whether each coefficient has a prior of positive width; one without stays fixed.
 
         Parameters
         ----------
         columns : (n,) positions of the coefficients in a set
-        xi : (101,) coefficient set that the prior is centred on unless it has a centre of its own
+        xi : (n_terms,) coefficient set that the prior is centred on unless it has a centre of its own
+        names : names of all coefficients of the set
 
         Returns
         -------
@@ -53,7 +57,7 @@ class CoefficientPrior:
         """
         raise NotImplementedError
 
-    def on(self, columns: np.ndarray, xi: np.ndarray) -> Prior:
+    def on(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str]) -> Prior:
         """The prior of the coefficients at `columns` (n,), parameters as in :meth:`has_scale`."""
         raise NotImplementedError
 
@@ -66,19 +70,19 @@ class Spread(CoefficientPrior):
     ----------
     kind : "normal", "uniform" or "log-normal"
     spread : relative standard deviation, half width, or standard deviation of the logarithm
-    centre : (101,) coefficient set, or None for that of the problem
+    centre : (n_terms,) coefficient set, or None for that of the problem
     """
 
     kind: str
     spread: float
     centre: np.ndarray | None
 
-    def has_scale(self, columns: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    def has_scale(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str] = ()) -> np.ndarray:  # noqa: ARG002
         """As :meth:`CoefficientPrior.has_scale`; a centre of zero gives none."""
         return self._centre(columns, xi) != 0.0
 
-    def on(self, columns: np.ndarray, xi: np.ndarray) -> Prior:
-        """As :meth:`CoefficientPrior.on`."""
+    def on(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str] = ()) -> Prior:  # noqa: ARG002
+        """As :meth:`CoefficientPrior.on`; the names are not needed."""
         centre = self._centre(columns, xi)
         reach = self.spread * np.abs(centre)
         if self.kind == "uniform":
@@ -107,9 +111,6 @@ class Given(CoefficientPrior):
     correlations: tuple[tuple[str, str, float], ...] = ()
 
     def __post_init__(self):
-        for name in self.priors:
-            if name not in coefficients.INDEX:
-                raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, coefficients.NAMES)}")
         for first, second, correlation in self.correlations:
             for name in (first, second):
                 if not isinstance(self.priors.get(name), Normal):
@@ -120,13 +121,19 @@ class Given(CoefficientPrior):
                     f"{first} and {second}"
                 )
 
-    def has_scale(self, columns: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """As :meth:`CoefficientPrior.has_scale`; what is given has a scale."""
-        return self.others.has_scale(columns, xi) | np.isin(columns, coefficients.columns(self.priors))
+    def check(self, names: Sequence[str]) -> None:
+        """As :meth:`CoefficientPrior.check`."""
+        for name in self.priors:
+            if name not in names:
+                raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}")
 
-    def on(self, columns: np.ndarray, xi: np.ndarray) -> Prior:
+    def has_scale(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str]) -> np.ndarray:
+        """As :meth:`CoefficientPrior.has_scale`; what is given has a scale."""
+        return self.others.has_scale(columns, xi) | np.array([names[k] in self.priors for k in columns], dtype=bool)
+
+    def on(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str]) -> Prior:
         """As :meth:`CoefficientPrior.on`; raises InputError if the correlations contradict each other."""
-        names = [coefficients.NAMES[k] for k in columns]
+        names = [names[k] for k in columns]
         related = {name for *pair, _ in self.correlations for name in pair}
         single = {name for name in self.priors if name not in related}
         normal = {name for name in single if isinstance(self.priors[name], Normal)}
@@ -178,7 +185,7 @@ def relative_normal(sd: float, centre: np.ndarray | None = None) -> Spread:
     Parameters
     ----------
     sd : relative standard deviation, 0.25 for 25 %
-    centre : (101,) coefficient set; by default the vehicle's own. A coefficient whose centre is zero has no scale
+    centre : (n_terms,) coefficient set; by default the vehicle's own. A coefficient whose centre is zero has no scale
         and stays fixed.
     """
     return _spread("normal", "sd", sd, centre)
@@ -204,12 +211,13 @@ def from_vehicle(vehicle: Vehicle, otherwise: Spread | None = None, centre: np.n
 
     Parameters
     ----------
-    vehicle : has `xi` and `sd`, both (101,); an sd that is not a number is not given
+    vehicle : has `xi` and `sd`, both (n_terms,); an sd that is not a number is not given
     otherwise : such as ``relative_normal(0.25)``; without it a coefficient that has no sd has no scale and stays fixed
-    centre : (101,) means of what has an sd; by default the vehicle's `xi`
+    centre : (n_terms,) means of what has an sd; by default the vehicle's `xi`
     """
     mean = vehicle.xi if centre is None else np.asarray(centre, dtype=float)
-    given = {coefficients.NAMES[k]: normal(mean[k], vehicle.sd[k]) for k in np.flatnonzero(np.isfinite(vehicle.sd))}
+    names = vehicle.equations.names
+    given = {names[k]: normal(mean[k], vehicle.sd[k]) for k in np.flatnonzero(np.isfinite(vehicle.sd))}
     return Given(otherwise or relative_normal(1.0, np.zeros(len(mean))), given)
 
 

@@ -5,7 +5,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
-from bayesub.model import coefficients
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import likelihoods
@@ -33,7 +32,7 @@ class Problem(TrialProblem):
     noise : channel name -> noise model of :mod:`bayesub.problem.likelihoods`, for channels that differ from what their
         sd and resolution say: normal noise, rounded normal noise with the exact probability of the rounding interval,
         or without an sd the interval itself, within which the prior decides alone
-    xi : (101,) values of the coefficients that are not free; by default the vehicle's own
+    xi : (n_terms,) values of the coefficients that are not free; by default the vehicle's own
     dt : integration step, s; by default chosen for the vehicle and manoeuvre
 
     Attributes
@@ -60,10 +59,12 @@ class Problem(TrialProblem):
         dt: float | None = None,
     ):
         xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
-        candidates = coefficients.columns(free)
+        equations = vehicle.equations
+        candidates = equations.columns(free)
+        prior.check(equations.names)
         # Of any vehicle: a coefficient that is zero for this one may have a prior with another centre.
-        active = coefficients.columns(coefficients.active_coefficients(None, manoeuvre, manoeuvre.subproblem))
-        columns = candidates[prior.has_scale(candidates, xi) & np.isin(candidates, active)]
+        active = equations.columns(equations.active(None, manoeuvre, manoeuvre.subproblem))
+        columns = candidates[prior.has_scale(candidates, xi, equations.names) & np.isin(candidates, active)]
         if not columns.size:
             raise InputError(
                 "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayesub.model import coefficients
+from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.simulate import Trajectory
 from bayesub.problem.base import Costs, PosteriorDensity
@@ -22,7 +22,7 @@ class TrialProblem(PosteriorDensity):
     ----------
     forward : the forward model, whose costs all views share
     columns : (n_coefficients,) positions of the free coefficients in a set
-    xi : (101,) values of the coefficients that are not free
+    xi : (n_terms,) values of the coefficients that are not free
     spread : rule that gives the free coefficients their prior
     nuisance_priors : nuisance parameter -> prior of it alone, of all those of the forward model, or of none
     noises : the noise model of each channel
@@ -52,12 +52,12 @@ class TrialProblem(PosteriorDensity):
     ):
         self.forward, self.columns, self.xi = forward, columns, xi
         self.vehicle, self.manoeuvre, self.record = forward.vehicle, forward.manoeuvre, forward.record
-        self.simulator = forward.simulator
+        self.simulator, self.equations = forward.simulator, forward.vehicle.equations
         self.n_coefficients = len(columns)
-        self.spread, self.coefficient_prior = spread, spread.on(columns, xi)
+        self.spread, self.coefficient_prior = spread, spread.on(columns, xi, self.equations.names)
         self.nuisance_priors, self.noises = nuisance_priors, noises
         self.fixed_nuisances = fixed_nuisances
-        self.names = (*coefficient_names(columns), *nuisance_priors)
+        self.names = (*coefficient_names(self.equations, columns), *nuisance_priors)
         self.prior = joined(self.coefficient_prior, nuisance_priors)
         self.readings = forward.record.values if readings is None else readings
         self.sds = forward.record.total_sds
@@ -288,9 +288,9 @@ class TrialProblem(PosteriorDensity):
         return readings
 
 
-def coefficient_names(columns) -> tuple[str, ...]:
+def coefficient_names(equations: EquationSet, columns: np.ndarray) -> tuple[str, ...]:
     """Names of the coefficients at positions `columns` (n,) of a set."""
-    return tuple(coefficients.NAMES[k] for k in columns)
+    return tuple(equations.names[k] for k in columns)
 
 
 def joined(coefficient_prior: Prior, nuisance_priors: dict[str, Prior]) -> Prior:

@@ -4,7 +4,6 @@ import numpy as np
 
 from bayesub.io.log_files import VELOCITIES, positions
 from bayesub.kernels import actuators, workspace
-from bayesub.model.coefficients import INDEX
 from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulate import Simulator, Trajectory, accelerations
@@ -21,7 +20,7 @@ def number_or_none(value) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def fly(vehicle: Vehicle, lengths: float, orders: dict[int, float], subproblem: str | None) -> Trajectory | None:
+def fly(vehicle: Vehicle, lengths: float, orders: dict[str, float], subproblem: str | None) -> Trajectory | None:
     """The vehicle from straight flight, planes ordered over at once.
 
     A flight that fails is repeated with a tenth of the step, since it may be the step that failed.
@@ -32,8 +31,8 @@ def fly(vehicle: Vehicle, lengths: float, orders: dict[int, float], subproblem: 
         At its trial speed.
     lengths : float
         How far, in ship lengths travelled at that speed.
-    orders : dict of int to float
-        Plane (0 rudder, 1 bow plane, 2 stern plane) -> rad.
+    orders : dict of str to float
+        Column of a control -> SI units.
     subproblem : str or None
         Plane to which the motion is confined.
 
@@ -47,8 +46,10 @@ def fly(vehicle: Vehicle, lengths: float, orders: dict[int, float], subproblem: 
     if not (1.0 / LONGEST_S < scale < LONGEST_S and np.isfinite(rpm) and rpm > 0.0):
         return None
     times = np.linspace(0.0, lengths, round(lengths / STEP) + 1) * scale
-    controls = np.zeros((len(times), 3))
-    for plane, angle in orders.items():
+    equations = vehicle.equations
+    controls = np.zeros((len(times), len(equations.controls)))
+    for column, angle in orders.items():
+        plane = equations.control(column, "check")
         demand = float(np.clip(angle, -vehicle.plane_limits_rad[plane], vehicle.plane_limits_rad[plane]))
         moved = actuators.response(
             times,
@@ -59,7 +60,9 @@ def fly(vehicle: Vehicle, lengths: float, orders: dict[int, float], subproblem: 
             abs(demand),
         )
         controls[:, plane] = np.where(np.isfinite(moved), moved, demand)
-    flown = Manoeuvre("check", times, controls, np.full(len(times), rpm), straight_and_level(vehicle), subproblem)
+    columns = tuple(control.short for control in equations.controls)
+    start, ordered = straight_and_level(vehicle), np.full(len(times), rpm)
+    flown = Manoeuvre("check", times, controls, ordered, start, subproblem, columns=columns)
     for step in (STEP * scale, 0.1 * STEP * scale):
         trajectory = Simulator(vehicle, flown, times, dt=step).trajectory(vehicle.xi)
         if trajectory.status[0] == "ok":
@@ -98,7 +101,7 @@ def growth(vehicle: Vehicle) -> float:
     states = np.tile(straight_and_level(vehicle), (2 * len(places), 1))
     for k, (place, step) in enumerate(zip(places, steps, strict=True)):
         states[2 * k : 2 * k + 2, place] += [step, -step]
-    rates = accelerations(vehicle, states, np.zeros(3), rpm)
+    rates = accelerations(vehicle, states, np.zeros(len(vehicle.equations.controls)), rpm)
     matrix = np.zeros((8, 8))
     matrix[2:] = ((rates[::2] - rates[1::2]) / (2.0 * steps[:, None])).T
     matrix[0, places.index(P)] = matrix[1, places.index(Q)] = 1.0  # small roll and pitch angles follow p and q

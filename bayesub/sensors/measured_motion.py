@@ -40,7 +40,7 @@ class Motion:
         rad.
     simulator : Simulator
         Of the vehicle and the manoeuvre.
-    xi : (1, 101) array
+    xi : (1, n_terms) array
         Coefficients, of which those that are not free count as known.
     """
 
@@ -112,7 +112,7 @@ def recorded(record: Record, simulator: Simulator, xi: np.ndarray) -> Motion:
         that it has. Velocities over the ground count as those through the water: there must be no current.
     simulator : Simulator
         Of the vehicle and the manoeuvre.
-    xi : (101,) array
+    xi : (n_terms,) array
         Coefficients, of which those that are not free count as known.
 
     Raises

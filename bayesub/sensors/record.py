@@ -90,7 +90,7 @@ class Record:
     ----------
     channels : tuple of Channel
         With different names.
-    truth : (101,) array or None
+    truth : (n_terms,) array or None
         The coefficients behind a synthetic record; None for a real one.
     nuisances : dict of str to float
         What else is known of a synthetic record: name of a nuisance parameter (:mod:`bayesub.problem.nuisance`) -> true
@@ -134,7 +134,7 @@ class Record:
         """
         columns = [(c.quantity, c.times + c.clock_offset_s, c.values) for c in self.channels]
         if manoeuvre is not None:
-            controls = zip((*log_files.CONTROLS, "rpm"), (*manoeuvre.controls.T, manoeuvre.rpm), strict=True)
+            controls = zip((*manoeuvre.columns, "rpm"), (*manoeuvre.controls.T, manoeuvre.rpm), strict=True)
             columns += [(name, manoeuvre.times, values) for name, values in controls]
         written = [np.char.mod(log_files.WRITTEN, times).astype(float) for _, times, _ in columns]
         times = np.unique(np.concatenate(written))

@@ -80,7 +80,8 @@ def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate
     if study.baselines.linear_least_squares and all(truths):  # a log has no noise-free motion
         progress.stage("linear least squares")
         plain = problem.naive()
-        systems = stacked([linear_systems(truth, free=plain.names) for truth in truths])
+        systems = [linear_systems(truth, free=plain.names) for truth in truths]
+        systems = stacked(systems, plain.equations.names)
         guess = dict(zip(plain.names, plain.prior.mean, strict=True))
         estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
     if n_starts := study.baselines.sqp_starts:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayesub.io.errors import error_source
-from bayesub.model import coefficients
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.joint import JointProblem
@@ -71,8 +70,8 @@ def _prepare(study: Study) -> Setup:
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
     prior, fixed = study.prior.build(centre, vehicle, study.path)
     xi = vehicle.xi.copy()
-    xi[coefficients.columns(fixed)] = list(fixed.values())
-    free = [name for name in study.free.names if name not in fixed]
+    xi[vehicle.equations.columns(fixed)] = list(fixed.values())
+    free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
     noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
     problems = {}
     for (name, trial), noise in zip(trials.items(), noises, strict=True):

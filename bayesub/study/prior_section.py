@@ -11,7 +11,6 @@ import pydantic
 from bayesub.io import log_files, toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section
-from bayesub.model import coefficients
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.sensors import Channel
@@ -113,7 +112,7 @@ class PriorSection(Section):
 
         Parameters
         ----------
-        centre : (101,) array
+        centre : (n_terms,) array
             Where the spread is about.
         vehicle : Vehicle
             Its standard deviations are those of the kind "vehicle".
@@ -121,10 +120,13 @@ class PriorSection(Section):
             Gives the path of a file that the study names.
         """
         spread, of_vehicle = self._spread(centre, vehicle)
-        given = ({} if self.table is None else _table(Path(path(self.table)))) | self.given
+        names = vehicle.equations.names
+        given = ({} if self.table is None else _table(Path(path(self.table)), names)) | self.given
         fixed = {name: one.value for name, one in given.items() if one.value is not None}
         built = of_vehicle | {name: one.build() for name, one in given.items() if name not in fixed}
-        _known(fixed)
+        for name in fixed:
+            if name not in names:
+                raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}")
         if not built and not self.correlations:
             return spread, fixed
         return priors.Given(spread, built, self.correlations), fixed
@@ -143,13 +145,7 @@ class PriorSection(Section):
         return prior.others, prior.priors
 
 
-def _known(names) -> None:
-    for name in names:
-        if name not in coefficients.INDEX:
-            raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, coefficients.NAMES)}")
-
-
-def _table(path: Path) -> dict[str, PriorOfOne]:
+def _table(path: Path, names: tuple[str, ...]) -> dict[str, PriorOfOne]:
     """Priors of a CSV file with the columns coefficient, mean, sd; what follows a # is a remark."""
     lines = enumerate(toml_files.read_text(path).splitlines(), start=1)
     rows = [(n, [cell.strip() for cell in line.partition("#")[0].split(",")]) for n, line in lines]
@@ -161,9 +157,8 @@ def _table(path: Path) -> dict[str, PriorOfOne]:
         raise InputError(f"{path}: columns must be coefficient,mean,sd, found {','.join(header)}")
     priors_of = {}
     for line, (name, *numbers) in rows:
-        if name not in coefficients.INDEX:
-            near = nearest(name, coefficients.NAMES)
-            raise InputError(f"{path}: line {line}: unknown coefficient '{name}'{near}")
+        if name not in names:
+            raise InputError(f"{path}: line {line}: unknown coefficient '{name}'{nearest(name, names)}")
         if name in priors_of:
             raise InputError(f"{path}: line {line}: coefficient '{name}' is given twice")
         mean, sd = _mean_and_sd(numbers, f"{path}: line {line}")

@@ -8,7 +8,7 @@ import pydantic
 
 from bayesub.io import toml_files
 from bayesub.io.toml_files import Positive, Section
-from bayesub.model import coefficients
+from bayesub.model.equations import EquationSet
 from bayesub.study.prior_section import AnyNoiseSection, PriorSection
 from bayesub.study.provenance import copy_name, environment, file_digest
 from bayesub.study.sensor_section import AnySensorSection
@@ -26,11 +26,10 @@ class FreeSection(Section):
 
     coefficients: Literal["horizontal", "vertical", "all"] | tuple[str, ...]
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the coefficients."""
+    def names(self, equations: EquationSet) -> tuple[str, ...]:
+        """Names of the coefficients of a set; InputError for a sub-problem that it does not have."""
         if isinstance(self.coefficients, str):
-            return coefficients.SUBPROBLEMS.get(self.coefficients, coefficients.NAMES)
+            return equations.active(subproblem=None if self.coefficients == "all" else self.coefficients)
         return self.coefficients
 
 

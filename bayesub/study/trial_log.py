@@ -103,7 +103,8 @@ def read_trial(
         have.
     """
     path, nuisance, known = Path(path), dict(nuisance or {}), dict(known or {})
-    log = log_files.read_log(path)
+    controls = vehicle.equations.controls
+    log = log_files.read_log(path, [control.column for control in controls])
     for column in ignore:
         if log_files.COLUMNS.get(column, (None,))[0] not in log or column == "time_s":
             raise InputError(
@@ -111,8 +112,9 @@ def read_trial(
             )
         del log[log_files.COLUMNS[column][0]]
     length_time = vehicle.length_m / vehicle.speed_mps
-    begin, times, controls, rpm = _controls(log, vehicle, path, max_control_gap_s or length_time)
-    readings = {name: values for name, values in log.items() if name not in CONTROL_COLUMNS}
+    columns = tuple(control.short for control in controls)
+    begin, times, controls, rpm = _controls(log, columns, vehicle, path, max_control_gap_s or length_time)
+    readings = {name: values for name, values in log.items() if name not in (*CONTROL_COLUMNS, *columns)}
     readings["time"] = readings["time"] - begin
     sensors = [replace(sensor, clock_offset_s=sensor.clock_offset_s + clock_offset_s) for sensor in flat(sensors)]
     whole = Record.of_log(readings, sensors, path)
@@ -141,7 +143,7 @@ def read_trial(
         raise InputError(
             f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out"
         )
-    manoeuvre = Manoeuvre(name or path.stem, times, controls, rpm, initial, subproblem)
+    manoeuvre = Manoeuvre(name or path.stem, times, controls, rpm, initial, subproblem, columns=columns)
     return Trial(manoeuvre, record, nuisance, n_left_out=whole.n_readings - record.n_readings)
 
 
@@ -150,19 +152,22 @@ def _starts() -> dict[str, tuple[str, float]]:
     return {name: (start[:-1], factor) for name, entry in INITIAL.items() for start, factor in entry.items()}
 
 
-def _controls(log, vehicle, path, max_gap):
-    """Start (s of the log), times (n,) from zero, controls (n, 3) and rpm (n,)."""
+def _controls(log, columns, vehicle, path, max_gap):
+    """Start (s of the log), times (n,) from zero, controls (n, n_controls) and rpm (n,)."""
     cells = {}
-    for name in CONTROL_COLUMNS:
+    for name in (*columns, "rpm"):
         if name in log:
             given = np.isfinite(log[name])
             if given.sum() < 2:
                 raise InputError(
-                    f"{path}: control column '{log_files.HEADERS[name]}' needs two cells at least; delete it if unused"
+                    f"{path}: control column '{log_files.HEADERS.get(name, name)}' needs two cells at least; delete it if unused"
                 )
             cells[name] = log["time"][given], log[name][given]
+    for name in (name for name in log_files.CONTROLS if name in log and name not in columns and np.nansum(np.abs(log[name]))):
+        vehicle.equations.control(log_files.HEADERS[name], str(path))
     if not cells:
-        raise InputError(f"{path}: has no control column; expected some of {', '.join(log_files.CONTROL_COLUMNS)}")
+        expected = ", ".join([*(control.column for control in vehicle.equations.controls), "rpm"])
+        raise InputError(f"{path}: has no control column; expected some of {expected}")
     begin, end = max(times[0] for times, _ in cells.values()), min(times[-1] for times, _ in cells.values())
     if not begin < end:
         raise InputError(f"{path}: its control columns have no time in common")
@@ -171,7 +176,7 @@ def _controls(log, vehicle, path, max_gap):
         if long.any():
             k = np.flatnonzero(long)[0]
             raise InputError(
-                f"{path}: control column '{log_files.HEADERS[name]}' has a gap from {times[k]:.6g} to "
+                f"{path}: control column '{log_files.HEADERS.get(name, name)}' has a gap from {times[k]:.6g} to "
                 f"{times[k + 1]:.6g} s; cut the log there, or "
                 f"raise max_control_gap_s ({max_gap:.3g}) if a straight line is what was flown"
             )
@@ -179,7 +184,7 @@ def _controls(log, vehicle, path, max_gap):
     times = times[(times >= begin) & (times <= end)]
     joined = {name: np.interp(times, *cell) for name, cell in cells.items()}
     still = np.zeros(len(times))
-    controls = np.column_stack([joined.get(name, still) for name in log_files.CONTROLS])
+    controls = np.column_stack([joined.get(name, still) for name in columns] or [np.empty((len(times), 0))])
     rpm = joined.get("rpm", np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps))
     return begin, times - begin, controls, rpm
 

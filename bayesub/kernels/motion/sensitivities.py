@@ -18,19 +18,11 @@ import math
 import numpy as np
 from numba import prange
 
-from bayesub.kernels.dynamics import euler_derivative, hydrostatics, propulsion, rigid_body
-from bayesub.kernels.hydrodynamics import store_regressors
-from bayesub.kernels.integrate import any_failed, copy_state, hermite, hermite_rates, load_block, stage
 from bayesub.kernels.jit import distinct_arrays, jit, widest_vectors
-from bayesub.kernels.mass import mass_matrix
-from bayesub.kernels.tangent import JACOBIAN_ROWS, N_COLUMNS, state_jacobian
 from bayesub.kernels.workspace import (
     BODY_ROWS,
     INVERSE_MASS,
     LANES,
-    N_COEFFICIENTS,
-    N_CONTROLS,
-    N_ROWS,
     N_STATES,
     SLOPE,
     STAGE,
@@ -40,6 +32,14 @@ from bayesub.kernels.workspace import (
     ZP,
 )
 
+from .dynamics import euler_derivative, hydrostatics, propulsion, rigid_body
+from .hydrodynamics import N_COEFFICIENTS, N_CONTROLS, store_control_slopes, store_regressors
+from .integrate import any_failed, copy_state, hermite, hermite_rates, load_block, set_controls, stage
+from .layout import CONTROLS, N_ROWS, ORDERED
+from .mass import mass_matrix
+from .tangent import JACOBIAN_ROWS, N_COLUMNS, state_jacobian
+
+
 N_STAGES = 4
 WIDTH = 16  # states, padded
 _COLUMNS_A_TASK = 32
@@ -47,8 +47,7 @@ _UNIT = np.eye(N_STATES, WIDTH)
 
 # Rows of a group of steps, after those of a simulation.
 _JACOBIAN = N_ROWS
-_CONTROLS = _JACOBIAN + JACOBIAN_ROWS
-_ACCELERATIONS = _CONTROLS + N_CONTROLS
+_ACCELERATIONS = _JACOBIAN + JACOBIAN_ROWS
 _MECHANICAL = _ACCELERATIONS + 6  # forces that do not come from coefficients
 _BODY_FORCES = _MECHANICAL + 6  # six rows for each body parameter
 
@@ -63,8 +62,8 @@ _N_MATRIX_ROWS = _GAINS + 6 * N_STAGES
 def fly(coefficients, body, initial, stages, step, max_speed):
     """States (n_steps + 1, 4, 12) at the stages of one member, not a number from its failure on.
 
-    `coefficients` (1, 101), `body` (1, N_BODY), `initial` (1, 12); the rest as for
-    :func:`bayesub.kernels.integrate.integrate`, whose steps these are.
+    `coefficients` (1, n_terms), `body` (1, N_BODY + N_CONSTANTS), `initial` (1, 12); the rest as for
+    :func:`bayesub.kernels.motion.integrate.integrate`, whose steps these are.
     """
     n_steps = stages.shape[0] - 1
     history = np.full((n_steps + 1, N_STAGES, N_STATES), np.nan)
@@ -74,17 +73,20 @@ def fly(coefficients, body, initial, stages, step, max_speed):
         work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
         copy_state(work, STATE, STAGE)
         _keep(work, history[n, 0])
-        stage(work, stages[n, 0], 1.0, 0.5 * step)
+        set_controls(work, stages[n, 0])
+        stage(work, 1.0, 0.5 * step)
         copy_state(work, SUM, SLOPE)
         if any_failed(work, max_speed * max_speed, False):
             history[n] = np.nan
             break
         _keep(work, history[n, 1])
-        stage(work, stages[n, 1], 2.0, 0.5 * step)
+        set_controls(work, stages[n, 1])
+        stage(work, 2.0, 0.5 * step)
         _keep(work, history[n, 2])
-        stage(work, stages[n, 1], 2.0, step)
+        stage(work, 2.0, step)
         _keep(work, history[n, 3])
-        stage(work, stages[n, 2], 1.0, 0.0)
+        set_controls(work, stages[n, 2])
+        stage(work, 1.0, 0.0)
         for j in range(STATE_ROWS * LANES):
             work[STATE * LANES + j] += step / 6.0 * work[SUM * LANES + j]
     return history
@@ -101,9 +103,7 @@ def _linearise(work):
     """Accelerations and state Jacobian at the states and controls of the lanes."""
     widest_vectors()
     for i in range(LANES):
-        c = _CONTROLS * LANES + i
-        dr, db, ds, ordered = work[c], work[c + LANES], work[c + 2 * LANES], work[c + 3 * LANES]
-        rates = euler_derivative(work, i, STAGE, dr, db, ds, ordered)
+        rates = euler_derivative(work, i, STAGE)
         a = _ACCELERATIONS * LANES + i
         work[a] = rates[6]
         work[a + LANES] = rates[7]
@@ -111,23 +111,32 @@ def _linearise(work):
         work[a + 3 * LANES] = rates[9]
         work[a + 4 * LANES] = rates[10]
         work[a + 5 * LANES] = rates[11]
-        state_jacobian(work, i, STAGE, _JACOBIAN, dr, db, ds, ordered)
+        state_jacobian(work, i, STAGE, _JACOBIAN)
 
 
 @jit
-def _forces(work, i, n_body_forces, values):
-    """Forces of lane `i` by unit coefficients, and by unit changes of the body."""
-    state, rate, control = (STAGE + 6) * LANES + i, _ACCELERATIONS * LANES + i, _CONTROLS * LANES + i
+def _forces(work, i, n_body_forces, variations, values):
+    """Forces of lane `i` by unit coefficients, by unit changes of the body and by unit amounts of `variations`."""
+    state, rate = (STAGE + 6) * LANES + i, _ACCELERATIONS * LANES + i
+    u, v, w = work[state], work[state + LANES], work[state + 2 * LANES]
+    p, q, r = work[state + 3 * LANES], work[state + 4 * LANES], work[state + 5 * LANES]
     store_regressors(
-        values,
-        work[state], work[state + LANES], work[state + 2 * LANES],
-        work[state + 3 * LANES], work[state + 4 * LANES], work[state + 5 * LANES],
+        values, work, i, u, v, w, p, q, r,
         work[rate], work[rate + LANES], work[rate + 2 * LANES],
         work[rate + 3 * LANES], work[rate + 4 * LANES], work[rate + 5 * LANES],
-        work[control], work[control + LANES], work[control + 2 * LANES],
     )  # fmt: skip
     for k in range(n_body_forces):
         values[N_COEFFICIENTS + k] = work[(_BODY_FORCES + k) * LANES + i]
+    first = N_COEFFICIENTS + n_body_forces
+    if variations.shape[0]:
+        slopes = np.zeros((6, N_CONTROLS))
+        store_control_slopes(slopes, work, i, u, v, w, p, q, r)
+        for n in range(variations.shape[0]):
+            for axis in range(6):
+                force = 0.0
+                for k in range(N_CONTROLS):
+                    force += slopes[axis, k] * variations[n, k]
+                values[first + 6 * n + axis] = force
 
 
 @jit
@@ -141,7 +150,7 @@ def _mechanical_forces(work, target):
         sth, cth = math.sin(theta), math.cos(theta)
         x1, y1, z1, k1, m1, n1 = hydrostatics(work, i, -sth, cth * math.sin(phi), cth * math.cos(phi))
         x2, y2, z2, k2, m2, n2 = rigid_body(work, i, u, v, w, p, q, r, u, v, w, p, q, r)
-        thrust, torque, _, _ = propulsion(work, i, u, work[(_CONTROLS + 3) * LANES + i])
+        thrust, torque, _, _ = propulsion(work, i, u, work[ORDERED * LANES + i])
         a = target * LANES + i
         work[a] = x1 - x2 + thrust
         work[a + LANES] = y1 - y2
@@ -217,7 +226,7 @@ def _compose(work, lane, j, weight, ahead, response, scratch, matrices):
 
 
 @jit
-def _prepare(group, loaded, body, history, stages, step, parameters, matrices, forces):
+def _prepare(group, loaded, body, history, stages, variations, step, parameters, matrices, forces):
     """The second pass for a group of steps: their `matrices` (n, rows, WIDTH) and `forces` (n, 4, n_forces)."""
     n_body_forces = 6 * parameters.shape[0]
     work = loaded.copy()
@@ -230,7 +239,7 @@ def _prepare(group, loaded, body, history, stages, step, parameters, matrices, f
             for k in range(N_STATES):
                 work[(STAGE + k) * LANES + i] = history[n, j, k]
             for k in range(N_CONTROLS):
-                work[(_CONTROLS + k) * LANES + i] = stages[n, (j + 1) // 2, k]
+                work[(CONTROLS + k) * LANES + i] = stages[n, (j + 1) // 2, k]
         _linearise(work)
         if n_body_forces:
             _body_forces(work, body, parameters)
@@ -243,7 +252,7 @@ def _prepare(group, loaded, body, history, stages, step, parameters, matrices, f
                     for k in range(N_STATES):
                         entry = work[(_JACOBIAN + N_COLUMNS * k + n) * LANES + i]
                         matrices[first + i, _FIRST_JACOBIAN + n, k] = entry
-            _forces(work, i, n_body_forces, forces[first + i, j])
+            _forces(work, i, n_body_forces, variations[first + i, (j + 1) // 2], forces[first + i, j])
 
 
 @jit
@@ -325,19 +334,21 @@ def _emit(before, slope_before, now, slope, begin, end, late, step, rows, result
 
 @jit(parallel=True)
 def sensitivities(
-    coefficients, body, history, stages, step, times, parameters, sources, factors, axes, initial, rows
+    coefficients, body, history, stages, variations, step, times, parameters, sources, factors, axes, initial, rows
 ):  # fmt: skip
     """Derivatives of the motion of one member by the parameters of `n` columns.
 
     Parameters
     ----------
-    coefficients : (1, 101) array
+    coefficients : (1, n_terms) array
         Dimensional (N, m, kg, s).
-    body : (1, N_BODY) array
+    body : (1, N_BODY + N_CONSTANTS) array
     history : (n_steps + 1, 4, 12) array
         From :func:`fly`.
-    stages : (n_steps + 1, 3, 4) array
-        As for :func:`bayesub.kernels.integrate.integrate`.
+    stages : (n_steps + 1, 3, N_CONTROLS) array
+        Controls, with all amounts of the variations of this member added.
+    variations : (n_steps + 1, 3, n_variations, N_CONTROLS) array
+        Changes of the controls whose amounts are parameters.
     step : float
         s.
     times : (n_times,) array
@@ -345,7 +356,8 @@ def sensitivities(
     parameters : (n_body,) array
         Positions in the body vector of the body parameters.
     sources : (n,) array
-        Whose force a column has: coefficient k as k, axis a of body parameter m as 101 + 6 m + a.
+        Whose force a column has: coefficient k as k, axis a of body parameter m as n_terms + 6 m + a, and after
+        these axis a of variation n.
     factors : (n,) array
         Factor of that force.
     axes : (n,) array
@@ -361,11 +373,11 @@ def sensitivities(
     """
     n_points, n_columns = history.shape[0], initial.shape[0]
     matrices = np.empty((n_points, _N_MATRIX_ROWS, WIDTH))
-    forces = np.empty((n_points, N_STAGES, N_COEFFICIENTS + 6 * parameters.shape[0]))
+    forces = np.empty((n_points, N_STAGES, N_COEFFICIENTS + 6 * (parameters.shape[0] + variations.shape[2])))
     loaded = np.zeros((_BODY_FORCES + 6 * parameters.shape[0]) * LANES)
     load_block(loaded, 0, coefficients, body, history[:1, 0])
     for group in prange((n_points + LANES - 1) // LANES):
-        _prepare(group, loaded, body[0], history, stages, step, parameters, matrices, forces)
+        _prepare(group, loaded, body[0], history, stages, variations, step, parameters, matrices, forces)
     result = np.empty((times.shape[0], n_columns, rows.shape[0]))
     for task in prange((n_columns + _COLUMNS_A_TASK - 1) // _COLUMNS_A_TASK):
         begin = task * _COLUMNS_A_TASK

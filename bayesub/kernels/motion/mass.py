@@ -2,16 +2,17 @@
 
 import numpy as np
 
-from bayesub.kernels.hydrodynamics import ADDED_MASS
 from bayesub.kernels.jit import jit
 from bayesub.kernels.workspace import IXX, IXY, IYY, IYZ, IZX, IZZ, MASS, XG, YG, ZG
 
-_ADDED_MASS = np.array(ADDED_MASS)
+from .hydrodynamics import ADDED_MASS
+
+_ADDED_MASS = np.array(ADDED_MASS).reshape(-1, 3)
 
 
 @jit
 def mass_matrix(coefficients, body):
-    """M of one dimensional coefficient set (101,) and body vector (N_BODY,): (6, 6), kg, kg m and kg m^2."""
+    """M of one dimensional coefficient set (n_terms,) and body vector (N_BODY,): (6, 6), kg, kg m and kg m^2."""
     m, x, y, z = body[MASS], body[XG], body[YG], body[ZG]
     matrix = np.zeros((6, 6))
     matrix[0, 0] = matrix[1, 1] = matrix[2, 2] = m

@@ -1,9 +1,18 @@
-"""Hydrodynamic forces of one lane, by bayesub.model.generate_kernel from the table of coefficients: do not edit."""
+"""Hydrodynamic forces of one lane, by bayesub.model.equations.generate: do not edit.
+
+Equations 'booth', all degrees of freedom, 101 terms.
+"""
 
 from math import sqrt
 
 from bayesub.kernels.jit import inline
 from bayesub.kernels.workspace import COEFFICIENTS, LANES
+
+N_COEFFICIENTS = 101
+N_CONTROLS = 4
+ORDERED_SPEED = 3  # position of n/k0 among the controls
+N_CONSTANTS = 1
+RIGID_BODY_TERMS = True  # whether the velocity terms of the rigid body are apart from the coefficients
 
 # (axis, acceleration, coefficient) of the added-mass terms, which stand in the mass matrix.
 ADDED_MASS = ((0, 0, 6), (1, 1, 17), (1, 3, 25), (1, 5, 26), (2, 2, 38), (2, 4, 44), (3, 1, 53), (3, 3, 59), (3, 5, 60), (4, 2, 72), (4, 4, 78), (5, 1, 88), (5, 3, 96), (5, 5, 97))
@@ -16,8 +25,11 @@ def sgn(x):
 
 
 @inline
-def hydrodynamic_forces(work, i, u, v, w, p, q, r, dr, db, ds):
+def hydrodynamic_forces(work, i, u, v, w, p, q, r):
     """X, Y, Z (N) and K, M, N (N m) of lane `i`, terms without accelerations (model manual, section 4)."""
+    dr = work[255 * LANES + i]
+    db = work[256 * LANES + i]
+    ds = work[257 * LANES + i]
     nu = sqrt(v * v + w * w)
     X = (
         work[(COEFFICIENTS + 0) * LANES + i] * (u*u)  # Xuu
@@ -122,8 +134,11 @@ def hydrodynamic_forces(work, i, u, v, w, p, q, r, dr, db, ds):
 
 
 @inline
-def hydrodynamic_gradient(work, i, u, v, w, p, q, r, dr, db, ds):
+def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
     """Derivatives of :func:`hydrodynamic_forces` by u, v, w, p, q and r, six forces each."""
+    dr = work[255 * LANES + i]
+    db = work[256 * LANES + i]
+    ds = work[257 * LANES + i]
     nu = sqrt(v * v + w * w)
     inverse = 1.0 / nu if nu > 0.0 else 0.0
     nu_v, nu_w = v * inverse, w * inverse
@@ -358,8 +373,11 @@ def hydrodynamic_gradient(work, i, u, v, w, p, q, r, dr, db, ds):
 
 
 @inline
-def store_regressors(row, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot, dr, db, ds):
-    """Write the regressors of the 101 terms into `row`."""
+def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
+    """Write the regressors of the terms into `row`; zero for those that play no part."""
+    dr = work[255 * LANES + i]
+    db = work[256 * LANES + i]
+    ds = work[257 * LANES + i]
     nu = sqrt(v * v + w * w)
     row[0] = u*u  # Xuu
     row[1] = v*v  # Xvv
@@ -462,3 +480,46 @@ def store_regressors(row, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot, 
     row[98] = p*q  # Npq
     row[99] = q*r  # Nqr
     row[100] = r*abs(r)  # Nr_absr
+
+
+@inline
+def store_control_slopes(slopes, work, i, u, v, w, p, q, r):
+    """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
+    dr = work[255 * LANES + i]
+    db = work[256 * LANES + i]
+    ds = work[257 * LANES + i]
+    nu = sqrt(v * v + w * w)
+    slopes[0, 0] = (
+        work[(COEFFICIENTS + 3) * LANES + i] * (u*u*dr + u*u*dr)  # Xuu_drdr
+    )
+    slopes[1, 0] = (
+        work[(COEFFICIENTS + 16) * LANES + i] * (u*u)  # Yuu_dr
+        + work[(COEFFICIENTS + 24) * LANES + i] * (u*abs(r))  # Yu_absr_dr
+    )
+    slopes[3, 0] = (
+        work[(COEFFICIENTS + 52) * LANES + i] * (u*u)  # Kuu_dr
+    )
+    slopes[5, 0] = (
+        work[(COEFFICIENTS + 87) * LANES + i] * (u*u)  # Nuu_dr
+        + work[(COEFFICIENTS + 95) * LANES + i] * (u*abs(r))  # Nu_absr_dr
+    )
+    slopes[0, 1] = (
+        work[(COEFFICIENTS + 4) * LANES + i] * (u*u*db + u*u*db)  # Xuu_dbdb
+    )
+    slopes[2, 1] = (
+        work[(COEFFICIENTS + 33) * LANES + i] * (u*u)  # Zuu_db
+    )
+    slopes[4, 1] = (
+        work[(COEFFICIENTS + 67) * LANES + i] * (u*u)  # Muu_db
+    )
+    slopes[0, 2] = (
+        work[(COEFFICIENTS + 5) * LANES + i] * (u*u*ds + u*u*ds)  # Xuu_dsds
+    )
+    slopes[2, 2] = (
+        work[(COEFFICIENTS + 34) * LANES + i] * (u*u)  # Zuu_ds
+        + work[(COEFFICIENTS + 42) * LANES + i] * (u*abs(q))  # Zu_absq_ds
+    )
+    slopes[4, 2] = (
+        work[(COEFFICIENTS + 68) * LANES + i] * (u*u)  # Muu_ds
+        + work[(COEFFICIENTS + 76) * LANES + i] * (u*abs(q))  # Mu_absq_ds
+    )

@@ -1,10 +1,12 @@
 """The equations of motion of one lane: state derivative from state and controls (model manual, sections 1 to 6)."""
 
 from bayesub.kernels import workspace as at
-from bayesub.kernels.hydrodynamics import hydrodynamic_forces
 from bayesub.kernels.jit import inline
 from bayesub.kernels.trigonometry import sine_cosine
 from bayesub.kernels.workspace import BODY_ROWS, INVERSE_MASS, LANES
+
+from .hydrodynamics import RIGID_BODY_TERMS, hydrodynamic_forces
+from .layout import ORDERED
 
 
 @inline
@@ -38,8 +40,10 @@ def rigid_body(work, i, u1, v1, w1, p1, q1, r1, u2, v2, w2, p2, q2, r2):
     """The velocity terms of the left-hand sides (model manual, section 2), in N and N m, as a bilinear form.
 
     With the velocity in both places they are the terms themselves; the form of a velocity and its variation plus that
-    of the variation and the velocity is their derivative.
+    of the variation and the velocity is their derivative. A set whose coefficients contain them has none.
     """
+    if not RIGID_BODY_TERMS:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     m = work[(BODY_ROWS + at.MASS) * LANES + i]
     ixx = work[(BODY_ROWS + at.IXX) * LANES + i]
     iyy = work[(BODY_ROWS + at.IYY) * LANES + i]
@@ -77,14 +81,14 @@ def hydrostatics(work, i, gx, gy, gz):
 
 
 @inline
-def accelerations(work, i, row, gx, gy, gz, dr, db, ds, ordered):
+def accelerations(work, i, row, gx, gy, gz):
     """udot vdot wdot pdot qdot rdot of the state at position `row`: M^-1 times all forces without added mass."""
     u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
     p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
-    x1, y1, z1, k1, m1, n1 = hydrodynamic_forces(work, i, u, v, w, p, q, r, dr, db, ds)
+    x1, y1, z1, k1, m1, n1 = hydrodynamic_forces(work, i, u, v, w, p, q, r)
     x2, y2, z2, k2, m2, n2 = rigid_body(work, i, u, v, w, p, q, r, u, v, w, p, q, r)
     x3, y3, z3, k3, m3, n3 = hydrostatics(work, i, gx, gy, gz)
-    thrust, torque, _, _ = propulsion(work, i, u, ordered)
+    thrust, torque, _, _ = propulsion(work, i, u, work[ORDERED * LANES + i])
     x = x1 - x2 + x3 + thrust
     y = y1 - y2 + y3
     z = z1 - z2 + z3
@@ -103,7 +107,7 @@ def accelerations(work, i, row, gx, gy, gz, dr, db, ds, ordered):
 
 
 @inline
-def euler_derivative(work, i, state, dr, db, ds, ordered):
+def euler_derivative(work, i, state):
     """The twelve rates (model manual, section 1) of lane `i` whose state, with Euler angles, begins at row `state`."""
     row = state * LANES + i
     sphi, cphi = sine_cosine(work[row + 3 * LANES])
@@ -111,7 +115,7 @@ def euler_derivative(work, i, state, dr, db, ds, ordered):
     spsi, cpsi = sine_cosine(work[row + 5 * LANES])
     u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
     p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
-    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, -sth, cth * sphi, cth * cphi, dr, db, ds, ordered)
+    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, -sth, cth * sphi, cth * cphi)
     yawing = (sphi * q + cphi * r) * (1.0 / cth)
     return (
         cpsi * cth * u + (cpsi * sth * sphi - spsi * cphi) * v + (spsi * sphi + cpsi * cphi * sth) * w,
@@ -130,7 +134,7 @@ def euler_derivative(work, i, state, dr, db, ds, ordered):
 
 
 @inline
-def quaternion_derivative(work, i, state, dr, db, ds, ordered):
+def quaternion_derivative(work, i, state):
     """The thirteen rates of a state with a unit quaternion (thesis appendix B, equations 42 and 43)."""
     row = state * LANES + i
     q0, q1, q2, q3 = work[row + 12 * LANES], work[row + 3 * LANES], work[row + 4 * LANES], work[row + 5 * LANES]
@@ -139,7 +143,7 @@ def quaternion_derivative(work, i, state, dr, db, ds, ordered):
     gx = 2.0 * (q1 * q3 - q0 * q2)
     gy = 2.0 * (q2 * q3 + q0 * q1)
     gz = q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3
-    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, gx, gy, gz, dr, db, ds, ordered)
+    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, gx, gy, gz)
     return (
         (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3) * u + 2.0 * ((q1 * q2 - q0 * q3) * v + (q1 * q3 + q0 * q2) * w),
         (q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3) * v + 2.0 * ((q1 * q2 + q0 * q3) * u + (q2 * q3 - q0 * q1) * w),

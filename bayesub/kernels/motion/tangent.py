@@ -1,11 +1,14 @@
 """The state Jacobian of the equations of motion: the tangent-linear equations of one lane (model manual, section 6)."""
 
 from bayesub.kernels import workspace as at
-from bayesub.kernels.dynamics import hydrostatics, propulsion, rigid_body, row_times
-from bayesub.kernels.hydrodynamics import hydrodynamic_gradient
 from bayesub.kernels.jit import inline
 from bayesub.kernels.trigonometry import sine_cosine
 from bayesub.kernels.workspace import BODY_ROWS, INVERSE_MASS, LANES, N_STATES
+
+from .dynamics import hydrostatics, propulsion, rigid_body, row_times
+from .hydrodynamics import hydrodynamic_gradient
+from .layout import ORDERED
+
 
 # Nothing depends on the position, so that the Jacobian has a column for each of phi theta psi u v w p q r.
 N_COLUMNS = 9
@@ -71,8 +74,8 @@ def _set_velocity_row(work, i, target, n, rolling, pitching, fu, fv, fw, fp, fq,
 
 
 @inline
-def state_jacobian(work, i, state, target, dr, db, ds, ordered):
-    """Write the (12, 9) derivatives of :func:`bayesub.kernels.dynamics.euler_derivative` into rows from `target` on."""
+def state_jacobian(work, i, state, target):
+    """Write the (12, 9) derivatives of :func:`bayesub.kernels.motion.dynamics.euler_derivative` into rows from `target` on."""
     row = state * LANES + i
     sphi, cphi = sine_cosine(work[row + 3 * LANES])
     sth, cth = sine_cosine(work[row + 4 * LANES])
@@ -100,8 +103,8 @@ def state_jacobian(work, i, state, target, dr, db, ds, ordered):
     _set(work, i, target, 5, secant * pitching, tangent * yawing, 0.0, 0.0, 0.0, 0.0, 0.0, secant * sphi, secant * cphi)
 
     # Velocity: the inverse mass matrix times the derivatives of the forces.
-    fu, fv, fw, fp, fq, fr = hydrodynamic_gradient(work, i, u, v, w, p, q, r, dr, db, ds)
-    _, _, thrust_u, torque_u = propulsion(work, i, u, ordered)
+    fu, fv, fw, fp, fq, fr = hydrodynamic_gradient(work, i, u, v, w, p, q, r)
+    _, _, thrust_u, torque_u = propulsion(work, i, u, work[ORDERED * LANES + i])
     thrusting = (thrust_u, 0.0, 0.0, torque_u, thrust_u * work[(BODY_ROWS + at.ZP) * LANES + i], 0.0)
     fu = _sum(fu, thrusting)
     fu = _difference(fu, _rigid_body_derivative(work, i, u, v, w, p, q, r, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0))

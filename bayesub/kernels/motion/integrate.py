@@ -6,17 +6,13 @@ import numpy as np
 from numba import prange
 
 from bayesub.kernels.attitude import euler_angles, quaternion
-from bayesub.kernels.dynamics import euler_derivative, quaternion_derivative
 from bayesub.kernels.jit import inline, jit, widest_vectors
-from bayesub.kernels.mass import inverse, mass_matrix
 from bayesub.kernels.workspace import (
     BODY_ROWS,
     COEFFICIENTS,
     INVERSE_MASS,
     LANES,
     N_BODY,
-    N_COEFFICIENTS,
-    N_ROWS,
     N_STATES,
     OUTPUT,
     PREVIOUS,
@@ -27,6 +23,13 @@ from bayesub.kernels.workspace import (
     STATE_ROWS,
     SUM,
 )
+
+
+from .dynamics import euler_derivative, quaternion_derivative
+from .hydrodynamics import N_COEFFICIENTS, N_CONSTANTS, N_CONTROLS
+from .layout import CONSTANTS, CONTROLS, N_ROWS
+from .mass import inverse, mass_matrix
+
 
 OK, DIVERGED, LEFT_ENVELOPE = 0, 1, 2
 MAX_PITCH = math.radians(85.0)
@@ -41,6 +44,8 @@ def load_block(work, first, coefficients, body, initial):
             work[(COEFFICIENTS + k) * LANES + i] = coefficients[member, k]
         for k in range(N_BODY):
             work[(BODY_ROWS + k) * LANES + i] = body[member, k]
+        for k in range(N_CONSTANTS):
+            work[(CONSTANTS + k) * LANES + i] = body[member, N_BODY + k]
         for k in range(N_STATES):
             work[(STATE + k) * LANES + i] = initial[member, k]
         inverted = inverse(mass_matrix(coefficients[member], body[member]))
@@ -61,14 +66,30 @@ def _advance(work, i, k, rate, weight, ahead):
     work[(STAGE + k) * LANES + i] = work[(STATE + k) * LANES + i] + ahead * rate
 
 
+@inline
+def set_controls(work, control):
+    """Give all lanes the same controls."""
+    for k in range(N_CONTROLS):
+        for i in range(LANES):
+            work[(CONTROLS + k) * LANES + i] = control[k]
+
+
 @jit
-def stage(work, control, weight, ahead):
+def _vary_controls(work, variations, amounts):
+    """Add to the controls of each lane `amounts` (n, LANES) of `variations` (n, N_CONTROLS)."""
+    for n in range(variations.shape[0]):
+        for k in range(N_CONTROLS):
+            for i in range(LANES):
+                work[(CONTROLS + k) * LANES + i] += amounts[n, i] * variations[n, k]
+
+
+@jit
+def stage(work, weight, ahead):
     """Add `weight` times the derivative at STAGE to SUM, then put STATE + `ahead` times it into STAGE."""
     widest_vectors()
-    dr, db, ds, ordered = control[0], control[1], control[2], control[3]
     for i in range(LANES):
         # Twelve scalars and twelve calls: a loop over a tuple of rates would keep this loop from being vectorised.
-        x, y, z, phi, theta, psi, u, v, w, p, q, r = euler_derivative(work, i, STAGE, dr, db, ds, ordered)
+        x, y, z, phi, theta, psi, u, v, w, p, q, r = euler_derivative(work, i, STAGE)
         _advance(work, i, 0, x, weight, ahead)
         _advance(work, i, 1, y, weight, ahead)
         _advance(work, i, 2, z, weight, ahead)
@@ -84,12 +105,11 @@ def stage(work, control, weight, ahead):
 
 
 @jit
-def stage_quaternion(work, control, weight, ahead):
+def stage_quaternion(work, weight, ahead):
     """:func:`stage` for states with quaternions."""
     widest_vectors()
-    dr, db, ds, ordered = control[0], control[1], control[2], control[3]
     for i in range(LANES):
-        x, y, z, q1, q2, q3, u, v, w, p, q, r, q0 = quaternion_derivative(work, i, STAGE, dr, db, ds, ordered)
+        x, y, z, q1, q2, q3, u, v, w, p, q, r, q0 = quaternion_derivative(work, i, STAGE)
         _advance(work, i, 0, x, weight, ahead)
         _advance(work, i, 1, y, weight, ahead)
         _advance(work, i, 2, z, weight, ahead)
@@ -106,11 +126,14 @@ def stage_quaternion(work, control, weight, ahead):
 
 
 @inline
-def _evaluate(work, control, weight, ahead, quaternions):
+def _evaluate(work, control, variations, amounts, weight, ahead, quaternions):
+    set_controls(work, control)
+    if variations.shape[0]:
+        _vary_controls(work, variations, amounts)
     if quaternions:
-        stage_quaternion(work, control, weight, ahead)
+        stage_quaternion(work, weight, ahead)
     else:
-        stage(work, control, weight, ahead)
+        stage(work, weight, ahead)
 
 
 @jit
@@ -210,13 +233,16 @@ def any_failed(work, max_speed2, quaternions):
 
 @jit
 def _integrate_block(
-    block, coefficients, body, initial, stages, step, times, max_speed, quaternions, rows, states, status
+    block, coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows, states, status
 ):
     """Integrate one block of members and write their `states` at `times`; see :func:`integrate`."""
     first = block * LANES
     members = min(LANES, coefficients.shape[0] - first)
     work = np.zeros(N_ROWS * LANES)
     load_block(work, first, coefficients, body, initial)
+    mine = np.empty((amounts.shape[1], LANES))
+    for i in range(LANES):
+        mine[:, i] = amounts[min(first + i, coefficients.shape[0] - 1)]
     if quaternions:
         _to_quaternions(work)
     n_steps = stages.shape[0] - 1
@@ -227,7 +253,7 @@ def _integrate_block(
     for step_index in range(n_steps + 1):
         work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
         copy_state(work, STATE, STAGE)
-        _evaluate(work, stages[step_index, 0], 1.0, 0.5 * step, quaternions)
+        _evaluate(work, stages[step_index, 0], variations[step_index, 0], mine, 1.0, 0.5 * step, quaternions)
         copy_state(work, SUM, SLOPE)
 
         if any_failed(work, max_speed2, quaternions):
@@ -253,9 +279,9 @@ def _integrate_block(
 
         copy_state(work, STATE, PREVIOUS)
         copy_state(work, SLOPE, PREVIOUS_SLOPE)
-        _evaluate(work, stages[step_index, 1], 2.0, 0.5 * step, quaternions)
-        _evaluate(work, stages[step_index, 1], 2.0, step, quaternions)
-        _evaluate(work, stages[step_index, 2], 1.0, 0.0, quaternions)
+        _evaluate(work, stages[step_index, 1], variations[step_index, 1], mine, 2.0, 0.5 * step, quaternions)
+        _evaluate(work, stages[step_index, 1], variations[step_index, 1], mine, 2.0, step, quaternions)
+        _evaluate(work, stages[step_index, 2], variations[step_index, 2], mine, 1.0, 0.0, quaternions)
         for j in range(STATE_ROWS * LANES):
             work[STATE * LANES + j] += step / 6.0 * work[SUM * LANES + j]
         if quaternions:
@@ -263,18 +289,21 @@ def _integrate_block(
 
 
 @jit
-def integrate(coefficients, body, initial, stages, step, times, max_speed, quaternions, rows):
+def integrate(coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows):
     """Simulate a batch.
 
     Parameters
     ----------
-    coefficients : (n_batch, 101) array
+    coefficients : (n_batch, n_terms) array
         Dimensional (N, m, kg, s).
-    body : (n_batch, N_BODY) array
+    body : (n_batch, N_BODY + N_CONSTANTS) array
     initial : (n_batch, 12) array
         States at the start.
-    stages : (n_steps + 1, 3, 4) array
+    stages : (n_steps + 1, 3, N_CONTROLS) array
         Controls at the start, middle and end of each step.
+    variations : (n_steps + 1, 3, n, N_CONTROLS) array
+        Changes of the controls, of which each member has its own amounts.
+    amounts : (n_batch, n) array
     step : float
         s.
     times : (n_times,) array
@@ -298,20 +327,22 @@ def integrate(coefficients, body, initial, stages, step, times, max_speed, quate
     status = np.zeros(n_batch, dtype=np.int8)
     for block in range((n_batch + LANES - 1) // LANES):
         _integrate_block(
-            block, coefficients, body, initial, stages, step, times, max_speed, quaternions, rows, states, status
+            block, coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows, states, status
         )
     return states, status
 
 
 @jit(parallel=True)
-def integrate_parallel(coefficients, body, initial, stages, step, times, max_speed, quaternions, rows):
+def integrate_parallel(
+    coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows
+):
     """:func:`integrate` with the blocks shared among threads; bitwise the same."""
     n_batch = coefficients.shape[0]
     states = np.empty((n_batch, times.shape[0], len(rows)))
     status = np.zeros(n_batch, dtype=np.int8)
     for block in prange((n_batch + LANES - 1) // LANES):
         _integrate_block(
-            block, coefficients, body, initial, stages, step, times, max_speed, quaternions, rows, states, status
+            block, coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows, states, status
         )
     return states, status
 
@@ -322,11 +353,11 @@ def body_accelerations(coefficients, body, states, controls):
 
     Parameters
     ----------
-    coefficients : (n_batch, 101) array
+    coefficients : (n_batch, n_terms) array
         Dimensional (N, m, kg, s).
-    body : (n_batch, N_BODY) array
+    body : (n_batch, N_BODY + N_CONSTANTS) array
     states : (n_batch, n_times, 12) array
-    controls : (n_times, 4) array
+    controls : (n_times, N_CONTROLS) array
 
     Returns
     -------
@@ -344,7 +375,8 @@ def body_accelerations(coefficients, body, states, controls):
                 for k in range(N_STATES):
                     work[(STAGE + k) * LANES + i] = states[first + i, n, k]
             work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
-            stage(work, controls[n], 1.0, 0.0)
+            set_controls(work, controls[n])
+            stage(work, 1.0, 0.0)
             for i in range(members):
                 for k in range(6):
                     result[first + i, n, k] = work[(SUM + 6 + k) * LANES + i]

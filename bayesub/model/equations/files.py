@@ -1,0 +1,211 @@
+"""Reading an equation set from its file, with one clear line for what cannot be."""
+
+from __future__ import annotations
+
+import functools
+import re
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import pydantic
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError
+from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
+from bayesub.io.toml_files import Section
+from bayesub.model.equations.equation_set import AXES, Control, EquationSet, Term
+from bayesub.model.equations.regressors import SYMBOLS, Factor, Regressor, parse
+
+DEFAULT = "booth"
+UNITS = ("deg", "n", "rpm")  # of controls: an angle, a force in newton, revolutions a minute
+_N_SAMPLES = 400  # random motions on which terms are compared
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_RESERVED = {*VELOCITIES, *SYMBOLS, "rho", "abs", "sgn", "inverse", "work", "i", "sqrt"}
+
+
+class TermSection(Section):
+    """A term: its coefficient is non-dimensional by powers of length and speed, or has a unit."""
+
+    regressor: str
+    length_power: int | None = pydantic.Field(default=None, ge=0, le=9)
+    speed_power: int = pydantic.Field(default=0, ge=-9, le=9)
+    unit: str | None = None
+    label: str = pydantic.Field(min_length=1)
+    meaning: str = pydantic.Field(min_length=1)
+
+    @pydantic.model_validator(mode="after")
+    def _one_scale(self):
+        if (self.length_power is None) == (self.unit is None):
+            raise ValueError("give either length_power (a non-dimensional coefficient) or unit (a dimensional one)")
+        if self.unit is not None and self.speed_power:
+            raise ValueError("speed_power belongs to a non-dimensional coefficient; this one has a unit")
+        return self
+
+
+Terms = Annotated[dict[str, TermSection], pydantic.Field(default_factory=dict)]
+
+
+class AxesSection(Section):
+    """The terms of each axis."""
+
+    X: Terms
+    Y: Terms
+    Z: Terms
+    K: Terms
+    M: Terms
+    N: Terms
+
+
+class EquationFile(Section):
+    """The content of an equation file."""
+
+    name: str = pydantic.Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    title: str
+    description: str = ""
+    reference: str = ""
+    extends: str | None = None
+    degrees_of_freedom: Literal[3, 6] = 6
+    rigid_body_terms: Literal["separate", "in_coefficients"] = "separate"
+    speed: Literal["trial", "instantaneous"] = "trial"
+    stations: int = pydantic.Field(default=16, ge=2, le=32)
+    controls: dict[str, str] = pydantic.Field(default_factory=dict)
+    terms: AxesSection
+
+    @pydantic.field_validator("controls")
+    @classmethod
+    def _known_units(cls, controls: dict[str, str]) -> dict[str, str]:
+        for symbol, column in controls.items():
+            if not _NAME.fullmatch(symbol) or symbol in _RESERVED:
+                raise ValueError(f"'{symbol}' cannot name a control; choose another symbol, such as dr")
+            unit = "rpm" if column == "rpm" else column.rpartition("_")[2]
+            if not _NAME.fullmatch(column) or unit not in UNITS or column == unit != "rpm":
+                raise ValueError(f"{symbol}: '{column}' is no column of a log: end it with _deg or _n, or write rpm")
+        if len(set(controls.values())) < len(controls):
+            raise ValueError("two controls have the same column")
+        return controls
+
+
+def load_equations(name: str | Path) -> EquationSet:
+    """Load a built-in equation set by name or an equation file by path.
+
+    Raises
+    ------
+    InputError
+        With file, key and remedy: a term that is given twice or depends linearly on others, an unknown symbol, a
+        coefficient whose powers make no force.
+    """
+    path = toml_files.find(str(name), "equations")
+    return _load(path, toml_files.read_text(path))
+
+
+@functools.lru_cache(maxsize=64)
+def _load(path: Path, _text: str) -> EquationSet:
+    """The set of a file; its text is asked for so that a changed file is read again."""
+    file = toml_files.read_toml(path, EquationFile)
+    base = None
+    if file.extends is not None:
+        if file.extends == file.name or (toml_files.is_path(file.extends) and Path(beside(path, file.extends)) == path):
+            raise InputError(f"{path}: extends: a set cannot extend itself")
+        base = load_equations(beside(path, file.extends))
+    try:
+        equations = _built(file, base)
+        _check_scales(equations)
+        _check_independence(equations)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+    return equations
+
+
+def beside(path: Path, name: str) -> str:
+    """A built-in name as it is, the path of a file as seen from the folder of another file."""
+    return str(path.parent / name) if toml_files.is_path(name) else name
+
+
+def _built(file: EquationFile, base: EquationSet | None) -> EquationSet:
+    controls = {control.symbol: control for control in base.controls} if base else {}
+    for symbol, column in file.controls.items():
+        if controls.get(symbol, Control(symbol, column)).column != column:
+            raise ValueError(f"controls.{symbol}: is '{controls[symbol].column}' in '{base.name}'")
+        controls[symbol] = Control(symbol, column)
+    inherited = {term.name: term for term in base.terms} if base else {}
+    terms = []
+    for axis in AXES:
+        terms += [term for term in inherited.values() if term.axis == axis]
+        for name, section in getattr(file.terms, axis).items():
+            if not _NAME.fullmatch(name) or name in _RESERVED | controls.keys():
+                raise ValueError(f"terms.{axis}.{name}: cannot name a coefficient; use letters, digits and underscores")
+            if any(term.name == name for term in (*terms, *inherited.values())):
+                raise ValueError(f"terms.{axis}.{name}: is given twice; give one of the two another name")
+            terms.append(_term(name, axis, section, file.speed, controls))
+    if not terms:
+        raise ValueError("terms: there are none; add some, such as [terms.X] Xuu = { regressor = \"u*u\", .. }")
+    return EquationSet(
+        name=file.name,
+        title=file.title,
+        description=file.description,
+        reference=file.reference,
+        terms=tuple(terms),
+        controls=tuple(controls.values()),
+        degrees_of_freedom=file.degrees_of_freedom,
+        rigid_body_terms=file.rigid_body_terms,
+        speed=file.speed,
+        stations=file.stations,
+    )
+
+
+def _term(name: str, axis: str, section: TermSection, speed: str, controls) -> Term:
+    try:
+        parsed = parse(section.regressor, controls)
+    except ValueError as error:
+        raise ValueError(f"terms.{axis}.{name}: regressor {error}") from None
+    if speed == "instantaneous" and section.speed_power:
+        function = "inverse" if section.speed_power < 0 else ""
+        parsed = Regressor((*parsed.factors, *[Factor("V", function)] * abs(section.speed_power)))
+    label = section.label if section.label.startswith("$") else f"${section.label}$"
+    return Term(
+        name, axis, section.regressor, parsed, section.length_power or 0, section.speed_power, section.unit, label,
+        section.meaning,
+    )  # fmt: skip
+
+
+def _check_scales(equations: EquationSet) -> None:
+    """ValueError for a non-dimensional coefficient whose powers do not make a force or a moment."""
+    controls = {control.symbol: control.dimension for control in equations.controls}
+    for term in equations.terms:
+        if term.unit is not None:
+            continue
+        metres, seconds = term.parsed.dimension(controls)
+        if equations.speed == "trial":
+            metres, seconds = metres + term.speed_power, seconds - term.speed_power
+        metres += term.length_power
+        wanted = 4 if term.axis in "XYZ" else 5
+        if (metres, seconds) != (wanted, -2):
+            speed = seconds + 2  # powers of the speed that are too few
+            length = term.length_power + wanted - metres - speed
+            raise ValueError(
+                f"terms.{term.axis}.{term.name}: (rho/2) l^{term.length_power} U^{term.speed_power} * {term.regressor} is no "
+                f"{'force' if wanted == 4 else 'moment'}; with length_power = {length} and "
+                f"speed_power = {term.speed_power + speed} it would be"
+            )
+
+
+def _check_independence(equations: EquationSet) -> None:
+    """ValueError for terms of an axis that are linearly dependent whatever the motion."""
+    rng = np.random.default_rng(0)
+    states, accelerations = rng.standard_normal((_N_SAMPLES, 12)), rng.standard_normal((_N_SAMPLES, 6))
+    controls = rng.standard_normal((_N_SAMPLES, len(equations.controls) + 1))
+    hull = np.stack([np.linspace(-0.5, 0.4, 7), rng.uniform(0.5, 1.0, 7), rng.uniform(0.5, 1.0, 7)])
+    blocks = equations.regressors(states, accelerations, controls, equations.constants(1.3, hull))
+    for axis, block in blocks.items():
+        names = equations.names_of_axis(axis)
+        scaled = block / np.linalg.norm(block, axis=0)
+        for k in range(1, len(names)):
+            solution, *_ = np.linalg.lstsq(scaled[:, :k], scaled[:, k])
+            if np.linalg.norm(scaled[:, k] - scaled[:, :k] @ solution) < 1e-9:
+                others = [names[j] for j in np.flatnonzero(np.abs(solution) > 1e-6)]
+                same = "is the same as" if len(others) == 1 else "depends linearly on"
+                raise ValueError(
+                    f"terms.{axis}.{names[k]}: its regressor {same} that of {' and '.join(others)}, whatever the motion; "
+                    "leave one out"
+                )
