@@ -7,7 +7,7 @@ from collections import Counter
 import numba
 import numpy as np
 
-from bayesub.kernels import integrate, workspace
+from bayesub.kernels import families, workspace
 from bayesub.kernels.jit import widest_vectors
 
 _CHAIN = 16
@@ -41,8 +41,8 @@ def packed_instructions(function) -> tuple[Counter, int]:
     return kinds, 512 if "zmm" in assembly else 256 if "ymm" in assembly else 0
 
 
-def limit(evaluations: int) -> dict:
-    """The shortest time (s) of `evaluations` right-hand sides on one core, and what it follows from.
+def limit(kernels: families.Family, evaluations: int) -> dict:
+    """The shortest time (s) of `evaluations` right-hand sides of these kernels on one core, and what it follows from.
 
     Every packed multiply-add, multiplication, addition, subtraction, division and root in the compiled stage counts as
     one multiply-add at the measured peak rate; comparisons, choices, loads and stores count as nothing.
@@ -53,9 +53,10 @@ def limit(evaluations: int) -> dict:
     rate = _PASSES * values.size * 4 * _CHAIN / shortest
     # A fresh compilation: numba cannot show the code of a cached one.
     settings = ("error_model", "fastmath", "nogil")
-    options = {key: value for key, value in integrate.stage.targetoptions.items() if key in settings}
-    stage = numba.njit(**options)(integrate.stage.py_func)
-    stage(np.zeros(workspace.N_ROWS * workspace.LANES), np.zeros(workspace.N_CONTROLS), 0.0, 0.0)
+    compiled = kernels.integrate.stage
+    options = {key: value for key, value in compiled.targetoptions.items() if key in settings}
+    stage = numba.njit(**options)(compiled.py_func)
+    stage(np.zeros(kernels.layout.N_ROWS * workspace.LANES), 0.0, 0.0)
     kinds, bits = packed_instructions(stage)
     return {
         "instructions": dict(kinds),

@@ -133,8 +133,8 @@ def growth(sizes: tuple[int, ...], seconds: float) -> dict:
     for size in sizes:
         xi = perturbed(vehicle, size)
         states, status = simulator.run(xi)
-        inputs = size * 8 * (workspace.N_COEFFICIENTS + workspace.N_BODY + workspace.N_STATES)
-        work = 8 * workspace.N_ROWS * workspace.LANES * numba.get_num_threads()
+        inputs = size * 8 * (len(vehicle.xi) + workspace.N_BODY + workspace.N_STATES)
+        work = 8 * simulator.kernels.layout.N_ROWS * workspace.LANES * numba.get_num_threads()
         memory = states.nbytes + status.nbytes + inputs + simulator._stages.nbytes + work
         duration = shortest(lambda xi=xi: simulator.run(xi), seconds=seconds)[0]
         batches.append({"size": size, "seconds": duration, "bytes": memory})
@@ -203,7 +203,7 @@ def run(*, quick: bool = False) -> dict:
     """All measurements as numbers and lists; seconds, metres, bytes. `quick` is shorter and leaves out cold starts."""
     seconds = 0.2 if quick else 1.5
     numbers = compare(seconds)
-    numbers["arithmetic"] = arithmetic.limit(numbers["evaluations"])
+    numbers["arithmetic"] = arithmetic.limit(spiral().kernels, numbers["evaluations"])
     numbers["jacobians"] = jacobians(seconds)
     numbers["log_likelihoods"] = log_likelihoods(seconds)
     numbers |= growth((1, 8, 64) if quick else (1, 8, 64, 256, 1024), seconds)

@@ -23,7 +23,6 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     from rich.table import Table
 
     from bayesub import identifiability
-    from bayesub.model import coefficients
     from bayesub.model.linear_form import linear_systems
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.simulate import simulate
@@ -34,7 +33,7 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     trajectory = simulate(boat, history, **plane(subproblem))
     if trajectory.status[0] != "ok":
         complain(f"{boat.name} does not complete {history.name}: {trajectory.status[0]}", FAILED)
-    ranks = identifiability.rank(linear_systems(trajectory), prefer=coefficients.ADDED_MASSES)
+    ranks = identifiability.rank(linear_systems(trajectory), prefer=boat.equations.added_masses)
     if as_json:
         click.echo(json.dumps({axis: r.summary() for axis, r in ranks.items()}, indent=2))
         return

@@ -10,13 +10,14 @@ import timeit
 import numba
 import numpy as np
 
-from bayesub.kernels.dynamics import euler_derivative
-from bayesub.kernels.integrate import load_block
-from bayesub.kernels.workspace import LANES, N_ROWS, N_STATES, STATE
+from bayesub.kernels.workspace import LANES, N_STATES, STATE
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import Simulator
 from bayesub.model.vehicles import load_vehicle
 
+_KERNELS = load_vehicle("suboff").kernels("horizontal")
+_N_ROWS = _KERNELS.layout.N_ROWS
+_set_controls, _euler_derivative = _KERNELS.integrate.set_controls, _KERNELS.dynamics.euler_derivative
 TIMES = np.linspace(0.0, 600.0, 601)
 
 
@@ -28,9 +29,10 @@ def spiral(step: float | None = None, subproblem: str | None = "horizontal") -> 
 
 def workspace(simulator: Simulator) -> np.ndarray:
     """The vehicle of a simulator, as the equations of motion read it, and its initial state."""
-    vehicle, work = simulator.vehicle, np.zeros(N_ROWS * LANES)
+    vehicle, work = simulator.vehicle, np.zeros(_N_ROWS * LANES)
     initial = simulator.manoeuvre.initial_state
-    load_block(work, 0, simulator.dimensional(vehicle.xi), vehicle.body[None], initial[None])
+    body = np.concatenate([vehicle.body, vehicle.constants])
+    _KERNELS.integrate.load_block(work, 0, simulator.dimensional(vehicle.xi), body[None], initial[None])
     return work
 
 
@@ -39,7 +41,8 @@ def derivative(state, controls, work):
     """Rates (12,) of a state (12,) under controls (4,)."""
     for k in range(N_STATES):
         work[(STATE + k) * LANES] = state[k]
-    return np.array(euler_derivative(work, 0, STATE, controls[0], controls[1], controls[2], controls[3]))
+    _set_controls(work, controls)
+    return np.array(_euler_derivative(work, 0, STATE))
 
 
 @numba.njit

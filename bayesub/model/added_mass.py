@@ -8,7 +8,7 @@ NACA report 184 (1924); Pabst (1930), in Korotkin, Added Masses of Ship Structur
 import numpy as np
 
 from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
-from bayesub.model.coefficients import ADDED_MASSES, AXES, INDEX, NAMES, TERMS
+from bayesub.model.equations import AXES, EquationSet
 
 N_ANGLES = 4096  # of the boundary of a section; its fin roots make the Fourier sum converge as 1/n
 
@@ -108,34 +108,34 @@ def finite_span(span: float, chord: float) -> float:
     return (1.0 - 0.425 * ratio / (1.0 + ratio**2)) / np.sqrt(1.0 + ratio**2)
 
 
-def coefficients_of(added: np.ndarray) -> np.ndarray:
-    """The 101 coefficients of a body in ideal fluid from its added-mass matrix (Kirchhoff; Lamb article 124).
+def coefficients_of(added: np.ndarray, equations: EquationSet) -> np.ndarray:
+    """The coefficients of a body in ideal fluid from its added-mass matrix (Kirchhoff; Lamb article 124).
 
     Momentum p and angular momentum h are `added` times the velocities; the force is -dp/dt - omega x p and the moment
-    -dh/dt - omega x h - velocity x p. Products of speeds that the table does not have are left out.
+    -dh/dt - omega x h - velocity x p. Products of speeds that the equations do not have are left out.
 
     Parameters
     ----------
     added : (6, 6) array
         Symmetric, per density of the fluid.
+    equations : EquationSet
 
     Returns
     -------
-    (101,) array
-        Coefficients, per density and without the factor (rho/2) l^power.
+    (n_terms,) array
+        Coefficients, per density and without the factors that make them dimensional.
     """
     added = np.asarray(added, dtype=float)
     units = np.eye(6)
     quadratic = np.array([[_convective(one, added @ other) for other in units] for one in units])
-    xi = np.zeros(len(NAMES))
-    for term in TERMS:
-        axis = AXES.index(term.axis)
-        symbols = term.factors
-        if term.name in ADDED_MASSES:
-            xi[INDEX[term.name]] = -added[axis, ACCELERATIONS.index(term.regressor)]
-        elif len(symbols) == 2 and set(symbols) <= set(VELOCITIES):
-            i, j = (VELOCITIES.index(symbol) for symbol in symbols)
-            xi[INDEX[term.name]] = quadratic[i, j, axis] + (quadratic[j, i, axis] if i != j else 0.0)
+    xi = np.zeros(len(equations.terms))
+    for k, term in enumerate(equations.terms):
+        axis, factors = AXES.index(term.axis), [factor.code for factor in term.parsed.factors]
+        if term.is_added_mass:
+            xi[k] = -added[axis, ACCELERATIONS.index(term.regressor)]
+        elif len(factors) == 2 and set(factors) <= set(VELOCITIES):
+            i, j = (VELOCITIES.index(factor) for factor in factors)
+            xi[k] = quadratic[i, j, axis] + (quadratic[j, i, axis] if i != j else 0.0)
     return xi
 
 

@@ -31,7 +31,9 @@ class Flight:
         At the start.
     """
 
-    def __init__(self, vehicle: Vehicle, subproblem: str | None, sample: float, controls: np.ndarray, state: np.ndarray):
+    def __init__(
+        self, vehicle: Vehicle, subproblem: str | None, sample: float, controls: np.ndarray, state: np.ndarray
+    ):
         self.vehicle, self.subproblem = vehicle.restricted(subproblem), subproblem
         self.sample, self.controls, self.state = sample, controls, state
         self.now = 0  # samples flown

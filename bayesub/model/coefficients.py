@@ -4,9 +4,24 @@ These are the names of the equation set ``booth`` (:mod:`bayesub.model.equations
 may have another set; ``vehicle.equations`` knows the names of its coefficients.
 """
 
+import numpy as np
+
 from bayesub.model.equations import AXES, load_equations
 
-__all__ = ["ADDED_MASSES", "AXES", "EQUATIONS", "HORIZONTAL", "INDEX", "NAMES", "SUBPROBLEMS", "TERMS", "VERTICAL"]
+__all__ = [
+    "ADDED_MASSES",
+    "AXES",
+    "EQUATIONS",
+    "HORIZONTAL",
+    "INDEX",
+    "NAMES",
+    "SUBPROBLEMS",
+    "TERMS",
+    "VERTICAL",
+    "columns",
+    "names_of_axis",
+    "regressors",
+]
 
 EQUATIONS = load_equations("booth")
 TERMS = EQUATIONS.terms
@@ -16,3 +31,27 @@ ADDED_MASSES = EQUATIONS.added_masses
 SUBPROBLEMS = EQUATIONS.subproblems
 HORIZONTAL = SUBPROBLEMS["horizontal"]
 VERTICAL = SUBPROBLEMS["vertical"]
+
+columns = EQUATIONS.columns
+names_of_axis = EQUATIONS.names_of_axis
+
+
+def regressors(states: np.ndarray, accelerations: np.ndarray, controls: np.ndarray) -> dict[str, np.ndarray]:
+    """The regressors of each axis, the columns of the linear form ``A xi = b`` (model manual, section 9).
+
+    Parameters
+    ----------
+    states : (n, 12) array
+        m, rad, m/s, rad/s.
+    accelerations : (n, 6) array
+        Body accelerations, m/s^2 and rad/s^2.
+    controls : (n, 3) array
+        Angles of rudder, bow plane and stern plane, rad.
+
+    Returns
+    -------
+    dict of str to array
+        Axis -> (n, n_columns); columns in the order of the table, without the factor (rho/2) l^power.
+    """
+    with_propeller = np.column_stack([controls, np.zeros(len(controls))])  # no term of these has its speed
+    return EQUATIONS.regressors(states, accelerations, with_propeller, np.zeros(1))

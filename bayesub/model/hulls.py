@@ -14,7 +14,7 @@ import numpy as np
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.model import added_mass
-from bayesub.model.coefficients import INDEX, NAMES, TERMS, dimensional_factors
+from bayesub.model.equations import EquationSet, Term
 from bayesub.model.hull_files import FinsSection, HullFile, nodes
 
 HULL_SD = 0.10  # relative: hulls against the ellipsoid of the same slenderness
@@ -156,9 +156,8 @@ class Hull:
             inertia = added_mass.section_roll(radius, fins.top_m, fins.bottom_m)
         return inertia * added_mass.finite_span(span, chord)
 
-    @cached_property
-    def estimates(self) -> dict[str, CoefficientEstimate]:
-        """Coefficient -> estimate: the added masses, what follows from them without speed ahead, and Munk's moments.
+    def estimates(self, equations: EquationSet) -> dict[str, CoefficientEstimate]:
+        """Coefficient of a set -> estimate: the added masses, what follows from them without speed ahead, and Munk's moments.
 
         Where speed ahead makes lift (Yuv, Nur, ..) ideal fluid has little to say, and nothing is estimated.
 
@@ -169,27 +168,30 @@ class Hull:
         """
         try:
             with np.errstate(all="ignore"):
-                estimates = self._estimates()
+                estimates = self._estimates(equations)
         except OverflowError:
             raise _extreme(self.source) from None
         if not np.isfinite([number for e in estimates.values() for number in (e.value, e.sd)]).all():
             raise _extreme(self.source)
         return estimates
 
-    def _estimates(self) -> dict[str, CoefficientEstimate]:
-        values, variances = np.zeros(len(NAMES)), np.zeros(len(NAMES))
+    def _estimates(self, equations: EquationSet) -> dict[str, CoefficientEstimate]:
+        terms = equations.terms
+        values, variances = np.zeros(len(terms)), np.zeros(len(terms))
         for part, error in self.parts():
-            values += added_mass.coefficients_of(part)
-            variances += added_mass.coefficients_of(error) ** 2
-        munk = [INDEX["Muw"], INDEX["Nuv"]]
+            values += added_mass.coefficients_of(part, equations)
+            variances += added_mass.coefficients_of(error, equations) ** 2
+        munk = [_is_munk(term) for term in terms]
         variances[munk] = (MUNK_SD * values[munk]) ** 2
-        factors = dimensional_factors(self.file.hull.length_m, self.file.water_density_kgm3)
+        factors = equations.factors(
+            self.file.hull.length_m, self.file.water_density_kgm3, 1.0
+        )  # none of these has a power of the speed
         scale = self.file.water_density_kgm3 / factors
         values[np.abs(values * scale) < ROUND_OFF] = 0.0
         return {
             term.name: CoefficientEstimate(float(value), float(sd), _source(term))
-            for term, value, sd in zip(TERMS, values * scale, np.sqrt(variances) * scale, strict=True)
-            if sd > ROUND_OFF and (term.name in ("Muw", "Nuv") or "u" not in term.symbols)
+            for term, value, sd in zip(terms, values * scale, np.sqrt(variances) * scale, strict=True)
+            if sd > ROUND_OFF and (_is_munk(term) or "u" not in term.symbols)
         }
 
 
@@ -201,12 +203,17 @@ def _crosswise(sway: float, heave: float, x: float) -> np.ndarray:
     return matrix
 
 
-def _source(term) -> str:
-    if term.name in ("Muw", "Nuv"):
+def _is_munk(term: Term) -> bool:
+    """Whether a term is the moment of a body at an angle to the flow."""
+    return (term.axis, *sorted(term.symbols)) in {("M", "u", "w"), ("N", "u", "v")} and len(term.parsed.factors) == 2
+
+
+def _source(term: Term) -> str:
+    if _is_munk(term):
         return "Munk moment in ideal fluid, before lift (Munk 1924)"
-    if term.name == "Xudot":
+    if (term.axis, term.regressor) == ("X", "udot"):
         return "ellipsoid of the same slenderness (Lamb 1932, article 114)"
-    if term.name == "Kpdot":
+    if (term.axis, term.regressor) == ("K", "pdot"):
         return "finned sections (Newman 1977, table 4.3; thesis figure 5)"
     if not term.is_added_mass:
         return "follows from the added masses (Kirchhoff; Lamb article 124)"

@@ -329,6 +329,11 @@ class Vehicle:
 
         return families.compiled(str(directory(self.equations, subproblem)))
 
+    @property
+    def mass_matrix(self) -> np.ndarray:
+        """(6, 6) mass and added mass, kg, kg m and kg m^2 (model manual, section 6)."""
+        return self.kernels().mass.mass_matrix(self.xi * self.dimensional_factors, self.body)
+
     def restricted(self, subproblem: str | None) -> Vehicle:
         """The vehicle confined to a plane, without the coefficients and mechanical couplings of other motions.
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from bayesub.io import log_files, toml_files
 from bayesub.kernels import workspace
-from bayesub.kernels.mass import mass_matrix
 from bayesub.model import coefficients
 from bayesub.model.coefficients import AXES, INDEX, NAMES, TERMS
 from bayesub.model.simulate import Trajectory
@@ -105,7 +104,7 @@ def balance(boat: Vehicle) -> Examination:
 
 
 def _flight(
-    boat: Vehicle, lengths: float, orders: dict[int, float], subproblem: str | None, what: str
+    boat: Vehicle, lengths: float, orders: dict[str, float], subproblem: str | None, what: str
 ) -> tuple[Trajectory | None, np.ndarray | None, list[CardWarning]]:
     """A flight, its states (n, 12) unless it failed, and a warning if it did."""
     trajectory = fly(boat, lengths, orders, subproblem)
@@ -198,7 +197,7 @@ def stability(boat: Vehicle) -> Examination:
 def turn(boat: Vehicle) -> Examination:
     """The turning circle."""
     rudder = min(RUDDER_DEG, float(np.degrees(boat.plane_limits_rad[0])))
-    orders = {0: np.radians(rudder)}
+    orders = {"rudder_deg": np.radians(rudder)}
     trajectory, states, warnings = _flight(boat, TURN, orders, "horizontal", "the turning circle")
     flights = {} if trajectory is None else {"turn": trajectory}
     if states is None:
@@ -263,7 +262,7 @@ def dive(boat: Vehicle) -> Examination:
 def inertia(boat: Vehicle) -> Examination:
     """The mass matrix, symmetry of the added masses, and radii of gyration."""
     body, warnings = _body(boat), []
-    matrix = mass_matrix(boat.xi * boat.dimensional_factors, boat.body)
+    matrix = boat.mass_matrix
     scale = np.sqrt(np.abs(np.diag(matrix)))
     symmetric = 0.5 * (matrix + matrix.T) / np.where(scale > 0.0, np.outer(scale, scale), 1.0)
     smallest = np.linalg.eigvalsh(symmetric)[0] if np.isfinite(symmetric).all() else np.nan

@@ -8,7 +8,7 @@ import tomlkit
 from bayesub.io import templates, toml_files
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError
-from bayesub.model.coefficients import AXES, TERMS
+from bayesub.model.equations import AXES, EquationSet, load_equations
 from bayesub.model.hulls import Hull
 
 FORCES = {
@@ -21,11 +21,12 @@ FORCES = {
 }
 
 
-def vehicle(name: str, hull: Hull | None = None) -> str:
+def vehicle(name: str, hull: Hull | None = None, equations: str = "booth") -> str:
     """The text of a vehicle file with every key; with a `hull`, its dimensions and what is estimated from it."""
     check_name(name)
-    text = templates.fill("bayesub.study", "new_vehicle.toml", name=name, **_body(hull))
-    return text + _coefficients({} if hull is None else hull.estimates)
+    terms = load_equations(equations)
+    text = templates.fill("bayesub.study", "new_vehicle.toml", name=name, equations=equations, **_body(hull))
+    return text + _coefficients(terms, {} if hull is None else hull.estimates(terms))
 
 
 def copied(name: str, source: str) -> str:
@@ -77,10 +78,10 @@ def _body(hull: Hull | None) -> dict[str, str]:
     return {key: f"{value:.6g}" for key, value in (values | inertia).items()} | {"note": note}
 
 
-def _coefficients(estimates) -> str:
+def _coefficients(equations: EquationSet, estimates) -> str:
     lines = []
     for axis in AXES:
-        terms = [term for term in TERMS if term.axis == axis]
+        terms = [term for term in equations.terms if term.axis == axis]
         lines += ["", f"# {axis}, {FORCES[axis]} in {'N' if axis in 'XYZ' else 'N m'}"]
         for term in terms:
             estimate = estimates.get(term.name)
@@ -88,6 +89,6 @@ def _coefficients(estimates) -> str:
             if estimate is not None:
                 value = f"{{ value = {estimate.value:.4g}, sd = {estimate.sd:.2g} }}"
                 note = f"; {estimate.source}"
-            meaning = f"(rho/2) l^{term.power} {term.regressor.replace('*', ' ')}"
+            meaning = f"(rho/2) l^{term.length_power} {term.regressor.replace('*', ' ')}"
             lines.append(f"{term.name:<10} = {value:<{42 if estimates else 12}} # {meaning}{note}")
     return "\n".join(lines) + "\n"

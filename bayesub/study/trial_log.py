@@ -163,7 +163,9 @@ def _controls(log, columns, vehicle, path, max_gap):
                     f"{path}: control column '{log_files.HEADERS.get(name, name)}' needs two cells at least; delete it if unused"
                 )
             cells[name] = log["time"][given], log[name][given]
-    for name in (name for name in log_files.CONTROLS if name in log and name not in columns and np.nansum(np.abs(log[name]))):
+    for name in (
+        name for name in log_files.CONTROLS if name in log and name not in columns and np.nansum(np.abs(log[name]))
+    ):
         vehicle.equations.control(log_files.HEADERS[name], str(path))
     if not cells:
         expected = ", ".join([*(control.column for control in vehicle.equations.controls), "rpm"])

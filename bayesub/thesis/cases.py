@@ -12,7 +12,7 @@ import numpy as np
 
 from bayesub import baselines
 from bayesub.io.terminal import SILENT, Progress
-from bayesub.model.coefficients import NAMES, active_coefficients
+from bayesub.model.coefficients import NAMES
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import Simulator, simulate
 from bayesub.model.vehicles import Vehicle, load_vehicle
@@ -60,7 +60,7 @@ def held(manoeuvre: str) -> list[str]:
 def free_coefficients(boat: Vehicle, manoeuvre: str) -> list[str]:
     """The coefficients identified in section 7.3: in the equations of the manoeuvre, not zero and not held."""
     flown = load_manoeuvre(manoeuvre, boat)
-    active = active_coefficients(boat, flown, flown.subproblem)
+    active = boat.equations.active(boat, flown, flown.subproblem)
     return [name for name in active if name not in held(manoeuvre)]
 
 

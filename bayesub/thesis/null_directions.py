@@ -78,7 +78,9 @@ def of_tracks(boat: Vehicle, plane: str, manoeuvres, seed: int) -> dict:
         jacobians.append(problem.jacobian(xi[problem.columns]) * problem.prior.sd)
         systems.append(linear_systems(truth))
     structure = identifiability.structure(jacobians)
-    vectors = [vector for axis in identifiability.rank(stacked(systems)).values() for vector in axis.null_vectors]
+    vectors = [
+        vector for axis in identifiability.rank(stacked(systems, NAMES)).values() for vector in axis.null_vectors
+    ]
     predicted = np.array([[v.get(name, 0.0) for name in problem.names] for v in vectors]) / problem.prior.sd
     same = len(predicted) == structure.n_structural
     return {

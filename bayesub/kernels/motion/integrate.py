@@ -24,12 +24,10 @@ from bayesub.kernels.workspace import (
     SUM,
 )
 
-
 from .dynamics import euler_derivative, quaternion_derivative
 from .hydrodynamics import N_COEFFICIENTS, N_CONSTANTS, N_CONTROLS
 from .layout import CONSTANTS, CONTROLS, N_ROWS
 from .mass import inverse, mass_matrix
-
 
 OK, DIVERGED, LEFT_ENVELOPE = 0, 1, 2
 MAX_PITCH = math.radians(85.0)
@@ -233,7 +231,20 @@ def any_failed(work, max_speed2, quaternions):
 
 @jit
 def _integrate_block(
-    block, coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows, states, status
+    block,
+    coefficients,
+    body,
+    initial,
+    stages,
+    variations,
+    amounts,
+    step,
+    times,
+    max_speed,
+    quaternions,
+    rows,
+    states,
+    status,
 ):
     """Integrate one block of members and write their `states` at `times`; see :func:`integrate`."""
     first = block * LANES
@@ -327,7 +338,20 @@ def integrate(coefficients, body, initial, stages, variations, amounts, step, ti
     status = np.zeros(n_batch, dtype=np.int8)
     for block in range((n_batch + LANES - 1) // LANES):
         _integrate_block(
-            block, coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows, states, status
+            block,
+            coefficients,
+            body,
+            initial,
+            stages,
+            variations,
+            amounts,
+            step,
+            times,
+            max_speed,
+            quaternions,
+            rows,
+            states,
+            status,
         )
     return states, status
 
@@ -342,7 +366,20 @@ def integrate_parallel(
     status = np.zeros(n_batch, dtype=np.int8)
     for block in prange((n_batch + LANES - 1) // LANES):
         _integrate_block(
-            block, coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows, states, status
+            block,
+            coefficients,
+            body,
+            initial,
+            stages,
+            variations,
+            amounts,
+            step,
+            times,
+            max_speed,
+            quaternions,
+            rows,
+            states,
+            status,
         )
     return states, status
 

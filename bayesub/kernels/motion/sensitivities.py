@@ -39,7 +39,6 @@ from .layout import CONTROLS, N_ROWS, ORDERED
 from .mass import mass_matrix
 from .tangent import JACOBIAN_ROWS, N_COLUMNS, state_jacobian
 
-
 N_STAGES = 4
 WIDTH = 16  # states, padded
 _COLUMNS_A_TASK = 32

@@ -9,7 +9,6 @@ from .dynamics import hydrostatics, propulsion, rigid_body, row_times
 from .hydrodynamics import hydrodynamic_gradient
 from .layout import ORDERED
 
-
 # Nothing depends on the position, so that the Jacobian has a column for each of phi theta psi u v w p q r.
 N_COLUMNS = 9
 JACOBIAN_ROWS = N_STATES * N_COLUMNS

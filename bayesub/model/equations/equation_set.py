@@ -193,7 +193,9 @@ class EquationSet:
         if wanted not in PLANES:
             raise InputError(f"unknown sub-problem '{wanted}': expected horizontal or vertical")
         if wanted not in self.subproblems:
-            raise InputError(f"equations '{self.name}' have no {wanted} sub-problem: they are those of surge, sway and yaw")
+            raise InputError(
+                f"equations '{self.name}' have no {wanted} sub-problem: they are those of surge, sway and yaw"
+            )
         return wanted
 
     def term(self, name: str) -> Term:

@@ -12,7 +12,7 @@ import pydantic
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
+from bayesub.io.log_files import VELOCITIES
 from bayesub.io.toml_files import Section
 from bayesub.model.equations.equation_set import AXES, Control, EquationSet, Term
 from bayesub.model.equations.regressors import SYMBOLS, Factor, Regressor, parse
@@ -139,7 +139,7 @@ def _built(file: EquationFile, base: EquationSet | None) -> EquationSet:
                 raise ValueError(f"terms.{axis}.{name}: is given twice; give one of the two another name")
             terms.append(_term(name, axis, section, file.speed, controls))
     if not terms:
-        raise ValueError("terms: there are none; add some, such as [terms.X] Xuu = { regressor = \"u*u\", .. }")
+        raise ValueError('terms: there are none; add some, such as [terms.X] Xuu = { regressor = "u*u", .. }')
     return EquationSet(
         name=file.name,
         title=file.title,

@@ -122,7 +122,11 @@ class _Writer:
             (AXES.index(t.axis), ACCELERATIONS.index(t.regressor), k) for k, t in self.terms if t.is_added_mass
         )
         n_terms = len(self.equations.terms)
-        motion = f"{self.subproblem or 'all'} degrees of freedom" if not self.subproblem else f"{self.subproblem} sub-problem"
+        motion = (
+            f"{self.subproblem or 'all'} degrees of freedom"
+            if not self.subproblem
+            else f"{self.subproblem} sub-problem"
+        )
         integrates = any(term.symbols & set(CROSSFLOW) for _, term in self.terms)
         parts = {
             "name": self.equations.name,
@@ -223,7 +227,12 @@ class _Writer:
                 lines += [*self._station(s), "y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)"]
                 # The local velocities are v + x r and w - x q; the moments are x times the side force, -x times the normal.
                 for force, moment, sign in (("y", "n", ""), ("z", "m", "-")):
-                    for x, slope in (("v", f"{force}_v"), ("w", f"{force}_w"), ("q", f"-x * {force}_w"), ("r", f"x * {force}_v")):
+                    for x, slope in (
+                        ("v", f"{force}_v"),
+                        ("w", f"{force}_w"),
+                        ("q", f"-x * {force}_w"),
+                        ("r", f"x * {force}_v"),
+                    ):
                         lines += [f"crossflow_{force}_{x} += {slope}", f"crossflow_{moment}_{x} += {sign}x * ({slope})"]
         return lines
 
@@ -252,9 +261,16 @@ def _sum(target: str, terms: list[tuple[int, str, str]], external: str = "") -> 
 def _directory(equations: EquationSet, subproblem: str | None, external: bool) -> Path:
     text = source(equations, subproblem, external)
     committed = BUILT_IN / equations.name / (subproblem or "full")
-    if not external and (committed / "hydrodynamics.py").is_file() and (committed / "hydrodynamics.py").read_text() == text:
+    if (
+        not external
+        and (committed / "hydrodynamics.py").is_file()
+        and (committed / "hydrodynamics.py").read_text() == text
+    ):
         return committed
-    folder = Path(platformdirs.user_cache_dir("bayesub")) / f"{equations.name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    folder = (
+        Path(platformdirs.user_cache_dir("bayesub"))
+        / f"{equations.name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    )
     if not (folder / "hydrodynamics.py").is_file():
         with atomic.writing(folder):
             folder.mkdir(parents=True, exist_ok=True)

@@ -104,7 +104,9 @@ class Regressor:
             step = {"": 1, "abs": 1, "sgn": 0, "inverse": -1}[factor.function]
             powers[factor.symbol] = powers.get(factor.symbol, 0) + step
             signs[factor.symbol] = (signs.get(factor.symbol, 0) + (factor.function in ("abs", "sgn"))) % 2
-        return tuple(sorted((symbol, power, signs[symbol]) for symbol, power in powers.items() if power or signs[symbol]))
+        return tuple(
+            sorted((symbol, power, signs[symbol]) for symbol, power in powers.items() if power or signs[symbol])
+        )
 
     def derivative(self, variable: str) -> str:
         """Derivative by a velocity or a control, as it is written in kernels; empty if it is zero."""
