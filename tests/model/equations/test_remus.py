@@ -119,9 +119,10 @@ def of_thesis(states):
 
 @pytest.mark.parametrize("case", ["balanced", "buoyant"])
 def test_accelerations_are_those_of_the_thesis(case, remus, buoyant, rng):
-    """At motions and attitudes far beyond those of trials."""
+    """At motions and attitudes far beyond those of trials, but ahead: thrust is known for u >= 0 only."""
     vehicle, buoyancy = (remus, prestero.WEIGHT) if case == "balanced" else (buoyant, prestero.BUOYANCY)
     states = rng.normal(size=(200, 12)) * [9, 9, 9, 0.8, 0.6, 2, 1.5, 0.6, 0.6, 0.9, 0.7, 0.7]
+    states[:, 6] = np.abs(states[:, 6])
     controls = rng.uniform(-0.4, 0.4, (200, 2))
     accelerations = bs.accelerations(vehicle, states, controls, 1500.0)
     for state, fins, acceleration in zip(of_thesis(states), controls, accelerations, strict=True):
@@ -135,7 +136,8 @@ def manoeuvre(vehicle, rudder, stern_plane, step, roll=0.0):
     initial = np.zeros(12)
     initial[3], initial[6] = roll, vehicle.speed_mps
     times = step * np.arange(len(controls))
-    return Manoeuvre("step", times, controls, np.full(len(times), 1500.0), initial)
+    columns = tuple(control.short for control in vehicle.equations.controls)
+    return Manoeuvre("step", times, controls, np.full(len(times), 1500.0), initial, columns=columns)
 
 
 @pytest.mark.parametrize("case", ["balanced", "buoyant"])
@@ -188,8 +190,8 @@ def test_pitch_of_a_stern_plane_step(remus, buoyant):
     of -4 degrees, 0.5 m and 20 degrees up there (section 8.4.1), is met by neither: 0.10 m and 9 degrees up with
     balanced weight, down with the other. Initial motions, which the thesis took from measurements, are not printed.
     """
-    step = 0.05
-    times = step * np.arange(81)
+    step = 0.01
+    times = step * np.arange(401)
     ends = {}
     for name, vehicle in (("balanced", remus), ("buoyant", buoyant)):
         for angle in (8, -4):
@@ -245,7 +247,7 @@ MASSES = {"mass": (30.48, 31.03), "Ixx": (0.177, 0.1244), "Iyy": (3.45, 4.040), 
 ADDED = {"Xudot": (-0.93, -0.839), "Yvdot": (-35.5, -29.44), "Zwdot": (-35.5, -29.44), "Kpdot": (-0.0704, -0.0336)}
 ADDED |= {"Mqdot": (-4.88, -3.426), "Nrdot": (-4.88, -3.426), "Yrdot": (1.93, 0.0), "Zqdot": (-1.93, 0.0)}
 SPEED = (1.544, 2.512)
-YAW_RATES = {4: (-9.01, 3.01), 10: (-11.1, 5.78), 13.6: (-12.0, 7.14)}  # at 1500 rpm
+YAW_RATES = {4: (-9.156, 3.007), 10: (-11.32, 5.778), 13.6: (-12.22, 7.132)}  # at 1500 rpm
 
 
 def test_masses_of_the_package(package):
@@ -262,15 +264,14 @@ def test_masses_of_the_package(package):
 
 
 def steady_motion_of_package(package, rudder):
-    """Velocity after 200 s at 1500 rpm."""
+    """Velocity after 100 s at 1500 rpm."""
     boat = package.remus100()
     velocity, attitude = np.array([1.54, 0, 0, 0, 0, 0]), np.zeros(6)
     fins = np.array([rudder, 0.0, 1500.0])
     actual = fins.copy()
-    for _ in range(10_000):
-        velocity, actual = boat.dynamics(attitude, velocity, actual, fins, 0.02)
-        attitude[3] += 0.02 * velocity[3]
-        attitude[4] += 0.02 * velocity[4]
+    for _ in range(2000):
+        velocity, actual = boat.dynamics(attitude, velocity, actual, fins, 0.05)
+        attitude[3:5] += 0.05 * velocity[3:5]
     return velocity
 
 
@@ -288,4 +289,4 @@ def test_speed_and_turns_of_the_package(package, remus):
     for rudder, expected in YAW_RATES.items():
         angle = rudder * DEG
         rates = steady_motion(remus, angle)[5] / DEG, steady_motion_of_package(package, angle)[5] / DEG
-        assert rates == pytest.approx(expected, rel=0.01)
+        assert rates == pytest.approx(expected, rel=1e-3)
