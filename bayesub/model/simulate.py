@@ -398,5 +398,5 @@ def accelerations(vehicle: Vehicle, states: np.ndarray, controls: np.ndarray, rp
     ordered[:, :-1] = controls
     ordered[:, -1] = np.asarray(rpm, dtype=float) / vehicle.rpm_per_mps
     dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
-    body = np.concatenate([vehicle.body, vehicle.constants])[None]
+    body = np.concatenate([vehicle.restricted(None).body, vehicle.constants])[None]
     return vehicle.kernels().integrate.body_accelerations(dimensional, body, states[None], ordered)[0]

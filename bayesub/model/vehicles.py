@@ -339,7 +339,7 @@ class Vehicle:
 
         As in the model manual, section 4, the horizontal sub-problem drops products of inertia and all offsets of CG,
         CB and thrust line, and balances weight; the vertical one keeps the offsets in its own plane. None returns the
-        vehicle itself.
+        vehicle itself. A boat of three degrees of freedom keeps xG, and has no weight that could pitch it.
         """
         subproblem = self.equations.subproblem(subproblem)
         if subproblem is None:
@@ -347,7 +347,7 @@ class Vehicle:
         idle = self.idle(subproblem)
         xi = np.where([name in idle for name in self.equations.names], 0.0, self.xi)
         body = {key: 0.0 if key in idle else value for key, value in zip(workspace.BODY, self.body, strict=True)}
-        if subproblem == "horizontal":
+        if subproblem == "horizontal" and self.equations.degrees_of_freedom == 6:
             body["weight"] = body["buoyancy"] = self.body[workspace.WEIGHT]
         return replace(self, xi=xi, body=np.array(list(body.values())))
 
@@ -359,7 +359,9 @@ class Vehicle:
         idle = {"Ixy", "Iyz", "Izx", "yG", "yB", "Kn1", "Kn2"}
         idle |= set(self.equations.names) - set(self.equations.active(subproblem=subproblem))
         if subproblem == "horizontal":
-            idle |= {"xG", "zG", "xB", "zB", "zP", "weight", "buoyancy"}
+            idle |= {"zG", "xB", "zB", "zP", "weight", "buoyancy"}
+            if self.equations.degrees_of_freedom == 6:
+                idle |= {"xG"}
         return frozenset(idle)
 
 
