@@ -95,7 +95,7 @@ def linear_systems(
         terms = [term for term in equations.terms if term.axis == axis]
         rounding = np.array([noise.get(term.regressor, 0.0) for term in terms])
         moves = (np.abs(block).max(axis=0) > 0) & (rounding < _ROUND_OFF_ONLY)
-        wanted = np.array([term.name in free for term in terms]) & moves
+        wanted = np.array([term.name in free for term in terms], dtype=bool) & moves
         if wanted.any():
             names = tuple(terms[k].name for k in np.flatnonzero(wanted))
             matrix = block[:, wanted] * factors[equations.columns(names)]
