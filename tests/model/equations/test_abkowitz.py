@@ -20,6 +20,7 @@ from support import mariner
 
 import bayesub as bs
 from bayesub.io import toml_files
+from bayesub.model.linear_form import linear_systems
 
 PORT, STARBOARD = 1.0, -1.0  # signs of the rudder angle that turns the ship to this side
 IMO_LIMIT_DEG = {10: 5.0 + 0.5 * mariner.LENGTH / mariner.SPEED, 20: 25.0}  # of the first overshoot
@@ -191,3 +192,19 @@ def test_the_set_is_that_of_three_degrees_of_freedom(ship):
     assert [(control.symbol, control.column) for control in equations.controls] == [("dr", "rudder_deg")]
     assert (equations.degrees_of_freedom, equations.rigid_body_terms) == (3, "in_coefficients")
     assert tuple(equations.subproblems) == ("horizontal",)
+
+
+def test_added_masses_are_not_unique(ship):
+    """Every axis has all regressors of the equations that give its accelerations, so that these are sums of the others.
+
+    Surge has one acceleration, sway and yaw have two, which both stand in both axes.
+    """
+    trajectory = bs.simulate(ship, bs.load_manoeuvre("zigzag_20_20", ship))
+    systems = linear_systems(trajectory)
+    assert list(systems) == ["X", "Y", "N"]
+    ranks = {}
+    for axis, system in systems.items():
+        singular = np.linalg.svd(system.matrix / np.linalg.norm(system.matrix, axis=0), compute_uv=False)
+        ranks[axis] = (int(np.sum(singular > 1e-12)), len(system.names))
+        assert singular[ranks[axis][0] - 1] > 1e-3  # a wide gap
+    assert ranks == {"X": (10, 11), "Y": (15, 17), "N": (15, 17)}
