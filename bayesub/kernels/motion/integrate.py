@@ -6,7 +6,7 @@ import numpy as np
 from numba import prange
 
 from bayesub.kernels.attitude import euler_angles, quaternion
-from bayesub.kernels.jit import inline, jit, widest_vectors
+from bayesub.kernels.jit import distinct_arrays, inline, jit, widest_vectors
 from bayesub.kernels.workspace import (
     BODY_ROWS,
     COEFFICIENTS,
@@ -25,8 +25,8 @@ from bayesub.kernels.workspace import (
 )
 
 from .dynamics import euler_derivative, quaternion_derivative
-from .hydrodynamics import N_COEFFICIENTS, N_CONSTANTS, N_CONTROLS
-from .layout import CONSTANTS, CONTROLS, N_ROWS
+from .hydrodynamics import N_COEFFICIENTS, N_CONSTANTS, N_CONTROLS, set_controls
+from .layout import CONSTANTS, N_ROWS, VARIATIONS
 from .mass import inverse, mass_matrix
 
 OK, DIVERGED, LEFT_ENVELOPE = 0, 1, 2
@@ -64,29 +64,25 @@ def _advance(work, i, k, rate, weight, ahead):
     work[(STAGE + k) * LANES + i] = work[(STATE + k) * LANES + i] + ahead * rate
 
 
-@inline
-def set_controls(work, control):
-    """Give all lanes the same controls."""
-    for k in range(N_CONTROLS):
-        for i in range(LANES):
-            work[(CONTROLS + k) * LANES + i] = control[k]
-
-
 @jit
 def _vary_controls(work, variations, amounts):
-    """Add to the controls of each lane `amounts` (n, LANES) of `variations` (n, N_CONTROLS)."""
-    for n in range(variations.shape[0]):
-        for k in range(N_CONTROLS):
-            for i in range(LANES):
-                work[(CONTROLS + k) * LANES + i] += amounts[n, i] * variations[n, k]
+    """Let each lane add its `amounts` (n, LANES) of `variations` (n, N_CONTROLS) to the controls."""
+    for k in range(N_CONTROLS):
+        for i in range(LANES):
+            added = 0.0
+            for n in range(variations.shape[0]):
+                added += amounts[n, i] * variations[n, k]
+            work[(VARIATIONS + k) * LANES + i] = added
 
 
 @jit
-def stage(work, weight, ahead):
+def stage(work, control, weight, ahead):
     """Add `weight` times the derivative at STAGE to SUM, then put STATE + `ahead` times it into STAGE."""
+    distinct_arrays()
     widest_vectors()
     for i in range(LANES):
         # Twelve scalars and twelve calls: a loop over a tuple of rates would keep this loop from being vectorised.
+        set_controls(work, i, control)
         x, y, z, phi, theta, psi, u, v, w, p, q, r = euler_derivative(work, i, STAGE)
         _advance(work, i, 0, x, weight, ahead)
         _advance(work, i, 1, y, weight, ahead)
@@ -103,10 +99,12 @@ def stage(work, weight, ahead):
 
 
 @jit
-def stage_quaternion(work, weight, ahead):
+def stage_quaternion(work, control, weight, ahead):
     """:func:`stage` for states with quaternions."""
+    distinct_arrays()
     widest_vectors()
     for i in range(LANES):
+        set_controls(work, i, control)
         x, y, z, q1, q2, q3, u, v, w, p, q, r, q0 = quaternion_derivative(work, i, STAGE)
         _advance(work, i, 0, x, weight, ahead)
         _advance(work, i, 1, y, weight, ahead)
@@ -125,13 +123,12 @@ def stage_quaternion(work, weight, ahead):
 
 @inline
 def _evaluate(work, control, variations, amounts, weight, ahead, quaternions):
-    set_controls(work, control)
     if variations.shape[0]:
         _vary_controls(work, variations, amounts)
     if quaternions:
-        stage_quaternion(work, weight, ahead)
+        stage_quaternion(work, control, weight, ahead)
     else:
-        stage(work, weight, ahead)
+        stage(work, control, weight, ahead)
 
 
 @jit
@@ -412,8 +409,7 @@ def body_accelerations(coefficients, body, states, controls):
                 for k in range(N_STATES):
                     work[(STAGE + k) * LANES + i] = states[first + i, n, k]
             work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
-            set_controls(work, controls[n])
-            stage(work, 1.0, 0.0)
+            stage(work, controls[n], 1.0, 0.0)
             for i in range(members):
                 for k in range(6):
                     result[first + i, n, k] = work[(SUM + 6 + k) * LANES + i]

@@ -34,7 +34,7 @@ from bayesub.kernels.workspace import (
 
 from .dynamics import euler_derivative, hydrostatics, propulsion, rigid_body
 from .hydrodynamics import N_COEFFICIENTS, N_CONTROLS, store_control_slopes, store_regressors
-from .integrate import any_failed, copy_state, hermite, hermite_rates, load_block, set_controls, stage
+from .integrate import any_failed, copy_state, hermite, hermite_rates, load_block, stage
 from .layout import CONTROLS, N_ROWS, ORDERED
 from .mass import mass_matrix
 from .tangent import JACOBIAN_ROWS, N_COLUMNS, state_jacobian
@@ -72,20 +72,17 @@ def fly(coefficients, body, initial, stages, step, max_speed):
         work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
         copy_state(work, STATE, STAGE)
         _keep(work, history[n, 0])
-        set_controls(work, stages[n, 0])
-        stage(work, 1.0, 0.5 * step)
+        stage(work, stages[n, 0], 1.0, 0.5 * step)
         copy_state(work, SUM, SLOPE)
         if any_failed(work, max_speed * max_speed, False):
             history[n] = np.nan
             break
         _keep(work, history[n, 1])
-        set_controls(work, stages[n, 1])
-        stage(work, 2.0, 0.5 * step)
+        stage(work, stages[n, 1], 2.0, 0.5 * step)
         _keep(work, history[n, 2])
-        stage(work, 2.0, step)
+        stage(work, stages[n, 1], 2.0, step)
         _keep(work, history[n, 3])
-        set_controls(work, stages[n, 2])
-        stage(work, 1.0, 0.0)
+        stage(work, stages[n, 2], 1.0, 0.0)
         for j in range(STATE_ROWS * LANES):
             work[STATE * LANES + j] += step / 6.0 * work[SUM * LANES + j]
     return history

@@ -50,6 +50,12 @@ def sgn(x):
     """Sign of x; zero for zero."""
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
 
+
+@inline
+def set_controls(work, i, control):
+    """Give lane `i` its controls: those of all lanes and what it adds to them."""
+{set_controls}
+
 {crossflow}
 @inline
 def hydrodynamic_forces(work, i, u, v, w, p, q, r):
@@ -115,7 +121,7 @@ class _Writer:
         self.controls = [*(control.symbol for control in equations.controls), "uc", *(EXTERNAL if external else ())]
         self.n_constants = 1 + 3 * equations.stations * equations.has_crossflow
         self.first_control = workspace.COEFFICIENTS + len(equations.terms)
-        self.first_constant = self.first_control + len(self.controls)
+        self.first_constant = self.first_control + 2 * len(self.controls)
 
     def text(self) -> str:
         added = tuple(
@@ -140,7 +146,10 @@ class _Writer:
             "added_mass": str(added),
             "crossflow": _CROSSFLOW if integrates else "",
         }
-        bodies = {"forces": self._forces(), "gradient": self._gradient()}
+        n = len(self.controls)
+        rows = range(self.first_control, self.first_control + n)
+        added = [f"work[{row} * LANES + i] = control[{k}] + work[{row + n} * LANES + i]" for k, row in enumerate(rows)]
+        bodies = {"set_controls": added, "forces": self._forces(), "gradient": self._gradient()}
         bodies |= {"regressors": self._regressors(), "controls": self._control_slopes()}
         text = _HEADER
         for name, part in parts.items():

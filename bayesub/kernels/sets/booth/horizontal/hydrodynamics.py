@@ -25,6 +25,15 @@ def sgn(x):
 
 
 @inline
+def set_controls(work, i, control):
+    """Give lane `i` its controls: those of all lanes and what it adds to them."""
+    work[255 * LANES + i] = control[0] + work[259 * LANES + i]
+    work[256 * LANES + i] = control[1] + work[260 * LANES + i]
+    work[257 * LANES + i] = control[2] + work[261 * LANES + i]
+    work[258 * LANES + i] = control[3] + work[262 * LANES + i]
+
+
+@inline
 def hydrodynamic_forces(work, i, u, v, w, p, q, r):
     """X, Y, Z (N) and K, M, N (N m) of lane `i`, terms without accelerations (model manual, section 4)."""
     dr = work[255 * LANES + i]
