@@ -158,8 +158,8 @@ def load_function(eta):
 def healey_lienard(boat, state, controls, points, weights):
     """Body accelerations at self-propulsion, without the terms of X that the set lacks; `boat` gives the rigid body.
 
-    The cross-flow drag is that of the publication, which mixes height and breadth of the block of 0.53 m. In the pitching
-    moment it has the sign of Brutzman (1994), w - x q and +, where the publication has w + x q.
+    The cross-flow drag is that of the publication, which mixes height and breadth of the block of 0.53 m. In the
+    pitching moment it has the sign of Brutzman (1994), w - x q and +, where the publication has w + x q.
     """
     _, _, _, phi, theta, _, *velocity = (float(value) for value in state)
     u, v, w, p, q, r = velocity

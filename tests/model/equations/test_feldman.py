@@ -1,4 +1,4 @@
-"""The revised standard submarine equations: published numbers, an independent implementation, cross-flow along the hull."""
+"""The revised standard submarine equations: published numbers, a slow implementation, cross-flow along the hull."""
 
 import tomllib
 from pathlib import Path
