@@ -167,3 +167,26 @@ def test_the_quasi_steady_vortex_of_the_sail_is_a_sum_of_terms_of_the_set(rng):
         products = columns[axis][:, products]
         solution, *_ = np.linalg.lstsq(products, force)
         np.testing.assert_allclose(products @ solution, force, atol=1e-9)
+
+
+def test_a_turn_is_that_of_the_mss_toolbox():
+    # MATLAB's run of npsauv.m at commit cc07579: 1000 rpm there, rudder 20 deg from t = 5 s with a lag of 0.1 s
+    # (MOREnvironment/more_dynamics, npsauv_trajectory_rudder_step_20deg.csv). Its sum over 11 strips of a tenth of the
+    # length makes the drag of drift 10 % and that of turning 44 % too large, and its X has terms of the rudder that the
+    # set lacks.
+    vehicle = bs.load_vehicle("npsauv_crossflow")
+    start = np.zeros(12)
+    start[[0, 2, 4, 6]] = 5.0545824036918212, 0.00046586942710398206, -0.000146193374028403, 1.0234859824106151
+    times = np.arange(701) * 0.05
+    controls = np.zeros((701, 3))
+    controls[:, 0] = np.radians(20.0) * -np.expm1(-times / 0.1)
+    rpm = np.full(701, vehicle.rpm_per_mps * 0.012 * 1000.0 * 2.0 * np.pi / 60.0)
+    states = bs.simulate(vehicle, bs.Manoeuvre("turn", times, controls, rpm, start), dt=0.1, sample=15.0).states[0]
+    # u, v (m/s), r (rad/s) and psi (rad); x and y (m); at 20 and 35 s.
+    motion = [
+        [0.9961624, 0.1749057, -0.0596028, -0.6888095],
+        [0.9397631, 0.1889943, -0.0580987, -1.5788460],
+    ]
+    place = [[19.99986, -2.689279], [28.42207, -14.24307]]
+    np.testing.assert_allclose(states[1:3][:, [6, 7, 11, 5]], motion, rtol=0.02)
+    np.testing.assert_allclose(states[1:3][:, :2], place, atol=0.25)
