@@ -8,6 +8,7 @@ import pytest
 from support import feldman
 
 import bayesub as bs
+from bayesub.model.simulate import Simulator
 
 BOATS = ("npsauv_crossflow", "phoenix")
 FOOT, INCH = 0.3048, 0.0254
@@ -190,3 +191,30 @@ def test_a_turn_is_that_of_the_mss_toolbox():
     place = [[19.99986, -2.689279], [28.42207, -14.24307]]
     np.testing.assert_allclose(states[1:3][:, [6, 7, 11, 5]], motion, rtol=0.02)
     np.testing.assert_allclose(states[1:3][:, :2], place, atol=0.25)
+
+
+def test_sensitivities_are_differences_of_the_motion():
+    """Of every coefficient that is not zero, the propeller's load included, and of the velocities at the start."""
+    vehicle = bs.load_vehicle("npsauv_crossflow")
+    start = np.array([0.0, 0.0, 20.0, 0.1, -0.05, 0.3, 1.6, 0.2, -0.15, 0.02, -0.03, 0.05])
+    times = np.arange(13) * 0.5
+    controls = np.stack([0.1 + 0.02 * np.sin(times), -0.05 * np.ones(13), 0.03 + 0.01 * times], axis=1)
+    rpm = np.full(13, 2.1 * vehicle.rpm_per_mps)
+    manoeuvre = bs.Manoeuvre("turning", times, controls, rpm, start)
+    simulator = Simulator(vehicle, manoeuvre, [2.0, 4.0, 6.0], dt=0.25)
+    names = [name for name, value in coefficients(vehicle).items() if value]
+    starts = [f"{velocity}0" for velocity in "uvwpqr"]
+    exact = simulator.sensitivities(vehicle.xi, [*names, *starts])
+    offsets, weights = np.array([-2, -1, 1, 2]), np.array([1, -8, 8, -1]) / 12
+    for k, name in enumerate([*names, *starts]):
+        sets, initial = np.repeat(vehicle.xi[None], 4, axis=0), np.repeat(start[None], 4, axis=0)
+        if name in names:
+            column, at = sets, vehicle.equations.index[name]
+            step = 0.02 * abs(vehicle.xi[at])
+        else:
+            column, at, step = initial, 6 + starts.index(name), 1e-4
+        column[:, at] += step * offsets
+        states, _ = simulator.run(sets, initial=initial)
+        differences = np.tensordot(weights, states, axes=1) / step
+        error = np.abs(exact[:, :, k] - differences).max(0) / np.abs(exact[:, :, k]).max(0)
+        assert error.max() < 2e-6, name
