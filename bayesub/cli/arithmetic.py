@@ -56,7 +56,7 @@ def limit(kernels: families.Family, evaluations: int) -> dict:
     compiled = kernels.integrate.stage
     options = {key: value for key, value in compiled.targetoptions.items() if key in settings}
     stage = numba.njit(**options)(compiled.py_func)
-    stage(np.zeros(kernels.layout.N_ROWS * workspace.LANES), np.zeros(kernels.layout.VARIATIONS - kernels.layout.CONTROLS), 0.0, 0.0)
+    stage(np.zeros(kernels.layout.N_ROWS * workspace.LANES), np.zeros(kernels.hydrodynamics.N_CONTROLS), 0.0, 0.0)
     kinds, bits = packed_instructions(stage)
     return {
         "instructions": dict(kinds),

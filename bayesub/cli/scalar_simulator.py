@@ -17,7 +17,7 @@ from bayesub.model.vehicles import load_vehicle
 
 _KERNELS = load_vehicle("suboff").kernels("horizontal")
 _N_ROWS = _KERNELS.layout.N_ROWS
-_set_controls, _euler_derivative = _KERNELS.hydrodynamics.set_controls, _KERNELS.dynamics.euler_derivative
+_euler_derivative = _KERNELS.dynamics.euler_derivative
 TIMES = np.linspace(0.0, 600.0, 601)
 
 
@@ -41,8 +41,7 @@ def derivative(state, controls, work):
     """Rates (12,) of a state (12,) under controls (4,)."""
     for k in range(N_STATES):
         work[(STATE + k) * LANES] = state[k]
-    _set_controls(work, 0, controls)
-    return np.array(_euler_derivative(work, 0, STATE))
+    return np.array(_euler_derivative(work, 0, STATE, controls))
 
 
 @numba.njit

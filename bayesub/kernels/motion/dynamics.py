@@ -5,8 +5,14 @@ from bayesub.kernels.jit import inline
 from bayesub.kernels.trigonometry import sine_cosine
 from bayesub.kernels.workspace import BODY_ROWS, INVERSE_MASS, LANES
 
-from .hydrodynamics import RIGID_BODY_TERMS, hydrodynamic_forces
-from .layout import ORDERED
+from .hydrodynamics import ORDERED_SPEED, RIGID_BODY_TERMS, hydrodynamic_forces
+from .layout import CONTROLS
+
+
+@inline
+def ordered_speed(work, i, control):
+    """n/k0 of lane `i`, the speed that the propeller keeps up (m/s)."""
+    return control[ORDERED_SPEED] + work[(CONTROLS + ORDERED_SPEED) * LANES + i]
 
 
 @inline
@@ -81,14 +87,14 @@ def hydrostatics(work, i, gx, gy, gz):
 
 
 @inline
-def accelerations(work, i, row, gx, gy, gz):
+def accelerations(work, i, row, gx, gy, gz, control):
     """udot vdot wdot pdot qdot rdot of the state at position `row`: M^-1 times all forces without added mass."""
     u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
     p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
-    x1, y1, z1, k1, m1, n1 = hydrodynamic_forces(work, i, u, v, w, p, q, r)
+    x1, y1, z1, k1, m1, n1 = hydrodynamic_forces(work, i, control, u, v, w, p, q, r)
     x2, y2, z2, k2, m2, n2 = rigid_body(work, i, u, v, w, p, q, r, u, v, w, p, q, r)
     x3, y3, z3, k3, m3, n3 = hydrostatics(work, i, gx, gy, gz)
-    thrust, torque, _, _ = propulsion(work, i, u, work[ORDERED * LANES + i])
+    thrust, torque, _, _ = propulsion(work, i, u, ordered_speed(work, i, control))
     x = x1 - x2 + x3 + thrust
     y = y1 - y2 + y3
     z = z1 - z2 + z3
@@ -107,7 +113,7 @@ def accelerations(work, i, row, gx, gy, gz):
 
 
 @inline
-def euler_derivative(work, i, state):
+def euler_derivative(work, i, state, control):
     """The twelve rates (model manual, section 1) of lane `i` whose state, with Euler angles, begins at row `state`."""
     row = state * LANES + i
     sphi, cphi = sine_cosine(work[row + 3 * LANES])
@@ -115,7 +121,7 @@ def euler_derivative(work, i, state):
     spsi, cpsi = sine_cosine(work[row + 5 * LANES])
     u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
     p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
-    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, -sth, cth * sphi, cth * cphi)
+    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, -sth, cth * sphi, cth * cphi, control)
     yawing = (sphi * q + cphi * r) * (1.0 / cth)
     return (
         cpsi * cth * u + (cpsi * sth * sphi - spsi * cphi) * v + (spsi * sphi + cpsi * cphi * sth) * w,
@@ -134,7 +140,7 @@ def euler_derivative(work, i, state):
 
 
 @inline
-def quaternion_derivative(work, i, state):
+def quaternion_derivative(work, i, state, control):
     """The thirteen rates of a state with a unit quaternion (thesis appendix B, equations 42 and 43)."""
     row = state * LANES + i
     q0, q1, q2, q3 = work[row + 12 * LANES], work[row + 3 * LANES], work[row + 4 * LANES], work[row + 5 * LANES]
@@ -143,7 +149,7 @@ def quaternion_derivative(work, i, state):
     gx = 2.0 * (q1 * q3 - q0 * q2)
     gy = 2.0 * (q2 * q3 + q0 * q1)
     gz = q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3
-    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, gx, gy, gz)
+    udot, vdot, wdot, pdot, qdot, rdot = accelerations(work, i, row, gx, gy, gz, control)
     return (
         (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3) * u + 2.0 * ((q1 * q2 - q0 * q3) * v + (q1 * q3 + q0 * q2) * w),
         (q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3) * v + 2.0 * ((q1 * q2 + q0 * q3) * u + (q2 * q3 - q0 * q1) * w),

@@ -25,12 +25,20 @@ from bayesub.kernels.workspace import (
 )
 
 from .dynamics import euler_derivative, quaternion_derivative
-from .hydrodynamics import N_COEFFICIENTS, N_CONSTANTS, N_CONTROLS, set_controls
-from .layout import CONSTANTS, N_ROWS, VARIATIONS
+from .hydrodynamics import N_COEFFICIENTS, N_CONSTANTS, N_CONTROLS
+from .layout import CONSTANTS, CONTROLS, N_ROWS
 from .mass import inverse, mass_matrix
 
 OK, DIVERGED, LEFT_ENVELOPE = 0, 1, 2
 MAX_PITCH = math.radians(85.0)
+
+
+@jit
+def workspace(n_rows):
+    """Zeros for `n_rows` rows, each in a cache line of its own: vectors that straddle two take half as long again."""
+    memory = np.zeros((n_rows + 1) * LANES)
+    start = (-(memory.ctypes.data // memory.itemsize)) % LANES
+    return memory[start : start + n_rows * LANES]
 
 
 @jit
@@ -65,14 +73,14 @@ def _advance(work, i, k, rate, weight, ahead):
 
 
 @jit
-def _vary_controls(work, variations, amounts):
-    """Let each lane add its `amounts` (n, LANES) of `variations` (n, N_CONTROLS) to the controls."""
+def _vary_controls(work, variations, n, part, amounts):
+    """Let each lane add its `amounts` (n, LANES) of the variations at a part of step `n` to the controls."""
     for k in range(N_CONTROLS):
         for i in range(LANES):
             added = 0.0
-            for n in range(variations.shape[0]):
-                added += amounts[n, i] * variations[n, k]
-            work[(VARIATIONS + k) * LANES + i] = added
+            for m in range(variations.shape[2]):
+                added += amounts[m, i] * variations[n, part, m, k]
+            work[(CONTROLS + k) * LANES + i] = added
 
 
 @jit
@@ -82,8 +90,7 @@ def stage(work, control, weight, ahead):
     widest_vectors()
     for i in range(LANES):
         # Twelve scalars and twelve calls: a loop over a tuple of rates would keep this loop from being vectorised.
-        set_controls(work, i, control)
-        x, y, z, phi, theta, psi, u, v, w, p, q, r = euler_derivative(work, i, STAGE)
+        x, y, z, phi, theta, psi, u, v, w, p, q, r = euler_derivative(work, i, STAGE, control)
         _advance(work, i, 0, x, weight, ahead)
         _advance(work, i, 1, y, weight, ahead)
         _advance(work, i, 2, z, weight, ahead)
@@ -104,8 +111,7 @@ def stage_quaternion(work, control, weight, ahead):
     distinct_arrays()
     widest_vectors()
     for i in range(LANES):
-        set_controls(work, i, control)
-        x, y, z, q1, q2, q3, u, v, w, p, q, r, q0 = quaternion_derivative(work, i, STAGE)
+        x, y, z, q1, q2, q3, u, v, w, p, q, r, q0 = quaternion_derivative(work, i, STAGE, control)
         _advance(work, i, 0, x, weight, ahead)
         _advance(work, i, 1, y, weight, ahead)
         _advance(work, i, 2, z, weight, ahead)
@@ -122,13 +128,13 @@ def stage_quaternion(work, control, weight, ahead):
 
 
 @inline
-def _evaluate(work, control, variations, amounts, weight, ahead, quaternions):
-    if variations.shape[0]:
-        _vary_controls(work, variations, amounts)
+def _evaluate(work, stages, variations, amounts, n, part, weight, ahead, quaternions):
+    if variations.shape[2]:
+        _vary_controls(work, variations, n, part, amounts)
     if quaternions:
-        stage_quaternion(work, control, weight, ahead)
+        stage_quaternion(work, stages[n, part], weight, ahead)
     else:
-        stage(work, control, weight, ahead)
+        stage(work, stages[n, part], weight, ahead)
 
 
 @jit
@@ -206,24 +212,40 @@ def _emit(work, states, first, members, output, fraction, step, quaternions, row
 
 
 @inline
-def _fate(work, i, max_speed2, quaternions):
-    """Status of lane `i`: the envelope, and an acceleration that is not finite, end a member."""
-    u, v, w = work[(STATE + 6) * LANES + i], work[(STATE + 7) * LANES + i], work[(STATE + 8) * LANES + i]
-    rates = 0.0  # not finite if one of the accelerations is not
-    for k in range(6, N_STATES):
-        rates += work[(SLOPE + k) * LANES + i]
-    level = quaternions or abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH
-    moving = u * u + v * v + w * w < max_speed2 and abs(rates) < math.inf
-    return (OK if level else LEFT_ENVELOPE) if moving else DIVERGED
+def _moving(work, i, max_speed2):
+    """Whether lane `i` is slower than the root of `max_speed2` and its accelerations are finite."""
+    row = STATE * LANES + i
+    u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
+    row = SLOPE * LANES + i
+    rates = (  # not finite if one of the accelerations is not
+        work[row + 6 * LANES] + work[row + 7 * LANES] + work[row + 8 * LANES]
+        + work[row + 9 * LANES] + work[row + 10 * LANES] + work[row + 11 * LANES]
+    )  # fmt: skip
+    return (u * u + v * v + w * w < max_speed2) & (abs(rates) < math.inf)
+
+
+@inline
+def _level(work, i, quaternions):
+    """Whether the Euler angles of lane `i` are within their envelope; quaternions have none."""
+    return quaternions | (abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH)
 
 
 @jit
 def any_failed(work, max_speed2, quaternions):
     """Whether any lane has left the envelope, is faster than the root of `max_speed2`, or has no finite rates."""
-    failed = 0
+    widest_vectors()
+    flying = 0
     for i in range(LANES):
-        failed += _fate(work, i, max_speed2, quaternions)
-    return failed > 0
+        flying += 1 if _moving(work, i, max_speed2) & _level(work, i, quaternions) else 0
+    return flying < LANES
+
+
+@inline
+def _fate(work, i, max_speed2, quaternions):
+    """Status of lane `i`."""
+    if not _moving(work, i, max_speed2):
+        return DIVERGED
+    return OK if _level(work, i, quaternions) else LEFT_ENVELOPE
 
 
 @jit
@@ -246,7 +268,7 @@ def _integrate_block(
     """Integrate one block of members and write their `states` at `times`; see :func:`integrate`."""
     first = block * LANES
     members = min(LANES, coefficients.shape[0] - first)
-    work = np.zeros(N_ROWS * LANES)
+    work = workspace(N_ROWS)
     load_block(work, first, coefficients, body, initial)
     mine = np.empty((amounts.shape[1], LANES))
     for i in range(LANES):
@@ -261,7 +283,7 @@ def _integrate_block(
     for step_index in range(n_steps + 1):
         work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
         copy_state(work, STATE, STAGE)
-        _evaluate(work, stages[step_index, 0], variations[step_index, 0], mine, 1.0, 0.5 * step, quaternions)
+        _evaluate(work, stages, variations, mine, step_index, 0, 1.0, 0.5 * step, quaternions)
         copy_state(work, SUM, SLOPE)
 
         if any_failed(work, max_speed2, quaternions):
@@ -287,9 +309,9 @@ def _integrate_block(
 
         copy_state(work, STATE, PREVIOUS)
         copy_state(work, SLOPE, PREVIOUS_SLOPE)
-        _evaluate(work, stages[step_index, 1], variations[step_index, 1], mine, 2.0, 0.5 * step, quaternions)
-        _evaluate(work, stages[step_index, 1], variations[step_index, 1], mine, 2.0, step, quaternions)
-        _evaluate(work, stages[step_index, 2], variations[step_index, 2], mine, 1.0, 0.0, quaternions)
+        _evaluate(work, stages, variations, mine, step_index, 1, 2.0, 0.5 * step, quaternions)
+        _evaluate(work, stages, variations, mine, step_index, 1, 2.0, step, quaternions)
+        _evaluate(work, stages, variations, mine, step_index, 2, 1.0, 0.0, quaternions)
         for j in range(STATE_ROWS * LANES):
             work[STATE * LANES + j] += step / 6.0 * work[SUM * LANES + j]
         if quaternions:
@@ -400,7 +422,7 @@ def body_accelerations(coefficients, body, states, controls):
     """
     n_batch, n_times = states.shape[0], states.shape[1]
     result = np.empty((n_batch, n_times, 6))
-    work = np.zeros(N_ROWS * LANES)
+    work = workspace(N_ROWS)
     for first in range(0, n_batch, LANES):
         members = min(LANES, n_batch - first)
         load_block(work, first, coefficients, body, states[:, 0])

@@ -32,10 +32,10 @@ from bayesub.kernels.workspace import (
     ZP,
 )
 
-from .dynamics import euler_derivative, hydrostatics, propulsion, rigid_body
+from .dynamics import euler_derivative, hydrostatics, ordered_speed, propulsion, rigid_body
 from .hydrodynamics import N_COEFFICIENTS, N_CONTROLS, store_control_slopes, store_regressors
-from .integrate import any_failed, copy_state, hermite, hermite_rates, load_block, stage
-from .layout import CONTROLS, N_ROWS, ORDERED
+from .integrate import any_failed, copy_state, hermite, hermite_rates, load_block, stage, workspace
+from .layout import CONTROLS, N_ROWS
 from .mass import mass_matrix
 from .tangent import JACOBIAN_ROWS, N_COLUMNS, state_jacobian
 
@@ -66,7 +66,7 @@ def fly(coefficients, body, initial, stages, step, max_speed):
     """
     n_steps = stages.shape[0] - 1
     history = np.full((n_steps + 1, N_STAGES, N_STATES), np.nan)
-    work = np.zeros(N_ROWS * LANES)
+    work = workspace(N_ROWS)
     load_block(work, 0, coefficients, body, initial)
     for n in range(n_steps + 1):
         work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
@@ -95,11 +95,11 @@ def _keep(work, state):
 
 
 @jit
-def _linearise(work):
-    """Accelerations and state Jacobian at the states and controls of the lanes."""
+def _linearise(work, still):
+    """Accelerations and state Jacobian at the states and controls of the lanes; `still` are controls of zero."""
     widest_vectors()
     for i in range(LANES):
-        rates = euler_derivative(work, i, STAGE)
+        rates = euler_derivative(work, i, STAGE, still)
         a = _ACCELERATIONS * LANES + i
         work[a] = rates[6]
         work[a + LANES] = rates[7]
@@ -107,17 +107,17 @@ def _linearise(work):
         work[a + 3 * LANES] = rates[9]
         work[a + 4 * LANES] = rates[10]
         work[a + 5 * LANES] = rates[11]
-        state_jacobian(work, i, STAGE, _JACOBIAN)
+        state_jacobian(work, i, STAGE, _JACOBIAN, still)
 
 
 @jit
-def _forces(work, i, n_body_forces, variations, values):
+def _forces(work, i, still, n_body_forces, variations, values):
     """Forces of lane `i` by unit coefficients, by unit changes of the body and by unit amounts of `variations`."""
     state, rate = (STAGE + 6) * LANES + i, _ACCELERATIONS * LANES + i
     u, v, w = work[state], work[state + LANES], work[state + 2 * LANES]
     p, q, r = work[state + 3 * LANES], work[state + 4 * LANES], work[state + 5 * LANES]
     store_regressors(
-        values, work, i, u, v, w, p, q, r,
+        values, work, i, still, u, v, w, p, q, r,
         work[rate], work[rate + LANES], work[rate + 2 * LANES],
         work[rate + 3 * LANES], work[rate + 4 * LANES], work[rate + 5 * LANES],
     )  # fmt: skip
@@ -126,7 +126,7 @@ def _forces(work, i, n_body_forces, variations, values):
     first = N_COEFFICIENTS + n_body_forces
     if variations.shape[0]:
         slopes = np.zeros((6, N_CONTROLS))
-        store_control_slopes(slopes, work, i, u, v, w, p, q, r)
+        store_control_slopes(slopes, work, i, still, u, v, w, p, q, r)
         for n in range(variations.shape[0]):
             for axis in range(6):
                 force = 0.0
@@ -136,7 +136,7 @@ def _forces(work, i, n_body_forces, variations, values):
 
 
 @jit
-def _mechanical_forces(work, target):
+def _mechanical_forces(work, still, target):
     """Hydrostatics, propulsion and velocity terms of the rigid body, at the states and controls of the lanes."""
     for i in range(LANES):
         row = STAGE * LANES + i
@@ -146,7 +146,7 @@ def _mechanical_forces(work, target):
         sth, cth = math.sin(theta), math.cos(theta)
         x1, y1, z1, k1, m1, n1 = hydrostatics(work, i, -sth, cth * math.sin(phi), cth * math.cos(phi))
         x2, y2, z2, k2, m2, n2 = rigid_body(work, i, u, v, w, p, q, r, u, v, w, p, q, r)
-        thrust, torque, _, _ = propulsion(work, i, u, work[ORDERED * LANES + i])
+        thrust, torque, _, _ = propulsion(work, i, u, ordered_speed(work, i, still))
         a = target * LANES + i
         work[a] = x1 - x2 + thrust
         work[a + LANES] = y1 - y2
@@ -157,9 +157,9 @@ def _mechanical_forces(work, target):
 
 
 @jit
-def _body_forces(work, body, parameters):
+def _body_forces(work, still, body, parameters):
     """Forces by a unit change of body parameters; they are linear in each, so that a difference is a derivative."""
-    _mechanical_forces(work, _MECHANICAL)
+    _mechanical_forces(work, still, _MECHANICAL)
     no_water = np.zeros(N_COEFFICIENTS)
     mass = mass_matrix(no_water, body)
     for n in range(parameters.shape[0]):
@@ -169,7 +169,7 @@ def _body_forces(work, body, parameters):
         change = varied[parameters[n]] - body[parameters[n]]
         inertia = mass_matrix(no_water, varied) - mass
         work[row * LANES : (row + 1) * LANES] = varied[parameters[n]]
-        _mechanical_forces(work, _BODY_FORCES + 6 * n)
+        _mechanical_forces(work, still, _BODY_FORCES + 6 * n)
         work[row * LANES : (row + 1) * LANES] = body[parameters[n]]
         for axis in range(6):
             for i in range(LANES):
@@ -225,7 +225,8 @@ def _compose(work, lane, j, weight, ahead, response, scratch, matrices):
 def _prepare(group, loaded, body, history, stages, variations, step, parameters, matrices, forces):
     """The second pass for a group of steps: their `matrices` (n, rows, WIDTH) and `forces` (n, 4, n_forces)."""
     n_body_forces = 6 * parameters.shape[0]
-    work = loaded.copy()
+    work, still = workspace(loaded.shape[0] // LANES), np.zeros(N_CONTROLS)
+    work[:] = loaded
     response, scratch = np.zeros((LANES, N_COLUMNS, WIDTH)), np.empty((N_COLUMNS, WIDTH))
     first = group * LANES
     members = min(LANES, history.shape[0] - first)
@@ -236,9 +237,9 @@ def _prepare(group, loaded, body, history, stages, variations, step, parameters,
                 work[(STAGE + k) * LANES + i] = history[n, j, k]
             for k in range(N_CONTROLS):
                 work[(CONTROLS + k) * LANES + i] = stages[n, (j + 1) // 2, k]
-        _linearise(work)
+        _linearise(work, still)
         if n_body_forces:
-            _body_forces(work, body, parameters)
+            _body_forces(work, still, body, parameters)
         weight = step / 6.0 if j in (0, 3) else step / 3.0
         ahead = 0.0 if j == 3 else (step if j == 2 else 0.5 * step)
         for i in range(members):
@@ -248,7 +249,7 @@ def _prepare(group, loaded, body, history, stages, variations, step, parameters,
                     for k in range(N_STATES):
                         entry = work[(_JACOBIAN + N_COLUMNS * k + n) * LANES + i]
                         matrices[first + i, _FIRST_JACOBIAN + n, k] = entry
-            _forces(work, i, n_body_forces, variations[first + i, (j + 1) // 2], forces[first + i, j])
+            _forces(work, i, still, n_body_forces, variations[first + i, (j + 1) // 2], forces[first + i, j])
 
 
 @jit
@@ -370,7 +371,7 @@ def sensitivities(
     n_points, n_columns = history.shape[0], initial.shape[0]
     matrices = np.empty((n_points, _N_MATRIX_ROWS, WIDTH))
     forces = np.empty((n_points, N_STAGES, N_COEFFICIENTS + 6 * (parameters.shape[0] + variations.shape[2])))
-    loaded = np.zeros((_BODY_FORCES + 6 * parameters.shape[0]) * LANES)
+    loaded = workspace(_BODY_FORCES + 6 * parameters.shape[0])
     load_block(loaded, 0, coefficients, body, history[:1, 0])
     for group in prange((n_points + LANES - 1) // LANES):
         _prepare(group, loaded, body[0], history, stages, variations, step, parameters, matrices, forces)

@@ -5,9 +5,8 @@ from bayesub.kernels.jit import inline
 from bayesub.kernels.trigonometry import sine_cosine
 from bayesub.kernels.workspace import BODY_ROWS, INVERSE_MASS, LANES, N_STATES
 
-from .dynamics import hydrostatics, propulsion, rigid_body, row_times
+from .dynamics import hydrostatics, ordered_speed, propulsion, rigid_body, row_times
 from .hydrodynamics import hydrodynamic_gradient
-from .layout import ORDERED
 
 # Nothing depends on the position, so that the Jacobian has a column for each of phi theta psi u v w p q r.
 N_COLUMNS = 9
@@ -73,7 +72,7 @@ def _set_velocity_row(work, i, target, n, rolling, pitching, fu, fv, fw, fp, fq,
 
 
 @inline
-def state_jacobian(work, i, state, target):
+def state_jacobian(work, i, state, target, control):
     """Write the (12, 9) derivatives of :func:`bayesub.kernels.motion.dynamics.euler_derivative` into rows from `target` on."""
     row = state * LANES + i
     sphi, cphi = sine_cosine(work[row + 3 * LANES])
@@ -102,8 +101,8 @@ def state_jacobian(work, i, state, target):
     _set(work, i, target, 5, secant * pitching, tangent * yawing, 0.0, 0.0, 0.0, 0.0, 0.0, secant * sphi, secant * cphi)
 
     # Velocity: the inverse mass matrix times the derivatives of the forces.
-    fu, fv, fw, fp, fq, fr = hydrodynamic_gradient(work, i, u, v, w, p, q, r)
-    _, _, thrust_u, torque_u = propulsion(work, i, u, work[ORDERED * LANES + i])
+    fu, fv, fw, fp, fq, fr = hydrodynamic_gradient(work, i, control, u, v, w, p, q, r)
+    _, _, thrust_u, torque_u = propulsion(work, i, u, ordered_speed(work, i, control))
     thrusting = (thrust_u, 0.0, 0.0, torque_u, thrust_u * work[(BODY_ROWS + at.ZP) * LANES + i], 0.0)
     fu = _sum(fu, thrusting)
     fu = _difference(fu, _rigid_body_derivative(work, i, u, v, w, p, q, r, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0))

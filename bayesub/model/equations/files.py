@@ -21,7 +21,8 @@ DEFAULT = "booth"
 UNITS = ("deg", "n", "rpm")  # of controls: an angle, a force in newton, revolutions a minute
 _N_SAMPLES = 400  # random motions on which terms are compared
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-_RESERVED = {*VELOCITIES, *SYMBOLS, "rho", "abs", "sgn", "inverse", "work", "i", "sqrt"}
+_RESERVED = {*VELOCITIES, *SYMBOLS, *AXES, "rho", "abs", "sgn", "sqrt", "inverse", "work", "i", "control", "row", "slopes"}
+_RESERVED |= {"x", "y", "z", "height", "breadth", "crossflow", "nu_v", "nu_w", "V_u", "V_v", "V_w", "inverse_V"}
 
 
 class TermSection(Section):

@@ -50,33 +50,27 @@ def sgn(x):
     """Sign of x; zero for zero."""
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
 
-
-@inline
-def set_controls(work, i, control):
-    """Give lane `i` its controls: those of all lanes and what it adds to them."""
-{set_controls}
-
 {crossflow}
 @inline
-def hydrodynamic_forces(work, i, u, v, w, p, q, r):
+def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
     """X, Y, Z (N) and K, M, N (N m) of lane `i`, terms without accelerations (model manual, section 4)."""
 {forces}
 
 
 @inline
-def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
+def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     """Derivatives of :func:`hydrodynamic_forces` by u, v, w, p, q and r, six forces each."""
 {gradient}
 
 
 @inline
-def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
+def store_regressors(row, work, i, control, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
     """Write the regressors of the terms into `row`; zero for those that play no part."""
 {regressors}
 
 
 @inline
-def store_control_slopes(slopes, work, i, u, v, w, p, q, r):
+def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
 {controls}
 '''
@@ -121,7 +115,7 @@ class _Writer:
         self.controls = [*(control.symbol for control in equations.controls), "uc", *(EXTERNAL if external else ())]
         self.n_constants = 1 + 3 * equations.stations * equations.has_crossflow
         self.first_control = workspace.COEFFICIENTS + len(equations.terms)
-        self.first_constant = self.first_control + 2 * len(self.controls)
+        self.first_constant = self.first_control + len(self.controls)
 
     def text(self) -> str:
         added = tuple(
@@ -146,10 +140,7 @@ class _Writer:
             "added_mass": str(added),
             "crossflow": _CROSSFLOW if integrates else "",
         }
-        n = len(self.controls)
-        rows = range(self.first_control, self.first_control + n)
-        added = [f"work[{row} * LANES + i] = control[{k}] + work[{row + n} * LANES + i]" for k, row in enumerate(rows)]
-        bodies = {"set_controls": added, "forces": self._forces(), "gradient": self._gradient()}
+        bodies = {"forces": self._forces(), "gradient": self._gradient()}
         bodies |= {"regressors": self._regressors(), "controls": self._control_slopes()}
         text = _HEADER
         for name, part in parts.items():
@@ -201,7 +192,7 @@ class _Writer:
         for k, control in enumerate(self.controls):
             needed = symbols | ({"uc"} if "duc" in symbols else set())
             if control in needed or (of_external and control in EXTERNAL):
-                lines.append(f"{control} = work[{self.first_control + k} * LANES + i]")
+                lines.append(f"{control} = control[{k}] + work[{self.first_control + k} * LANES + i]")
         if symbols & {"U", "du"}:
             lines.append(f"U = work[{self.first_constant} * LANES + i]")
         if "nu" in symbols:

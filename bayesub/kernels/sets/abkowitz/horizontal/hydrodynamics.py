@@ -25,17 +25,10 @@ def sgn(x):
 
 
 @inline
-def set_controls(work, i, control):
-    """Give lane `i` its controls: those of all lanes and what it adds to them."""
-    work[199 * LANES + i] = control[0] + work[201 * LANES + i]
-    work[200 * LANES + i] = control[1] + work[202 * LANES + i]
-
-
-@inline
-def hydrodynamic_forces(work, i, u, v, w, p, q, r):
+def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
     """X, Y, Z (N) and K, M, N (N m) of lane `i`, terms without accelerations (model manual, section 4)."""
-    dr = work[199 * LANES + i]
-    U = work[203 * LANES + i]
+    dr = control[0] + work[199 * LANES + i]
+    U = work[201 * LANES + i]
     V = sqrt(u * u + v * v + w * w)
     inverse_V = 1.0 / V if V > 0.0 else 0.0
     du = u - U
@@ -92,10 +85,10 @@ def hydrodynamic_forces(work, i, u, v, w, p, q, r):
 
 
 @inline
-def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
+def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     """Derivatives of :func:`hydrodynamic_forces` by u, v, w, p, q and r, six forces each."""
-    dr = work[199 * LANES + i]
-    U = work[203 * LANES + i]
+    dr = control[0] + work[199 * LANES + i]
+    U = work[201 * LANES + i]
     V = sqrt(u * u + v * v + w * w)
     inverse_V = 1.0 / V if V > 0.0 else 0.0
     du = u - U
@@ -259,10 +252,10 @@ def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
 
 
 @inline
-def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
+def store_regressors(row, work, i, control, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
     """Write the regressors of the terms into `row`; zero for those that play no part."""
-    dr = work[199 * LANES + i]
-    U = work[203 * LANES + i]
+    dr = control[0] + work[199 * LANES + i]
+    U = work[201 * LANES + i]
     V = sqrt(u * u + v * v + w * w)
     inverse_V = 1.0 / V if V > 0.0 else 0.0
     du = u - U
@@ -314,10 +307,10 @@ def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdo
 
 
 @inline
-def store_control_slopes(slopes, work, i, u, v, w, p, q, r):
+def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
-    dr = work[199 * LANES + i]
-    U = work[203 * LANES + i]
+    dr = control[0] + work[199 * LANES + i]
+    U = work[201 * LANES + i]
     V = sqrt(u * u + v * v + w * w)
     inverse_V = 1.0 / V if V > 0.0 else 0.0
     du = u - U

@@ -25,20 +25,11 @@ def sgn(x):
 
 
 @inline
-def set_controls(work, i, control):
-    """Give lane `i` its controls: those of all lanes and what it adds to them."""
-    work[255 * LANES + i] = control[0] + work[259 * LANES + i]
-    work[256 * LANES + i] = control[1] + work[260 * LANES + i]
-    work[257 * LANES + i] = control[2] + work[261 * LANES + i]
-    work[258 * LANES + i] = control[3] + work[262 * LANES + i]
-
-
-@inline
-def hydrodynamic_forces(work, i, u, v, w, p, q, r):
+def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
     """X, Y, Z (N) and K, M, N (N m) of lane `i`, terms without accelerations (model manual, section 4)."""
-    dr = work[255 * LANES + i]
-    db = work[256 * LANES + i]
-    ds = work[257 * LANES + i]
+    dr = control[0] + work[255 * LANES + i]
+    db = control[1] + work[256 * LANES + i]
+    ds = control[2] + work[257 * LANES + i]
     nu = sqrt(v * v + w * w)
     X = (
         work[(COEFFICIENTS + 0) * LANES + i] * (u*u)  # Xuu
@@ -143,11 +134,11 @@ def hydrodynamic_forces(work, i, u, v, w, p, q, r):
 
 
 @inline
-def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
+def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     """Derivatives of :func:`hydrodynamic_forces` by u, v, w, p, q and r, six forces each."""
-    dr = work[255 * LANES + i]
-    db = work[256 * LANES + i]
-    ds = work[257 * LANES + i]
+    dr = control[0] + work[255 * LANES + i]
+    db = control[1] + work[256 * LANES + i]
+    ds = control[2] + work[257 * LANES + i]
     nu = sqrt(v * v + w * w)
     inverse = 1.0 / nu if nu > 0.0 else 0.0
     nu_v, nu_w = v * inverse, w * inverse
@@ -382,11 +373,11 @@ def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
 
 
 @inline
-def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
+def store_regressors(row, work, i, control, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
     """Write the regressors of the terms into `row`; zero for those that play no part."""
-    dr = work[255 * LANES + i]
-    db = work[256 * LANES + i]
-    ds = work[257 * LANES + i]
+    dr = control[0] + work[255 * LANES + i]
+    db = control[1] + work[256 * LANES + i]
+    ds = control[2] + work[257 * LANES + i]
     nu = sqrt(v * v + w * w)
     row[0] = u*u  # Xuu
     row[1] = v*v  # Xvv
@@ -492,11 +483,11 @@ def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdo
 
 
 @inline
-def store_control_slopes(slopes, work, i, u, v, w, p, q, r):
+def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
-    dr = work[255 * LANES + i]
-    db = work[256 * LANES + i]
-    ds = work[257 * LANES + i]
+    dr = control[0] + work[255 * LANES + i]
+    db = control[1] + work[256 * LANES + i]
+    ds = control[2] + work[257 * LANES + i]
     nu = sqrt(v * v + w * w)
     slopes[0, 0] = (
         work[(COEFFICIENTS + 3) * LANES + i] * (u*u*dr + u*u*dr)  # Xuu_drdr

@@ -25,15 +25,6 @@ def sgn(x):
 
 
 @inline
-def set_controls(work, i, control):
-    """Give lane `i` its controls: those of all lanes and what it adds to them."""
-    work[262 * LANES + i] = control[0] + work[266 * LANES + i]
-    work[263 * LANES + i] = control[1] + work[267 * LANES + i]
-    work[264 * LANES + i] = control[2] + work[268 * LANES + i]
-    work[265 * LANES + i] = control[3] + work[269 * LANES + i]
-
-
-@inline
 def crossflow(x, height, breadth, v, w, q, r):
     """Side and normal force of the local cross-flow at a station, without density and drag coefficient."""
     v, w = v + x * r, w - x * q
@@ -52,13 +43,29 @@ def crossflow_slopes(x, height, breadth, v, w, q, r):
 
 
 @inline
-def hydrodynamic_forces(work, i, u, v, w, p, q, r):
+def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
     """X, Y, Z (N) and K, M, N (N m) of lane `i`, terms without accelerations (model manual, section 4)."""
-    dr = work[262 * LANES + i]
-    uc = work[265 * LANES + i]
+    dr = control[0] + work[262 * LANES + i]
+    uc = control[3] + work[265 * LANES + i]
     nu = sqrt(v * v + w * w)
     duc = uc - u
     crossflow_y = crossflow_z = crossflow_m = crossflow_n = 0.0
+    x, height, breadth = work[267 * LANES + i], work[283 * LANES + i], work[299 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[268 * LANES + i], work[284 * LANES + i], work[300 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[269 * LANES + i], work[285 * LANES + i], work[301 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[270 * LANES + i], work[286 * LANES + i], work[302 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     x, height, breadth = work[271 * LANES + i], work[287 * LANES + i], work[303 * LANES + i]
     y, z = crossflow(x, height, breadth, v, w, q, r)
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
@@ -104,22 +111,6 @@ def hydrodynamic_forces(work, i, u, v, w, p, q, r):
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
     crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     x, height, breadth = work[282 * LANES + i], work[298 * LANES + i], work[314 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[283 * LANES + i], work[299 * LANES + i], work[315 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[284 * LANES + i], work[300 * LANES + i], work[316 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[285 * LANES + i], work[301 * LANES + i], work[317 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[286 * LANES + i], work[302 * LANES + i], work[318 * LANES + i]
     y, z = crossflow(x, height, breadth, v, w, q, r)
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
     crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
@@ -160,13 +151,29 @@ def hydrodynamic_forces(work, i, u, v, w, p, q, r):
 
 
 @inline
-def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
+def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     """Derivatives of :func:`hydrodynamic_forces` by u, v, w, p, q and r, six forces each."""
-    dr = work[262 * LANES + i]
-    uc = work[265 * LANES + i]
+    dr = control[0] + work[262 * LANES + i]
+    uc = control[3] + work[265 * LANES + i]
     nu = sqrt(v * v + w * w)
     duc = uc - u
     crossflow_y = crossflow_z = crossflow_m = crossflow_n = 0.0
+    x, height, breadth = work[267 * LANES + i], work[283 * LANES + i], work[299 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[268 * LANES + i], work[284 * LANES + i], work[300 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[269 * LANES + i], work[285 * LANES + i], work[301 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[270 * LANES + i], work[286 * LANES + i], work[302 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     x, height, breadth = work[271 * LANES + i], work[287 * LANES + i], work[303 * LANES + i]
     y, z = crossflow(x, height, breadth, v, w, q, r)
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
@@ -212,28 +219,84 @@ def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
     crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     x, height, breadth = work[282 * LANES + i], work[298 * LANES + i], work[314 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[283 * LANES + i], work[299 * LANES + i], work[315 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[284 * LANES + i], work[300 * LANES + i], work[316 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[285 * LANES + i], work[301 * LANES + i], work[317 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[286 * LANES + i], work[302 * LANES + i], work[318 * LANES + i]
     y, z = crossflow(x, height, breadth, v, w, q, r)
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
     crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     inverse = 1.0 / nu if nu > 0.0 else 0.0
     nu_v, nu_w = v * inverse, w * inverse
     crossflow_y_v = crossflow_y_w = crossflow_y_q = crossflow_y_r = crossflow_z_v = crossflow_z_w = crossflow_z_q = crossflow_z_r = crossflow_m_v = crossflow_m_w = crossflow_m_q = crossflow_m_r = crossflow_n_v = crossflow_n_w = crossflow_n_q = crossflow_n_r = 0.0
+    x, height, breadth = work[267 * LANES + i], work[283 * LANES + i], work[299 * LANES + i]
+    y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
+    crossflow_y_v += y_v
+    crossflow_n_v += x * (y_v)
+    crossflow_y_w += y_w
+    crossflow_n_w += x * (y_w)
+    crossflow_y_q += -x * y_w
+    crossflow_n_q += x * (-x * y_w)
+    crossflow_y_r += x * y_v
+    crossflow_n_r += x * (x * y_v)
+    crossflow_z_v += z_v
+    crossflow_m_v += -x * (z_v)
+    crossflow_z_w += z_w
+    crossflow_m_w += -x * (z_w)
+    crossflow_z_q += -x * z_w
+    crossflow_m_q += -x * (-x * z_w)
+    crossflow_z_r += x * z_v
+    crossflow_m_r += -x * (x * z_v)
+    x, height, breadth = work[268 * LANES + i], work[284 * LANES + i], work[300 * LANES + i]
+    y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
+    crossflow_y_v += y_v
+    crossflow_n_v += x * (y_v)
+    crossflow_y_w += y_w
+    crossflow_n_w += x * (y_w)
+    crossflow_y_q += -x * y_w
+    crossflow_n_q += x * (-x * y_w)
+    crossflow_y_r += x * y_v
+    crossflow_n_r += x * (x * y_v)
+    crossflow_z_v += z_v
+    crossflow_m_v += -x * (z_v)
+    crossflow_z_w += z_w
+    crossflow_m_w += -x * (z_w)
+    crossflow_z_q += -x * z_w
+    crossflow_m_q += -x * (-x * z_w)
+    crossflow_z_r += x * z_v
+    crossflow_m_r += -x * (x * z_v)
+    x, height, breadth = work[269 * LANES + i], work[285 * LANES + i], work[301 * LANES + i]
+    y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
+    crossflow_y_v += y_v
+    crossflow_n_v += x * (y_v)
+    crossflow_y_w += y_w
+    crossflow_n_w += x * (y_w)
+    crossflow_y_q += -x * y_w
+    crossflow_n_q += x * (-x * y_w)
+    crossflow_y_r += x * y_v
+    crossflow_n_r += x * (x * y_v)
+    crossflow_z_v += z_v
+    crossflow_m_v += -x * (z_v)
+    crossflow_z_w += z_w
+    crossflow_m_w += -x * (z_w)
+    crossflow_z_q += -x * z_w
+    crossflow_m_q += -x * (-x * z_w)
+    crossflow_z_r += x * z_v
+    crossflow_m_r += -x * (x * z_v)
+    x, height, breadth = work[270 * LANES + i], work[286 * LANES + i], work[302 * LANES + i]
+    y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
+    crossflow_y_v += y_v
+    crossflow_n_v += x * (y_v)
+    crossflow_y_w += y_w
+    crossflow_n_w += x * (y_w)
+    crossflow_y_q += -x * y_w
+    crossflow_n_q += x * (-x * y_w)
+    crossflow_y_r += x * y_v
+    crossflow_n_r += x * (x * y_v)
+    crossflow_z_v += z_v
+    crossflow_m_v += -x * (z_v)
+    crossflow_z_w += z_w
+    crossflow_m_w += -x * (z_w)
+    crossflow_z_q += -x * z_w
+    crossflow_m_q += -x * (-x * z_w)
+    crossflow_z_r += x * z_v
+    crossflow_m_r += -x * (x * z_v)
     x, height, breadth = work[271 * LANES + i], work[287 * LANES + i], work[303 * LANES + i]
     y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
     crossflow_y_v += y_v
@@ -433,78 +496,6 @@ def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
     crossflow_z_r += x * z_v
     crossflow_m_r += -x * (x * z_v)
     x, height, breadth = work[282 * LANES + i], work[298 * LANES + i], work[314 * LANES + i]
-    y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
-    crossflow_y_v += y_v
-    crossflow_n_v += x * (y_v)
-    crossflow_y_w += y_w
-    crossflow_n_w += x * (y_w)
-    crossflow_y_q += -x * y_w
-    crossflow_n_q += x * (-x * y_w)
-    crossflow_y_r += x * y_v
-    crossflow_n_r += x * (x * y_v)
-    crossflow_z_v += z_v
-    crossflow_m_v += -x * (z_v)
-    crossflow_z_w += z_w
-    crossflow_m_w += -x * (z_w)
-    crossflow_z_q += -x * z_w
-    crossflow_m_q += -x * (-x * z_w)
-    crossflow_z_r += x * z_v
-    crossflow_m_r += -x * (x * z_v)
-    x, height, breadth = work[283 * LANES + i], work[299 * LANES + i], work[315 * LANES + i]
-    y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
-    crossflow_y_v += y_v
-    crossflow_n_v += x * (y_v)
-    crossflow_y_w += y_w
-    crossflow_n_w += x * (y_w)
-    crossflow_y_q += -x * y_w
-    crossflow_n_q += x * (-x * y_w)
-    crossflow_y_r += x * y_v
-    crossflow_n_r += x * (x * y_v)
-    crossflow_z_v += z_v
-    crossflow_m_v += -x * (z_v)
-    crossflow_z_w += z_w
-    crossflow_m_w += -x * (z_w)
-    crossflow_z_q += -x * z_w
-    crossflow_m_q += -x * (-x * z_w)
-    crossflow_z_r += x * z_v
-    crossflow_m_r += -x * (x * z_v)
-    x, height, breadth = work[284 * LANES + i], work[300 * LANES + i], work[316 * LANES + i]
-    y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
-    crossflow_y_v += y_v
-    crossflow_n_v += x * (y_v)
-    crossflow_y_w += y_w
-    crossflow_n_w += x * (y_w)
-    crossflow_y_q += -x * y_w
-    crossflow_n_q += x * (-x * y_w)
-    crossflow_y_r += x * y_v
-    crossflow_n_r += x * (x * y_v)
-    crossflow_z_v += z_v
-    crossflow_m_v += -x * (z_v)
-    crossflow_z_w += z_w
-    crossflow_m_w += -x * (z_w)
-    crossflow_z_q += -x * z_w
-    crossflow_m_q += -x * (-x * z_w)
-    crossflow_z_r += x * z_v
-    crossflow_m_r += -x * (x * z_v)
-    x, height, breadth = work[285 * LANES + i], work[301 * LANES + i], work[317 * LANES + i]
-    y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
-    crossflow_y_v += y_v
-    crossflow_n_v += x * (y_v)
-    crossflow_y_w += y_w
-    crossflow_n_w += x * (y_w)
-    crossflow_y_q += -x * y_w
-    crossflow_n_q += x * (-x * y_w)
-    crossflow_y_r += x * y_v
-    crossflow_n_r += x * (x * y_v)
-    crossflow_z_v += z_v
-    crossflow_m_v += -x * (z_v)
-    crossflow_z_w += z_w
-    crossflow_m_w += -x * (z_w)
-    crossflow_z_q += -x * z_w
-    crossflow_m_q += -x * (-x * z_w)
-    crossflow_z_r += x * z_v
-    crossflow_m_r += -x * (x * z_v)
-    x, height, breadth = work[286 * LANES + i], work[302 * LANES + i], work[318 * LANES + i]
     y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)
     crossflow_y_v += y_v
     crossflow_n_v += x * (y_v)
@@ -623,13 +614,29 @@ def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
 
 
 @inline
-def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
+def store_regressors(row, work, i, control, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
     """Write the regressors of the terms into `row`; zero for those that play no part."""
-    dr = work[262 * LANES + i]
-    uc = work[265 * LANES + i]
+    dr = control[0] + work[262 * LANES + i]
+    uc = control[3] + work[265 * LANES + i]
     nu = sqrt(v * v + w * w)
     duc = uc - u
     crossflow_y = crossflow_z = crossflow_m = crossflow_n = 0.0
+    x, height, breadth = work[267 * LANES + i], work[283 * LANES + i], work[299 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[268 * LANES + i], work[284 * LANES + i], work[300 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[269 * LANES + i], work[285 * LANES + i], work[301 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[270 * LANES + i], work[286 * LANES + i], work[302 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     x, height, breadth = work[271 * LANES + i], work[287 * LANES + i], work[303 * LANES + i]
     y, z = crossflow(x, height, breadth, v, w, q, r)
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
@@ -675,22 +682,6 @@ def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdo
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
     crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     x, height, breadth = work[282 * LANES + i], work[298 * LANES + i], work[314 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[283 * LANES + i], work[299 * LANES + i], work[315 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[284 * LANES + i], work[300 * LANES + i], work[316 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[285 * LANES + i], work[301 * LANES + i], work[317 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[286 * LANES + i], work[302 * LANES + i], work[318 * LANES + i]
     y, z = crossflow(x, height, breadth, v, w, q, r)
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
     crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
@@ -805,13 +796,29 @@ def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdo
 
 
 @inline
-def store_control_slopes(slopes, work, i, u, v, w, p, q, r):
+def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
-    dr = work[262 * LANES + i]
-    uc = work[265 * LANES + i]
+    dr = control[0] + work[262 * LANES + i]
+    uc = control[3] + work[265 * LANES + i]
     nu = sqrt(v * v + w * w)
     duc = uc - u
     crossflow_y = crossflow_z = crossflow_m = crossflow_n = 0.0
+    x, height, breadth = work[267 * LANES + i], work[283 * LANES + i], work[299 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[268 * LANES + i], work[284 * LANES + i], work[300 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[269 * LANES + i], work[285 * LANES + i], work[301 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
+    x, height, breadth = work[270 * LANES + i], work[286 * LANES + i], work[302 * LANES + i]
+    y, z = crossflow(x, height, breadth, v, w, q, r)
+    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
+    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     x, height, breadth = work[271 * LANES + i], work[287 * LANES + i], work[303 * LANES + i]
     y, z = crossflow(x, height, breadth, v, w, q, r)
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
@@ -857,22 +864,6 @@ def store_control_slopes(slopes, work, i, u, v, w, p, q, r):
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
     crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     x, height, breadth = work[282 * LANES + i], work[298 * LANES + i], work[314 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[283 * LANES + i], work[299 * LANES + i], work[315 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[284 * LANES + i], work[300 * LANES + i], work[316 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[285 * LANES + i], work[301 * LANES + i], work[317 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[286 * LANES + i], work[302 * LANES + i], work[318 * LANES + i]
     y, z = crossflow(x, height, breadth, v, w, q, r)
     crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
     crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z

@@ -25,18 +25,10 @@ def sgn(x):
 
 
 @inline
-def set_controls(work, i, control):
-    """Give lane `i` its controls: those of all lanes and what it adds to them."""
-    work[198 * LANES + i] = control[0] + work[201 * LANES + i]
-    work[199 * LANES + i] = control[1] + work[202 * LANES + i]
-    work[200 * LANES + i] = control[2] + work[203 * LANES + i]
-
-
-@inline
-def hydrodynamic_forces(work, i, u, v, w, p, q, r):
+def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
     """X, Y, Z (N) and K, M, N (N m) of lane `i`, terms without accelerations (model manual, section 4)."""
-    dr = work[198 * LANES + i]
-    ds = work[199 * LANES + i]
+    dr = control[0] + work[198 * LANES + i]
+    ds = control[1] + work[199 * LANES + i]
     X = (
         work[(COEFFICIENTS + 0) * LANES + i] * (u*abs(u))  # Xuu
         + work[(COEFFICIENTS + 2) * LANES + i] * (w*q)  # Xwq
@@ -87,10 +79,10 @@ def hydrodynamic_forces(work, i, u, v, w, p, q, r):
 
 
 @inline
-def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
+def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     """Derivatives of :func:`hydrodynamic_forces` by u, v, w, p, q and r, six forces each."""
-    dr = work[198 * LANES + i]
-    ds = work[199 * LANES + i]
+    dr = control[0] + work[198 * LANES + i]
+    ds = control[1] + work[199 * LANES + i]
     X_u = (
         work[(COEFFICIENTS + 0) * LANES + i] * (abs(u) + sgn(u)*u)  # Xuu
     )
@@ -220,10 +212,10 @@ def hydrodynamic_gradient(work, i, u, v, w, p, q, r):
 
 
 @inline
-def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
+def store_regressors(row, work, i, control, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdot, rdot):
     """Write the regressors of the terms into `row`; zero for those that play no part."""
-    dr = work[198 * LANES + i]
-    ds = work[199 * LANES + i]
+    dr = control[0] + work[198 * LANES + i]
+    ds = control[1] + work[199 * LANES + i]
     row[0] = u*abs(u)  # Xuu
     row[1] = udot  # Xudot
     row[2] = w*q  # Xwq
@@ -271,10 +263,10 @@ def store_regressors(row, work, i, u, v, w, p, q, r, udot, vdot, wdot, pdot, qdo
 
 
 @inline
-def store_control_slopes(slopes, work, i, u, v, w, p, q, r):
+def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
-    dr = work[198 * LANES + i]
-    ds = work[199 * LANES + i]
+    dr = control[0] + work[198 * LANES + i]
+    ds = control[1] + work[199 * LANES + i]
     slopes[1, 0] = (
         work[(COEFFICIENTS + 14) * LANES + i] * (u*u)  # Yuudr
     )
