@@ -19,6 +19,7 @@ from scipy import stats
 
 import bayesub as bs
 from bayesub.checks import calibration
+from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import calibration as plots
 from bayesub.report import markdown
 from bayesub.sampling.posterior import Criteria
@@ -103,8 +104,8 @@ def draw(run, numbers):
         limits = np.array(result["band"]["lower"]), np.array(result["band"]["upper"])
         expected = stats.binom.ppf([0.005, 0.995], result["n_trials"], 1 / plots.BINS)
         file = name.replace(" ", "_")
-        plots.draw_ecdf(run.figure(f"ecdf_{file}"), ecdfs, limits)
-        plots.draw_histograms(run.figure(f"histograms_{file}"), ranks, calibration.N_DRAWS, expected)
+        plots.draw_ecdf(run.figure(f"ecdf_{file}"), ecdfs, limits, EQUATIONS)
+        plots.draw_histograms(run.figure(f"histograms_{file}"), ranks, calibration.N_DRAWS, expected, EQUATIONS)
     cells = {
         "problem": itemgetter("name"),
         "trials": itemgetter("n_trials"),

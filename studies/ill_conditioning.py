@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 
 from bayesub.identifiability.profile import LEVEL_95
-from bayesub.model.coefficients import NAMES
+from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import cancellation, collinearity, contribution, profile, spectrum
 from bayesub.thesis import conditioning
 from bayesub.thesis import conditioning_tables as tables
@@ -58,19 +58,20 @@ def draw(run, numbers):
         if alike:
             contributions = {vehicle: conditioning.restored_contribution(case) for vehicle, case in alike.items()}
             accuracies = {vehicle: case["simulator_cost"] for vehicle, case in alike.items()}
-            contribution.draw(run.figure(f"contribution_{manoeuvre}"), contributions, accuracies, NAMES)
+            contribution.draw(run.figure(f"contribution_{manoeuvre}"), contributions, accuracies, EQUATIONS)
     stems = {title: title.replace(" ", "_") for title in numbers}
     arrays = {title: run.load_arrays(f"case_{stem}") for title, stem in stems.items()}
     for title, case in numbers.items():
         stem, saved = stems[title], arrays[title]
-        spectrum.draw_directions(run.figure(f"directions_{stem}"), conditioning.restored_spectrum(case, saved))
-        profile.draw(run.figure(f"profiles_{stem}"), conditioning.restored_profiles(case))
+        directions = conditioning.restored_spectrum(case, saved)
+        spectrum.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
+        profile.draw(run.figure(f"profiles_{stem}"), conditioning.restored_profiles(case), EQUATIONS)
         related = conditioning.restored_collinearity(case, saved)
-        collinearity.draw_correlation(run.figure(f"correlation_{stem}"), related)
+        collinearity.draw_correlation(run.figure(f"correlation_{stem}"), related, EQUATIONS)
         errors = conditioning.restored_cancellation(case, saved)
-        cancellation.draw(run.figure(f"cancellation_{stem}"), saved["times"], errors)
+        cancellation.draw(run.figure(f"cancellation_{stem}"), saved["times"], errors, EQUATIONS)
     surge = {t: conditioning.restored_regressors(a) for t, a in arrays.items() if t.endswith("horizontal")}
-    collinearity.draw_scatter(run.figure("regressors"), surge, [("Xvr", "Xrr"), ("Xvr", "Xvv")])
+    collinearity.draw_scatter(run.figure("regressors"), surge, [("Xvr", "Xrr"), ("Xvr", "Xvv")], EQUATIONS)
     run.page(tables.page(numbers))
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
@@ -10,7 +11,7 @@ MAX_POINTS = 1500
 _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK)
 
 
-def draw(path, times, cancellations: dict) -> None:
+def draw(path, times, cancellations: dict, equations: EquationSet) -> None:
     """A panel for each axis.
 
     Parameters
@@ -21,6 +22,8 @@ def draw(path, times, cancellations: dict) -> None:
         (n_samples,) of the samples, s.
     cancellations
         Axis -> Cancellation.
+    equations
+        Whose coefficients they are.
     """
     axes = list(cancellations.values())
     n_columns = 1 if len(axes) == 1 else (2 if len(axes) > 3 else len(axes))
@@ -37,7 +40,7 @@ def draw(path, times, cancellations: dict) -> None:
             if rest:
                 lines = panel.plot(times[::stride], factor * c.errors[::stride, rest], color=style.PRIOR, lw=0.8)
                 lines[0].set_label(f"{len(rest)} more")
-            for name, label, colour in zip(top, labels(top), _COLOURS, strict=False):
+            for name, label, colour in zip(top, labels(top, equations), _COLOURS, strict=False):
                 error = factor * c.errors[::stride, c.names.index(name)]
                 panel.plot(times[::stride], error, color=colour, lw=1.0, label=label)
             panel.plot(times[::stride], factor * c.total[::stride], color=style.TRUTH, lw=1.4, label="sum")

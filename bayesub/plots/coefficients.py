@@ -4,15 +4,21 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.model.coefficients import INDEX, TERMS
+from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # of intervals
 
 
-def labels(names) -> list[str]:
-    """LaTeX labels of coefficients; other parameters by name and unit."""
-    return [TERMS[INDEX[name]].label if name in INDEX else style.with_unit(name) for name in names]
+def labels(names, equations: EquationSet) -> list[str]:
+    """LaTeX labels of the coefficients of a set; other parameters by name and unit."""
+    return [equations.label(name) if name in equations.index else style.with_unit(name) for name in names]
+
+
+def borders(names, equations: EquationSet) -> list[int]:
+    """Positions at which the coefficients of another axis, or other parameters, begin."""
+    axes = [equations.term(name).axis if name in equations.index else name[0] for name in names]
+    return [k for k in range(1, len(axes)) if axes[k] != axes[k - 1]]
 
 
 def ratios(values, reference, prior) -> np.ndarray:
@@ -23,12 +29,13 @@ def ratios(values, reference, prior) -> np.ndarray:
     return np.where(absent, 1.0 + values / prior.sd[:n], values / np.where(absent, 1.0, reference))
 
 
-def starred(names, reference) -> list[str]:
+def starred(names, reference, equations: EquationSet) -> list[str]:
     """Labels of coefficients (n,), with a star where the reference (n,) is zero."""
-    return [label + ("*" if zero else "") for label, zero in zip(labels(names), reference == 0.0, strict=True)]
+    stars = ("*" if zero else "" for zero in reference == 0.0)
+    return [label + star for label, star in zip(labels(names, equations), stars, strict=True)]
 
 
-def draw(path, posterior, prior, reference, estimates, reference_word: str) -> None:
+def draw(path, posterior, prior, reference, estimates, reference_word: str, equations: EquationSet) -> None:
     """Prior band, posterior intervals and the solutions of the baselines.
 
     Parameters
@@ -45,6 +52,8 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
         List of Estimates; their coefficients may stand in another order.
     reference_word
         What the reference values are.
+    equations
+        Whose coefficients they are.
     """
     n = len(reference)
     names = posterior.names[:n]
@@ -64,14 +73,13 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str) -> N
                 values = ratio(estimate.values[place])
                 axis.plot(columns + 0.36, values, "x", ms=4.5, color=style.LINEAR, label=f"{estimate.method}, no noise")
         names_below = {"rotation": 60, "ha": "right", "rotation_mode": "anchor", "fontsize": style.NAMES}
-        axis.set_xticks(columns, starred(names, reference), **names_below)
+        axis.set_xticks(columns, starred(names, reference, equations), **names_below)
         axis.set_xlim(-0.7, n - 0.3)
         axis.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
         star = "" if np.all(reference) else "\n* zero there: 1 + value / prior sd"
         axis.set_ylabel(f"ratio to {reference_word}{star}")
         axis.grid(axis="x", visible=False)
-        first = [k for k in range(1, n) if names[k][0] != names[k - 1][0]]
-        for k in first:
+        for k in borders(names, equations):
             axis.axvline(k - 0.5, color=style.TRUTH, lw=0.5, ls=":")
         axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5 if n > 20 else 3, fontsize=8)
 

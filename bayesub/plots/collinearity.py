@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from bayesub.model.coefficients import INDEX, TERMS
+from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
@@ -12,10 +12,11 @@ MAX_COLUMNS = 3
 MAX_POINTS = 1500
 
 
-def draw_correlation(path, collinearities) -> None:
+def draw_correlation(path, collinearities, equations: EquationSet) -> None:
     """Heat maps of the correlations about zero among the regressors, a panel an axis of the linear form.
 
-    Regressors carry the labels of their coefficients; `collinearities` is axis -> Collinearity.
+    Regressors carry the labels of their coefficients; `collinearities` is axis -> Collinearity, of these
+    equations.
     """
     axes = list(collinearities.values())
     n_columns = min(MAX_COLUMNS, len(axes))
@@ -28,8 +29,8 @@ def draw_correlation(path, collinearities) -> None:
         for panel, c in zip(panels.flat, axes, strict=False):
             image = panel.imshow(c.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
             place = range(len(c.names))
-            panel.set_xticks(place, labels(c.names), rotation=90, fontsize=7)
-            panel.set_yticks(place, labels(c.names), fontsize=7)
+            panel.set_xticks(place, labels(c.names, equations), rotation=90, fontsize=7)
+            panel.set_yticks(place, labels(c.names, equations), fontsize=7)
             panel.tick_params(length=0)
             panel.grid(visible=False)
             panel.spines[:].set_visible(False)
@@ -37,7 +38,7 @@ def draw_correlation(path, collinearities) -> None:
         figure.colorbar(image, ax=panels, shrink=0.9, label="correlation about zero")
 
 
-def draw_scatter(path, systems: dict, pairs) -> None:
+def draw_scatter(path, systems: dict, pairs, equations: EquationSet) -> None:
     """Regressors against each other over the manoeuvre, each scaled to its largest size.
 
     Parameters
@@ -48,6 +49,8 @@ def draw_scatter(path, systems: dict, pairs) -> None:
         Title -> one axis of the linear form, a column of panels each.
     pairs
         (coefficient across, coefficient up), a row of panels each.
+    equations
+        Whose coefficients they are.
     """
     with style.figure(path, 2.9 * len(systems) + 0.3, 2.6 * len(pairs)) as figure:
         panels = figure.subplots(len(pairs), len(systems), squeeze=False, sharex="row", sharey="row")
@@ -58,12 +61,14 @@ def draw_scatter(path, systems: dict, pairs) -> None:
                 panel.plot(x / np.abs(x).max(), y / np.abs(y).max(), ".", ms=2, color=style.POSTERIOR)
                 cosine = x @ y / np.sqrt((x @ x) * (y @ y))
                 panel.set_title(f"{title}: correlation {cosine:+.4f}", fontsize=9)
-                panel.set_xlabel(f"{_regressor(across)} over its largest")
+                panel.set_xlabel(f"{_regressor(across, equations)} over its largest")
         for panel, (_, up) in zip(panels[:, 0], pairs, strict=True):
-            panel.set_ylabel(f"{_regressor(up)} over its largest")
+            panel.set_ylabel(f"{_regressor(up, equations)} over its largest")
 
 
-def _regressor(name) -> str:
-    """The regressor in mathematical type, taken from the label of its coefficient."""
-    label = TERMS[INDEX[name]].label
-    return "$" + re.sub(r"([uvwpqr])\1", r"\1^2", label[label.index("_{") + 2 : -2]) + "$"
+def _regressor(name, equations) -> str:
+    """The regressor in mathematical type, from the subscript of the label of its coefficient if that has one."""
+    subscript = re.search(r"_\{(.*)\}\$", equations.label(name))
+    if not subscript:
+        return style.plain(equations.term(name).regressor)
+    return "$" + re.sub(r"([uvwpqr])\1", r"\1^2", subscript[1]) + "$"

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
@@ -10,7 +11,7 @@ _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.WEAK, style.NULL)
 PER_ROW = 42
 
 
-def draw(path, contributions: dict, accuracies: dict[str, float], order) -> None:
+def draw(path, contributions: dict, accuracies: dict[str, float], equations: EquationSet) -> None:
     """Cost of one changed coefficient at a time, filled markers for the first fraction and open ones for the second.
 
     Parameters
@@ -21,11 +22,11 @@ def draw(path, contributions: dict, accuracies: dict[str, float], order) -> None
         Title -> Contribution.
     accuracies
         Title -> cost that the simulator itself makes, drawn as a line.
-    order
-        All names, in the order of the columns.
+    equations
+        Whose coefficients they are, in their order.
     """
     present = {name for c in contributions.values() for name in c.names}
-    names = [name for name in order if name in present]
+    names = [name for name in equations.names if name in present]
     n_rows = -(-len(names) // PER_ROW)
     length = -(-len(names) // n_rows)
     with style.figure(path, max(6.5, 0.27 * length + 1.2), 3.6 * n_rows + 0.6) as figure:
@@ -44,7 +45,7 @@ def draw(path, contributions: dict, accuracies: dict[str, float], order) -> None
                     )  # fmt: skip
                 panel.axhline(accuracies[title], color=_COLOURS[n], lw=1.0, ls="--", label=f"{title}, simulator's own")
             panel.set_yscale("log")
-            panel.set_xticks(range(len(members)), labels(members), rotation=90, fontsize=8)
+            panel.set_xticks(range(len(members)), labels(members, equations), rotation=90, fontsize=8)
             panel.set_xlim(-0.7, len(members) - 0.3)
             panel.set_ylabel(r"cost (m$^2$ + deg$^2$)")
         handles, words = panels[0].get_legend_handles_labels()

@@ -2,17 +2,18 @@
 
 import numpy as np
 
+from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
 _A_ROW = 30  # coefficients that can be read side by side
 
 
-def draw(path, check) -> None:
+def draw(path, check, equations: EquationSet) -> None:
     """Means and sds by both samplers, and the differences of all moments in Monte Carlo standard errors.
 
     Means and sds are standardised by those of the ensemble sampler, so that it stands at 0 with a bar of +-1. Many
-    coefficients take several rows of both panels.
+    coefficients take several rows of both panels. `equations` are those of the coefficients.
     """
     n = len(check.names)
     rows = np.array_split(np.arange(n), -(-n // _A_ROW))
@@ -22,7 +23,7 @@ def draw(path, check) -> None:
             _draw_moments(moments, check, columns)
             _draw_differences(differences, check, columns)
             for axis in (moments, differences):
-                names = labels([check.names[k] for k in columns])
+                names = labels([check.names[k] for k in columns], equations)
                 axis.set_xticks(columns, names, rotation=60, ha="right", rotation_mode="anchor")
                 axis.set_xlim(columns[0] - 0.7, columns[0] + len(rows[0]) - 0.3)
                 axis.grid(axis="x", visible=False)

@@ -45,7 +45,7 @@ def _draw_information(figure, axis, card):
     rows = np.array([*(channel.contraction for channel in card.channels), card.contraction])
     image = axis.imshow(rows, cmap="Blues_r", vmin=0.0, vmax=1.0, aspect="auto")
     axis.set_yticks(range(len(rows)), [*(channel.name for channel in card.channels), "all together"])
-    axis.set_xticks(range(len(card.names)), labels(card.names), rotation=90, fontsize=8)
+    axis.set_xticks(range(len(card.names)), labels(card.names, card.equations), rotation=90, fontsize=8)
     axis.grid(visible=False)
     axis.axvline(card.n_coefficients - 0.5, color=style.TRUTH, lw=0.8)
     axis.axhline(len(rows) - 1.5, color=style.TRUTH, lw=0.8)

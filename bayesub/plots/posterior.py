@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.ticker import MaxNLocator
 
-from bayesub.model.coefficients import INDEX
+from bayesub.model.equations import EquationSet
 from bayesub.plots import style
-from bayesub.plots.coefficients import labels, ratios, starred
+from bayesub.plots.coefficients import borders, labels, ratios, starred
 
 PRIOR_PROBABILITIES = np.linspace(0.001, 0.999, 400)
 CORNER_PARAMETERS = 12
@@ -24,22 +24,22 @@ _PRIOR_LINE = "#777777"
 _PALE = "#A9CDE4"
 
 
-def draw_correlation(path, posterior) -> None:
-    """Heat map of the posterior correlation matrix."""
+def draw_correlation(path, posterior, equations: EquationSet) -> None:
+    """Heat map of the posterior correlation matrix; `equations` are those of its coefficients."""
     n = len(posterior.names)
     size = max(4.5, 0.27 * n + 1.6)
-    margins = (0.75, 0.7, 0.75, 0.1) if all(name in INDEX for name in posterior.names) else None
+    margins = (0.75, 0.7, 0.75, 0.1) if all(name in equations.index for name in posterior.names) else None
     with style.figure(path, size + 0.8, size, margins) as figure:
         axis = figure.subplots()
         image = axis.imshow(posterior.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
-        axis.set_xticks(range(n), labels(posterior.names), rotation=90, fontsize=style.NAMES)
-        axis.set_yticks(range(n), labels(posterior.names), fontsize=style.NAMES)
+        words = labels(posterior.names, equations)
+        axis.set_xticks(range(n), words, rotation=90, fontsize=style.NAMES)
+        axis.set_yticks(range(n), words, fontsize=style.NAMES)
         axis.grid(visible=False)
         axis.spines[:].set_visible(False)
-        for k in range(1, n):
-            if posterior.names[k][0] != posterior.names[k - 1][0]:
-                axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
-                axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
+        for k in borders(posterior.names, equations):
+            axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
+            axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
         figure.colorbar(image, ax=axis, shrink=0.8, fraction=0.04, pad=0.03, label="posterior correlation")
 
 
@@ -50,7 +50,7 @@ def corner_parameters(posterior, n: int) -> np.ndarray:
     return np.arange(n) if n <= CORNER_PARAMETERS else np.sort(np.concatenate([order[:half], order[-half:]]))
 
 
-def draw_corner(path, posterior, prior, reference, *, chosen=None, sets=()) -> None:
+def draw_corner(path, posterior, prior, reference, equations: EquationSet, *, chosen=None, sets=()) -> None:
     """Joint marginals of coefficients as ratios to `reference` (n_coefficients,), by every so many draws.
 
     All panels share one pair of axes, in units of panels: a figure of 78 axes takes four times as long to make and to
@@ -66,6 +66,8 @@ def draw_corner(path, posterior, prior, reference, *, chosen=None, sets=()) -> N
         Of the same parameters.
     reference
         (n_coefficients,) values that count as one.
+    equations
+        Whose coefficients they are.
     chosen
         (n,) positions; by default the best and the worst known, whose labels have different colours.
     sets
@@ -73,7 +75,7 @@ def draw_corner(path, posterior, prior, reference, *, chosen=None, sets=()) -> N
     """
     extremes = chosen is None
     chosen = corner_parameters(posterior, len(reference)) if extremes else chosen
-    n = len(chosen)
+    n, names = len(chosen), np.array(posterior.names)[chosen]
     thinned = posterior.draws[:: -(-len(posterior.draws) // CORNER_DRAWS)]
     draws = ratios(thinned, reference, prior)[:, chosen]
     points = ratios(np.reshape(sets, (-1, len(reference))), reference, prior)[:, chosen]
@@ -103,7 +105,10 @@ def draw_corner(path, posterior, prior, reference, *, chosen=None, sets=()) -> N
         axis.hlines(rows + SIDE * (1.0 - truth[rows]), columns, columns + SIDE, color=colour, lw=1.2)
         x, y = columns + SIDE * points[:, columns], rows + SIDE * (1.0 - points[:, rows])
         axis.plot(x.ravel(), y.ravel(), "o", ms=2.5, mew=0, color=style.SQP)
-        _label(axis, posterior, chosen, reference, (low, high), colours=extremes)
+        best = np.argsort(posterior.contraction[: len(reference)])[: CORNER_PARAMETERS // 2]
+        known = [style.POSTERIOR if position in best else style.WEAK for position in chosen]
+        colours = known if extremes else [style.TRUTH] * n
+        _label(axis, starred(names, reference[chosen], equations), colours, (low, high))
 
 
 def draw_joint(axis, draws) -> None:
@@ -143,9 +148,9 @@ def _draw_marginals(axis, draws, quantiles) -> None:
         axis.plot(k + SIDE * places[inside], bottom - scale * density[inside], color=_PRIOR_LINE, lw=1.0, ls="--")
 
 
-def _label(axis, posterior, chosen, reference, limits, *, colours) -> None:
+def _label(axis, names, colours, limits) -> None:
     """Ticks and names at the left and below; `limits` are (n,) least and largest values of the panels."""
-    n = len(chosen)
+    n = len(names)
     locator = MaxNLocator(3)
     ticks = [
         [t for t in locator.tick_values(a, b) if 0.05 < (t - a) / (b - a) < 0.95] for a, b in zip(*limits, strict=True)
@@ -156,11 +161,8 @@ def _label(axis, posterior, chosen, reference, limits, *, colours) -> None:
     heights = np.concatenate([np.empty(0), *(k + SIDE - p for k, p in enumerate(places) if k)])
     axis.set_yticks(heights, [*chain(*words[1:])], rotation=45)
     axis.tick_params(labelsize=8)
-    best = set(np.argsort(posterior.contraction[: len(reference)])[: CORNER_PARAMETERS // 2].tolist())
-    names = starred(np.array(posterior.names)[chosen], reference[chosen])
-    for k, (position, name) in enumerate(zip(chosen, names, strict=True)):
-        known = style.POSTERIOR if position in best else style.WEAK
-        text = {"color": known if colours else style.TRUTH, "fontsize": style.NAMES, "ha": "center", "va": "center"}
+    for k, (name, colour) in enumerate(zip(names, colours, strict=True)):
+        text = {"color": colour, "fontsize": style.NAMES, "ha": "center", "va": "center"}
         axis.text(k + 0.5 * SIDE, n + 0.64, name, text)
         if k:
             axis.text(-0.72, k + 0.5 * SIDE, name, text, rotation=90)
@@ -172,9 +174,9 @@ def _prior_density(quantiles) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (quantiles[1:] + quantiles[:-1]), np.diff(PRIOR_PROBABILITIES) / np.diff(quantiles)
 
 
-def draw_nuisance(path, posterior, prior, reference) -> None:
+def draw_nuisance(path, posterior, prior, reference, n_coefficients: int) -> None:
     """A panel each for the parameters after the coefficients: posterior, prior and reference (n_params,)."""
-    nuisances = [k for k, name in enumerate(posterior.names) if name not in INDEX]
+    nuisances = range(n_coefficients, len(posterior.names))
     n_columns = min(4, len(nuisances))
     n_rows = -(-len(nuisances) // n_columns)
     quantiles = np.array([prior.quantiles(p) for p in PRIOR_PROBABILITIES])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from bayesub.identifiability.profile import LEVEL_95
+from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
@@ -10,7 +11,7 @@ TOP = 8.0
 SHARPER = 1000.0
 
 
-def draw(path, profiles: dict) -> None:
+def draw(path, profiles: dict, equations: EquationSet) -> None:
     """A column a profile, by title: with the sensors of the problem, and below with sensors a thousand times better.
 
     Smaller noise on every reading multiplies -2 log likelihood by the square of the factor and moves no optimum,
@@ -19,7 +20,9 @@ def draw(path, profiles: dict) -> None:
     with style.figure(path, 2.6 * len(profiles) + 0.4, 5.4) as figure:
         panels = figure.subplots(2, len(profiles), sharey=True, squeeze=False)
         for column, (title, p) in zip(panels.T, profiles.items(), strict=True):
-            column[0].set_title(f"{labels([p.name])[0]}, {title}\nrises to {np.nanmax(p.cost):.1e}", fontsize=9)
+            column[0].set_title(
+                f"{labels([p.name], equations)[0]}, {title}\nrises to {np.nanmax(p.cost):.1e}", fontsize=9
+            )
             for panel, sharper in zip(column, (1.0, SHARPER), strict=True):
                 _draw_profile(panel, p, sharper)
         panels[0, 0].set_ylim(-0.3, TOP)

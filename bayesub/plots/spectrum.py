@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
@@ -62,7 +63,7 @@ def _draw_values(axis, s, n_null):
         axis.annotate(text, (1.0, np.sqrt(upper * lower)), va="center", fontsize=9)
 
 
-def draw_directions(path, spectrum, n_each: int = 3) -> None:
+def draw_directions(path, spectrum, equations: EquationSet, n_each: int = 3) -> None:
     """The stiffest directions, the sloppiest that are not null, and the null ones, by their largest entries."""
     last = len(spectrum.names) - spectrum.n_null
     rows = [
@@ -81,7 +82,7 @@ def draw_directions(path, spectrum, n_each: int = 3) -> None:
                 place = np.arange(len(entries))
                 panel.barh(place, list(entries.values()), color=colour)
                 panel.axvline(0.0, color=style.TRUTH, lw=0.6)
-                panel.set_yticks(place, labels(entries), fontsize=8)
+                panel.set_yticks(place, labels(entries, equations), fontsize=8)
                 panel.invert_yaxis()
                 panel.grid(axis="y", visible=False)
                 known = f"data sd = {1.0 / spectrum.singular_values[i]:.1e} prior sd"

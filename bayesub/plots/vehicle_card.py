@@ -6,7 +6,7 @@ import numpy as np
 
 from bayesub.io.log_files import STATES, positions
 from bayesub.io.toml_files import built_in
-from bayesub.model.coefficients import AXES, INDEX, TERMS
+from bayesub.model.equations import AXES
 from bayesub.model.vehicles import load_vehicle
 from bayesub.plots import style
 
@@ -80,16 +80,18 @@ def _draw_dive(axes, card):
 
 
 def _draw_coefficients(figure, boat):
-    """Sizes of the coefficients, axis by axis; those that are zero at the foot."""
+    """Sizes of the coefficients, axis by axis, beside built-in vehicles of the same equations; zeros at the foot."""
+    equations = boat.equations
     looks = dict(zip(built_in("vehicles"), zip(cycle(_MARKERS), cycle(_COLOURS), strict=False), strict=False))
-    others = {name: load_vehicle(name).xi for name in looks if name != boat.name}
+    vehicles = {name: load_vehicle(name) for name in looks if name != boat.name}
+    others = {name: other.xi for name, other in vehicles.items() if other.equations == equations}
     sizes = np.abs([boat.xi, *others.values()])
-    positive = np.clip(sizes[sizes > 0.0], SMALLEST, LARGEST)
+    positive = np.clip(sizes[sizes > 0.0], SMALLEST, LARGEST) if sizes.any() else np.ones(1)
     bottom, top = 10.0 ** np.floor(np.log10(positive.min()) - 1.0), 3.0 * positive.max()
     panels = figure.subplots(2, 3, sharey=True)
     for axis, panel in zip(AXES, panels.flat, strict=True):
-        terms = [term for term in TERMS if term.axis == axis]
-        rows, places = [INDEX[term.name] for term in terms], np.arange(len(terms))
+        rows = equations.columns(equations.names_of_axis(axis))
+        places = np.arange(len(rows))
         for name, xi in others.items():
             values = np.abs(xi[rows])
             drawn = np.where(values > 0.0, values, np.nan)
@@ -105,8 +107,11 @@ def _draw_coefficients(figure, boat):
         panel.plot(places[zero], np.full(zero.sum(), 2.0 * bottom), "x", ms=4, color=style.NULL, ls="", label="zero")
         panel.set_yscale("log")
         panel.set_ylim(bottom, top)
-        panel.set_xlim(-0.7, len(terms) - 0.3)
-        panel.set_xticks(places, [term.name for term in terms], rotation=90, fontsize=7.5)
+        panel.set_xlim(-0.7, max(len(rows), 1) - 0.3)
+        names = [
+            f"{term.name} ({term.unit})" if term.unit else term.name for term in (equations.terms[k] for k in rows)
+        ]
+        panel.set_xticks(places, [style.plain(name) for name in names], rotation=90, fontsize=7.5)
         panel.grid(axis="x", visible=False)
     for panel in panels[:, 0]:
         panel.set_ylabel("size of coefficient")

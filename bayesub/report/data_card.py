@@ -9,6 +9,7 @@ import numpy as np
 from bayesub.checks import convergence
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
+from bayesub.model.equations import EquationSet
 
 GAP = 3.0  # median intervals between two readings, beyond which readings are missing rather than dropped
 FALSE_ALARMS = 0.01  # probability that a channel of smooth motion and normal noise has a candidate for an outlier
@@ -73,6 +74,8 @@ class DataCard:
     ----------
     title : str
         Study and vehicle.
+    equations : EquationSet
+        Of the vehicle.
     names : tuple of str
         The n_params parameters.
     n_coefficients : int
@@ -88,6 +91,7 @@ class DataCard:
     """
 
     title: str
+    equations: EquationSet
     names: tuple[str, ...]
     n_coefficients: int
     channels: tuple[ChannelCard, ...]
@@ -161,7 +165,8 @@ def check(problem, title: str) -> DataCard:
             name = f"{channel.name}[{trial}]" if trial else channel.name
             channels.append(_channel(name, channel, whole[part.rows[channel.name]]))
     informed = _information(np.concatenate(rows))
-    return DataCard(title, problem.names, problem.n_coefficients, tuple(channels), durations, *informed)
+    n = problem.n_coefficients
+    return DataCard(title, problem.equations, problem.names, n, tuple(channels), durations, *informed)
 
 
 def _channel(name, channel, whitened) -> ChannelCard:

@@ -53,12 +53,13 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
         Numbers of the baselines, for what the captions say of them.
     """
     problem, sample, n = results.problem, results.posterior, results.problem.n_coefficients
+    equations = problem.equations
     yield ReportFigure(
         "coefficients",
         f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. "
         + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
         + "A blue bar as long as the grey one means that the data said nothing.",
-        lambda path: coefficients.draw(path, sample, problem.prior, reference[:n], results.estimates, word),
+        lambda path: coefficients.draw(path, sample, problem.prior, reference[:n], results.estimates, word, equations),
     )
     for trial in problem.each_trial(results.draws):
         yield _track(*trial, synthetic=word == "truth")
@@ -73,13 +74,13 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
         "correlation",
         "Posterior correlations. Dark off-diagonal cells are coefficients that trade off: the data know a combination "
         "of them better than each.",
-        partial(posterior.draw_correlation, posterior=sample),
+        partial(posterior.draw_correlation, posterior=sample, equations=equations),
     )
     yield ReportFigure(
         "corner",
         "Joint marginals (50 % and 90 %) of the best known coefficients (blue labels) and the worst known (yellow), "
         f"as ratios to the {word} (orange lines). Dashed curves are the prior.",
-        lambda path: posterior.draw_corner(path, sample, problem.prior, reference[:n]),
+        lambda path: posterior.draw_corner(path, sample, problem.prior, reference[:n], equations),
     )
     if results.residuals:
         yield ReportFigure(
@@ -96,7 +97,7 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
             "nuisance",
             "What else the readings depend on. Blue: posterior. Dashed: prior. Orange: the truth behind a synthetic "
             "record or the value of the vehicle, manoeuvre and noise model.",
-            lambda path: posterior.draw_nuisance(path, sample, problem.prior, reference),
+            lambda path: posterior.draw_nuisance(path, sample, problem.prior, reference, n),
         )
     if results.check is not None:
         yield ReportFigure(
@@ -104,7 +105,7 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
             "Above, mean and sd of each coefficient by the two samplers. Below, the differences of means, sds and "
             "correlations in Monte Carlo standard errors of both; a correlation shows at both of its coefficients. The "
             "grey band holds all of them in 99 of 100 comparisons of equal posteriors.",
-            partial(cross_check.draw, check=results.check),
+            partial(cross_check.draw, check=results.check, equations=equations),
         )
 
 

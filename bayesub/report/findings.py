@@ -39,6 +39,7 @@ def collect(
     coefficient_pairs, nuisance_pairs = _trade_offs(posterior, n)
     return {
         "vehicle": problem.vehicle.name,
+        "coefficients": _units(problem.equations),
         "manoeuvre": ", ".join(trial["manoeuvre"] for trial in trials),
         "reference_is_truth": all(trial.record.truth is not None for _, trial, _ in problem.each_trial(posterior.best)),
         "n_readings": len(problem.readings),
@@ -47,7 +48,7 @@ def collect(
         "convergence": _convergence(posterior),
         "cost": _cost(posterior),
         "parameters": rows[:n],
-        "nuisance": [{key: value for key, value in row.items() if key != "relative_sd"} for row in rows[n:]],
+        "nuisance": [{key: row[key] for key in row if key not in ("unit", "relative_sd")} for row in rows[n:]],
         "spectrum": {
             "singular_values": spectrum.singular_values.tolist(),
             "n_null": spectrum.n_null,
@@ -62,8 +63,15 @@ def collect(
     }
 
 
+def _units(equations) -> str:
+    """What the coefficients of a set are called as a whole."""
+    dimensional = any(term.unit for term in equations.terms)
+    return "coefficients, each in its unit" if dimensional else "non-dimensional coefficients"
+
+
 def _parameters(problem, posterior) -> list[dict]:
-    """A row for each parameter."""
+    """A row for each parameter; the unit is that of a dimensional coefficient, or None."""
+    units = {term.name: term.unit for term in problem.equations.terms}
     q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
     columns = {
         "reference": problem.reference,
@@ -83,7 +91,8 @@ def _parameters(problem, posterior) -> list[dict]:
     }
     values = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [
-        {"name": name} | dict(zip(columns, row, strict=True)) for name, row in zip(posterior.names, values, strict=True)
+        {"name": name, "unit": units.get(name)} | dict(zip(columns, row, strict=True))
+        for name, row in zip(posterior.names, values, strict=True)
     ]
 
 
@@ -218,7 +227,7 @@ def _directions(numbers) -> dict[str, str]:
         vectors = [f"{axis}: {combination(v, least=0.2)}" for axis, rank in axes.items() for v in rank["null_vectors"]]
         pivots = [name for rank in axes.values() for name in rank["pivots"]]
         result["null"] = (
-            f"{'; '.join(vectors)} (changes of the non-dimensional coefficients, largest entries). Holding "
+            f"{'; '.join(vectors)} (changes of the {numbers['coefficients']}, largest entries). Holding "
             f"{', '.join(pivots)} fixed makes the rest unique."
         )
     return result

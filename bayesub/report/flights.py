@@ -8,10 +8,11 @@ from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulate import Simulator, Trajectory, accelerations
 from bayesub.model.vehicles import Vehicle
+from bayesub.report.contributions import slopes
 
 STEP = 0.02  # integration step in ship lengths travelled; a flight that fails is repeated with a tenth of it
 LONGEST_S = 1e9  # for a ship length; beyond it nothing is flown
-Y, PSI, U, V, P, Q, R = positions("y", "psi", "u", "v", "p", "q", "r")
+Y, PSI, U, V, R = positions("y", "psi", "u", "v", "r")
 NUDGE = 1e-5  # of speed, speed per length and 1 rad, for derivatives
 
 
@@ -73,38 +74,50 @@ def fly(vehicle: Vehicle, lengths: float, orders: dict[str, float], subproblem: 
 def stability_indices(vehicle: Vehicle) -> dict[str, float | None]:
     """G_h and G_v, the margins of straight-line stability in the two planes (Arentzen & Mandel 1960; Feldman 1987).
 
-    ``G_h = 1 - Nv (Yr - m) / (Yv (Nr - m xG))``, ``G_v = 1 - Mw (Zq + m) / (Zw (Mq - m xG))``, non-dimensional; above
-    zero is stable, without help from righting moment. None where a damping derivative is not negative.
+    ``G_h = 1 - Nv (Yr - m U) / (Yv (Nr - m xG U))``, ``G_v = 1 - Mw (Zq + m U) / (Zw (Mq - m xG U))`` with the slopes
+    of the hydrodynamic forces in straight flight, without the terms of the mass where those are in the coefficients;
+    above zero is stable, without help from righting moment. None where a damping derivative is not negative. Equations
+    of three degrees of freedom have no G_v.
     """
-    mass = vehicle.body[workspace.MASS] / (0.5 * vehicle.water_density_kgm3 * np.float64(vehicle.length_m) ** 3)
-    moment = mass * vehicle.body[workspace.XG] / vehicle.length_m
-    yv, yr, nv, nr = (vehicle.xi[INDEX[name]] for name in ("Yuv", "Yur", "Nuv", "Nur"))
-    zw, zq, mw, mq = (vehicle.xi[INDEX[name]] for name in ("Zuw", "Zuq", "Muw", "Muq"))
+    equations = vehicle.equations
+    separate = equations.rigid_body_terms == "separate"
+    mass = vehicle.body[workspace.MASS] * vehicle.speed_mps if separate else 0.0
+    moment = mass * vehicle.body[workspace.XG]
+    drift, turning = (slopes(vehicle, variable).values for variable in "vr")
+    indices = {"horizontal_G_h": _index(drift["Y"], turning["Y"] - mass, drift["N"], turning["N"] - moment)}
+    if equations.degrees_of_freedom == 6:
+        heave, pitching = (slopes(vehicle, variable).values for variable in "wq")
+        indices["vertical_G_v"] = _index(heave["Z"], pitching["Z"] + mass, heave["M"], pitching["M"] - moment)
+    return indices
+
+
+def _index(force_drift: float, force_rate: float, moment_drift: float, moment_rate: float) -> float | None:
+    """One less the ratio of the lever of the force of turning to that of drifting; the products may overflow."""
+    if not (force_drift < 0.0 and moment_rate < 0.0):
+        return None
     with np.errstate(all="ignore"):
-        horizontal = 1.0 - nv * (yr - mass) / (yv * (nr - moment))
-        vertical = 1.0 - mw * (zq + mass) / (zw * (mq - moment))
-    return {
-        "horizontal_G_h": number_or_none(horizontal) if yv < 0.0 and nr - moment < 0.0 else None,
-        "vertical_G_v": number_or_none(vertical) if zw < 0.0 and mq - moment < 0.0 else None,
-    }
+        return number_or_none(1.0 - np.float64(moment_drift) * force_rate / (np.float64(force_drift) * moment_rate))
 
 
 def growth(vehicle: Vehicle) -> float:
     """Growth of the least stable small motion about straight flight, per ship length travelled; negative is stable.
 
-    The largest real part among the eigenvalues of u v w p q r, roll and pitch, righting moment included.
+    The largest real part among the eigenvalues of u v w p q r, roll and pitch, righting moment included; of u v r for
+    equations of three degrees of freedom.
     """
     speed, length = vehicle.speed_mps, np.float64(vehicle.length_m)
     rpm = vehicle.rpm_per_mps * speed
-    steps = NUDGE * np.array([1.0, 1.0, *[speed] * 3, *[speed / length] * 3])  # roll, pitch and the six velocities
-    places = positions("phi", "theta", *VELOCITIES)
-    states = np.tile(straight_and_level(vehicle), (2 * len(places), 1))
-    for k, (place, step) in enumerate(zip(places, steps, strict=True)):
+    names = ("phi", "theta", *VELOCITIES) if vehicle.equations.degrees_of_freedom == 6 else ("u", "v", "r")
+    scales = {"phi": 1.0, "theta": 1.0} | dict.fromkeys("uvw", speed) | dict.fromkeys("pqr", speed / length)
+    steps = NUDGE * np.array([scales[name] for name in names])
+    states = np.tile(straight_and_level(vehicle), (2 * len(names), 1))
+    for k, (place, step) in enumerate(zip(positions(*names), steps, strict=True)):
         states[2 * k : 2 * k + 2, place] += [step, -step]
-    rates = accelerations(vehicle, states, np.zeros(len(vehicle.equations.controls)), rpm)
-    matrix = np.zeros((8, 8))
-    matrix[2:] = ((rates[::2] - rates[1::2]) / (2.0 * steps[:, None])).T
-    matrix[0, places.index(P)] = matrix[1, places.index(Q)] = 1.0  # small roll and pitch angles follow p and q
+    controls = np.zeros((len(states), len(vehicle.equations.controls)))
+    rates = accelerations(vehicle.restricted(None), states, controls, rpm)
+    rows = dict(zip(VELOCITIES, ((rates[::2] - rates[1::2]) / (2.0 * steps[:, None])).T, strict=True))
+    rows |= {angle: np.array(names) == rate for angle, rate in (("phi", "p"), ("theta", "q"))}  # for small angles
+    matrix = np.array([rows[name] for name in names], dtype=float)
     if not np.isfinite(matrix).all():
         return np.nan
     try:

@@ -9,7 +9,11 @@ import numpy as np
 from bayesub.model.simulate import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.report import vehicle_lines
-from bayesub.report.vehicle_examinations import EXAMINATIONS, CardWarning
+from bayesub.report.coefficient_examinations import inertia, sizes_and_signs
+from bayesub.report.examination import CardWarning
+from bayesub.report.vehicle_examinations import balance, dive, hydrostatics, stability, straight_flight, turn
+
+EXAMINATIONS = (balance, straight_flight, stability, turn, dive, inertia, hydrostatics, sizes_and_signs)
 
 
 @dataclass(frozen=True)
@@ -21,7 +25,8 @@ class VehicleCard:
     vehicle : Vehicle
         Of the file.
     numbers : dict
-        Section -> name -> number (None where there is none), word or list; the unit is in the name.
+        Section -> name -> number (None where there is none), word or list; the unit is in the name. The section
+        "skipped" says why the equations of the vehicle leave others out.
     warnings : tuple of CardWarning
         What is unlike a boat.
     flights : dict of str to Trajectory
@@ -52,9 +57,12 @@ def check(vehicle: Vehicle) -> VehicleCard:
     """Examine a vehicle on paper and in three short flights; whatever the numbers, the answer is a card."""
     with np.errstate(all="ignore"):
         examinations = [examine(vehicle) for examine in EXAMINATIONS]
+    numbers = {section: numbers for e in examinations for section, numbers in e.numbers.items()}
+    if skipped := {section: reason for e in examinations for section, reason in e.skipped.items()}:
+        numbers["skipped"] = skipped
     return VehicleCard(
         vehicle,
-        {section: numbers for e in examinations for section, numbers in e.numbers.items()},
+        numbers,
         tuple(warning for e in examinations for warning in e.warnings),
         {name: trajectory for e in examinations for name, trajectory in e.flights.items()},
     )

@@ -2,21 +2,26 @@
 
 from collections.abc import Sequence
 
-from bayesub.report.vehicle_examinations import GROWTH, CardWarning
+from bayesub.report.examination import CardWarning
+from bayesub.report.vehicle_examinations import GROWTH
 
 
 def lines(numbers: dict, warnings: Sequence[CardWarning]) -> list[str]:
     """The card as text: a line a subject, then the warnings, each with its remedy."""
-    subjects = {
-        "thrust": _thrust_line,
-        "straight flight": _straight_line,
-        "stability": _stability_line,
-        "turning circle": _turn_line,
-        "stern planes": _dive_line,
-        "mass matrix": _mass_line,
-        "hydrostatics": _hydrostatics_line,
+    sections = {
+        "thrust": ("thrust_over_drag", _thrust_line),
+        "straight flight": ("straight_flight", _straight_line),
+        "stability": ("stability", _stability_line),
+        "turning circle": ("turning_circle", _turn_line),
+        "stern planes": ("stern_plane", _dive_line),
+        "mass matrix": ("mass_matrix", _mass_line),
+        "hydrostatics": ("hydrostatics", _hydrostatics_line),
     }
-    texts = {subject: line(numbers) for subject, line in subjects.items()}
+    skipped = numbers.get("skipped", {})
+    texts = {
+        subject: f"not examined: {skipped[section]}" if section in skipped else line(numbers)
+        for subject, (section, line) in sections.items()
+    }
     texts |= {f"zero in {axis}": " ".join(names) or "none" for axis, names in numbers["zero_coefficients"].items()}
     remedies = [f"  warning: {warning.text}; {warning.remedy}" for warning in warnings]
     return [*(f"  {subject:<17} {text}" for subject, text in texts.items()), *(remedies or ["  no warnings"])]
@@ -51,10 +56,12 @@ def _stability_line(numbers):
     indices = numbers["stability"]
     rate = indices["growth_per_length"]
     fate = "undefined" if rate is None else f"{'grows' if rate > GROWTH else 'decays'} by {abs(rate):.2g} a ship length"
-    return (
-        f"G_h = {_formatted(indices['horizontal_G_h'], 'z.2f')}, G_v = {_formatted(indices['vertical_G_v'], 'z.2f')} "
-        f"(above 0: stable without righting moment); the slowest disturbance {fate}"
+    values = ", ".join(
+        f"{key.partition('_')[2]} = {_formatted(index, 'z.2f')}"
+        for key, index in indices.items()
+        if key != "growth_per_length"
     )
+    return f"{values} (above 0: stable without righting moment); the slowest disturbance {fate}"
 
 
 def _turn_line(numbers):

@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 from bayesub.checks import calibration
+from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import calibration as plots
 from bayesub.sampling import Posterior
 
@@ -122,6 +123,6 @@ def test_pictures(rng, tmp_path, monkeypatch):
     monkeypatch.setattr(calibration, "_SIMULATED", 200)  # a band that is only looked at
     found = {"Xuu": ranks(rng), "log likelihood": ranks(rng)}
     limits = calibration.band(N_TRIALS, 0.01, rng)
-    plots.draw_ecdf(tmp_path / "ecdf.png", {name: calibration.ecdf(r) for name, r in found.items()}, limits)
-    plots.draw_histograms(tmp_path / "ranks.png", found, calibration.N_DRAWS, (4, 17))
+    plots.draw_ecdf(tmp_path / "ecdf.png", {name: calibration.ecdf(r) for name, r in found.items()}, limits, EQUATIONS)
+    plots.draw_histograms(tmp_path / "ranks.png", found, calibration.N_DRAWS, (4, 17), EQUATIONS)
     assert all(path.stat().st_size > 5000 for path in tmp_path.glob("*.png"))

@@ -9,6 +9,7 @@ from PIL import Image
 from scipy import special
 
 from bayesub.identifiability.fisher import Spectrum
+from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import (
     calibration,
     cancellation,
@@ -48,42 +49,44 @@ SQP = SimpleNamespace(method="SQP", names=NAMES[:N], solutions=np.tile(REFERENCE
 
 def draw_calibration(path):
     points = np.linspace(0.0, 1.0, 22)[1:-1]
-    calibration.draw_ecdf(path, {"Xuu": points, "log likelihood": points}, (points - 0.2, points + 0.2))
+    calibration.draw_ecdf(path, {"Xuu": points, "log likelihood": points}, (points - 0.2, points + 0.2), EQUATIONS)
 
 
 def draw_calibration_histograms(path):
-    calibration.draw_histograms(path, {"Xuu": np.arange(100)}, 99, (2, 9))
+    calibration.draw_histograms(path, {"Xuu": np.arange(100)}, 99, (2, 9), EQUATIONS)
 
 
 def draw_cancellation(path):
     errors = RNG.standard_normal((len(TIMES), 3))
     parts = {"names": ("Xuu", "Xvr", "Xrr"), "errors": errors, "total": errors.sum(axis=1), "ratio": 3.0}
-    cancellation.draw(path, TIMES, {"X": SimpleNamespace(axis="X", largest={"Xuu": 4e3, "Xvr": 2e3}, **parts)})
+    errors = {"X": SimpleNamespace(axis="X", largest={"Xuu": 4e3, "Xvr": 2e3}, **parts)}
+    cancellation.draw(path, TIMES, errors, EQUATIONS)
 
 
 def draw_coefficients(path):
-    coefficients.draw(path, POSTERIOR, PRIOR, REFERENCE[:N], [SQP], "truth")
+    coefficients.draw(path, POSTERIOR, PRIOR, REFERENCE[:N], [SQP], "truth", EQUATIONS)
 
 
 def draw_correlation_of_regressors(path):
-    collinearity.draw_correlation(path, {"N": SimpleNamespace(axis="N", names=("Nuv", "Nur"), correlation=np.eye(2))})
+    yaw = SimpleNamespace(axis="N", names=("Nuv", "Nur"), correlation=np.eye(2))
+    collinearity.draw_correlation(path, {"N": yaw}, EQUATIONS)
 
 
 def draw_scatter_of_regressors(path):
     system = SimpleNamespace(names=("Nuv", "Nur"), matrix=RNG.standard_normal((50, 2)))
-    collinearity.draw_scatter(path, {"suboff": system}, [("Nuv", "Nur")])
+    collinearity.draw_scatter(path, {"suboff": system}, [("Nuv", "Nur")], EQUATIONS)
 
 
 def draw_contribution(path):
     costs = SimpleNamespace(names=NAMES[:N], fractions=(0.5, 1.0), costs=10.0 ** RNG.uniform(0, 4, (2, N)))
-    contribution.draw(path, {"suboff": costs}, {"suboff": 1e-3}, NAMES[:N])
+    contribution.draw(path, {"suboff": costs}, {"suboff": 1e-3}, EQUATIONS)
 
 
 def draw_cross_check(path):
     size = (2, N)
     z = {"mean_z": np.ones(N), "sd_z": -np.ones(N), "correlation_z": np.zeros(N), "threshold": 3.9}
     check = SimpleNamespace(names=NAMES[:N], means=np.zeros(size), sds=np.ones(size), **z)
-    cross_check.draw(path, check)
+    cross_check.draw(path, check, EQUATIONS)
 
 
 def draw_data_card(path):
@@ -92,7 +95,13 @@ def draw_data_card(path):
         contraction=np.array([0.1, 0.5, 1.0, 1.0]),
     )  # fmt: skip
     informed = {"n_directions": 2, "contraction": channel.contraction}
-    shape = {"names": NAMES, "n_coefficients": N, "channels": (channel,), "durations": {"": 40.0}}
+    shape = {
+        "equations": EQUATIONS,
+        "names": NAMES,
+        "n_coefficients": N,
+        "channels": (channel,),
+        "durations": {"": 40.0},
+    }
     data_card.draw(path, SimpleNamespace(title="A $study$", **shape, **informed))
 
 
@@ -103,21 +112,21 @@ def draw_fit(path):
 
 
 def draw_correlation(path):
-    posterior.draw_correlation(path, POSTERIOR)
+    posterior.draw_correlation(path, POSTERIOR, EQUATIONS)
 
 
 def draw_corner(path):
-    posterior.draw_corner(path, POSTERIOR, PRIOR, REFERENCE[:N], sets=np.tile(REFERENCE[:N], (2, 1)))
+    posterior.draw_corner(path, POSTERIOR, PRIOR, REFERENCE[:N], EQUATIONS, sets=np.tile(REFERENCE[:N], (2, 1)))
 
 
 def draw_nuisance(path):
-    posterior.draw_nuisance(path, POSTERIOR, PRIOR, REFERENCE)
+    posterior.draw_nuisance(path, POSTERIOR, PRIOR, REFERENCE, N)
 
 
 def draw_profile(path):
     change = np.linspace(-0.5, 0.5, 11)
     cost = {"cost": 100.0 * change**2, "laplace": 90.0 * change**2}
-    profile.draw(path, {"track": SimpleNamespace(name="Xuu", value=1.0, grid=1.0 + change, **cost)})
+    profile.draw(path, {"track": SimpleNamespace(name="Xuu", value=1.0, grid=1.0 + change, **cost)}, EQUATIONS)
 
 
 def draw_spectrum(path):
@@ -129,7 +138,7 @@ def draw_spectra(path):
 
 
 def draw_directions(path):
-    spectrum.draw_directions(path, SPECTRUM, n_each=1)
+    spectrum.draw_directions(path, SPECTRUM, EQUATIONS, n_each=1)
 
 
 FIGURES = {

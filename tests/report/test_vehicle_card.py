@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.kernels import workspace
-from bayesub.model.coefficients import INDEX, NAMES
+from bayesub.model.coefficients import EQUATIONS, INDEX, NAMES
 from bayesub.plots import vehicle_card as vehicle_plot
+from bayesub.report.coefficient_examinations import negative, pairs, typical_ranges
 from bayesub.report.flights import fly, growth, stability_indices, turning_circle
 from bayesub.report.vehicle_card import check
-from bayesub.report.vehicle_examinations import PAIRS, typical_ranges
 
 
 def changed(vehicle, **values):
@@ -81,7 +81,7 @@ def test_a_gentle_turn_is_that_of_the_linear_equations(name):
     mass = boat.body[workspace.MASS] / boat.dimensional_factors[INDEX["Yvdot"]]
     yv, yr, nv, nr, yd, nd = of(boat, "Yuv", "Yur", "Nuv", "Nur", "Yuu_dr", "Nuu_dr")
     rate = (nv * yd - yv * nd) * angle / (yv * nr - nv * (yr - mass))
-    states = fly(boat, 40.0, {0: angle}, "horizontal").states[0]
+    states = fly(boat, 40.0, {"rudder_deg": angle}, "horizontal").states[0]
     found = turning_circle(boat, states, 0.1)
     assert found["diameter_lengths"] == pytest.approx(2.0 / abs(rate), rel=0.02)
     assert found["positive_rudder_turns"] == "to port"
@@ -154,7 +154,7 @@ def test_planted_faults_of_the_body(suboff, entry, value, words):
 
 def test_typical_ranges():
     """Every built-in coefficient is in its range, and a coefficient that no boat has has none."""
-    ranges = typical_ranges()
+    ranges = typical_ranges(EQUATIONS)
     for name in toml_files.built_in("vehicles"):
         sizes = np.abs(bs.load_vehicle(name).xi)
         used = sizes > 0
@@ -275,9 +275,19 @@ def test_from_an_outline_to_a_card(bayesub, tmp_path, monkeypatch):
 def test_pairs_are_the_added_masses_that_are_equal_in_ideal_fluid():
     """Each is the other with force and acceleration exchanged."""
     forces, motions = "XYZKMN", "uvwpqr"
-    for one, other in PAIRS:
+    names = [(one.name, other.name) for one, other in pairs(EQUATIONS)]
+    assert names == [("Yrdot", "Nvdot"), ("Zqdot", "Mwdot"), ("Ypdot", "Kvdot"), ("Krdot", "Npdot")]
+    for one, other in names:
         assert forces.index(one[0]) == motions.index(other[1])
         assert forces.index(other[0]) == motions.index(one[1])
+
+
+def test_coefficients_that_take_energy_are_found_by_their_regressors():
+    assert negative(EQUATIONS) == {
+        "drag": ["Xuu", "Xuu_drdr", "Xuu_dbdb", "Xuu_dsds"],
+        "damping": ["Yuv", "Yv_absnu", "Zuw", "Zw_absnu", "Kup", "Kp_absp", "Muq", "Mq_absq", "Nur", "Nr_absr"],
+        "added mass": ["Xudot", "Yvdot", "Zwdot", "Kpdot", "Mqdot", "Nrdot"],
+    }
 
 
 def test_every_built_in_vehicle_is_drawn_beside_another(suboff, tmp_path, monkeypatch):

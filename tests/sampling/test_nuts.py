@@ -8,6 +8,7 @@ from support.toys import Banana, Linear, ill_conditioned
 
 import bayesub as bs
 from bayesub.checks import convergence
+from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import cross_check as plot
 from bayesub.problem.priors import Normal
 from bayesub.sampling import nuts as module
@@ -80,8 +81,8 @@ def test_it_is_saved_and_drawn(problem, rng, tmp_path, monkeypatch):
     again = module.CrossCheck.from_json(check.to_json())
     assert again.sentence == check.sentence
     np.testing.assert_array_equal(again.correlation_z, check.correlation_z)
-    monkeypatch.setattr(plot, "labels", list)  # those of coefficients
-    plot.draw(tmp_path / "check.png", check)
+    monkeypatch.setattr(plot, "labels", lambda names, _: list(names))  # those of coefficients
+    plot.draw(tmp_path / "check.png", check, EQUATIONS)
     assert (tmp_path / "check.png").stat().st_size > 5000
 
 

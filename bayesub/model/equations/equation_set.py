@@ -113,6 +113,13 @@ class Term:
         """Whether the force is proportional to an acceleration."""
         return self.regressor in ACCELERATIONS
 
+    @property
+    def scale(self) -> str:
+        """What makes the coefficient dimensional, such as ``(rho/2) l^3 U^-1``, or the unit that it has."""
+        if self.unit is not None:
+            return self.unit
+        return f"(rho/2) l^{self.length_power}" + (f" U^{self.speed_power}" if self.speed_power else "")
+
 
 @dataclass(frozen=True)
 class EquationSet:

@@ -6,7 +6,7 @@ A case is a dictionary of JSON types as :func:`bayesub.thesis.optimisers.compare
 import numpy as np
 
 from bayesub.plots import style
-from bayesub.plots.coefficients import labels
+from bayesub.thesis.plots.labels import labels
 
 _ROW = 40  # coefficients a row
 _FLOOR = 1e-16

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bayesub.plots import style
-from bayesub.plots.coefficients import labels
+from bayesub.thesis.plots.labels import labels
 
 _COLOURS = (style.LINEAR, style.SQP, style.POSTERIOR)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from bayesub.identifiability.rank import ACCURACY
 from bayesub.plots import style
-from bayesub.plots.coefficients import labels
+from bayesub.thesis.plots.labels import labels
 
 FLOOR = 1e-17  # of the axis of singular values
 UNIQUE, WEAK, NULL = "#CFE3F1", "#F7DDA8", "#E9C4D8"

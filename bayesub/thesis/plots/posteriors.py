@@ -9,7 +9,8 @@ from matplotlib.ticker import NullFormatter
 
 from bayesub.model.coefficients import AXES, NAMES
 from bayesub.plots import style
-from bayesub.plots.coefficients import intervals, labels, ratios, starred
+from bayesub.plots.coefficients import intervals, ratios
+from bayesub.thesis.plots.labels import labels, starred
 
 _ROW = 28  # coefficients a row
 _FLOOR = 1e-4  # where null directions are drawn, and what is smaller

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bayesub.plots import style
-from bayesub.plots.coefficients import labels
+from bayesub.thesis.plots.labels import labels
 
 _LIMIT = 2.0  # ratios beyond 1 +- this are drawn at the edge
 _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK)

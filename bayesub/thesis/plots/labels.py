@@ -1,0 +1,9 @@
+"""Labels of the coefficients that the thesis is about."""
+
+from functools import partial
+
+from bayesub.model.coefficients import EQUATIONS
+from bayesub.plots import coefficients
+
+labels = partial(coefficients.labels, equations=EQUATIONS)
+starred = partial(coefficients.starred, equations=EQUATIONS)
