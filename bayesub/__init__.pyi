@@ -2,6 +2,7 @@
 from .io.errors import InputError
 from .model import coefficients
 from .model.coefficients import regressors
+from .model.equations import EquationSet, load_equations
 from .model.vehicles import Vehicle, load_vehicle
 from .model.manoeuvres import Manoeuvre, load_manoeuvre, random_manoeuvre
 from .model.trajectory import Trajectory
@@ -25,6 +26,7 @@ __version__: str
 __all__ = [
     "Criteria",
     "CrossCheck",
+    "EquationSet",
     "InputError",
     "JointProblem",
     "Manoeuvre",
@@ -43,6 +45,7 @@ __all__ = [
     "leave_one_out",
     "likelihoods",
     "linear_systems",
+    "load_equations",
     "load_manoeuvre",
     "load_study",
     "load_vehicle",

@@ -21,6 +21,7 @@ def _names(kind: str) -> Callable[..., list[CompletionItem]]:
     return complete
 
 
+EQUATIONS = {"metavar": "SET", "shell_complete": _names("equations")}
 VEHICLE = {"metavar": "VEHICLE", "shell_complete": _names("vehicles")}
 MANOEUVRE = {"metavar": "MANOEUVRE", "shell_complete": _names("manoeuvres")}
 

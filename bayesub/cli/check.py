@@ -1,4 +1,4 @@
-"""The command `check`: what an input file is, and the card of a vehicle or of the data of a study.
+"""The command `check`: what an input file is, and the card of an equation set, a vehicle or the data of a study.
 
 What a file needs to be validated is imported when a file of its kind turns up, so that a mistake in a file that need
 not fly shows at once.
@@ -15,7 +15,7 @@ from bayesub.cli.simulate import drawing
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.terminal import say
-from bayesub.report.card import Card
+from bayesub.report.card import Card, DrawnCard
 
 
 @click.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
@@ -23,15 +23,15 @@ from bayesub.report.card import Card
 @click.option("--card", type=PATH, help="Draw the card of the one vehicle or study in the files into this PNG or PDF.")
 @click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")
 def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
-    """Validate vehicles, geometries, manoeuvres, studies (TOML, Python) and logs (CSV); say what a study costs.
+    """Validate equations, vehicles, geometries, manoeuvres, studies (TOML, Python) and logs (CSV).
 
-    Of a vehicle it prints a card: balance, stability, turning circle, answer to the planes, mass matrix, and warnings
-    with a remedy; of the data of a study, what each channel covers in time and informs. FILE may be the name of a
-    built-in vehicle.
+    Of an equation set it prints terms, sub-problems and controls; of a vehicle a card: balance, stability, turning
+    circle, answer to the planes, mass matrix, and warnings with a remedy; of a study what it costs, and what each
+    channel of its data covers in time and informs. FILE may be the name of a built-in vehicle or equation set.
     """
-    findings = {}
+    findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
     for path in files:
-        text, file_card = examine(toml_files.built_in("vehicles").get(str(path), path))
+        text, file_card = examine(built_in.get(str(path), path))
         findings[str(path)] = (text, file_card)
         if not as_json:
             say(f"{path}: {text}")
@@ -41,7 +41,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
         contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in findings.items()}
         click.echo(json.dumps(contents, indent=2, allow_nan=False))
     if card is not None:
-        cards = [c for _, c in findings.values() if c]
+        cards = [c for _, c in findings.values() if isinstance(c, DrawnCard)]
         if len(cards) != 1:
             raise InputError(f"--card draws one vehicle or study, found {len(cards)} among the files")
         with drawing(card):
@@ -49,7 +49,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 
 
 def examine(path: Path) -> tuple[str, Card | None]:
-    """What a file is, and the card of a vehicle or of the data of a study, or None."""
+    """What a file is, and its card, which not all kinds of files have."""
     if path.suffix == ".py":
         from bayesub.study import script
 
@@ -61,22 +61,37 @@ def examine(path: Path) -> tuple[str, Card | None]:
         if key in keys:
             return describe(path)
     raise InputError(
-        f"{path}: is neither a vehicle (no 'coefficients'), a geometry (no 'hull'), a manoeuvre (no 'kind'), a study "
-        "(no 'vehicle') nor instruments (no 'sensors')"
+        f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
+        "manoeuvre (no 'kind'), a study (no 'vehicle') nor instruments (no 'sensors')"
     )
 
 
 def _vehicle(path: Path):
     import numpy as np
 
+    from bayesub.model.equations.files import DEFAULT
     from bayesub.model.vehicles import load_vehicle
 
     boat = load_vehicle(path)
     from bayesub.report import vehicle_card
 
     used, n_sds = int((boat.xi != 0).sum()), int(np.isfinite(boat.sd).sum())
-    text = f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of 101 coefficients not zero"
-    return text + (f", {n_sds} with a standard deviation" if n_sds else ""), vehicle_card.check(boat)
+    text = (
+        f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of {len(boat.xi)} coefficients"
+    )
+    text += "" if boat.equations.name == DEFAULT else f" of the equations '{boat.equations.name}'"
+    text += " not zero" + (f", {n_sds} with a standard deviation" if n_sds else "")
+    return text, vehicle_card.check(boat)
+
+
+def _equations(path: Path):
+    from bayesub.model.equations import load_equations
+    from bayesub.report.equation_card import EquationCard
+
+    equations = load_equations(path)
+    freedom = f"{equations.degrees_of_freedom} degrees of freedom"
+    text = f"equations '{equations.name}', {len(equations.terms)} terms, {freedom}: {equations.title}"
+    return text, EquationCard(equations)
 
 
 def _study(path: Path):
@@ -114,6 +129,7 @@ def _instruments(path: Path):
 # Key that only files of a kind have -> what a file of that kind is; a study has sensors too, and comes before them.
 _KINDS = {
     "coefficients": _vehicle,
+    "terms": _equations,
     "vehicle": _study,
     "hull": _geometry,
     "kind": _manoeuvre,

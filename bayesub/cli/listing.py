@@ -10,7 +10,7 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.terminal import console
 
-KINDS = ("vehicles", "manoeuvres", "studies")
+KINDS = ("equations", "vehicles", "manoeuvres", "studies")
 
 
 def _kinds(_ctx, _param, incomplete: str) -> list[str]:
@@ -18,13 +18,15 @@ def _kinds(_ctx, _param, incomplete: str) -> list[str]:
 
 
 @click.command("list", epilog="Example: bayesub list vehicles")
-@click.argument("what", default="", metavar="[vehicles|manoeuvres|studies]", shell_complete=_kinds)
+@click.argument("what", default="", metavar="[equations|vehicles|manoeuvres|studies]", shell_complete=_kinds)
 @click.option("--json", "as_json", is_flag=True, help="Names and descriptions as JSON, kind by kind.")
 def list_(what: str, as_json: bool) -> None:
     """List what is built in, and the studies of the folder `studies`."""
     if what and what not in KINDS:
         raise InputError(f"cannot list '{what}'{nearest(what, KINDS)}; expected {', '.join(KINDS)}")
-    entries = {kind: _studies() if kind == "studies" else _built_in(kind) for kind in ([what] if what else KINDS)}
+    listings = {"equations": _equations, "studies": _studies}
+    kinds = [what] if what else KINDS
+    entries = {kind: listings[kind]() if kind in listings else _built_in(kind) for kind in kinds}
     if as_json:
         click.echo(json.dumps(entries, indent=2))
         return
@@ -39,6 +41,19 @@ def _built_in(kind: str) -> dict[str, str]:
     """Name -> description of what is built in."""
     files = toml_files.built_in(kind)
     return {name: toml_files.read_toml_table(path).get("description", "") for name, path in files.items()}
+
+
+def _equations() -> dict[str, str]:
+    """Name -> what each built-in equation set has, and its title."""
+    from bayesub.model.equations import load_equations
+
+    texts = {}
+    for name in toml_files.built_in("equations"):
+        equations = load_equations(name)
+        controls = ", ".join(control.column for control in equations.controls) or "no controls"
+        freedom = f"{equations.degrees_of_freedom} degrees of freedom"
+        texts[name] = f"{len(equations.terms)} terms, {freedom}, {controls}: {equations.title}"
+    return texts
 
 
 def _studies() -> dict[str, str]:

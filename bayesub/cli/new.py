@@ -1,17 +1,30 @@
-"""The commands `new vehicle`, `new geometry` and `new study`."""
+"""The commands `new equations`, `new vehicle`, `new geometry` and `new study`."""
 
 from pathlib import Path
 
 import click
 
-from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE
+from bayesub.cli.arguments import EQUATIONS, MANOEUVRE, PATH, VEHICLE
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import say
 
 
 @click.group(epilog="Example: bayesub new vehicle myboat")
 def new() -> None:
-    """Write a commented template: a vehicle of your own, the geometry of its hull, or a study."""
+    """Write a commented template: equations, a vehicle of your own, the geometry of its hull, or a study."""
+
+
+@new.command(epilog="Example: bayesub new equations mine --from booth")
+@click.argument("name")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
+@click.option("--from", "source", **EQUATIONS, help="Start from a copy of this set (built-in name or TOML).")
+def equations(name: str, output: Path | None, source: str | None) -> None:
+    """Write an equation file with every key and a short set as an example."""
+    from bayesub.study import new_equations
+
+    path = output or Path(f"{name}.toml")
+    text = new_equations.copied(name, source, path) if source else new_equations.template(name)
+    _write(path, text, f"bayesub check says what it has; then bayesub new vehicle NAME --equations {path}")
 
 
 @new.command(epilog="Example: bayesub new vehicle myboat --geometry myboat_hull.toml")
@@ -19,18 +32,25 @@ def new() -> None:
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
 @click.option("--from", "source", **VEHICLE, help="Start from a copy of this vehicle (built-in name or TOML).")
 @click.option("--geometry", type=PATH, metavar="HULL", help="Estimate added masses from this geometry file.")
-def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None) -> None:
-    """Write a vehicle file with every key and all 101 coefficients; what is unknown is zero.
+@click.option("--equations", **EQUATIONS, help="Whose coefficients it has (built-in name or TOML); booth if left out.")
+def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None, equations: str | None) -> None:
+    """Write a vehicle file with every key and all coefficients of its equations; what is unknown is zero.
 
     With a geometry, added masses and what follows from them are estimated, each with its uncertainty and source.
     """
+    from bayesub.model.equations.files import DEFAULT
     from bayesub.model.hulls import load_hull
     from bayesub.study import new_vehicle
 
-    if source and geometry:
-        raise InputError("--from and --geometry exclude each other")
-    text = new_vehicle.copied(name, source) if source else new_vehicle.vehicle(name, geometry and load_hull(geometry))
-    _write(output or Path(f"{name}.toml"), text, "bayesub check says what it lacks")
+    for option, value in (("--geometry", geometry), ("--equations", equations)):
+        if source and value:
+            raise InputError(f"--from and {option} exclude each other")
+    path = output or Path(f"{name}.toml")
+    if source:
+        text = new_vehicle.copied(name, source, path)
+    else:
+        text = new_vehicle.vehicle(name, geometry and load_hull(geometry), equations or DEFAULT, path)
+    _write(path, text, "bayesub check says what it lacks")
 
 
 @new.command(epilog="Example: bayesub new geometry myboat -o myboat_hull.toml")
@@ -69,7 +89,7 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
 
 
 def _write(path: Path, text: str, advice: str) -> None:
-    from bayesub.study.new_vehicle import write_new
+    from bayesub.study.new_files import write_new
 
     write_new(path, text)
     say(f"{path}: {advice}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +18,7 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
 from bayesub.kernels import workspace
 from bayesub.model.equations import EquationSet, load_equations
-from bayesub.model.equations.files import DEFAULT, beside
+from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import directory
 
 if TYPE_CHECKING:
@@ -365,17 +366,24 @@ class Vehicle:
         return frozenset(idle)
 
 
-def load_vehicle(name: str | Path) -> Vehicle:
+def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehicle:
     """Load a built-in vehicle by name or a vehicle file by path.
+
+    Parameters
+    ----------
+    name : str or Path
+        Built-in name, or path.
+    located : callable
+        Where a file is, by its path; a run folder has copies. By default there.
 
     Raises
     ------
     InputError
         With file, key and remedy.
     """
-    path = toml_files.find(str(name), "vehicles")
+    path = toml_files.find(located(str(name)), "vehicles")
     file = toml_files.read_toml(path, VehicleFile)
-    equations = load_equations(beside(path, file.equations))
+    equations = load_equations(beside(str(name), file.equations), located)
     wrong = _misfit(file, equations)
     if wrong:
         raise InputError(f"{path}: {wrong}")
@@ -391,6 +399,12 @@ def load_vehicle(name: str | Path) -> Vehicle:
             "straight flight has a drag (a negative Xuu), and the size of the coefficients"
         )
     return vehicle
+
+
+def files_of_equations(name: str | Path, located: Callable[[str], str] = str) -> list[str]:
+    """The paths of the equation files that a vehicle file names; its parameters are those of :func:`load_vehicle`."""
+    table = toml_files.read_toml_table(toml_files.find(located(str(name)), "vehicles"))
+    return equation_files(beside(str(name), str(table.get("equations", DEFAULT))), located)
 
 
 def _misfit(file: VehicleFile, equations: EquationSet) -> str:

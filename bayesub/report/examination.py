@@ -1,6 +1,5 @@
-"""What an examination of a vehicle gives, and the words that examinations share."""
+"""What an examination of a vehicle gives, and how it writes a coefficient."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from bayesub.model.equations import Term
@@ -43,12 +42,6 @@ class Examination:
     warnings: list[CardWarning] = field(default_factory=list)
     flights: dict[str, Trajectory] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
-
-
-def listed(names: Sequence[str], otherwise: str = "") -> str:
-    """Names as an enumeration, ``Zuw, Zww and Muq``; the words `otherwise` if there are none."""
-    *first, last = names or [otherwise]
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def number_and_unit(value: float, term: Term) -> str:

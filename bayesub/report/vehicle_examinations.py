@@ -7,11 +7,12 @@ the equations which coefficients act in straight flight; what the equations do n
 import numpy as np
 
 from bayesub.io import log_files
+from bayesub.io.words import listed
 from bayesub.kernels import workspace
 from bayesub.model.simulate import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.report.contributions import Contributions, forces, slopes
-from bayesub.report.examination import CardWarning, Examination, listed
+from bayesub.report.examination import CardWarning, Examination
 from bayesub.report.flights import fly, growth, number_or_none, stability_indices, turning_circle
 
 RUDDER_DEG = 15.0
@@ -27,7 +28,8 @@ DIAMETERS = (1.0, 20.0)  # of turning circles with 15 degrees of rudder, ship le
 VELOCITY = log_files.positions("u", "v", "w")  # among the states
 RUDDER, STERN_PLANE = "rudder_deg", "stern_plane_deg"
 PLANAR = "the equations have three degrees of freedom"
-OWN_THRUST = {"du", "uc", "duc"}  # symbols by which the terms of an equation set balance thrust and resistance
+AHEAD = {"u", "V", "U", "du", "uc", "duc"}  # symbols of the speed of boat and propeller
+THRUST = {"du", "uc", "duc"}  # those by which terms of an equation set balance thrust and resistance
 
 
 def balance(boat: Vehicle) -> Examination:
@@ -37,8 +39,8 @@ def balance(boat: Vehicle) -> Examination:
         " + ".join(branch): sum(body[key] for key in branch) * boat.speed_mps**2
         for branch in (("b1", "b2", "b3"), ("b4", "b5", "b6"))
     }
-    surge = [term for term in boat.equations.terms if term.axis == "X"]
-    if not any(thrusts.values()) and any(term.symbols & OWN_THRUST for term in surge):
+    ahead = [term for term in boat.equations.terms if term.axis == "X" and term.symbols <= AHEAD]
+    if not any(thrusts.values()) and any(term.symbols & THRUST for term in ahead):
         reason = "thrust and resistance are terms of the equations"
         return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reason})
     straight = forces(boat)
@@ -117,12 +119,14 @@ def straight_flight(boat: Vehicle) -> Examination:
     }
     off = [f"{strays[key]:.3g} {unit}" for key, (most, unit) in limits.items() if abs(strays[key] or 0.0) > most]
     if off:
-        causes = ["trim (weight and buoyancy, their centres)", *forces(boat).of(*"ZMYNK"), "thrust line"]
+        causes = forces(boat).of(*"ZMYNK")
+        if boat.equations.degrees_of_freedom == 6:
+            causes = ["trim (weight and buoyancy, their centres)", *causes, "thrust line", "torque"]
         warnings.append(
             CardWarning(
                 f"with planes amidships the boat does not fly straight: {', '.join(off)} after {STRAIGHT:g} "
                 "ship lengths",
-                f"look at {listed([*causes, 'torque'])}",
+                f"look at {listed(causes, 'the forces of straight flight')}",
             )
         )
     numbers = {"lengths": STRAIGHT, "speed_ratio": ratio, **strays}

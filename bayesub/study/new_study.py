@@ -1,15 +1,16 @@
 """New study files: of a manoeuvre that is simulated, or of a log."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import log_files, templates, toml_files
+from bayesub.io import log_files, templates
 from bayesub.io.errors import InputError
+from bayesub.model.equations import EquationSet
+from bayesub.model.vehicles import load_vehicle
 from bayesub.problem.nuisance import MOVING
 from bayesub.sensors.sensor import QUANTITIES
-from bayesub.study.new_vehicle import check_name
+from bayesub.study import new_files
 
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 _OVER_GROUND = {"x", "y", "u_ground", "v_ground"}
@@ -44,7 +45,7 @@ def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
         path,
         vehicle,
         what=f"the manoeuvre {manoeuvre}",
-        source=f'manoeuvre = "{_from_file(manoeuvre, path)}"',
+        source=f'manoeuvre = "{new_files.seen_from(path, manoeuvre)}"',
         sensors=_TRACK,
         column="x_m",
         free=manoeuvre if manoeuvre in MOVING else "all",
@@ -59,10 +60,9 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
 
     Planes that rest confine the motion to the horizontal or the vertical; what does not change in it is ignored.
     """
-    log = log_files.read_log(data)
-    moving = {key: np.ptp(np.nan_to_num(log[key])) > 0.0 for key in log_files.CONTROLS if key in log}
-    planes, rudder = moving.get("delta_b") or moving.get("delta_s"), moving.get("delta_r")
-    plane = "all" if planes and rudder else "vertical" if planes else "horizontal"
+    equations = load_vehicle(vehicle).equations
+    log = log_files.read_log(data, [control.column for control in equations.controls])
+    plane = _plane(equations, log)
     changing = MOVING.get(plane, log_files.STATES)
     measured = [
         key for key in log_files.HEADERS if key in log and key in QUANTITIES and np.isfinite(log[key]).sum() >= 3
@@ -70,7 +70,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     of_use = [key for key in measured if QUANTITIES[key].state.removesuffix("dot") in changing]
     if not of_use:
         raise InputError(f"{data}: has no column with three readings or more")
-    source = [f'data = "{_relative(data, path)}"']
+    source = [f'data = "{new_files.relative(path, data)}"']
     if plane != "all":
         source.append(f'subproblem = "{plane}"     # the plane that the boat kept to, by its controls')
     if rest := [f'"{log_files.HEADERS[key]}"' for key in log if key in QUANTITIES and key not in of_use]:
@@ -96,20 +96,29 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     )
 
 
+def _plane(equations: EquationSet, log: dict[str, np.ndarray]) -> str:
+    """The plane of motion of the controls that move: "horizontal", "vertical", or "all" for both."""
+    moving = {
+        control.subproblem
+        for control in equations.controls
+        if control.short in log and np.ptp(np.nan_to_num(log[control.short])) > 0.0
+    }
+    if equations.degrees_of_freedom == 3 or moving <= {"horizontal"}:
+        return "horizontal"
+    return "vertical" if moving == {"vertical"} else "all"
+
+
 def _text(name, path, vehicle, **parts) -> str:
-    check_name(name)
+    new_files.check_name(name)
     return templates.fill(
-        "bayesub.study", "new_study.toml", name=name, file=path, vehicle=_from_file(vehicle, path), **parts
+        "bayesub.study",
+        "new_study.toml",
+        name=name,
+        file=path,
+        vehicle=new_files.seen_from(path, vehicle),
+        example=load_vehicle(vehicle).equations.names[0],
+        **parts,
     )
-
-
-def _from_file(name, path) -> str:
-    """A vehicle or manoeuvre as the study file `path` names it: a built-in name as it is."""
-    return _relative(name, path) if toml_files.is_path(name) else str(name)
-
-
-def _relative(file, path) -> str:
-    return Path(os.path.relpath(file, path.parent)).as_posix()
 
 
 def _scatter(key, log, data) -> float:

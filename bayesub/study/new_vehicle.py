@@ -1,15 +1,16 @@
 """New input files: a vehicle to fill in, with or without estimates from a hull geometry, and a hull geometry."""
 
-import re
+import textwrap
 from pathlib import Path
 
-import tomlkit
+import numpy as np
 
-from bayesub.io import templates, toml_files
-from bayesub.io.atomic import reason
-from bayesub.io.errors import InputError
+from bayesub.io import templates
+from bayesub.io.words import listed
 from bayesub.model.equations import AXES, EquationSet, load_equations
+from bayesub.model.equations.files import DEFAULT
 from bayesub.model.hulls import Hull
+from bayesub.study import new_files
 
 FORCES = {
     "X": "surge force",
@@ -19,48 +20,52 @@ FORCES = {
     "M": "pitch moment",
     "N": "yaw moment",
 }
+N_STATIONS = 21  # along the hull of a geometry
+SYMBOLS = {
+    "nu": "nu = sqrt(v^2 + w^2)",
+    "V": "V = sqrt(u^2 + v^2 + w^2)",
+    "U": "U the speed of trials",
+    "du": "du = u - U with the speed U of trials",
+    "uc": "uc the speed n/k0 of the propeller",
+    "duc": "duc = n/k0 - u",
+    "crossflow_y": "crossflow integrals along the hull",
+}
 
 
-def vehicle(name: str, hull: Hull | None = None, equations: str = "booth") -> str:
-    """The text of a vehicle file with every key; with a `hull`, its dimensions and what is estimated from it."""
-    check_name(name)
+def vehicle(name: str, hull: Hull | None = None, equations: str = DEFAULT, path: Path = Path()) -> str:
+    """The text of a vehicle file with every key.
+
+    Parameters
+    ----------
+    name : str
+        Of the vehicle.
+    hull : Hull, optional
+        Gives its dimensions, and what is estimated from them.
+    equations : str
+        Built-in name, or path of an equation file.
+    path : Path
+        Of the new file, from whose folder an equation file is to be seen.
+    """
+    new_files.check_name(name)
     terms = load_equations(equations)
-    text = templates.fill("bayesub.study", "new_vehicle.toml", name=name, equations=equations, **_body(hull))
+    values = _body(hull) | _words(terms)
+    values["equations"] = new_files.seen_from(path, equations)
+    values["stations"] = _stations(hull) if terms.has_crossflow else {}
+    values["hull_note"] = "" if hull else "; CHANGE: an example"
+    text = templates.fill("bayesub.study", "new_vehicle.toml", name=name, **values)
     return text + _coefficients(terms, {} if hull is None else hull.estimates(terms))
 
 
-def copied(name: str, source: str) -> str:
-    """The text of the vehicle file `source` (built-in name or path) under another name."""
-    check_name(name)
-    path = toml_files.find(source, "vehicles")
-    if "name" not in toml_files.read_toml_table(path):
-        raise InputError(f"{source}: key 'name' is missing")
-    document = tomlkit.parse(toml_files.read_text(path))
-    document["name"] = name
-    return document.as_string()
+def copied(name: str, source: str, path: Path = Path()) -> str:
+    """The text of a vehicle file `path`: the vehicle `source` (built-in name or path) under another name."""
+    new_files.check_name(name)
+    return new_files.copied(name, source, "vehicles", path, "equations")
 
 
 def geometry(name: str) -> str:
     """The text of a hull geometry file with every key."""
-    check_name(name)
+    new_files.check_name(name)
     return templates.fill("bayesub.study", "new_geometry.toml", name=name)
-
-
-def write_new(path: Path, text: str) -> None:
-    """Write `text` to a file that does not exist yet."""
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise InputError(f"{path}: exists already; choose another file with -o") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {reason(error)}") from None
-
-
-def check_name(name: str) -> None:
-    """InputError for a name that cannot be that of a file."""
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name):
-        raise InputError(f"a name is made of letters, digits, '_', '-' and '.', found '{name}'")
 
 
 def _body(hull: Hull | None) -> dict[str, str]:
@@ -78,17 +83,76 @@ def _body(hull: Hull | None) -> dict[str, str]:
     return {key: f"{value:.6g}" for key, value in (values | inertia).items()} | {"note": note}
 
 
+def _words(equations: EquationSet) -> dict:
+    """What the template says of the terms of a set."""
+    dimensional = any(term.unit for term in equations.terms)
+    scale = "all coefficients are non-dimensional on it"
+    force = "Each force is the sum of (rho/2) l^k * coefficient * regressor."
+    if any(term.speed_power for term in equations.terms):
+        force = force.replace("l^k", "l^k U^j")
+    if dimensional:
+        scale = "coefficients without a unit are non-dimensional on it"
+        force += " A coefficient with a unit is multiplied by its regressor alone."
+    ahead = [
+        term for term in equations.terms if term.axis == "X" and term.symbols <= {"u", "V", "U", "du", "uc", "duc"}
+    ]
+    drag = [term.name for term in ahead if term.unit is None and (term.length_power, term.speed_power) == (2, 0)]
+    symbols = {symbol for term in equations.terms for symbol in term.symbols}
+    used = [text for symbol, text in SYMBOLS.items() if symbol in symbols]
+    functions = {factor.function for term in equations.terms for factor in term.parsed.factors}
+    used += ["sgn the sign"] if "sgn" in functions else []
+    velocities = "u v w p q r speeds and rates in m/s and rad/s, dots accelerations"
+    sentence = f"{force} Regressors: {', '.join([velocities, *_controls(equations), *used])}."
+    return {
+        "dimensions": scale,
+        "regressors": "\n".join(textwrap.wrap(sentence, 118, initial_indent="# ", subsequent_indent="# ")),
+        "example": next(
+            (term.name for term in equations.terms if term.axis == "Y" and "v" in term.symbols), equations.names[0]
+        ),
+        "drag": f"-{drag[0]}" if len(drag) == len(ahead) == 1 else "d",
+        "own_thrust": any(term.symbols & {"du", "uc", "duc"} for term in ahead),
+    }
+
+
+def _controls(equations: EquationSet) -> list[str]:
+    """The controls in words, those of one unit together: ``dr ds rudder and stern plane in rad``."""
+    texts = []
+    for suffix, unit in (("_deg", "rad"), ("_n", "N"), ("rpm", "revolutions per minute")):
+        controls = [control for control in equations.controls if control.column.endswith(suffix)]
+        names = [control.column.removesuffix(suffix).replace("_", " ") or "propeller" for control in controls]
+        if controls:
+            texts.append(f"{' '.join(control.symbol for control in controls)} {listed(names)} in {unit}")
+    return texts
+
+
+def _stations(hull: Hull | None) -> dict[str, list[float]]:
+    """The section [hull]: of a hull geometry, or of an example."""
+    if hull is None:
+        x, height, breadth = np.array([[-2.5, -1.5, 2.0, 2.5], [0.0, 0.5, 0.5, 0.0], [0.0, 0.5, 0.5, 0.0]])
+    else:
+        length = hull.file.hull.length_m
+        aft = 0.5 * length * (1.0 + np.cos(np.linspace(0.0, np.pi, N_STATIONS)))  # denser at the ends; tail first
+        x = hull.origin - aft
+        breadth, height = (2.0 * half for half in hull.file.hull.half_widths(aft))
+    return {
+        key: [round(float(value), 5) for value in values]
+        for key, values in (("x_m", x), ("height_m", height), ("breadth_m", breadth))
+    }
+
+
 def _coefficients(equations: EquationSet, estimates) -> str:
-    lines = []
+    lines, width = [], max(10, *map(len, equations.names))
     for axis in AXES:
-        terms = [term for term in equations.terms if term.axis == axis]
-        lines += ["", f"# {axis}, {FORCES[axis]} in {'N' if axis in 'XYZ' else 'N m'}"]
+        terms = [equations.term(name) for name in equations.names_of_axis(axis)]
+        if terms:
+            lines += ["", f"# {axis}, {FORCES[axis]} in {'N' if axis in 'XYZ' else 'N m'}"]
         for term in terms:
             estimate = estimates.get(term.name)
             value, note = "0", ""
             if estimate is not None:
                 value = f"{{ value = {estimate.value:.4g}, sd = {estimate.sd:.2g} }}"
                 note = f"; {estimate.source}"
-            meaning = f"(rho/2) l^{term.length_power} {term.regressor.replace('*', ' ')}"
-            lines.append(f"{term.name:<10} = {value:<{42 if estimates else 12}} # {meaning}{note}")
+            regressor = term.regressor.replace("*", " ")
+            meaning = f"{regressor}, unit {term.unit}" if term.unit else f"{term.scale} {regressor}"
+            lines.append(f"{term.name:<{width}} = {value:<{42 if estimates else 12}} # {meaning}{note}")
     return "\n".join(lines) + "\n"

@@ -58,7 +58,7 @@ def prepare(study: Study) -> Setup:
 def _prepare(study: Study) -> Setup:
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(study.seed).spawn(5)]
     data_rng, guess_rng, *others = streams
-    vehicle = load_vehicle(study.path(study.vehicle))
+    vehicle = load_vehicle(study.vehicle, study.path)
     trials = {}
     for name, trial, sections in study.each_trial():
         with error_source(_label(name)):

@@ -84,7 +84,7 @@ def _saved_study(folder: Path, config: dict) -> Study:
     content = {key: value for key, value in config.items() if key not in COMPUTED}
     study = toml_files.validate(content, Study, str(source))
     digests, places = config.get("files_sha256", {}), {}
-    for name in study.files:
+    for name in dict.fromkeys((*study.files, *digests)):
         digest = digests.get(name, "")
         copy = folder / copy_name(name, digest)
         places[name] = copy if "sources_sha256" in config else Path(name)

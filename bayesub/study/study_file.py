@@ -9,6 +9,7 @@ import pydantic
 from bayesub.io import toml_files
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
+from bayesub.model.vehicles import files_of_equations
 from bayesub.study.prior_section import AnyNoiseSection, PriorSection
 from bayesub.study.provenance import copy_name, environment, file_digest
 from bayesub.study.sensor_section import AnySensorSection
@@ -124,6 +125,7 @@ class Study(TrialKeys):
     quick: dict = pydantic.Field(default_factory=dict)
 
     _source: str = pydantic.PrivateAttr(default="")
+    _folder: Path = pydantic.PrivateAttr(default=Path())
     _places: dict[str, Path] = pydantic.PrivateAttr(default_factory=dict)
     _is_quick: bool = pydantic.PrivateAttr(default=False)
 
@@ -149,8 +151,9 @@ class Study(TrialKeys):
         return self._is_quick
 
     def path(self, name: str) -> str:
-        """Where a file is that the study names (see :meth:`located`); a built-in name as it is."""
-        return str(self._places.get(name, name))
+        """Where a file is that the study or its vehicle names (see :meth:`located`); a built-in name as it is."""
+        place = (self._folder / name).resolve() if toml_files.is_path(name) else name
+        return str(self._places.get(name, place))
 
     @property
     def source(self) -> str:
@@ -161,6 +164,7 @@ class Study(TrialKeys):
         """The same study, read from `source`, whose files are at `places` (name in the study -> path)."""
         study = self.model_copy()
         study._source, study._places, study._is_quick = str(source), places, quick
+        study._folder = source.parent.resolve()
         return study
 
     def each_trial(self) -> Iterator[tuple[str, TrialKeys, tuple]]:
@@ -185,11 +189,14 @@ class Study(TrialKeys):
         return content | {"files_sha256": self._digests()} | environment(quick=self.is_quick)
 
     def copies(self) -> dict[str, Path]:
-        """What a run folder keeps of the files that the study names: place in the folder -> file."""
+        """What a run folder keeps of the files that the study and its vehicle name: place in the folder -> file."""
         return {copy_name(name, digest): Path(self.path(name)) for name, digest in self._digests().items()}
 
     def _digests(self) -> dict[str, str]:
-        return {name: file_digest(Path(self.path(name))) for name in self.files}
+        """File that the study names, or its vehicle -> digest."""
+        digests = {name: file_digest(Path(self.path(name))) for name in self.files}
+        equations = files_of_equations(self.vehicle, self.path)
+        return digests | {name: file_digest(Path(self.path(name))) for name in equations}
 
 
 def load_study(path: str | Path, *, quick: bool = False) -> Study:

@@ -159,9 +159,8 @@ def _controls(log, columns, vehicle, path, max_gap):
         if name in log:
             given = np.isfinite(log[name])
             if given.sum() < 2:
-                raise InputError(
-                    f"{path}: control column '{log_files.HEADERS.get(name, name)}' needs two cells at least; delete it if unused"
-                )
+                column = log_files.HEADERS.get(name, name)
+                raise InputError(f"{path}: control column '{column}' needs two cells at least; delete it if unused")
             cells[name] = log["time"][given], log[name][given]
     for name in (
         name for name in log_files.CONTROLS if name in log and name not in columns and np.nansum(np.abs(log[name]))

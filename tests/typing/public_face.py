@@ -12,6 +12,14 @@ def version() -> str:
     return bs.__version__
 
 
+def equations() -> bs.EquationSet:
+    """Equation sets, by name and by file."""
+    terms: bs.EquationSet = bs.load_equations(Path("mine.toml"))
+    names: tuple[str, ...] = terms.active(subproblem="horizontal")
+    print(names, terms.label(names[0]), terms.term(names[0]).unit)
+    return bs.load_equations("booth")
+
+
 def boats() -> tuple[bs.Vehicle, bs.Manoeuvre]:
     """Vehicles and manoeuvres, by name and by file."""
     boat: bs.Vehicle = bs.load_vehicle(Path("boat.toml"))

@@ -118,7 +118,8 @@ class Term:
         """What makes the coefficient dimensional, such as ``(rho/2) l^3 U^-1``, or the unit that it has."""
         if self.unit is not None:
             return self.unit
-        return f"(rho/2) l^{self.length_power}" + (f" U^{self.speed_power}" if self.speed_power else "")
+        speed = {0: "", 1: " U"}.get(self.speed_power, f" U^{self.speed_power}")
+        return f"(rho/2) l^{self.length_power}{speed}"
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -87,8 +88,15 @@ class EquationFile(Section):
         return controls
 
 
-def load_equations(name: str | Path) -> EquationSet:
+def load_equations(name: str | Path, located: Callable[[str], str] = str) -> EquationSet:
     """Load a built-in equation set by name or an equation file by path.
+
+    Parameters
+    ----------
+    name : str or Path
+        Built-in name, or path.
+    located : callable
+        Where a file is, by its path; a run folder has copies. By default there.
 
     Raises
     ------
@@ -96,19 +104,44 @@ def load_equations(name: str | Path) -> EquationSet:
         With file, key and remedy: a term that is given twice or depends linearly on others, an unknown symbol, a
         coefficient whose powers make no force.
     """
-    path = toml_files.find(str(name), "equations")
-    return _load(path, toml_files.read_text(path))
+    files, base = _extended(str(name), located), None
+    for path, text in reversed(files.values()):
+        base = _load(path, text, base)
+    return base
+
+
+def equation_files(name: str | Path, located: Callable[[str], str] = str) -> list[str]:
+    """The paths of the files that a set is read from, those that it extends included; none for a built-in set.
+
+    Parameters are those of :func:`load_equations`.
+    """
+    return [file for file in _extended(str(name), located) if toml_files.is_path(file)]
+
+
+def _extended(name: str, located: Callable[[str], str]) -> dict[str, tuple[Path, str]]:
+    """Name -> file and text, of a set and of those that it extends, one after the other."""
+    files: dict[str, tuple[Path, str]] = {}
+    while True:
+        path = toml_files.find(located(name), "equations")
+        files[name] = path, toml_files.read_text(path)
+        file = _read(*files[name])
+        if file.extends is None:
+            return files
+        name = beside(name, file.extends)
+        if file.extends == file.name or Path(located(name)).resolve() in {path.resolve() for path, _ in files.values()}:
+            raise InputError(f"{path}: extends: a set cannot extend itself")
 
 
 @functools.lru_cache(maxsize=64)
-def _load(path: Path, _text: str) -> EquationSet:
-    """The set of a file; its text is asked for so that a changed file is read again."""
-    file = toml_files.read_toml(path, EquationFile)
-    base = None
-    if file.extends is not None:
-        if file.extends == file.name or (toml_files.is_path(file.extends) and Path(beside(path, file.extends)) == path):
-            raise InputError(f"{path}: extends: a set cannot extend itself")
-        base = load_equations(beside(path, file.extends))
+def _read(path: Path, _text: str) -> EquationFile:
+    """The content of a file; its text is asked for so that a changed file is read again."""
+    return toml_files.read_toml(path, EquationFile)
+
+
+@functools.lru_cache(maxsize=64)
+def _load(path: Path, text: str, base: EquationSet | None) -> EquationSet:
+    """The set of a file that extends `base`."""
+    file = _read(path, text)
     try:
         equations = _built(file, base)
         _check_scales(equations)
@@ -118,9 +151,9 @@ def _load(path: Path, _text: str) -> EquationSet:
     return equations
 
 
-def beside(path: Path, name: str) -> str:
+def beside(path: str | Path, name: str) -> str:
     """A built-in name as it is, the path of a file as seen from the folder of another file."""
-    return str(path.parent / name) if toml_files.is_path(name) else name
+    return (Path(path).parent / name).as_posix() if toml_files.is_path(name) else name
 
 
 def _built(file: EquationFile, base: EquationSet | None) -> EquationSet:
