@@ -54,6 +54,11 @@ def with_unit(column: str) -> str:
     return " ".join(words) + trial
 
 
+def powers(unit: str) -> str:
+    """A unit such as ``kg m^2`` with raised powers."""
+    return unit.translate({ord("^"): None, ord("2"): "²", ord("3"): "³", ord("4"): "⁴", ord("5"): "⁵"})
+
+
 def plain(text: str) -> str:
     """A text of a user's, none of which is a formula."""
     return text.replace("$", r"\$")

@@ -65,6 +65,10 @@ def _turn_title(circle) -> str:
 
 def _draw_dive(axes, card):
     boat, answer = card.vehicle, card.numbers["stern_plane"]
+    if "stern_plane" in card.numbers.get("skipped", {}):
+        axes["pitch"].axis("off")
+        axes["depth"].axis("off")
+        return
     axes["pitch"].set_ylabel("pitch\n(deg)")
     axes["pitch"].tick_params(labelbottom=False)
     axes["depth"].set(ylabel="deeper\n(ship lengths)", xlabel="ship lengths at trial speed")
@@ -88,8 +92,12 @@ def _draw_coefficients(figure, boat):
     sizes = np.abs([boat.xi, *others.values()])
     positive = np.clip(sizes[sizes > 0.0], SMALLEST, LARGEST) if sizes.any() else np.ones(1)
     bottom, top = 10.0 ** np.floor(np.log10(positive.min()) - 1.0), 3.0 * positive.max()
-    panels = figure.subplots(2, 3, sharey=True)
-    for axis, panel in zip(AXES, panels.flat, strict=True):
+    axes = [axis for axis in AXES if equations.names_of_axis(axis)]
+    n_rows = 2 if len(axes) > 3 else 1
+    panels = figure.subplots(n_rows, -(-len(axes) // n_rows), sharey=True, squeeze=False)
+    for panel in panels.flat[len(axes) :]:
+        panel.axis("off")
+    for axis, panel in zip(axes, panels.flat, strict=False):
         rows = equations.columns(equations.names_of_axis(axis))
         places = np.arange(len(rows))
         for name, xi in others.items():
@@ -107,13 +115,14 @@ def _draw_coefficients(figure, boat):
         panel.plot(places[zero], np.full(zero.sum(), 2.0 * bottom), "x", ms=4, color=style.NULL, ls="", label="zero")
         panel.set_yscale("log")
         panel.set_ylim(bottom, top)
-        panel.set_xlim(-0.7, max(len(rows), 1) - 0.3)
+        panel.set_xlim(-0.7, len(rows) - 0.3)
         names = [
-            f"{term.name} ({term.unit})" if term.unit else term.name for term in (equations.terms[k] for k in rows)
+            f"{term.name} ({style.powers(term.unit)})" if term.unit else term.name
+            for term in (equations.terms[k] for k in rows)
         ]
         panel.set_xticks(places, [style.plain(name) for name in names], rotation=90, fontsize=7.5)
         panel.grid(axis="x", visible=False)
     for panel in panels[:, 0]:
         panel.set_ylabel("size of coefficient")
-    handles, labels = panels[0, 1].get_legend_handles_labels()
+    handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=6, fontsize=8)

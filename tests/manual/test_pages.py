@@ -110,7 +110,7 @@ def test_the_table_of_terms_is_that_of_the_code():
         for axis, power, terms in rows
         for name, regressor in re.findall(r"(\w+): `(.*?)`", terms)
     ]
-    assert shown == [(t.name, t.axis, t.power, t.regressor) for t in TERMS]
+    assert shown == [(t.name, t.axis, t.length_power, t.regressor) for t in TERMS]
     assert list(dict.fromkeys(axis for axis, *_ in rows)) == list(AXES)
 
 

@@ -1,5 +1,6 @@
 """Every kind of figure is drawn once for PNG and PDF, and its axes say quantity and unit."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy import special
 
 from bayesub.identifiability.fisher import Spectrum
 from bayesub.model.coefficients import EQUATIONS
+from bayesub.model.equations import load_equations
 from bayesub.plots import (
     calibration,
     cancellation,
@@ -160,6 +162,24 @@ FIGURES = {
     draw_directions: ("prior standard deviations along the unit direction (8 largest entries)",),
     draw_corner: (),
 }
+
+
+def test_labels_and_borders_are_those_of_the_set():
+    """Of names that do not begin with their axis, too; what is no coefficient is told by name and unit."""
+    remus = load_equations("remus")
+    assert coefficients.labels(["Yuv", "yaw0_deg"], EQUATIONS) == ["$Y'_{uv}$", "yaw0 (deg)"]
+    assert coefficients.labels(["Yuv", "yaw0_deg"], remus) == ["$Y_{uv}$", "yaw0 (deg)"]
+    assert coefficients.borders(NAMES, EQUATIONS) == [1, 2, 3]
+    named = {"a": "X", "b": "X", "c": "Y"}
+    terms = tuple(replace(remus.terms[k], name=name, axis=axis) for k, (name, axis) in enumerate(named.items()))
+    assert coefficients.borders(tuple(named), replace(remus, terms=terms)) == [2]
+
+
+def test_a_regressor_without_a_subscript_is_written_as_in_its_file():
+    term = replace(EQUATIONS.term("Nuv"), label="$C_1$")
+    some = replace(EQUATIONS, terms=(term, EQUATIONS.term("Nur")))
+    assert collinearity._regressor("Nuv", some) == "u*v"
+    assert collinearity._regressor("Nur", some) == "$ur$"
 
 
 @pytest.fixture

@@ -286,3 +286,23 @@ def test_a_report_is_written_twice_alike_and_as_pdf_on_demand(problem, tmp_path)
     assert {file.stem for file in (tmp_path / "one").glob("*.png")} == set(FIGURES)
     assert not list((tmp_path / "one").glob("*.pdf"))
     assert {file.stem for file in (tmp_path / "two").glob("*.pdf")} == set(FIGURES)
+
+
+def test_units_are_where_values_are(problem, numbers, page):
+    """Coefficients without one are called non-dimensional, those of another set have theirs in the table."""
+    assert numbers["coefficients"] == "non-dimensional coefficients"
+    assert all(row["unit"] is None for row in numbers["parameters"])
+    assert all("unit" not in row for row in numbers["nuisance"])
+    assert "Changes of the non-dimensional coefficients along which" in page
+    boat = bs.load_vehicle("remus100")
+    turn = bs.load_manoeuvre("turning_circle", boat)
+    given = {"free": ("Xuu", "Yuv", "Nuv"), "dt": 0.05}
+    problem = posed(bs.simulate(boat, turn, dt=0.05), **given)
+    posterior = posterior_of(problem, np.random.default_rng(1))
+    spectrum = identifiability.fisher(problem, posterior.best)
+    results = report.Results(problem, [], spectrum, posterior, None, np.random.default_rng(1))
+    dimensional = report.numbers_of(results) | {"name": "turn", "question": "", "seconds": {}}
+    assert [row["unit"] for row in dimensional["parameters"]] == ["kg/m", "kg/m", "kg"]
+    words = page_of(dimensional)
+    assert "<td>Nuv (kg)</td>" in words
+    assert "Changes of the coefficients (each in its unit) along which" in words

@@ -13,12 +13,17 @@ from hypothesis import strategies as st
 
 import bayesub as bs
 from bayesub.io import toml_files
+from bayesub.io.log_files import VELOCITIES
 from bayesub.kernels import workspace
 from bayesub.model.coefficients import EQUATIONS, INDEX, NAMES
+from bayesub.plots import style
 from bayesub.plots import vehicle_card as vehicle_plot
-from bayesub.report.coefficient_examinations import negative, pairs, typical_ranges
+from bayesub.report.coefficient_examinations import negative, pairs, sizes_and_signs, typical_ranges
+from bayesub.report.contributions import slopes
 from bayesub.report.flights import fly, growth, stability_indices, turning_circle
 from bayesub.report.vehicle_card import check
+from bayesub.report.vehicle_examinations import balance, dive, turn
+from bayesub.study import new_equations, new_vehicle
 
 
 def changed(vehicle, **values):
@@ -154,11 +159,12 @@ def test_planted_faults_of_the_body(suboff, entry, value, words):
 
 def test_typical_ranges():
     """Every built-in coefficient is in its range, and a coefficient that no boat has has none."""
-    ranges = typical_ranges(EQUATIONS)
     for name in toml_files.built_in("vehicles"):
-        sizes = np.abs(bs.load_vehicle(name).xi)
+        boat = bs.load_vehicle(name)
+        ranges, sizes = typical_ranges(boat.equations), np.abs(boat.xi)
         used = sizes > 0
         assert np.all((sizes >= ranges[:, 0]) & (sizes <= ranges[:, 1]) | ~used)
+    ranges = typical_ranges(EQUATIONS)
     assert np.isnan(ranges[INDEX["Nu_absr_dr"]]).all()
 
 
@@ -298,3 +304,119 @@ def test_every_built_in_vehicle_is_drawn_beside_another(suboff, tmp_path, monkey
     monkeypatch.setattr(vehicle_plot, "load_vehicle", lambda name: names.append(name) or bs.load_vehicle("npsauv"))
     check(suboff).draw(tmp_path / "card.png")
     assert set(names) == {*files, "fourth"} - {"suboff"}
+
+
+@pytest.mark.parametrize("name", ["suboff", "remus100", "mariner", "npsauv_crossflow"])
+def test_slopes_are_those_of_the_forces(name):
+    """By central differences with two steps, which tells the slope of v from the size of v |v|."""
+    boat = bs.load_vehicle(name)
+    zero = np.zeros(len(boat.equations.controls) + 1)
+    zero[-1] = boat.speed_mps
+    for variable, axis in (("v", "Y"), ("v", "N"), ("r", "Y"), ("r", "N"), ("rudder_deg", "N")):
+
+        def force(step, variable=variable, axis=axis):
+            states, controls = np.zeros((1, 12)), zero[None].copy()
+            states[0, 6] = boat.speed_mps
+            if variable in VELOCITIES:
+                states[0, 6 + VELOCITIES.index(variable)] = step
+            else:
+                controls[0, boat.equations.control(variable, "test")] = step
+            columns = boat.equations.regressors(states, np.zeros((1, 6)), controls, boat.constants)[axis][0]
+            k = boat.equations.columns(boat.equations.names_of_axis(axis))
+            return boat.xi[k] * boat.dimensional_factors[k] @ columns
+
+        def slope(step, force=force):
+            return (force(step) - force(-step)) / (2.0 * step)
+
+        step = 1e-4 * boat.speed_mps / (boat.length_m if variable == "r" else 1.0)
+        expected = 2.0 * slope(step) - slope(2.0 * step)
+        assert slopes(boat, variable).values[axis] == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_index_of_a_ship_whose_coefficients_contain_the_mass():
+    """G_h = 1 - Nv Yr / (Yv Nr), and of the two sides of zero the motion knows the same one."""
+    ship = bs.load_vehicle("mariner")
+    yv, yr, nv, nr = (ship.xi[ship.equations.index[name]] for name in ("Yv", "Yr", "Nv", "Nr"))
+    assert stability_indices(ship) == {"horizontal_G_h": pytest.approx(1.0 - nv * yr / (yv * nr), rel=1e-12)}
+    for factor in (0.9, 1.1):
+        xi = ship.xi.copy()
+        xi[ship.equations.index["Nv"]] = factor * yv * nr / yr
+        other = replace(ship, xi=xi)
+        assert stability_indices(other)["horizontal_G_h"] == pytest.approx(1.0 - factor, abs=1e-12)
+        assert (growth(other) > 1e-4) == (factor > 1.0)
+
+
+def test_a_ship_has_no_vertical_examination():
+    card = check(bs.load_vehicle("mariner"))
+    assert card.numbers["stern_plane"] is card.numbers["hydrostatics"] is card.numbers["thrust_over_drag"] is None
+    assert set(card.numbers["skipped"]) == {"stern_plane", "hydrostatics", "thrust_over_drag"}
+    assert list(card.numbers["zero_coefficients"]) == ["X", "Y", "N"]
+    assert list(card.numbers["mass_matrix"]["radii_of_gyration_lengths"]) == ["Izz"]
+    assert card.numbers["mass_matrix"]["added_mass_differences"].keys() == {"Yrdot-Nvdot"}
+    lines = "\n".join(card.lines())
+    assert "stern planes      not examined: the equations have three degrees of freedom" in lines
+    assert "G_v" not in lines
+    assert "look at Y0 and N0" in lines
+    json.dumps(card.to_json(), allow_nan=False)
+
+
+def test_the_card_of_a_boat_with_units():
+    card = check(bs.load_vehicle("remus100"))
+    assert card.numbers["thrust_over_drag"]["above_self_propulsion"] == pytest.approx(3.86 / (1.62 * 1.54**2), rel=1e-6)
+    assert "skipped" not in card.numbers
+    values = {"Nrdot": 40.0, "Nvdot": 5.0, "Xuu": -0.01}
+    boat = bs.load_vehicle("remus100")
+    xi = boat.xi.copy()
+    xi[boat.equations.columns(values)] = list(values.values())
+    texts = [f"{w.text}; {w.remedy}" for w in check(replace(boat, xi=xi)).warnings]
+    for words in (
+        "Yrdot = 1.93 kg m, Nvdot = 5 kg m",
+        "Xuu = -0.01 kg/m is out of the ordinary: built-in boats have 1.6 to 1.6; check that it is in kg/m",
+        "times the drag of 0.02372 N; scale the thrust",
+        "added mass has the wrong sign: Nrdot positive",
+    ):
+        assert any(words in text for text in texts), texts
+
+
+def test_a_control_that_the_equations_do_not_have_is_not_tried(tmp_path):
+    """The flights are left out in words, before anything is flown."""
+    path = tmp_path / "few.toml"
+    path.write_text(
+        new_equations.template("few").replace("rudder_deg", "fin_deg").replace("stern_plane_deg", "tab_deg")
+    )
+    boat_file = tmp_path / "boat.toml"
+    boat_file.write_text(new_vehicle.vehicle("boat", equations=str(path), path=boat_file))
+    boat = bs.load_vehicle(boat_file)
+    assert turn(boat).skipped == {"turning_circle": "the equations 'few' know no rudder_deg"}
+    assert dive(boat).skipped == {"stern_plane": "the equations 'few' know no stern_plane_deg"}
+    texts = [f"{w.text}; {w.remedy}" for w in (*balance(boat).warnings, *sizes_and_signs(boat).warnings)]
+    assert texts[0] == "the boat has no drag: Xuu is zero; set Xuu, and b1 + b2 + b3 = b4 + b5 + b6 = -Xuu with it"
+    assert texts[1].startswith("no added mass: Xudot, Yvdot, Zwdot, Kpdot, Mqdot, Nrdot zero")
+    assert len(texts) == 2  # nothing is said of sizes: no built-in vehicle has these equations
+
+
+def test_coefficients_that_take_energy_in_other_sets():
+    remus, abkowitz = (negative(bs.load_equations(name)) for name in ("remus", "abkowitz"))
+    assert remus["drag"] == ["Xuu"]
+    assert remus["damping"] == ["Yvv", "Yuv", "Zww", "Zuw", "Kpp", "Mqq", "Muq", "Nrr", "Nur"]
+    assert abkowitz["drag"] == ["Xdd"]
+    assert abkowitz["damping"] == ["Xu", "Yv", "Yvvv", "Nr"]
+    assert abkowitz["added mass"] == ["Xudot", "Yvdot", "Nrdot"]
+
+
+@pytest.mark.parametrize(("name", "n_panels"), [("remus100", 6), ("mariner", 3), ("npsauv_crossflow", 6)])
+def test_cards_of_other_sets_are_drawn(name, n_panels, tmp_path, monkeypatch):
+    """A panel for each axis that has terms, boats of the same equations beside it, units at the names."""
+    figures = []
+    make = style.Figure
+    monkeypatch.setattr(style, "Figure", lambda **options: figures.append(make(**options)) or figures[-1])
+    check(bs.load_vehicle(name)).draw(tmp_path / "card.png")
+    below = figures[0].subfigs[1]
+    shown = [axis for axis in below.axes if axis.axison]
+    assert len(shown) == n_panels
+    words = {label.get_text() for axis in shown for label in axis.get_xticklabels()}
+    assert len(words) == len(bs.load_vehicle(name).xi)
+    assert ("Kpp (kg m²)" in words) == (name == "remus100")
+    others = {text.get_text() for text in below.legends[0].get_texts()}
+    assert ("phoenix" in others) == (name == "npsauv_crossflow")
+    assert "suboff" not in others

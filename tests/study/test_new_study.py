@@ -7,7 +7,7 @@ import pytest
 
 import bayesub as bs
 from bayesub.io import toml_files
-from bayesub.study import new_study
+from bayesub.study import new_equations, new_study, new_vehicle
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 
@@ -81,3 +81,31 @@ def test_the_noise_that_the_template_advises_is_accepted(tmp_path, manoeuvre, co
         text = text.replace(f"# {line}", line)
     path.write_text(text)
     assert prepare(load_study(path)).study.noise[column].dof == 4.0
+
+
+def log_of(path, *columns):
+    """A log in which these controls move, and x too."""
+    rows = [f"{k},{k % 7},{','.join([str(k % 3)] * len(columns))}" for k in range(30)]
+    path.write_text("\n".join([f"time_s,x_m,{','.join(columns)}", *rows]) + "\n")
+    return path
+
+
+def test_the_controls_of_the_equations_decide_the_plane(tmp_path):
+    """A ship stays in the horizontal one; a control whose plane nobody knows may act in both."""
+    path = tmp_path / "study.toml"
+    path.write_text(new_study.of_log("study", path, "mariner", log_of(tmp_path / "log.csv", "rudder_deg")))
+    assert load_study(path).subproblem == load_study(path).free.coefficients == "horizontal"
+    assert "# Xu = {" in path.read_text()
+    (tmp_path / "few.toml").write_text(new_equations.template("few").replace("# t1 =", "t1 ="))
+    boat = tmp_path / "boat.toml"
+    boat.write_text(new_vehicle.vehicle("boat", equations=str(tmp_path / "few.toml"), path=boat))
+    for columns, plane in (
+        (("rudder_deg",), "horizontal"),
+        (("stern_plane_deg",), "vertical"),
+        (("rudder_deg", "thruster_1_n"), "all"),
+        (("thruster_1_n",), "all"),
+        (("rudder_deg", "stern_plane_deg"), "all"),
+    ):
+        path.write_text(new_study.of_log("study", path, str(boat), log_of(tmp_path / "log.csv", *columns)))
+        assert load_study(path).free.coefficients == plane
+        assert (load_study(path).subproblem or "all") == plane

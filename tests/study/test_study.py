@@ -19,9 +19,9 @@ from bayesub.sampling import posterior_file
 from bayesub.study import infer
 from bayesub.study import prepare as preparation
 from bayesub.study.prepare import prepare
-from bayesub.study.redraw import redraw
+from bayesub.study.redraw import _saved_study, redraw
 from bayesub.study.result import load_result
-from bayesub.study.run_folder import open_folder
+from bayesub.study.run_folder import open_folder, saved_config
 from bayesub.study.study_file import load_study
 
 SMALL = """
@@ -344,6 +344,58 @@ def test_a_file_that_the_study_names_makes_a_run_stale(with_files, tmp_path):
     with_files.write_text(with_files.read_text().replace("seed = 3", "seed = 4"))
     with pytest.raises(bs.InputError, match="seed was 3 and is now 4"):
         bs.run(with_files, folder, resume=True)
+
+
+@pytest.fixture
+def with_equations(with_files):
+    """The study whose vehicle names equations in another folder, a file that extends a copy of `booth`."""
+    folder = with_files.parent / "sets"
+    folder.mkdir()
+    (folder / "base.toml").write_bytes(toml_files.built_in("equations")["booth"].read_bytes())
+    (folder / "mine.toml").write_text('name = "mine"\ntitle = ""\nextends = "base.toml"\n[terms.X]\n')
+    boat = with_files.parent / "beside" / "boat.toml"
+    boat.write_text('equations = "../sets/mine.toml"\n' + boat.read_text())
+    return with_files
+
+
+def test_the_equation_files_of_a_vehicle_are_among_those_of_its_study(with_equations, tmp_path):
+    """Also those that they extend; a change of either makes a run stale."""
+    study = load_study(with_equations)
+    names = ["beside/../sets/mine.toml", "beside/../sets/base.toml"]
+    assert list(study.config()["files_sha256"])[-2:] == names
+    assert {path.name for path in study.copies().values()} >= {"mine.toml", "base.toml"}
+    folder = tmp_path / "run"
+    with open_folder(folder, study.config(), study.copies()):
+        pass
+    base = with_equations.parent / "sets" / "base.toml"
+    base.write_text(base.read_text().replace("surge force of drift, to either side", "drag of drift"))
+    with pytest.raises(bs.InputError, match=r"cannot be resumed: beside/../sets/base.toml has changed since"):
+        bs.run(with_equations, folder, resume=True)
+    (with_equations.parent / "sets" / "mine.toml").unlink()
+    with pytest.raises(bs.InputError, match=r"sets/mine.toml: cannot be read: no such file"):
+        load_study(with_equations).config()
+
+
+def test_a_vehicle_whose_set_is_built_in_has_no_file_of_equations(with_files):
+    assert list(load_study(with_files).config()["files_sha256"]) == load_study(with_files).files
+
+
+def test_a_run_with_equations_of_its_own_is_prepared_from_what_its_folder_keeps(with_equations, tmp_path):
+    """Far from where the files were, from their copies side by side."""
+    folder = tmp_path / "elsewhere" / "run"
+    study = load_study(with_equations)
+    with open_folder(folder, study.config(), study.copies()):
+        pass
+    for name in ("sets", "beside"):
+        shutil.rmtree(with_equations.parent / name)
+    saved = _saved_study(folder, saved_config(folder))
+    boat = bs.load_vehicle(saved.vehicle, saved.path)
+    assert (boat.name, boat.equations.name) == ("auv690", "mine")
+    assert boat.equations.names == bs.load_equations("booth").names
+    (copy,) = (folder / "inputs").glob("*-base.toml")
+    copy.write_text("")
+    with pytest.raises(bs.InputError, match=r"base.toml has changed since the run"):
+        _saved_study(folder, saved_config(folder))
 
 
 @pytest.mark.usefixtures("few_figures")
