@@ -3,6 +3,7 @@
 import os
 import sys
 import tomllib
+from concurrent import futures
 
 # Before NumPy is loaded: threads of BLAS in several test processes wait for one another in busy loops, which made
 # tests of small matrices take up to ten times as long.
@@ -22,7 +23,10 @@ from bayesub.kernels import compilation
 def pytest_configure(config):
     """Compile the kernels before tests are shared out to processes, each of which would do it for itself."""
     if not hasattr(config, "workerinput") and config.getoption("numprocesses", None):
-        compilation.ensure()
+        # What all equations share first, and then those of most tests, each in a process of its own.
+        compilation.ensure("from bayesub.kernels import first_calls; first_calls.call_all()", "noise")
+        with futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(bs.load_vehicle("suboff").kernels, (None, "horizontal", "vertical")))
 
 
 @pytest.fixture

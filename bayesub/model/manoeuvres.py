@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.io import log_files, toml_files
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, error_source
 from bayesub.model.manoeuvre_files import ManoeuvreFile, RandomFile, read_manoeuvre, straight_and_level
 from bayesub.model.vehicles import Vehicle
 
@@ -72,7 +72,8 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
     path = toml_files.find(str(name), "manoeuvres")
     if path.suffix.lower() == ".csv":
         return _from_csv(path, vehicle)
-    return _build(read_manoeuvre(path), vehicle)
+    with error_source(str(path)):
+        return _build(read_manoeuvre(path), vehicle)
 
 
 def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes: object) -> Manoeuvre:

@@ -6,7 +6,7 @@ from support.toys import Banana
 
 import bayesub as bs
 from bayesub.identifiability import fisher, null_space, profile, rank
-from bayesub.model.coefficients import ADDED_MASSES, HORIZONTAL
+from bayesub.model.coefficients import ADDED_MASSES, HORIZONTAL, NAMES
 from bayesub.model.linear_form import linear_systems, stacked
 
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=5.0, channels=("x", "y", "yaw"))
@@ -76,7 +76,7 @@ def test_trials_together(suboff, problem):
     other = posed(suboff, zigzag, bs.simulate(suboff, zigzag, dt=0.5))
     joint = bs.JointProblem({"spiral": problem, "zigzag": other})
     mean = joint.prior.mean
-    both = rank(stacked([one.linear_systems(mean) for one in (problem, other)]), prefer=ADDED_MASSES)
+    both = rank(stacked([one.linear_systems(mean) for one in (problem, other)], NAMES), prefer=ADDED_MASSES)
     null = null_space(joint, mean)
     assert {axis: r.summary() for axis, r in null.ranks.items()} == {axis: r.summary() for axis, r in both.items()}
     assert fisher(joint, mean).n_null == len(null) > 0

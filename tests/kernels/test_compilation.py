@@ -15,14 +15,17 @@ from bayesub.kernels import compilation
 from bayesub.model import closed_loop
 from bayesub.sampling import polynomial
 
+NAME = "equations"
+
 
 @pytest.fixture
 def fresh(monkeypatch, tmp_path):
     """A process that has not compiled yet, with an empty cache; forget() makes it another such process."""
-    monkeypatch.setattr(compilation, "integrate", SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path))))
+    serial = SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)))
+    monkeypatch.setattr(compilation, "gathered", SimpleNamespace(variants=(serial,)))
     monkeypatch.delenv("BAYESUB_COMPILING", raising=False)
     monkeypatch.setattr(numba.config, "DISABLE_JIT", False)
-    forget = lambda: monkeypatch.setattr(compilation.ensure, "done", False)  # noqa: E731
+    forget = lambda: monkeypatch.setattr(compilation, "_done", set())  # noqa: E731
     forget()
     return SimpleNamespace(cache=tmp_path, forget=forget)
 
@@ -35,15 +38,24 @@ def test_once_for_an_installation(fresh):
     """The script runs in a process that knows that it compiles, and later processes see the stamp that it left."""
     path = fresh.cache / "runs"
     for _ in range(3):
-        compilation.ensure(script(path))
+        compilation.ensure(script(path), NAME)
         fresh.forget()
     assert path.read_text() == "1"
     assert len(list(fresh.cache.glob("compiled-*"))) == 1
 
 
+def test_once_for_each_equations(fresh):
+    """Other equations have a script and a stamp of their own."""
+    path = fresh.cache / "runs"
+    for name in ("equations", "others", "equations"):
+        compilation.ensure(script(path), name)
+    assert path.read_text() == "11"
+    assert len(list(fresh.cache.glob("compiled-*"))) == 2
+
+
 def test_failure_does_no_harm(fresh):
     """A script that fails leaves no stamp; the kernels are then compiled where they are used."""
-    compilation.ensure("raise SystemExit(3)")
+    compilation.ensure("raise SystemExit(3)", NAME)
     assert not list(fresh.cache.glob("compiled-*"))
 
 
@@ -52,7 +64,7 @@ def test_another_processor_is_another_installation(fresh, monkeypatch):
     path = fresh.cache / "runs"
     for processor in ("haswell", "skylake"):
         monkeypatch.setattr(compilation, "_processor", lambda name=processor: name)
-        compilation.ensure(script(path))
+        compilation.ensure(script(path), NAME)
         fresh.forget()
     assert path.read_text() == "11"
     assert len({stamp.name for stamp in fresh.cache.glob("compiled-*")}) == 2
@@ -69,7 +81,7 @@ def test_another_processor_is_another_installation(fresh, monkeypatch):
 def test_not_in_the_process_that_compiles(fresh, monkeypatch):
     """There it would go on for ever."""
     monkeypatch.setenv("BAYESUB_COMPILING", "1")
-    compilation.ensure(script(fresh.cache / "runs"))
+    compilation.ensure(script(fresh.cache / "runs"), NAME)
     assert not list(fresh.cache.iterdir())
 
 
@@ -84,12 +96,12 @@ def test_a_study_compiles_nothing_else():
 def test_whoever_flies_asks_for_compiled_kernels(monkeypatch, suboff):
     """A closed loop is flown before there is a simulator, and so are accelerations."""
     asked = []
-    monkeypatch.setattr(compilation, "ensure", lambda: asked.append(1))
-    flight = closed_loop.Flight(suboff, 1.0, np.zeros((3, 3)), np.eye(12)[6] * 7.5)
+    monkeypatch.setattr(compilation, "ensure", lambda _, name: asked.append(name))
+    flight = closed_loop.Flight(suboff, "vertical", 1.0, np.zeros((3, 3)), np.eye(12)[6] * 7.5)
     flight.hold({}, 1)
-    assert len(asked) == 1
+    assert asked == [suboff.kernels("vertical").package] * 2
     bs.accelerations(suboff, np.eye(12)[6:7] * 7.5, np.zeros((1, 3)), 80.0)
-    assert len(asked) == 2
+    assert asked[2:] == [suboff.kernels().package] * 2
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")

@@ -9,9 +9,7 @@ from hypothesis import strategies as st
 from support import slow_twin
 
 import bayesub as bs
-from bayesub.kernels.dynamics import euler_derivative
-from bayesub.kernels.mass import inverse, mass_matrix
-from bayesub.kernels.workspace import LANES, N_ROWS
+from bayesub.kernels.workspace import LANES
 from bayesub.model.coefficients import ADDED_MASSES, AXES, NAMES, names_of_axis
 from bayesub.model.simulate import Simulator
 
@@ -58,12 +56,12 @@ def test_full_boat_has_nothing_zero(full):
 def test_mass_matrix_is_what_accelerations_cost(full, boat):
     """M is the left-hand side less the added-mass terms, column by column."""
     expected = slow_twin.mass_matrix(boat)
-    found = mass_matrix(full.xi * full.dimensional_factors, full.body)
-    np.testing.assert_allclose(found, expected, rtol=4e-15, atol=0)  # one product and one sum an entry
+    np.testing.assert_allclose(full.mass_matrix, expected, rtol=4e-15, atol=0)  # one product and one sum an entry
 
 
-def test_inverse_of_a_small_matrix(rng):
+def test_inverse_of_a_small_matrix(full, rng):
     """Gauss-Jordan inverts also where a pivot on the diagonal is zero, and marks a singular matrix as not finite."""
+    inverse = full.kernels().mass.inverse
     matrix = rng.standard_normal((6, 6))
     matrix[0, 0] = matrix[3, 3] = 0.0
     np.testing.assert_allclose(inverse(matrix) @ matrix, np.eye(6), atol=1e-13 * np.linalg.cond(matrix))
@@ -123,9 +121,10 @@ def test_forces_superpose(full, motions, rng):
 
 def kinematics(attitude, velocity, body_rates):
     """Rates of position and of the Euler angles, of a massless boat."""
-    work = np.zeros((N_ROWS, LANES))
+    kernels = bs.load_vehicle("suboff").kernels()
+    work = np.zeros((kernels.layout.N_ROWS, LANES))
     work[:12, 0] = np.concatenate([np.zeros(3), attitude, velocity, body_rates])
-    return np.array(euler_derivative(work.ravel(), 0, 0, 0.0, 0.0, 0.0, 0.0))[:6]
+    return np.array(kernels.dynamics.euler_derivative(work.ravel(), 0, 0))[:6]
 
 
 angles = st.floats(-3.0, 3.0)

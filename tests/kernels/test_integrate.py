@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from support.motions import smooth_manoeuvre
 
-from bayesub import kernels
-from bayesub.kernels import integrate
+from bayesub.kernels import noise
 from bayesub.kernels.workspace import LANES
 from bayesub.model.coefficients import INDEX
 from bayesub.model.simulate import STATUS, Simulator
@@ -169,9 +168,17 @@ def test_a_batch_that_fails_whole_ends(full, simulator, sets):
     assert np.isfinite(states[:, 1]).all()
 
 
-def test_kernels_are_cached_under_a_digest_of_all_kernel_sources():
+def test_kernels_are_cached_under_a_digest_of_all_kernel_sources(suboff):
     """numba looks at a kernel's own file only, and kernels have functions of other files inlined."""
-    sources = b"".join(path.read_bytes() for path in sorted(Path(kernels.__file__).parent.glob("*.py")))
+    folder = Path(noise.__file__).parent
+    sources = b"".join(path.read_bytes() for path in sorted(folder.glob("*.py")))
     digest = hashlib.sha256(sources).hexdigest()[:12]
-    for kernel in (integrate.integrate, integrate.integrate_parallel, integrate.body_accelerations):
-        assert kernel.py_func.__qualname__.endswith(digest)
+    assert noise.gathered.variants[0].py_func.__qualname__.endswith(digest)
+    for subproblem in (None, "horizontal"):
+        family = suboff.kernels(subproblem)
+        forces = Path(family.hydrodynamics.__file__).read_bytes()
+        shared = b"".join(path.read_bytes() for path in sorted((folder / "motion").glob("*.py")))
+        of_family = hashlib.sha256(digest.encode() + shared + forces).hexdigest()[:12]
+        kernels = family.integrate
+        for kernel in (kernels.integrate, kernels.integrate_parallel, kernels.body_accelerations):
+            assert kernel.py_func.__qualname__.endswith(f"{digest}_{of_family}")

@@ -9,7 +9,7 @@ from scipy import integrate, optimize
 import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.model import added_mass as am
-from bayesub.model.coefficients import INDEX, NAMES
+from bayesub.model.coefficients import EQUATIONS, INDEX, NAMES
 
 # Length over breadth, k1, k2, k' (Lamb, Hydrodynamics, article 115).
 LAMB = [
@@ -163,7 +163,7 @@ def test_water_frozen_to_the_hull_moves_like_mass(motions, vehicle_with):
     content["body"]["mass_kg"] = 8000.0
     content["propulsion"]["b"] = [0.0] * 9
     solid = vehicle_with(content)
-    frozen = am.coefficients_of(np.diag([3000.0] * 3 + [4e3, 3e4, 2e4])) / solid.dimensional_factors
+    frozen = am.coefficients_of(np.diag([3000.0] * 3 + [4e3, 3e4, 2e4]), EQUATIONS) / solid.dimensional_factors
     content["coefficients"] = dict(zip(NAMES, map(float, frozen), strict=True))
     content["body"] |= {"mass_kg": 5000.0, "inertia_kgm2": {"Ixx": 5e3, "Iyy": 2e4, "Izz": 5e4}}
     thawed = vehicle_with(content)
@@ -177,7 +177,7 @@ def test_ideal_fluid_does_no_work_on_steady_motion(rng):
     for i, j, value in ((1, 5, 0.2), (2, 4, -0.15), (1, 3, 0.04), (3, 5, 0.01)):
         added[i, j] = added[j, i] = value
     velocities = rng.standard_normal((40, 6))
-    xi = am.coefficients_of(added)
+    xi = am.coefficients_of(added, EQUATIONS)
     columns = bs.regressors(np.hstack([np.zeros((40, 6)), velocities]), np.zeros((40, 6)), np.zeros((40, 3)))
     forces = [columns[axis] @ [xi[INDEX[n]] for n in bs.coefficients.names_of_axis(axis)] for axis in "XYZKMN"]
     work = np.sum(np.transpose(forces) * velocities, axis=1)
@@ -186,7 +186,7 @@ def test_ideal_fluid_does_no_work_on_steady_motion(rng):
 
 def test_munk_moment():
     """A body at an angle to its way turns broadside on: Nuv = -(A22 - A11), Muw = A33 - A11 (Munk 1924)."""
-    xi = am.coefficients_of(np.diag([0.1, 2.0, 1.8, 0.0, 0.0, 0.0]))
+    xi = am.coefficients_of(np.diag([0.1, 2.0, 1.8, 0.0, 0.0, 0.0]), EQUATIONS)
     assert xi[INDEX["Nuv"]] == pytest.approx(-1.9)
     assert xi[INDEX["Muw"]] == pytest.approx(1.7)
 
@@ -197,7 +197,7 @@ def test_the_derived_coefficients_of_suboff(suboff):
     for name in bs.coefficients.ADDED_MASSES:
         place = "XYZKMN".index(name[0]), "uvwpqr".index(name[1])
         added[place] = -suboff.xi[INDEX[name]]
-    found = am.coefficients_of(0.5 * (added + added.T))
+    found = am.coefficients_of(0.5 * (added + added.T), EQUATIONS)
     for name in (
         "Xvr",
         "Xwq",

@@ -9,15 +9,14 @@ import pytest
 from support import slow_twin
 
 import bayesub as bs
-from bayesub.model import generate_kernel
 from bayesub.model.coefficients import (
     ADDED_MASSES,
     AXES,
+    EQUATIONS,
     HORIZONTAL,
     NAMES,
     TERMS,
     VERTICAL,
-    active_coefficients,
     columns,
     names_of_axis,
 )
@@ -56,12 +55,9 @@ def test_dimensions():
     for term in TERMS:
         symbols = re.findall(r"[a-z]+", re.sub(r"sgn\([a-z]+\)|abs", "", term.regressor))
         # rho l^2 (m/s)^2 is a force, and a rate is a velocity over a length; moments have one length more.
-        assert term.power + sum(lengths.get(symbol, 0) for symbol in symbols) == 4 + (term.axis in "KMN"), term.name
-
-
-def test_generated_kernel_is_current():
-    """hydrodynamics.py is what the table generates."""
-    assert generate_kernel.TARGET.read_text() == generate_kernel.source()
+        assert term.length_power + sum(lengths.get(symbol, 0) for symbol in symbols) == 4 + (term.axis in "KMN"), (
+            term.name
+        )
 
 
 def test_regressors_times_coefficients_are_the_forces(full, boat, motions, rng):
@@ -108,25 +104,25 @@ def test_labels(name, label):
 
 def test_which_coefficients_play_a_part(suboff, spiral):
     """Those in the equations of the sub-problem, of planes that move, and that are not zero: in that order asked."""
-    assert active_coefficients() == NAMES
+    assert EQUATIONS.active() == NAMES
     for subproblem, names in (("horizontal", HORIZONTAL), ("vertical", VERTICAL)):
-        assert active_coefficients(subproblem=subproblem) == names
+        assert EQUATIONS.active(subproblem=subproblem) == names
     resting = replace(spiral, controls=spiral.controls * [1, 0, 1])
     assert not resting.controls[:, 2].any()
     of_planes = {name for name in NAMES if "_db" in name or "_ds" in name}
     assert len(of_planes) == 8
-    assert set(active_coefficients(None, resting)) == set(NAMES) - of_planes
+    assert set(EQUATIONS.active(None, resting)) == set(NAMES) - of_planes
     zero = {name for name, value in zip(NAMES, suboff.xi, strict=True) if value == 0}
-    assert set(active_coefficients(suboff, resting)) == set(NAMES) - of_planes - zero
-    assert active_coefficients(suboff, spiral, "horizontal") == tuple(n for n in HORIZONTAL if n not in zero)
+    assert set(EQUATIONS.active(suboff, resting)) == set(NAMES) - of_planes - zero
+    assert EQUATIONS.active(suboff, spiral, "horizontal") == tuple(n for n in HORIZONTAL if n not in zero)
 
 
 def test_all_ask_the_same(full, coupled):
     """Vehicle, simulator, linear form and problem agree on which coefficients play a part."""
     for subproblem in ("horizontal", "vertical", None):
         flown = replace(coupled, subproblem=subproblem, controls=coupled.controls * [1, 0, 1])
-        names = set(active_coefficients(full, flown, subproblem))
-        in_equations = set(active_coefficients(subproblem=subproblem))
+        names = set(EQUATIONS.active(full, flown, subproblem))
+        in_equations = set(EQUATIONS.active(subproblem=subproblem))
         track = bs.simulate(full, flown, dt=0.5, sample=1.0)
         assert {name for name, xi in zip(NAMES, full.restricted(subproblem).xi, strict=True) if xi} == in_equations
         assert {NAMES[k] for k in np.flatnonzero(track.simulator.dimensional(full.xi)[0])} == in_equations

@@ -6,7 +6,7 @@ import tomli_w
 
 from bayesub import InputError
 from bayesub.model import added_mass as am
-from bayesub.model.coefficients import ADDED_MASSES, INDEX, TERMS, dimensional_factors
+from bayesub.model.coefficients import ADDED_MASSES, EQUATIONS, INDEX, TERMS
 from bayesub.model.hull_files import HullFile
 from bayesub.model.hulls import Hull, load_hull
 
@@ -20,8 +20,8 @@ def hull_of(hull, *fins, **others) -> Hull:
 
 def dimensional(hull: Hull, name: str) -> float:
     """An estimate per water density, m^3 and so on."""
-    factors = dimensional_factors(hull.file.hull.length_m, hull.file.water_density_kgm3)
-    return hull.estimates[name].value * factors[INDEX[name]] / hull.file.water_density_kgm3
+    factors = EQUATIONS.factors(hull.file.hull.length_m, hull.file.water_density_kgm3, 1.0)
+    return hull.estimates(EQUATIONS)[name].value * factors[INDEX[name]] / hull.file.water_density_kgm3
 
 
 def test_an_ellipsoid_is_lambs():
@@ -37,8 +37,8 @@ def test_an_ellipsoid_is_lambs():
     inertia = volume / 5.0 * np.array([b**2 + c**2, a**2 + c**2, a**2 + b**2])
     for name, factor in zip(("Kpdot", "Mqdot", "Nrdot"), turned * inertia, strict=True):
         assert dimensional(hull, name) == pytest.approx(-factor, rel=1e-6)
-    assert {"Yrdot", "Nvdot", "Zqdot", "Mwdot"} <= hull.estimates.keys()  # zero, but not certainly
-    assert hull.estimates["Yrdot"].value == 0.0
+    assert {"Yrdot", "Nvdot", "Zqdot", "Mwdot"} <= hull.estimates(EQUATIONS).keys()  # zero, but not certainly
+    assert hull.estimates(EQUATIONS)["Yrdot"].value == 0.0
 
 
 @pytest.mark.parametrize("slenderness", [10.0, 30.0, 100.0])
@@ -60,9 +60,9 @@ def test_symmetry_leaves_nothing_that_is_not_there():
     """A body of revolution with a cross of fins has no Kvw, Kqr, Kvdot; a sail makes them."""
     round_hull = hull_of(TORPEDO, TAIL)
     for name in ("Kvw", "Kqr", "Kvdot", "Krdot", "Ypdot", "Xrp"):
-        assert name not in round_hull.estimates
+        assert name not in round_hull.estimates(EQUATIONS)
     sail = {"name": "sail", "from_m": 1.5, "to_m": 2.0, "top_m": 0.6}
-    with_sail = hull_of(TORPEDO, TAIL, sail).estimates
+    with_sail = hull_of(TORPEDO, TAIL, sail).estimates(EQUATIONS)
     assert with_sail["Kvdot"].value < 0.0
     assert with_sail["Kvdot"].value == with_sail["Ypdot"].value
     assert with_sail["Krdot"].value < 0.0  # ahead of the centre
@@ -108,7 +108,7 @@ def test_suboff_from_its_outline(suboff):
         {"name": "stern", "from_m": 3.83, "to_m": 4.02, "top_m": 0.26, "bottom_m": 0.26, "side_m": 0.26},
     ]
     scaled = [{k: v if k == "name" else v * scale for k, v in fin.items()} for fin in fins]
-    estimates = hull_of({"shape": "torpedo"} | {k: v * scale for k, v in sizes.items()}, *scaled).estimates
+    estimates = hull_of({"shape": "torpedo"} | {k: v * scale for k, v in sizes.items()}, *scaled).estimates(EQUATIONS)
     for name in (
         "Xudot",
         "Yvdot",

@@ -19,7 +19,7 @@ def imported(statement):
 def test_modules_that_describe():
     """Vehicles, hulls, manoeuvres, sensors, records, nuisance parameters and logs."""
     modules = [f"model.{name}" for name in ("coefficients", "vehicles", "manoeuvres", "manoeuvre_files", "trajectory")]
-    modules += [f"model.{name}" for name in ("closed_loop", "hulls", "hull_files", "added_mass", "generate_kernel")]
+    modules += [f"model.{name}" for name in ("closed_loop", "hulls", "hull_files", "added_mass", "linear_form")]
     modules += ["io.toml_files", "io.log_files", "io.errors", "kernels.workspace", "kernels.actuators"]
     modules += ["sensors", "sensors.measurement", "sensors.measured_motion", "sensors.presets", "problem.nuisance"]
     assert imported("import " + ", ".join(f"bayesub.{module}" for module in modules)) == []
@@ -31,7 +31,7 @@ def test_modules_that_describe():
         "import bayesub as bs; boat = bs.load_vehicle('suboff'); bs.load_manoeuvre('horizontal', boat)",
         "from bayesub.model.manoeuvre_files import read_manoeuvre; from bayesub.io import toml_files;"
         "[read_manoeuvre(toml_files.find(name, 'manoeuvres')) for name in toml_files.built_in('manoeuvres')]",
-        "import bayesub as bs; bs.sensors.autosub(); bs.coefficients.active_coefficients(subproblem='vertical')",
+        "import bayesub as bs; bs.sensors.autosub(); bs.load_vehicle('suboff').equations.active(subproblem='vertical')",
         "import numpy as np, bayesub as bs; bs.regressors(np.ones((2, 12)), np.ones((2, 6)), np.ones((2, 3)))",
     ],
 )

@@ -373,7 +373,7 @@ def test_steps_file(tmp_path, suboff):
         ("time_s = [10, 50]", "time_s = [-1, 50]", "time_s must ascend from zero or later"),
         ("rudder_deg = [5, 0]", "rudder_deg = [5]", "rudder_deg has 1 entries, time_s has 2"),
         ("rudder_deg = [5, 0]", "", "at least one of rudder_deg"),
-        ("rudder_deg = [5, 0]", "ruder_deg = [5, 0]", "unknown key 'demands.ruder_deg': did you mean 'rudder_deg'"),
+        ("rudder_deg = [5, 0]", "ruder_deg = [5, 0]", "unknown control 'ruder_deg': did you mean 'rudder_deg'"),
         ("rudder_deg = [5, 0]", "rudder_deg = [5, nan]", "key 'demands.rudder_deg.1'"),
         ("duration_s = 100.0", "duration_s = -1", "key 'duration_s'"),
         ("duration_s = 100.0", "", "key 'duration_s' is missing"),

@@ -5,6 +5,7 @@ import pytest
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton
+from bayesub.model.coefficients import NAMES
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.priors import normal, relative_normal
@@ -92,7 +93,7 @@ def test_null_directions_of_two_trials_are_those_of_both(suboff, spiral_track):
     """The linear forms stand one below the other: their null space is the intersection, and columns add."""
     zigzag = bs.simulate(suboff, bs.load_manoeuvre("zigzag_20_20", suboff), dt=0.5)
     first, second = linear_systems(spiral_track), linear_systems(zigzag)
-    both = stacked([first, second])
+    both = stacked([first, second], NAMES)
     for axis, system in both.items():
         lengths = [np.linalg.norm(systems[axis].matrix, axis=0) for systems in (first, second)]
         np.testing.assert_allclose(np.linalg.norm(system.matrix, axis=0), np.hypot(*lengths), rtol=1e-12)
@@ -101,7 +102,7 @@ def test_null_directions_of_two_trials_are_those_of_both(suboff, spiral_track):
         np.testing.assert_allclose(system.matrix @ xi, system.load, atol=1e-9 * scale)
     alone = [bs.identifiability.rank(systems)["N"].null_dimension for systems in (first, second)]
     assert bs.identifiability.rank(both)["N"].null_dimension <= min(alone)
-    assert stacked([first]) is first
+    assert stacked([first], NAMES) is first
 
 
 def test_a_joint_problem_has_the_methods_of_a_problem(trials, rng):

@@ -6,13 +6,14 @@ the kernels that got further signatures.
 
 import importlib
 import pkgutil
+import sys
 
 import numba
 import numpy as np
 
 import bayesub as bs
 from bayesub import kernels
-from bayesub.kernels import first_calls
+from bayesub.kernels.jit import FAMILY
 from bayesub.model.linear_form import linear_systems
 from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownSd
 from bayesub.report.flights import growth
@@ -20,15 +21,20 @@ from bayesub.sensors import DVL, INS, Track, modified
 from bayesub.sensors.measured_motion import measure
 
 
-def signatures() -> set[tuple[str, str]]:
-    """Name and signature of each compiled function of the kernels."""
-    modules = [
-        importlib.import_module(f"bayesub.kernels.{found.name}") for found in pkgutil.iter_modules(kernels.__path__)
-    ]
+def signatures() -> set[tuple[str, str, str]]:
+    """Module, name and signature of each compiled function of the kernels, those of all families included."""
+    for module in pkgutil.iter_modules(kernels.__path__):
+        importlib.import_module(f"bayesub.kernels.{module.name}")
+    names = [name for name in sys.modules if name.startswith(("bayesub.kernels.", FAMILY))]
+    modules = [sys.modules[name] for name in names]
     functions = [value for module in modules for value in vars(module).values()]
     functions += [variant for function in functions for variant in getattr(function, "variants", ())]
     compiled = [function for function in functions if isinstance(function, numba.core.dispatcher.Dispatcher)]
-    return {(function.__name__, str(signature)) for function in compiled for signature in function.signatures}
+    return {
+        (function.__module__, function.__name__, str(signature))
+        for function in compiled
+        for signature in function.signatures
+    }
 
 
 def study() -> None:
@@ -38,6 +44,7 @@ def study() -> None:
         flown = bs.load_manoeuvre(name, boat)
         track = bs.simulate(boat, flown, dt=1.0, sample=1.0)
         bs.simulate(boat, flown, dt=1.0, sample=1.0, attitude="quaternion")
+        bs.simulate(boat, flown, dt=1.0, sample=1.0, subproblem=None)
         linear_systems(track)
     linear_systems(measure(track, velocity_resolution=0.01))
     growth(boat)
@@ -68,7 +75,9 @@ def study() -> None:
 
 
 if __name__ == "__main__":
-    first_calls.call_all()
+    boat = bs.load_vehicle("suboff")
+    for subproblem in (None, *boat.equations.subproblems):
+        boat.kernels(subproblem).first_calls.call_all()
     before = signatures()
     study()
     print(*sorted(signatures() - before), sep="\n")

@@ -223,8 +223,11 @@ class EquationSet:
         """Position among the controls of the one in a column of a log; InputError if the set has none."""
         columns = [control.column for control in self.controls]
         if column not in columns:
-            listed = f"they have {', '.join(columns)}" if columns else "they have no controls"
-            raise InputError(f"{wanted_by}: the equations '{self.name}' know no {column}; {listed}")
+            listed = ", ".join(columns) or "no controls"
+            suggestion = nearest(column, columns) or "."
+            raise InputError(
+                f"{wanted_by}: unknown control '{column}'{suggestion} The equations '{self.name}' have {listed}"
+            )
         return columns.index(column)
 
     def columns(self, names: Iterable[str]) -> np.ndarray:

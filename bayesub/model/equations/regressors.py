@@ -39,8 +39,9 @@ _DIMENSIONS |= dict.fromkeys(ACCELERATIONS[:3], (1, -2)) | dict.fromkeys(ACCELER
 _DIMENSIONS |= dict.fromkeys(CROSSFLOW[:2], (4, -2)) | dict.fromkeys(CROSSFLOW[2:], (5, -2))
 
 SYMBOLS = tuple(_DIMENSIONS)
+_NEVER_NEGATIVE = ("nu", "V", "U")
 
-_FACTOR = re.compile(r"(?:(abs|sgn)\(([A-Za-z]\w*)\)|([A-Za-z]\w*)|(1))(?:\^(-?\d+))?")
+_FACTOR = re.compile(r"(?:(abs|sgn)\(([A-Za-z]\w*)\)|([A-Za-z]\w*)|(1))(?:\^(-?\d+))?", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,8 @@ class Regressor:
         for factor in self.factors:
             step = {"": 1, "abs": 1, "sgn": 0, "inverse": -1}[factor.function]
             powers[factor.symbol] = powers.get(factor.symbol, 0) + step
-            signs[factor.symbol] = (signs.get(factor.symbol, 0) + (factor.function in ("abs", "sgn"))) % 2
+            odd = factor.function in ("abs", "sgn") and factor.symbol not in _NEVER_NEGATIVE
+            signs[factor.symbol] = (signs.get(factor.symbol, 0) + odd) % 2
         return tuple(
             sorted((symbol, power, signs[symbol]) for symbol, power in powers.items() if power or signs[symbol])
         )
@@ -143,7 +145,7 @@ def parse(text: str, controls: Iterable[str]) -> Regressor:
             what = f"'{part.strip()}' is no factor" if part.strip() else "a factor is missing"
             raise ValueError(f"'{text}': {what}; a regressor is a product such as u*abs(r)*dr or v^3")
         function, inner, bare, one, power = match.groups()
-        symbol, power = inner or bare, int(power or 1)
+        symbol, power = inner or bare, int((power or "1")[:4])  # more digits are beyond every bound
         if not one and symbol not in symbols:
             raise ValueError(f"'{text}': unknown symbol '{symbol}'{nearest(symbol, symbols)}")
         if not abs(power) <= MAX_POWER or power == 0 or (power < 0 and (symbol != "V" or function)):
