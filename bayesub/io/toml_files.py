@@ -190,7 +190,7 @@ def _wrong_kind(key: str, error: dict) -> str:
 
 
 def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:
-    """The keys of pydantic's `location`, without the tags of unions, and the keys valid where it ends."""
+    """The keys of pydantic's `location`, without the tags of unions, and the keys valid where it ends, if not any."""
     keys, models, free = [], [model], False  # free: any key may follow
     for part in location[:-1]:
         fields = [] if free else [m.model_fields[part].annotation for m in models if part in m.model_fields]
@@ -199,7 +199,7 @@ def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[st
         free = any(typing.get_origin(annotation) is dict for annotation in fields)
         if fields:
             models = [section for annotation in fields for section in _sections(annotation)]
-    return [*keys, *map(str, location[-1:])], [key for m in models for key in m.model_fields]
+    return [*keys, *map(str, location[-1:])], [] if free else [key for m in models for key in m.model_fields]
 
 
 def _sections(annotation) -> list[type[Section]]:

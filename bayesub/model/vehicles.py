@@ -14,7 +14,7 @@ import pydantic
 from pydantic_core import PydanticCustomError
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, error_source, nearest
 from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
 from bayesub.kernels import workspace
 from bayesub.model.equations import EquationSet, load_equations
@@ -383,7 +383,8 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
     """
     path = toml_files.find(located(str(name)), "vehicles")
     file = toml_files.read_toml(path, VehicleFile)
-    equations = load_equations(beside(str(name), file.equations), located)
+    with error_source(f"{path}: equations"):
+        equations = load_equations(beside(str(name), file.equations), located)
     wrong = _misfit(file, equations)
     if wrong:
         raise InputError(f"{path}: {wrong}")

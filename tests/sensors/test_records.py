@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.io.log_files import read_log, write_log
+from bayesub.io.log_files import ACCELERATIONS, read_log, write_log
 from bayesub.sensors import ADCP, INS, Channel, Compass, Record, Sensor, Track, modified
 
 
@@ -46,7 +46,7 @@ def test_missing_cells_are_missing_readings(tmp_path, spiral_track, rng, everyth
 def test_a_track_file_is_a_record_with_its_controls_left_out(tmp_path, spiral_track):
     """What `simulate` writes is read with sensors for its motion; rudder, planes and rpm need none."""
     spiral_track.save(tmp_path / "track.csv")
-    ins = INS(sd_degps=0.1, sd_mps2=0.1, sd_degps2=0.1, channels=("p", "q", "r", *bs.coefficients.ACCELERATIONS))
+    ins = INS(sd_degps=0.1, sd_mps2=0.1, sd_degps2=0.1, channels=("p", "q", "r", *ACCELERATIONS))
     record = Record.load(tmp_path / "track.csv", [Track(0.5, 0.1), ADCP(sd_mps=0.1), ins])
     assert len(record.channels) == 18
     np.testing.assert_allclose(record.channels[5].values, spiral_track.states[0, :, 5], rtol=1e-11, atol=1e-13)

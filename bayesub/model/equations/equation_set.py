@@ -64,9 +64,8 @@ class Control:
 
     @property
     def dimension(self) -> tuple[int, int]:
-        """Powers of metres and seconds per (rho/2): of a force, of an angle, of revolutions."""
-        unit = self.column.rpartition("_")[2]
-        return {"n": (4, -2), "rpm": (0, -1)}.get(unit, (0, 0))
+        """Powers of metres and seconds: those of revolutions; an angle has none."""
+        return (0, -1) if self.column.endswith("rpm") else (0, 0)
 
 
 @dataclass(frozen=True)

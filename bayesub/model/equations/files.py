@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import keyword
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -12,27 +13,33 @@ import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError
-from bayesub.io.log_files import VELOCITIES
+from bayesub.io.errors import InputError, error_source
+from bayesub.io.log_files import STATES, VELOCITIES
 from bayesub.io.toml_files import Section
+from bayesub.kernels import workspace
 from bayesub.model.equations.equation_set import AXES, Control, EquationSet, Term
 from bayesub.model.equations.regressors import SYMBOLS, Factor, Regressor, parse
 
 DEFAULT = "booth"
 UNITS = ("deg", "n", "rpm")  # of controls: an angle, a force in newton, revolutions a minute
-_N_SAMPLES = 400  # random motions on which terms are compared
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-_RESERVED = {*VELOCITIES, *SYMBOLS, *AXES, "rho", "abs", "sgn", "sqrt", "inverse", "work", "i", "control", "row", "slopes"}
-_RESERVED |= {"x", "y", "z", "height", "breadth", "crossflow", "nu_v", "nu_w", "V_u", "V_v", "V_w", "inverse_V"}
+MAX_TERMS = 200  # of an axis
+_N_SAMPLES = 2 * MAX_TERMS  # random motions on which terms are compared
+_MAX_POWER = 50  # of length and speed, beyond those of any product that can be written
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
+# What coefficients and controls cannot be called: symbols, other parameters of a motion, and words of the kernels.
+_RESERVED = {*VELOCITIES, *SYMBOLS, *workspace.BODY, *(f"{state}0" for state in STATES), *AXES, *keyword.kwlist}
+_RESERVED |= {"rho", "abs", "sgn", "sqrt", "inverse", "work", "i", "control", "row", "slopes", "LANES", "COEFFICIENTS"}
+_RESERVED |= {"x", "y", "z", "height", "breadth", "crossflow"}
+_RESERVED_BEGIN = re.compile(r"(?:[XYZKMN]|nu|V|[yz]|inverse|crossflow|external)_")  # of names in the kernels
 
 
 class TermSection(Section):
     """A term: its coefficient is non-dimensional by powers of length and speed, or has a unit."""
 
     regressor: str
-    length_power: int | None = pydantic.Field(default=None, ge=0, le=9)
-    speed_power: int = pydantic.Field(default=0, ge=-9, le=9)
-    unit: str | None = None
+    length_power: int | None = pydantic.Field(default=None, ge=-_MAX_POWER, le=_MAX_POWER)
+    speed_power: int = pydantic.Field(default=0, ge=-_MAX_POWER, le=_MAX_POWER)
+    unit: str | None = pydantic.Field(default=None, min_length=1)
     label: str = pydantic.Field(min_length=1)
     meaning: str = pydantic.Field(min_length=1)
 
@@ -62,7 +69,7 @@ class AxesSection(Section):
 class EquationFile(Section):
     """The content of an equation file."""
 
-    name: str = pydantic.Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    name: str = pydantic.Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)
     title: str
     description: str = ""
     reference: str = ""
@@ -78,7 +85,7 @@ class EquationFile(Section):
     @classmethod
     def _known_units(cls, controls: dict[str, str]) -> dict[str, str]:
         for symbol, column in controls.items():
-            if not _NAME.fullmatch(symbol) or symbol in _RESERVED:
+            if not _NAME.fullmatch(symbol) or symbol in _RESERVED or _RESERVED_BEGIN.match(symbol):
                 raise ValueError(f"'{symbol}' cannot name a control; choose another symbol, such as dr")
             unit = "rpm" if column == "rpm" else column.rpartition("_")[2]
             if not _NAME.fullmatch(column) or unit not in UNITS or column == unit != "rpm":
@@ -128,8 +135,11 @@ def _extended(name: str, located: Callable[[str], str]) -> dict[str, tuple[Path,
         if file.extends is None:
             return files
         name = beside(name, file.extends)
-        if file.extends == file.name or Path(located(name)).resolve() in {path.resolve() for path, _ in files.values()}:
-            raise InputError(f"{path}: extends: a set cannot extend itself")
+        with error_source(f"{path}: extends"):
+            chain = [path for path, _ in files.values()]
+            base = toml_files.find(located(name), "equations")
+            if base.resolve() in {path.resolve() for path in chain}:
+                raise InputError(f"a set cannot extend itself ({' extends '.join(p.name for p in (*chain, base))})")
 
 
 @functools.lru_cache(maxsize=64)
@@ -144,6 +154,7 @@ def _load(path: Path, text: str, base: EquationSet | None) -> EquationSet:
     file = _read(path, text)
     try:
         equations = _built(file, base)
+        _check_motions(equations)
         _check_scales(equations)
         _check_independence(equations)
     except ValueError as error:
@@ -161,8 +172,15 @@ def _built(file: EquationFile, base: EquationSet | None) -> EquationSet:
     for symbol, column in file.controls.items():
         if controls.get(symbol, Control(symbol, column)).column != column:
             raise ValueError(f"controls.{symbol}: is '{controls[symbol].column}' in '{base.name}'")
+        if any(other.column == column and other.symbol != symbol for other in controls.values()):
+            raise ValueError(f"controls.{symbol}: '{column}' has another symbol in '{base.name}'")
         controls[symbol] = Control(symbol, column)
     inherited = {term.name: term for term in base.terms} if base else {}
+    values = {key: getattr(file, key) for key in ("degrees_of_freedom", "rigid_body_terms", "speed", "stations")}
+    if base:
+        values |= {key: getattr(base, key) for key in values if key not in file.model_fields_set}
+        if values["speed"] != base.speed and any(term.speed_power for term in base.terms):
+            raise ValueError(f"speed: is '{base.speed}' in '{base.name}', whose terms have powers of it")
     terms = []
     for axis in AXES:
         terms += [term for term in inherited.values() if term.axis == axis]
@@ -171,7 +189,9 @@ def _built(file: EquationFile, base: EquationSet | None) -> EquationSet:
                 raise ValueError(f"terms.{axis}.{name}: cannot name a coefficient; use letters, digits and underscores")
             if any(term.name == name for term in (*terms, *inherited.values())):
                 raise ValueError(f"terms.{axis}.{name}: is given twice; give one of the two another name")
-            terms.append(_term(name, axis, section, file.speed, controls))
+            terms.append(_term(name, axis, section, values["speed"], controls))
+        if sum(term.axis == axis for term in terms) > MAX_TERMS:
+            raise ValueError(f"terms.{axis}: there are more than {MAX_TERMS}")
     if not terms:
         raise ValueError('terms: there are none; add some, such as [terms.X] Xuu = { regressor = "u*u", .. }')
     return EquationSet(
@@ -181,10 +201,7 @@ def _built(file: EquationFile, base: EquationSet | None) -> EquationSet:
         reference=file.reference,
         terms=tuple(terms),
         controls=tuple(controls.values()),
-        degrees_of_freedom=file.degrees_of_freedom,
-        rigid_body_terms=file.rigid_body_terms,
-        speed=file.speed,
-        stations=file.stations,
+        **values,
     )
 
 
@@ -203,12 +220,30 @@ def _term(name: str, axis: str, section: TermSection, speed: str, controls) -> T
     )  # fmt: skip
 
 
+def _check_motions(equations: EquationSet) -> None:
+    """ValueError for a term of heave, roll or pitch in a set of three degrees of freedom."""
+    if equations.degrees_of_freedom == 6:
+        return
+    for term in equations.terms:
+        if term.name not in equations.subproblems["horizontal"]:
+            raise ValueError(
+                f"terms.{term.axis}.{term.name}: degrees_of_freedom = 3 are surge, sway and yaw, with forces X, Y and N of "
+                "u, v, r and controls other than planes; leave the term out or set degrees_of_freedom = 6"
+            )
+
+
 def _check_scales(equations: EquationSet) -> None:
     """ValueError for a non-dimensional coefficient whose powers do not make a force or a moment."""
     controls = {control.symbol: control.dimension for control in equations.controls}
     for term in equations.terms:
         if term.unit is not None:
             continue
+        forces = [c.symbol for c in equations.controls if c.column.endswith("_n") and c.symbol in term.symbols]
+        if forces:
+            raise ValueError(
+                f"terms.{term.axis}.{term.name}: {forces[0]} is a force in N already; give unit, such as unit = \"1\", in "
+                "place of length_power"
+            )
         metres, seconds = term.parsed.dimension(controls)
         if equations.speed == "trial":
             metres, seconds = metres + term.speed_power, seconds - term.speed_power
@@ -218,8 +253,8 @@ def _check_scales(equations: EquationSet) -> None:
             speed = seconds + 2  # powers of the speed that are too few
             length = term.length_power + wanted - metres - speed
             raise ValueError(
-                f"terms.{term.axis}.{term.name}: (rho/2) l^{term.length_power} U^{term.speed_power} * {term.regressor} is no "
-                f"{'force' if wanted == 4 else 'moment'}; with length_power = {length} and "
+                f"terms.{term.axis}.{term.name}: (rho/2) l^{term.length_power} U^{term.speed_power} * {term.regressor} is "
+                f"no {'force' if wanted == 4 else 'moment'}; with length_power = {length} and "
                 f"speed_power = {term.speed_power + speed} it would be"
             )
 
@@ -234,12 +269,14 @@ def _check_independence(equations: EquationSet) -> None:
     for axis, block in blocks.items():
         names = equations.names_of_axis(axis)
         scaled = block / np.linalg.norm(block, axis=0)
-        for k in range(1, len(names)):
+        distances = np.abs(np.diag(np.linalg.qr(scaled, mode="r")))  # of each column from those before it
+        dependent = np.flatnonzero(distances < 1e-9)
+        if dependent.size:
+            k = dependent[0]
             solution, *_ = np.linalg.lstsq(scaled[:, :k], scaled[:, k])
-            if np.linalg.norm(scaled[:, k] - scaled[:, :k] @ solution) < 1e-9:
-                others = [names[j] for j in np.flatnonzero(np.abs(solution) > 1e-6)]
-                same = "is the same as" if len(others) == 1 else "depends linearly on"
-                raise ValueError(
-                    f"terms.{axis}.{names[k]}: its regressor {same} that of {' and '.join(others)}, whatever the motion; "
-                    "leave one out"
-                )
+            others = [names[j] for j in np.flatnonzero(np.abs(solution) > 1e-6)]
+            same = "is the same as" if len(others) == 1 else "depends linearly on"
+            raise ValueError(
+                f"terms.{axis}.{names[k]}: its regressor {same} that of {' and '.join(others)}, whatever the motion; "
+                "leave one out"
+            )

@@ -21,7 +21,8 @@ from bayesub.io.errors import nearest
 from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
 
 CROSSFLOW = ("crossflow_y", "crossflow_z", "crossflow_m", "crossflow_n")
-MAX_POWER = 9
+MAX_POWER = 9  # of a factor
+MAX_FACTORS = 20  # with their powers
 
 # Symbol -> its derivatives by velocities and by n/k0, as they are written in kernels; "" is 1.
 _SLOPES = {
@@ -152,6 +153,8 @@ def parse(text: str, controls: Iterable[str]) -> Regressor:
             raise ValueError(f"'{text}': powers are 1 to {MAX_POWER}; that of V, which is never zero, may be negative")
         if not one:
             factors += [Factor(symbol, "inverse" if power < 0 else function or "")] * abs(power)
+    if len(factors) > MAX_FACTORS:
+        raise ValueError(f"'{text}': powers add up to {len(factors)}, more than {MAX_FACTORS}")
     if any(f.symbol in ACCELERATIONS for f in factors) and (len(factors) > 1 or factors[0].function):
         raise ValueError(f"'{text}': an acceleration stands alone, as that of an added mass")
     return Regressor(tuple(factors))
