@@ -17,6 +17,7 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source, nearest
 from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
 from bayesub.kernels import workspace
+from bayesub.model import mass
 from bayesub.model.equations import EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import directory
@@ -333,7 +334,7 @@ class Vehicle:
     @property
     def mass_matrix(self) -> np.ndarray:
         """(6, 6) mass and added mass, kg, kg m and kg m^2 (model manual, section 6)."""
-        return self.kernels().mass.mass_matrix(self.xi * self.dimensional_factors, self.body)
+        return mass.mass_matrix(self.equations, self.xi * self.dimensional_factors, self.body)
 
     def restricted(self, subproblem: str | None) -> Vehicle:
         """The vehicle confined to a plane, without the coefficients and mechanical couplings of other motions.
@@ -398,6 +399,12 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
         raise InputError(
             f"{path}: masses, forces or thrust are too large, too small or undefined; check the units in [body], that "
             "straight flight has a drag (a negative Xuu), and the size of the coefficients"
+        )
+    motion = mass.without_inertia(vehicle.mass_matrix, vehicle.length_m, equations.degrees_of_freedom)
+    if motion:
+        raise InputError(
+            f"{path}: the mass matrix is singular: no force resists an acceleration in {motion}; check mass and inertia in "
+            f"[body] and the added masses {', '.join(equations.added_masses)}, which are negative on the diagonal"
         )
     return vehicle
 

@@ -8,6 +8,7 @@ import pytest
 import bayesub as bs
 from bayesub.kernels.workspace import BODY
 from bayesub.model.coefficients import NAMES
+from bayesub.model.mass import MOTIONS, without_inertia
 from bayesub.model.vehicles import GRAVITY_MPS2
 
 
@@ -113,6 +114,33 @@ def test_a_drag_that_pushes_has_no_self_propulsion(tmp_path, suboff_file):
     path.write_text(re.sub(r"Xuu        = -0.001", "Xuu = 0.001", text))
     with pytest.raises(bs.InputError, match=r"boat.toml: .* straight flight has a drag \(a negative Xuu\)"):
         bs.load_vehicle(path)
+
+
+@pytest.mark.parametrize("motion", ["surge", "sway", "heave", "roll", "pitch", "yaw"])
+def test_a_singular_mass_matrix_is_refused(boat, full, vehicle_with, motion):
+    """Added masses that take away all that resists a motion are named with the motion; half of them are not."""
+    matrix, k = full.mass_matrix, MOTIONS.index(motion)
+    # The Schur complement is what of the inertia the other motions leave.
+    others = np.arange(6) != k
+    rest = matrix[k, k] - matrix[k, others] @ np.linalg.solve(matrix[np.ix_(others, others)], matrix[others, k])
+    name = ("Xudot", "Yvdot", "Zwdot", "Kpdot", "Mqdot", "Nrdot")[k]
+    factor = full.dimensional_factors[NAMES.index(name)]
+    value = boat["coefficients"][name]
+    vehicle_with(boat | {"coefficients": boat["coefficients"] | {name: value + 0.5 * rest / factor}})
+    with pytest.raises(bs.InputError, match="the mass matrix is singular: no force resists an acceleration in") as error:
+        vehicle_with(boat | {"coefficients": boat["coefficients"] | {name: value + rest / factor}})
+    assert name in str(error.value)
+    assert str(error.value).isprintable()
+
+
+def test_the_motion_without_inertia(full):
+    """A mass matrix whose row and column of a motion are empty has none for it; with three freedoms roll is not asked."""
+    for k, motion in enumerate(MOTIONS):
+        matrix = full.mass_matrix
+        matrix[k] = matrix[:, k] = 0.0
+        assert without_inertia(matrix, full.length_m, 6) == motion
+        assert without_inertia(matrix, full.length_m, 3) == (motion if motion in ("surge", "sway", "yaw") else "")
+    assert without_inertia(full.mass_matrix, full.length_m, 6) == ""
 
 
 def test_files_that_cannot_be_read(tmp_path):
