@@ -12,12 +12,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 import pytest
 import tomli_w
+from support import user_set
 from support.motions import smooth_manoeuvre
 
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.io import toml_files
-from bayesub.kernels import compilation
+from bayesub.kernels import compilation, families
+from bayesub.model.equations.generate import directory
 
 
 def pytest_configure(config):
@@ -25,8 +27,10 @@ def pytest_configure(config):
     if not hasattr(config, "workerinput") and config.getoption("numprocesses", None):
         # What all equations share first, and then those of most tests, each in a process of its own.
         compilation.ensure("from bayesub.kernels import first_calls; first_calls.call_all()", "noise")
+        booth = bs.load_vehicle("suboff").equations
+        folders = [str(directory(booth, plane)) for plane in (None, *booth.subproblems)]
         with futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(bs.load_vehicle("suboff").kernels, (None, "horizontal", "vertical")))
+            list(pool.map(families.compiled, [*folders, *user_set.folders()]))
 
 
 @pytest.fixture

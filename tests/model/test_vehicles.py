@@ -127,14 +127,16 @@ def test_a_singular_mass_matrix_is_refused(boat, full, vehicle_with, motion):
     factor = full.dimensional_factors[NAMES.index(name)]
     value = boat["coefficients"][name]
     vehicle_with(boat | {"coefficients": boat["coefficients"] | {name: value + 0.5 * rest / factor}})
-    with pytest.raises(bs.InputError, match="the mass matrix is singular: no force resists an acceleration in") as error:
+    with pytest.raises(
+        bs.InputError, match="the mass matrix is singular: no force resists an acceleration in"
+    ) as error:
         vehicle_with(boat | {"coefficients": boat["coefficients"] | {name: value + rest / factor}})
     assert name in str(error.value)
     assert str(error.value).isprintable()
 
 
 def test_the_motion_without_inertia(full):
-    """A mass matrix whose row and column of a motion are empty has none for it; with three freedoms roll is not asked."""
+    """It is that whose row and column are empty; with three degrees of freedom roll is not asked."""
     for k, motion in enumerate(MOTIONS):
         matrix = full.mass_matrix
         matrix[k] = matrix[:, k] = 0.0

@@ -4,8 +4,8 @@ Every hydrodynamic force is a sum over the terms of an axis,
 
     F_axis = sum of  factor * coefficient * regressor,
 
-where the factor is ``(rho/2) l^length_power U^speed_power`` of a non-dimensional coefficient and 1 of a dimensional one.
-A set is read from a file (:mod:`bayesub.model.equations.files`); its kernels are generated from it
+where the factor is ``(rho/2) l^length_power U^speed_power`` of a non-dimensional coefficient and 1 of a dimensional
+one. A set is read from a file (:mod:`bayesub.model.equations.files`); its kernels are generated from it
 (:mod:`bayesub.model.equations.generate`), and everything that concerns a coefficient asks it.
 """
 
@@ -347,10 +347,15 @@ class EquationSet:
         return {axis: self._columns_of(axis, values) for axis in AXES}
 
     def _columns_of(self, axis: str, values: dict[str, np.ndarray]) -> np.ndarray:
-        functions = {"": lambda x: x, "abs": np.abs, "sgn": np.sign, "inverse": lambda x: 1.0 / x}
+        functions = {"": lambda x: x, "abs": np.abs, "sgn": np.sign, "inverse": _inverse}
         one, columns = np.ones(len(values["u"])), []
         for term in self.terms:
             if term.axis == axis:
                 factors = (functions[f.function](values[f.symbol]) for f in term.parsed.factors)
                 columns.append(reduce(np.multiply, factors, one))
         return np.column_stack(columns) if columns else np.empty((len(one), 0))
+
+
+def _inverse(values: np.ndarray) -> np.ndarray:
+    """Zero at rest, as in the kernels."""
+    return np.divide(1.0, values, out=np.zeros_like(values), where=values > 0.0)

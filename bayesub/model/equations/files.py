@@ -227,8 +227,8 @@ def _check_motions(equations: EquationSet) -> None:
     for term in equations.terms:
         if term.name not in equations.subproblems["horizontal"]:
             raise ValueError(
-                f"terms.{term.axis}.{term.name}: degrees_of_freedom = 3 are surge, sway and yaw, with forces X, Y and N of "
-                "u, v, r and controls other than planes; leave the term out or set degrees_of_freedom = 6"
+                f"terms.{term.axis}.{term.name}: degrees_of_freedom = 3 are surge, sway and yaw, with forces X, Y and "
+                "N of u, v, r and controls other than planes; leave the term out or set degrees_of_freedom = 6"
             )
 
 
@@ -241,8 +241,8 @@ def _check_scales(equations: EquationSet) -> None:
         forces = [c.symbol for c in equations.controls if c.column.endswith("_n") and c.symbol in term.symbols]
         if forces:
             raise ValueError(
-                f"terms.{term.axis}.{term.name}: {forces[0]} is a force in N already; give unit, such as unit = \"1\", in "
-                "place of length_power"
+                f'terms.{term.axis}.{term.name}: {forces[0]} is a force in N already; give unit, such as unit = "1", '
+                "in place of length_power"
             )
         metres, seconds = term.parsed.dimension(controls)
         if equations.speed == "trial":
@@ -253,8 +253,8 @@ def _check_scales(equations: EquationSet) -> None:
             speed = seconds + 2  # powers of the speed that are too few
             length = term.length_power + wanted - metres - speed
             raise ValueError(
-                f"terms.{term.axis}.{term.name}: (rho/2) l^{term.length_power} U^{term.speed_power} * {term.regressor} is "
-                f"no {'force' if wanted == 4 else 'moment'}; with length_power = {length} and "
+                f"terms.{term.axis}.{term.name}: (rho/2) l^{term.length_power} U^{term.speed_power} * {term.regressor} "
+                f"is no {'force' if wanted == 4 else 'moment'}; with length_power = {length} and "
                 f"speed_power = {term.speed_power + speed} it would be"
             )
 

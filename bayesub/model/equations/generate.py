@@ -2,15 +2,17 @@
 
     python -m bayesub.model.equations.generate
 
-writes those of the built-in sets, which are committed, so that they can be read and stepped through; a test checks that
-they are current. Those of other sets are written where they are cached. Forces that a sub-problem does not have are left
-out.
+writes those of the built-in sets, which are committed, so that they can be read and stepped through; a test checks
+that they are current. Those of other sets are written where they are cached. Forces that a sub-problem does not have
+are left out.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
+import os
+import tempfile
 import textwrap
 from pathlib import Path
 
@@ -100,8 +102,8 @@ EXTERNAL = tuple(f"external_{axis}{suffix}" for suffix in ("", "_u") for axis in
 def source(equations: EquationSet, subproblem: str | None, external: bool = False) -> str:
     """The text of the module for a set and a sub-problem.
 
-    With `external` the controls end on twelve more: forces and moments from outside, and what of them goes with the surge
-    velocity.
+    With `external` the controls end on twelve more: forces and moments from outside, and what of them goes with the
+    surge velocity.
     """
     return _Writer(equations, subproblem, external).text()
 
@@ -167,9 +169,9 @@ class _Writer:
         return [*lines, "return (", *(f"    {column}," for column in columns), ")"]
 
     def _regressors(self) -> list[str]:
-        here = {k: term for k, term in self.terms}
+        active = dict(self.terms)
         rows = [
-            f"row[{k}] = {here[k].parsed.code if k in here else '0.0'}  # {term.name}"
+            f"row[{k}] = {active[k].parsed.code if k in active else '0.0'}  # {term.name}"
             for k, term in enumerate(self.equations.terms)
         ]
         return [*self._values(self.terms), *rows]
@@ -225,7 +227,7 @@ class _Writer:
             lines += [f"{' = '.join(names)} = 0.0"]
             for s in range(self.equations.stations):
                 lines += [*self._station(s), "y_v, y_w, z_v, z_w = crossflow_slopes(x, height, breadth, v, w, q, r)"]
-                # The local velocities are v + x r and w - x q; the moments are x times the side force, -x times the normal.
+                # Local velocities are v + x r and w - x q; moments are x times the side force, -x times the normal.
                 for force, moment, sign in (("y", "n", ""), ("z", "m", "-")):
                     for x, slope in (
                         ("v", f"{force}_v"),
@@ -274,7 +276,11 @@ def _directory(equations: EquationSet, subproblem: str | None, external: bool) -
     if not (folder / "hydrodynamics.py").is_file():
         with atomic.writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
-            atomic.write_text(folder / "hydrodynamics.py", text)
+            # Several processes may do this at once, each with a file of its own; the last one's stays.
+            descriptor, partial = tempfile.mkstemp(dir=folder, suffix=atomic.PARTIAL)
+            with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+                file.write(text)
+            Path(partial).replace(folder / "hydrodynamics.py")
     return folder
 
 

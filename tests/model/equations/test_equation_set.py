@@ -75,9 +75,7 @@ def test_a_term_is_that_of_the_twin(booth, boat, motions, rng, name):
     states, controls, _ = (part[:8] for part in motions)
     rates = rng.standard_normal((8, 6))
     alone = boat | {"coefficients": dict.fromkeys(boat["coefficients"], 0.0) | {name: 1.0}}
-    expected = [
-        slow_twin.hydrodynamics(alone, s[6:], a, c) for s, a, c in zip(states, rates, controls, strict=True)
-    ]
+    expected = [slow_twin.hydrodynamics(alone, s[6:], a, c) for s, a, c in zip(states, rates, controls, strict=True)]
     body = boat["body"]
     factor = booth.factors(body["length_m"], body["water_density_kgm3"], 7.5)[booth.index[name]]
     term = booth.term(name)
@@ -120,7 +118,10 @@ def test_unknown_names_suggest_the_nearest(booth):
     for ask in (booth.term, booth.label, lambda name: booth.columns([name])):
         with pytest.raises(bs.InputError, match="unknown coefficient 'Yuvv': did you mean 'Yuv'"):
             ask("Yuvv")
-    with pytest.raises(bs.InputError, match=r"trial: unknown control 'ruder_deg': did you mean 'rudder_deg'\? The equations 'booth' have"):
+    with pytest.raises(
+        bs.InputError,
+        match=r"trial: unknown control 'ruder_deg': did you mean 'rudder_deg'\? The equations 'booth' have",
+    ):
         booth.control("ruder_deg", "trial")
     assert booth.control("stern_plane_deg", "trial") == 2
 
@@ -128,7 +129,9 @@ def test_unknown_names_suggest_the_nearest(booth):
 def test_controls_at_rest_leave_their_terms_out(booth, suboff, spiral):
     """Nothing else does: not the sub-problem of the manoeuvre, and zeros only of a vehicle that is named."""
     resting = replace(spiral, controls=spiral.controls * [1, 0, 0])
-    assert set(booth.names) - set(booth.active(None, resting)) == {t.name for t in booth.terms if t.symbols & {"db", "ds"}}
+    assert set(booth.names) - set(booth.active(None, resting)) == {
+        t.name for t in booth.terms if t.symbols & {"db", "ds"}
+    }
     still = replace(spiral, controls=spiral.controls * 0)
     assert set(booth.names) - set(booth.active(None, still)) == {
         t.name for t in booth.terms if t.symbols & {"dr", "db", "ds"}
@@ -208,10 +211,8 @@ def test_constants_of_sets_without_a_hull(booth):
 
 def test_cross_flow_integrals_are_the_definition(tmp_path, rng):
     """Gauss-Legendre points along the hull against many midpoints, for v and w that change sign along it."""
-    lines = [
-        f'[terms.{axis}]\n{axis}c = {{ regressor = "crossflow_{axis.lower()}", length_power = 0, label = "{axis}", meaning = "m" }}'
-        for axis in "YZMN"
-    ]
+    rest = 'length_power = 0, label = "c", meaning = "cross-flow"'
+    lines = [f'[terms.{a}]\n{a}c = {{ regressor = "crossflow_{a.lower()}", {rest} }}' for a in "YZMN"]
     path = tmp_path / "hull.toml"
     path.write_text('name = "hull"\ntitle = "t"\nstations = 32\n' + "\n".join(lines))
     equations = load_equations(path)
@@ -224,7 +225,9 @@ def test_cross_flow_integrals_are_the_definition(tmp_path, rng):
     for (v, w, q, r), tolerance in (((2.0, -1.5, 0.2, 0.3), 1e-10), ((0.5, 0.2, 0.3, -0.4), 2e-3)):
         state = np.zeros((1, 12))
         state[0, 6:] = rng.standard_normal(), v, w, rng.standard_normal(), q, r
-        found = equations.regressors(state, np.zeros((1, 6)), np.zeros((1, 1)), equations.constants(1.0, np.stack([ends, height, breadth])))
+        found = equations.regressors(
+            state, np.zeros((1, 6)), np.zeros((1, 1)), equations.constants(1.0, np.stack([ends, height, breadth]))
+        )
         across, down = v + x * r, w - x * q
         speed = np.hypot(across, down)
         expected = {"Y": -(h * across * speed).sum() * dx, "Z": -(b * down * speed).sum() * dx,
@@ -235,10 +238,14 @@ def test_cross_flow_integrals_are_the_definition(tmp_path, rng):
 
 def test_three_degrees_of_freedom_are_the_horizontal_plane(tmp_path):
     path = tmp_path / "ship.toml"
-    path.write_text('name = "ship"\ntitle = "t"\ndegrees_of_freedom = 3\n[controls]\ndr = "rudder_deg"\n[terms.N]\n'
-                    'Nr = { regressor = "r", length_power = 4, speed_power = 1, label = "N", meaning = "m" }\n')  # fmt: skip
+    path.write_text(
+        'name = "ship"\ntitle = "t"\ndegrees_of_freedom = 3\n[controls]\ndr = "rudder_deg"\n[terms.N]\n'
+        'Nr = { regressor = "r", length_power = 4, speed_power = 1, label = "N", meaning = "m" }\n'
+    )
     ship = load_equations(path)
     assert ship.subproblems == {"horizontal": ("Nr",)}
     assert ship.subproblem(None) == ship.subproblem("horizontal") == "horizontal"
-    with pytest.raises(bs.InputError, match="equations 'ship' have no vertical sub-problem: they are those of surge, sway and yaw"):
+    with pytest.raises(
+        bs.InputError, match="equations 'ship' have no vertical sub-problem: they are those of surge, sway and yaw"
+    ):
         ship.subproblem("vertical")

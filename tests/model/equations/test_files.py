@@ -70,7 +70,7 @@ def test_a_changed_file_is_read_again(equations_file):
     assert load_equations(child).names == ("Xuu", "Xudot", "Yvu", "Yuu_dr", "Nuv")
 
 
-YUV = "Yuv    = { regressor = \"u*v\", length_power = 2, label = \"Y'_{uv}\", meaning = \"side force of drift\" }"
+YUV = 'Yuv    = { regressor = "u*v", length_power = 2, label = "Y\'_{uv}", meaning = "side force of drift" }'
 
 
 def more(line, axis="Y"):
@@ -87,7 +87,10 @@ def instead(old, new):
 FORCE = ("[controls]", '[controls]\nT = "thruster_n"')
 REFUSED = {
     "unknown symbol": ([instead("u*v", "u*x")], "terms.Y.Yuv: regressor 'u*x': unknown symbol 'x'"),
-    "mistyped symbol": ([instead("u*v", "vdott")], "terms.Y.Yuv: regressor 'vdott': unknown symbol 'vdott': did you mean 'vdot'?"),
+    "mistyped symbol": (
+        [instead("u*v", "vdott")],
+        "terms.Y.Yuv: regressor 'vdott': unknown symbol 'vdott': did you mean 'vdot'?",
+    ),
     "control of another set": ([instead("u*v", "u*u*ds")], "terms.Y.Yuv: regressor 'u*u*ds': unknown symbol 'ds'"),
     "no product": ([instead("u*v", "u+v")], "terms.Y.Yuv: regressor 'u+v': 'u+v' is no factor"),
     "no call": ([instead("u*v", "exit()")], "terms.Y.Yuv: regressor 'exit()': 'exit()' is no factor"),
@@ -95,60 +98,131 @@ REFUSED = {
     "unknown axis": ([("[terms.Y]", "[terms.W]")], "unknown key 'terms.W'"),
     "small axis": ([("[terms.Y]", "[terms.y]")], "unknown key 'terms.y'"),
     "no axis": ([("[terms.Y]", "[terms]")], "unknown key 'terms.Yuv'"),
-    "no label": ([instead("label = \"Y'_{uv}\", ", "")], "key 'terms.Y.Yuv.label' is missing"),
+    "no label": ([instead('label = "Y\'_{uv}", ', "")], "key 'terms.Y.Yuv.label' is missing"),
     "empty label": ([instead("Y'_{uv}", "")], "key 'terms.Y.Yuv.label'"),
     "no meaning": ([instead(', meaning = "side force of drift"', "")], "key 'terms.Y.Yuv.meaning' is missing"),
     "no regressor": ([instead('regressor = "u*v", ', "")], "key 'terms.Y.Yuv.regressor' is missing"),
     "a number for a regressor": ([instead('"u*v"', "2")], "key 'terms.Y.Yuv.regressor'"),
-    "unknown key of a term": ([instead("length_power", "lenght_power")], "unknown key 'terms.Y.Yuv.lenght_power': did you mean 'length_power'"),
+    "unknown key of a term": (
+        [instead("length_power", "lenght_power")],
+        "unknown key 'terms.Y.Yuv.lenght_power': did you mean 'length_power'",
+    ),
     "a text for a term": ([(YUV, 'Yuv = "u*v"')], "key 'terms.Y.Yuv'"),
     "twice in an axis": ([more(YUV)], "is not valid TOML: Cannot overwrite a value"),
-    "twice in two axes": ([more(f"Yuv = {term('u*v', length_power=3)}\n", "N"), ("[terms.Y]", "[terms.N]\n[terms.Y]")], None),
+    "twice in two axes": (
+        [more(f"Yuv = {term('u*v', length_power=3)}\n", "N"), ("[terms.Y]", "[terms.N]\n[terms.Y]")],
+        None,
+    ),
     "a name of a symbol": ([(YUV, YUV.replace("Yuv ", "nu "))], "terms.Y.nu: cannot name a coefficient"),
     "a name of a control": ([(YUV, YUV.replace("Yuv ", "dr "))], "terms.Y.dr: cannot name a coefficient"),
     "a name of a mass": ([(YUV, YUV.replace("Yuv ", "mass "))], "terms.Y.mass: cannot name a coefficient"),
     "a name of a start": ([(YUV, YUV.replace("Yuv ", "u0 "))], "terms.Y.u0: cannot name a coefficient"),
-    "a name with a prime": ([(YUV, YUV.replace("Yuv ", "\"Y'uv\" "))], "terms.Y.Y'uv: cannot name a coefficient"),
+    "a name with a prime": ([(YUV, YUV.replace("Yuv ", '"Y\'uv" '))], "terms.Y.Y'uv: cannot name a coefficient"),
     "a long name": ([(YUV, YUV.replace("Yuv ", "Y" * 61 + " "))], "cannot name a coefficient"),
-    "no force": ([instead("u*v", "v^3")], "terms.Y.Yuv: (rho/2) l^2 U^0 * v^3 is no force; with length_power = 2 and speed_power = -1 it would be"),
-    "unit and power": ([instead("length_power = 2", 'length_power = 2, unit = "kg/m"')], "key 'terms.Y.Yuv': give either length_power"),
+    "no force": (
+        [instead("u*v", "v^3")],
+        "terms.Y.Yuv: (rho/2) l^2 U^0 * v^3 is no force; with length_power = 2 and speed_power = -1 it would be",
+    ),
+    "unit and power": (
+        [instead("length_power = 2", 'length_power = 2, unit = "kg/m"')],
+        "key 'terms.Y.Yuv': give either length_power",
+    ),
     "neither": ([instead("length_power = 2, ", "")], "key 'terms.Y.Yuv': give either length_power"),
-    "speed power with unit": ([instead("length_power = 2", 'speed_power = -1, unit = "kg/m"')], "speed_power belongs to a non-dimensional coefficient"),
+    "speed power with unit": (
+        [instead("length_power = 2", 'speed_power = -1, unit = "kg/m"')],
+        "speed_power belongs to a non-dimensional coefficient",
+    ),
     "empty unit": ([instead("length_power = 2", 'unit = ""')], "key 'terms.Y.Yuv.unit'"),
-    "a power that is no whole number": ([instead("length_power = 2", "length_power = 2.5")], "key 'terms.Y.Yuv.length_power'"),
+    "a power that is no whole number": (
+        [instead("length_power = 2", "length_power = 2.5")],
+        "key 'terms.Y.Yuv.length_power'",
+    ),
     "a huge power": ([instead("length_power = 2", "length_power = 999")], "key 'terms.Y.Yuv.length_power'"),
-    "a force by powers": ([FORCE, instead('"u*v"', '"T"'), ], "terms.Y.Yuv: T is a force in N already; give unit"),
-    "no terms": ([(SMALL[SMALL.index("[terms.X]"):], "[terms]")], "terms: there are none"),
-    "no table of terms": ([(SMALL[SMALL.index("[terms.X]"):], "")], "key 'terms' is missing"),
-    "the same product": ([more(f"Yvu = {term('v*u')}")], "terms.Y.Yuv: its regressor is the same as that of Yvu, whatever the motion; leave one out"),
-    "the same product twice over": ([more(f"Y2 = {term('abs(u)*abs(u)*dr')}")], "terms.Y.Yuu_dr: its regressor is the same as that of Y2"),
-    "cross-flow and its squares": ([("[terms.Y]", f"[terms.Z]\nZvv = {term('v^2')}\nZww = {term('w^2')}\nZuw = {term('u*w')}\nZnn = {term('nu^2')}\n[terms.Y]")], "terms.Z.Znn: its regressor depends linearly on that of Zvv and Zww, whatever the motion"),
-    "speed loss": ([more(f"Y1 = {term('U*v')}\nY2 = {term('du*v')}")], "terms.Y.Yuv: its regressor depends linearly on that of Y1 and Y2"),
-    "slip": ([more(f"Y1 = {term('uc*v')}\nY2 = {term('duc*v')}")], "terms.Y.Yuv: its regressor depends linearly on that of Y1 and Y2"),
-    "cross-flow of a symmetric product": ([more(f"Y1 = {term('sgn(v)*abs(v)*u')}")], "terms.Y.Yuv: its regressor is the same as that of Y1"),
-    "control without a unit": ([("rudder_deg", "rudder")], "controls': dr: 'rudder' is no column of a log: end it with _deg or _n, or write rpm"),
+    "a force by powers": (
+        [
+            FORCE,
+            instead('"u*v"', '"T"'),
+        ],
+        "terms.Y.Yuv: T is a force in N already; give unit",
+    ),
+    "no terms": ([(SMALL[SMALL.index("[terms.X]") :], "[terms]")], "terms: there are none"),
+    "no table of terms": ([(SMALL[SMALL.index("[terms.X]") :], "")], "key 'terms' is missing"),
+    "the same product": (
+        [more(f"Yvu = {term('v*u')}")],
+        "terms.Y.Yuv: its regressor is the same as that of Yvu, whatever the motion; leave one out",
+    ),
+    "the same product twice over": (
+        [more(f"Y2 = {term('abs(u)*abs(u)*dr')}")],
+        "terms.Y.Yuu_dr: its regressor is the same as that of Y2",
+    ),
+    "cross-flow and its squares": (
+        [
+            (
+                "[terms.Y]",
+                f"[terms.Z]\nZvv = {term('v^2')}\nZww = {term('w^2')}\nZuw = {term('u*w')}\nZnn = {term('nu^2')}\n[terms.Y]",
+            )
+        ],
+        "terms.Z.Znn: its regressor depends linearly on that of Zvv and Zww, whatever the motion",
+    ),
+    "speed loss": (
+        [more(f"Y1 = {term('U*v')}\nY2 = {term('du*v')}")],
+        "terms.Y.Yuv: its regressor depends linearly on that of Y1 and Y2",
+    ),
+    "slip": (
+        [more(f"Y1 = {term('uc*v')}\nY2 = {term('duc*v')}")],
+        "terms.Y.Yuv: its regressor depends linearly on that of Y1 and Y2",
+    ),
+    "cross-flow of a symmetric product": (
+        [more(f"Y1 = {term('sgn(v)*abs(v)*u')}")],
+        "terms.Y.Yuv: its regressor is the same as that of Y1",
+    ),
+    "control without a unit": (
+        [("rudder_deg", "rudder")],
+        "controls': dr: 'rudder' is no column of a log: end it with _deg or _n, or write rpm",
+    ),
     "control with another unit": ([("rudder_deg", "rudder_rad")], "'rudder_rad' is no column of a log"),
     "control that is a unit": ([("rudder_deg", "deg")], "'deg' is no column of a log"),
-    "two controls in a column": ([("[controls]", '[controls]\ndelta = "rudder_deg"')], "two controls have the same column"),
+    "two controls in a column": (
+        [("[controls]", '[controls]\ndelta = "rudder_deg"')],
+        "two controls have the same column",
+    ),
     "control named like a velocity": ([("dr =", "r =")], "'r' cannot name a control"),
     "control named like an axis": ([("dr =", "N =")], "'N' cannot name a control"),
     "control named like a word of the kernels": ([("dr =", "lambda =")], "'lambda' cannot name a control"),
     "control named like a slope": ([("dr =", "Y_v =")], "'Y_v' cannot name a control"),
-    "heave in three degrees of freedom": ([("[controls]", "degrees_of_freedom = 3\n[controls]"), instead('"u*v"', '"u*w"')], "terms.Y.Yuv: degrees_of_freedom = 3 are surge, sway and yaw"),
-    "Z in three degrees of freedom": ([("[controls]", "degrees_of_freedom = 3\n[controls]"), ("[terms.Y]", "[terms.Z]")], "terms.Z.Yuv: degrees_of_freedom = 3 are surge, sway and yaw"),
-    "planes in three degrees of freedom": ([("[controls]", "degrees_of_freedom = 3\n[controls]"), ("rudder_deg", "stern_plane_deg")], "terms.Y.Yuu_dr: degrees_of_freedom = 3 are surge, sway and yaw"),
+    "heave in three degrees of freedom": (
+        [("[controls]", "degrees_of_freedom = 3\n[controls]"), instead('"u*v"', '"u*w"')],
+        "terms.Y.Yuv: degrees_of_freedom = 3 are surge, sway and yaw",
+    ),
+    "Z in three degrees of freedom": (
+        [("[controls]", "degrees_of_freedom = 3\n[controls]"), ("[terms.Y]", "[terms.Z]")],
+        "terms.Z.Yuv: degrees_of_freedom = 3 are surge, sway and yaw",
+    ),
+    "planes in three degrees of freedom": (
+        [("[controls]", "degrees_of_freedom = 3\n[controls]"), ("rudder_deg", "stern_plane_deg")],
+        "terms.Y.Yuu_dr: degrees_of_freedom = 3 are surge, sway and yaw",
+    ),
     "four degrees of freedom": ([("[controls]", "degrees_of_freedom = 4\n[controls]")], "key 'degrees_of_freedom'"),
     "one station": ([("[controls]", "stations = 1\n[controls]")], "key 'stations'"),
     "many stations": ([("[controls]", "stations = 1000000\n[controls]")], "key 'stations'"),
     "unknown speed": ([("[controls]", 'speed = "mean"\n[controls]')], "key 'speed'"),
-    "unknown rigid body terms": ([("[controls]", 'rigid_body_terms = "included"\n[controls]')], "key 'rigid_body_terms'"),
+    "unknown rigid body terms": (
+        [("[controls]", 'rigid_body_terms = "included"\n[controls]')],
+        "key 'rigid_body_terms'",
+    ),
     "a name with a path in it": ([('"small"', '"../small"')], "key 'name'"),
     "a name with a line end": ([('"small"', '"small\\n"')], "key 'name'"),
     "a long name of the set": ([('"small"', f'"{"s" * 300}"')], "key 'name'"),
     "unknown key": ([("[controls]", "dof = 3\n[controls]")], "unknown key 'dof'"),
-    "unknown base": ([("[controls]", 'extends = "both"\n[controls]')], "extends: no equation 'both': did you mean 'booth'"),
-    "absent base": ([("[controls]", 'extends = "absent.toml"\n[controls]')], "absent.toml: cannot be read: no such file"),
-}  # fmt: skip
+    "unknown base": (
+        [("[controls]", 'extends = "both"\n[controls]')],
+        "extends: no equation 'both': did you mean 'booth'",
+    ),
+    "absent base": (
+        [("[controls]", 'extends = "absent.toml"\n[controls]')],
+        "absent.toml: cannot be read: no such file",
+    ),
+}
 
 
 @pytest.mark.parametrize("what", REFUSED)
@@ -173,17 +247,20 @@ def test_refused(equations_file, what):
 @pytest.mark.parametrize("speed", ["trial", "instantaneous"])
 @pytest.mark.parametrize("axis", ["Y", "N"])
 @pytest.mark.parametrize(
-    "regressor", ["1", "v", "v^3", "v*dr", "nu*r", "rdot", "vdot", "p^9", "V^-2*v^3*r", "u^9*v^9", "crossflow_y", "n*n", "dr"]
-)  # fmt: skip
+    "regressor",
+    ["1", "v", "v^3", "v*dr", "nu*r", "rdot", "vdot", "p^9", "V^-2*v^3*r", "u^9*v^9", "crossflow_y", "n*n", "dr"],
+)
 def test_the_powers_proposed_are_right(equations_file, regressor, axis, speed):
     """What the message says makes a file that is read."""
     text = SMALL.replace("[controls]", f'speed = "{speed}"\n[controls]\nn = "rpm"')
     for powers in ({"length_power": 1, "speed_power": 2}, {"length_power": 9, "speed_power": 0}):
         added = f"[terms.{axis}]\nfirst = {term(regressor, **powers)}\n"
         wrong = text.replace("[terms.Y]", added) if axis == "Y" else text + added
-        with pytest.raises(bs.InputError, match="is no (force|moment); with length_power") as error:
+        with pytest.raises(bs.InputError, match=r"is no (force|moment); with length_power") as error:
             load_equations(equations_file(wrong))
-        length, of_speed = map(int, re.search(r"length_power = (-?\d+) and speed_power = (-?\d+)", str(error.value)).groups())
+        length, of_speed = map(
+            int, re.search(r"length_power = (-?\d+) and speed_power = (-?\d+)", str(error.value)).groups()
+        )
         right = wrong.replace(term(regressor, **powers), term(regressor, length_power=length, speed_power=of_speed))
         equations = load_equations(equations_file(right))
         assert equations.term("first").length_power == length
@@ -234,10 +311,14 @@ def test_extending_adds_terms_and_controls(equations_file):
     assert equations.names == ("Xuu", "Xudot", "Xds", "Yuv", "Yuu_dr")
     assert [control.symbol for control in equations.controls] == ["dr", "ds"]
     assert (equations.stations, equations.rigid_body_terms) == (8, "in_coefficients")
-    last = equations_file(child("middle.toml", "last", stations=4) + f"[terms.N]\nNds = {term('u^2*ds', length_power=3)}\n", "last.toml")
+    last = equations_file(
+        child("middle.toml", "last", stations=4) + f"[terms.N]\nNds = {term('u^2*ds', length_power=3)}\n", "last.toml"
+    )
     assert load_equations(last).names == ("Xuu", "Xudot", "Xds", "Yuv", "Yuu_dr", "Nds")
     assert load_equations(last).stations == 4
-    of_booth = equations_file(child("booth") + f"[terms.N]\nNvvv = {term('v^3', length_power=3, speed_power=-1)}\n", "of_booth.toml")
+    of_booth = equations_file(
+        child("booth") + f"[terms.N]\nNvvv = {term('v^3', length_power=3, speed_power=-1)}\n", "of_booth.toml"
+    )
     assert load_equations(of_booth).names == (*load_equations("booth").names, "Nvvv")
 
 
@@ -249,10 +330,10 @@ def test_a_set_cannot_extend_itself(equations_file):
         for name in names:
             with pytest.raises(bs.InputError, match="a set cannot extend itself") as error:
                 load_equations(path.with_name(f"{name}.toml"))
-            chain = [*names[names.index(name):], *names[: names.index(name)], name]
+            chain = [*names[names.index(name) :], *names[: names.index(name)], name]
             assert " extends ".join(f"{link}.toml" for link in chain) in str(error.value)
     outside = equations_file(child("a.toml", "outside"), "outside.toml")
-    with pytest.raises(bs.InputError, match="outside.toml extends a.toml extends b.toml"):
+    with pytest.raises(bs.InputError, match=r"outside\.toml extends a\.toml extends b\.toml"):
         load_equations(outside)
     roundabout = equations_file(child("../" + outside.parent.name + "/round.toml", "round"), "round.toml")
     with pytest.raises(bs.InputError, match="a set cannot extend itself"):
@@ -298,7 +379,7 @@ def test_many_terms_take_no_time(equations_file):
     unscaled = [term(product, unit="1").replace("length_power = 2, ", "") for product in products]
     lines = [f"Y{k} = {section}" for k, section in enumerate(unscaled)]
     began = time.perf_counter()
-    with pytest.raises(bs.InputError, match="terms.Y: there are more than 200"):
+    with pytest.raises(bs.InputError, match=r"terms\.Y: there are more than 200"):
         load_equations(equations_file(SMALL + "\n".join(lines) + "\n"))
     equations = load_equations(equations_file(SMALL + "\n".join(lines[:150]) + "\n"))
     assert len(equations.names) == 154
@@ -325,8 +406,10 @@ def test_a_vehicle_names_what_does_not_fit_its_equations(tmp_path, suboff_file, 
         assert words in str(error.value)
     equations_file(SMALL + f"Yc = {term('crossflow_y', length_power=0)}\n")
     path.write_text('equations = "small.toml"\n' + f"{top}[coefficients]\n{few}Yc = 0.5\n")
-    with pytest.raises(bs.InputError, match="hull: is missing; the equations 'small' integrate the cross-flow along it"):
+    with pytest.raises(
+        bs.InputError, match="hull: is missing; the equations 'small' integrate the cross-flow along it"
+    ):
         bs.load_vehicle(path)
     path.write_text('equations = "absent.toml"\n' + suboff_file)
-    with pytest.raises(bs.InputError, match="absent.toml: cannot be read: no such file"):
+    with pytest.raises(bs.InputError, match=r"absent\.toml: cannot be read: no such file"):
         bs.load_vehicle(path)
