@@ -12,11 +12,18 @@ from support import fuzz, mutations
 import bayesub as bs
 from bayesub.io import log_files, toml_files
 from bayesub.io.errors import LONGEST
+from bayesub.model.equations import load_equations
 from bayesub.model.hulls import load_hull
 from bayesub.model.manoeuvre_files import read_manoeuvre
 from bayesub.study.study_file import load_study
 
-READERS = {"vehicle": bs.load_vehicle, "manoeuvre": read_manoeuvre, "geometry": load_hull, "study": load_study}
+READERS = {
+    "vehicle": bs.load_vehicle,
+    "equations": load_equations,
+    "manoeuvre": read_manoeuvre,
+    "geometry": load_hull,
+    "study": load_study,
+}
 
 
 def test_changed_files_are_refused_in_a_line_or_fly(tmp_path, monkeypatch):

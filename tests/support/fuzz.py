@@ -28,9 +28,11 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # where `support` is, for wh
 from support import mutations
 
 import bayesub as bs
-from bayesub.cli import app
+from bayesub.cli import app, check
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
+from bayesub.model.equations import load_equations
+from bayesub.model.equations.generate import source
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 
@@ -70,6 +72,8 @@ def flown(folder: Path, vehicle, manoeuvre) -> None:
 def drive(kind: str, path: Path) -> None:
     """Take a file of a kind through the command line; InputError if it is refused."""
     folder = path.parent
+    if kind in ("equations", "boat of a set"):
+        return drive_set(kind, path)
     if kind in mutations.BESIDE:
         name, text = mutations.BESIDE[kind]
         (folder / name).write_bytes(path.read_bytes())
@@ -102,6 +106,31 @@ def drive(kind: str, path: Path) -> None:
             raise Defect(f"the log posterior at the prior mean is {found}")
 
 
+def drive_set(kind: str, path: Path) -> None:
+    """An equation set: its kernels are Python and its regressors finite. A boat of a set that is compiled: it flies."""
+    try:
+        if kind == "boat of a set":
+            bs.load_vehicle(path)
+            return flown(path.parent, path, path.parent / "good_history.csv")
+        equations = load_equations(path)
+    except InputError as error:
+        if path.name not in str(error):
+            raise Defect(f"a refusal that names no file: {error}") from None
+        raise
+    if "terms" in check._KINDS:  # what `bayesub check` knows
+        bayesub("check", path, "--json")
+    for subproblem in equations.subproblems:
+        compile(source(equations, subproblem), path.name, "exec")
+    rng = np.random.default_rng(1)
+    states, rates = rng.standard_normal((9, 12)), rng.standard_normal((9, 6))
+    hull = np.array([[-1.0, 1.0], [0.2, 0.3], [0.2, 0.3]])
+    controls = rng.standard_normal((9, len(equations.controls) + 1))
+    blocks = equations.regressors(states, rates, controls, equations.constants(1.0, hull))
+    if not all(np.isfinite(block).all() for block in blocks.values()):
+        raise Defect("a regressor is not finite")
+    return None
+
+
 def _refuse_constant(name):
     raise Defect(f"JSON holds {name}")
 
@@ -126,7 +155,10 @@ def work(connection, folder: Path) -> None:
     """The process that reads the files, with limited memory."""
     os.chdir(folder)
     mutations.write_beside(Path())
-    flown(folder, "auv690", "good_history.csv")  # loads what is compiled
+    for kind, _, text in mutations.corpus():  # loads what is compiled, or compiles it
+        if kind in ("vehicle", "boat of a set"):
+            (folder / "good_boat.toml").write_text(text)
+            flown(folder, "good_boat.toml", "good_history.csv")
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, resource.RLIM_INFINITY))
     connection.send(None)

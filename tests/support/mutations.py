@@ -6,6 +6,7 @@ import numpy as np
 
 from bayesub.io import toml_files
 from bayesub.study import new_vehicle
+from support import user_set
 
 TORPEDO = new_vehicle.geometry("boat")
 ELLIPSOID = '[hull]\nshape = "ellipsoid"\nlength_m = 8.0\nbeam_m = 1.2\nheight_m = 1.0\n'
@@ -116,6 +117,26 @@ nuisance = {{ u0_mps = {{ mean = 1.5, sd = 0.1 }} }}
 current_mps = [0.1, 0.0]
 """
 )
+BOAT_OF_SET = user_set.vehicle(toml_files.find("suboff", "vehicles").read_text(encoding="utf-8"))
+SHIP = """name = "ship"
+title = "Three degrees of freedom"
+degrees_of_freedom = 3
+speed = "instantaneous"
+
+[controls]
+dr = "rudder_deg"
+
+[terms.X]
+Xdu  = { regressor = "du", length_power = 2, speed_power = 1, label = "X'_u", meaning = "resistance" }
+Xdu3 = { regressor = "du^3", length_power = 2, speed_power = -1, label = "X'_{uuu}", meaning = "resistance, cubed" }
+
+[terms.Y]
+Yvvr = { regressor = "v^2*r", length_power = 3, speed_power = -1, label = "Y'_{vvr}", meaning = "turning and drift" }
+Ydr  = { regressor = "dr", length_power = 2, speed_power = 2, label = "Y'_\\\\delta", meaning = "rudder" }
+
+[terms.N]
+Nrdot = { regressor = "rdot", length_power = 5, label = "N'_{\\\\dot{r}}", meaning = "added inertia" }
+"""
 TABLE = "coefficient,mean,sd\n# from a towing tank\nNuv,-0.009,0.0006\nNur,-0.004,0.0002\nYur,0.006,0\n"
 
 
@@ -149,7 +170,8 @@ BESIDE = {"table": ("table.csv", STUDY), "trial": ("trial.csv", LOGGED)}
 
 
 def write_beside(folder) -> None:
-    """Write the good files that studies name."""
+    """Write the good files that studies, vehicles and equations name."""
+    user_set.write(folder)
     for name, text in (("good_history.csv", history()), ("table.csv", TABLE), ("trial.csv", trial())):
         (folder / name).write_text(text)
 
@@ -158,6 +180,9 @@ def corpus() -> list[tuple[str, str, str]]:
     """Kind, suffix and text of every good file."""
     built_in = [(kind[:-1], path) for kind in ("vehicles", "manoeuvres") for path in toml_files.built_in(kind).values()]
     files = [(kind, path.read_text(encoding="utf-8")) for kind, path in built_in]
+    files += [("equations", text) for text in (user_set.SET, user_set.INCLUDED, SHIP)] + [
+        ("boat of a set", BOAT_OF_SET)
+    ]
     files += [("geometry", text) for text in (TORPEDO, ELLIPSOID, OFFSETS)] + [
         ("study", text) for text in (STUDY, STUDY, LOGGED, TRIALS)
     ]

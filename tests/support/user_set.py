@@ -7,6 +7,8 @@ of a set that extends it, whose coefficients contain the velocity terms of the r
 import tempfile
 from pathlib import Path
 
+import tomli_w
+
 from bayesub.kernels import families
 from bayesub.model.equations import EquationSet, load_equations
 from bayesub.model.equations.generate import directory
@@ -107,6 +109,13 @@ def write(folder: Path) -> Path:
 def content(boat: dict, equations: str) -> dict:
     """A vehicle file like that of `boat` with these equations."""
     return boat | {"equations": equations, "hull": HULL, "coefficients": VALUES}
+
+
+def vehicle(boat: str) -> str:
+    """The text of a vehicle file like that of `boat` with the first set."""
+    top, _ = boat.split("[coefficients]")
+    parts = {"hull": HULL, "coefficients": VALUES}
+    return f'equations = "every_symbol.toml"\n{top}{tomli_w.dumps(parts)}'
 
 
 def sets() -> tuple[EquationSet, EquationSet]:
