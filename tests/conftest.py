@@ -19,6 +19,7 @@ import bayesub as bs
 from bayesub.cli import app
 from bayesub.io import toml_files
 from bayesub.kernels import compilation, families
+from bayesub.model.equations import load_equations
 from bayesub.model.equations.generate import directory
 
 
@@ -27,8 +28,9 @@ def pytest_configure(config):
     if not hasattr(config, "workerinput") and config.getoption("numprocesses", None):
         # What all equations share first, and then those of most tests, each in a process of its own.
         compilation.ensure("from bayesub.kernels import first_calls; first_calls.call_all()", "noise")
-        booth = bs.load_vehicle("suboff").equations
+        booth, *others = map(load_equations, sorted(toml_files.built_in("equations"), key=lambda name: name != "booth"))
         folders = [str(directory(booth, plane)) for plane in (None, *booth.subproblems)]
+        folders += [str(directory(equations, None)) for equations in others]
         with futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(families.compiled, [*folders, *user_set.folders()]))
 

@@ -37,6 +37,31 @@ def test_batch(benchmark, simulator, size):
     assert (status == 0).all()
 
 
+@pytest.fixture(params=["horizontal", None], ids=["terms of the plane", "all terms"])
+def confined(request, simulator):
+    """The boat confined to the plane, flown by the kernels of the plane and by those of all terms."""
+    boat = simulator.vehicle.restricted("horizontal")
+    return Simulator(boat, simulator.manoeuvre, simulator.times, dt=1.0, subproblem=request.param)
+
+
+@pytest.mark.parametrize("threads", [1], indirect=True)
+@pytest.mark.usefixtures("threads")
+def test_terms_of_a_plane(benchmark, confined):
+    """A batch of 256 on the 600 s spiral with the 25 terms of the plane, and with 101 of which 76 are zero."""
+    xi = confined.vehicle.xi[None].repeat(256, axis=0)
+    _, status = benchmark(confined.run, xi)
+    assert (status == 0).all()
+
+
+@pytest.mark.parametrize("threads", [1], indirect=True)
+@pytest.mark.usefixtures("threads")
+def test_sensitivities_of_a_plane(benchmark, confined):
+    """By the coefficients of the plane, with its kernels and with those of all terms."""
+    names = confined.vehicle.equations.subproblems["horizontal"]
+    derivatives = benchmark(confined.sensitivities, confined.vehicle.xi, names)
+    assert np.isfinite(derivatives).all()
+
+
 def test_scalar_numba(benchmark, simulator):
     """One simulation by the scalar integrator that a user would write, at 0.1 s."""
     states = benchmark(scalar_simulator.simulate, scalar_simulator.spiral(0.1))
