@@ -4,7 +4,8 @@ import numpy as np
 
 from bayesub.io.errors import InputError
 from bayesub.io.log_files import positions
-from bayesub.kernels import actuators, workspace
+from bayesub.kernels import workspace
+from bayesub.model.actuators import Orders
 from bayesub.model.vehicles import Vehicle
 
 BOW_PLANE, STERN_PLANE = "bow_plane_deg", "stern_plane_deg"
@@ -25,17 +26,25 @@ class Flight:
         Plane to which the motion is confined, if to any.
     sample : float
         Spacing of the control history, s.
-    controls : (n + 1, n_controls) array
-        SI units; those that are not ordered stay as they are, the others are overwritten.
+    inputs : (n + 1, n_actuators) array
+        Of the actuators, SI units; those that are not ordered stay as they are, the others are overwritten.
     state : (12,) array
         At the start.
+    fixed : dict
+        Orders that are given whatever the motion, and of which `inputs` are the answer: column -> times, s, and orders.
     """
 
     def __init__(
-        self, vehicle: Vehicle, subproblem: str | None, sample: float, controls: np.ndarray, state: np.ndarray
+        self,
+        vehicle: Vehicle,
+        subproblem: str | None,
+        sample: float,
+        inputs: np.ndarray,
+        state: np.ndarray,
+        fixed: Orders | None = None,
     ):
         self.vehicle, self.subproblem = vehicle.restricted(subproblem), subproblem
-        self.sample, self.controls, self.state = sample, controls, state
+        self.sample, self.inputs, self.state, self.fixed = sample, inputs, state, fixed or {}
         self.now = 0  # samples flown
         self.orders: dict[str, tuple[list[int], list[float]]] = {}  # column -> (samples of the orders, orders)
         self._dimensional = (self.vehicle.xi * vehicle.dimensional_factors)[None]
@@ -44,29 +53,21 @@ class Flight:
     @property
     def remaining(self) -> int:
         """Samples left."""
-        return len(self.controls) - 1 - self.now
+        return len(self.inputs) - 1 - self.now
 
     def ahead(self, orders: dict[str, float], n: int) -> np.ndarray:
         """States (n, 12) of the next `n` samples if the planes are given these orders (rad) now."""
-        elapsed = np.arange(n + 1) * self.sample
-        n_controls = self.controls.shape[1]
-        span = np.full((n + 1, n_controls + 1), self.vehicle.speed_mps)  # last column: n/k0, self-propelled
-        span[:, :n_controls] = self.controls[self.now : self.now + n + 1]
-        boat = self.vehicle
-        for column, order in orders.items():
-            plane = boat.equations.control(column, "manoeuvre")
-            limit = boat.plane_limits_rad[plane]
-            span[:, plane] = actuators.step_response(
-                elapsed,
-                span[0, plane],
-                np.clip(order, -limit, limit),
-                boat.plane_rate_radps,
-                boat.plane_time_constant_s,
-            )
-        self.controls[self.now : self.now + n + 1] = span[:, :n_controls]
+        elapsed, actuators = np.arange(n + 1) * self.sample, self.vehicle.actuators
+        inputs = self.inputs[self.now : self.now + n + 1]
+        given = {column: (elapsed[:1], np.array([order])) for column, order in orders.items()}
+        demands = actuators.demands(self._fixed_from_now() | given, "manoeuvre")
+        for i in actuators.demands(given, "manoeuvre"):
+            inputs[:, i] = actuators.members[i].response(elapsed, *demands[i], start=inputs[0, i])
+        self_propelled = np.full(n + 1, self.vehicle.speed_mps)  # n/k0
+        span = actuators.kernel_controls(inputs, self_propelled, self.subproblem)
         following = np.concatenate([span[1:], span[-1:]])
         stages = np.stack([span, 0.5 * (span + following), following], axis=1)
-        states, _ = boat.kernels(self.subproblem).integrate.integrate(
+        states, _ = self.vehicle.kernels(self.subproblem).integrate.integrate(
             self._dimensional,
             self._body,
             self.state[None],
@@ -80,6 +81,15 @@ class Flight:
             np.arange(workspace.N_STATES),
         )
         return states[0]
+
+    def _fixed_from_now(self) -> Orders:
+        """The fixed orders by the time from now, of those before now the last one."""
+        orders = {}
+        for column, (times, ordered) in self.fixed.items():
+            times = times - self.now * self.sample
+            first = max(0, np.count_nonzero(times <= 0.0) - 1)
+            orders[column] = np.maximum(times[first:], 0.0), ordered[first:]
+        return orders
 
     def hold(self, orders: dict[str, float], n: int) -> None:
         """Give these orders (rad) and fly `n` samples."""

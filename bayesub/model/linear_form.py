@@ -76,9 +76,8 @@ def linear_systems(
     # What the free coefficients have to explain is how the motion differs from that of a boat without them.
     without = simulator.accelerations(held / factors, trajectory.states[member : member + 1])[0]
     loads = (accelerations - without) @ mass_matrix(held, body).T
-    columns = equations.regressors(
-        states, accelerations, simulator.controls_at(trajectory.times), simulator.vehicle.constants
-    )
+    controls = simulator.controls_at(trajectory.times)[:, : len(equations.controls) + 1]
+    columns = equations.regressors(states, accelerations, controls, simulator.vehicle.constants)
     noise = {}
     if isinstance(trajectory, Trajectory):
         dimensional = simulator.dimensional(xi)[0]

@@ -10,8 +10,8 @@ import pydantic
 from bayesub.io import log_files, toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Length, Positive, Section, Speed
-from bayesub.kernels import actuators
 from bayesub.model import closed_loop
+from bayesub.model.actuators import Orders
 from bayesub.model.vehicles import Vehicle, load_vehicle
 
 RUDDER, BOW_PLANE, STERN_PLANE = "rudder_deg", "bow_plane_deg", "stern_plane_deg"
@@ -21,7 +21,6 @@ MAX_SAMPLES = 100_000  # of a control history, nearly three hours; longer ones c
 MAX_EXECUTES = 100
 
 Angle = Annotated[float, pydantic.Field(ge=-90.0, le=90.0)]  # of a plane, degrees
-Orders = dict[str, tuple[np.ndarray, np.ndarray]]  # column -> times (m,) in seconds of the file, and orders (m,) in SI
 
 
 class TimeScaleSection(Section):
@@ -116,27 +115,16 @@ class ManoeuvreFile(Section):
         """Times (n_samples + 1,) of the control history, s."""
         return np.linspace(0.0, self.duration_s, self.n_samples + 1) * self.clock(vehicle)
 
-    def controls(self, vehicle: Vehicle, orders: Orders) -> np.ndarray:
-        """Controls (n_samples + 1, n_controls): the answer of the actuators to `orders`, SI units.
+    def responses(self, vehicle: Vehicle, orders: Orders) -> np.ndarray:
+        """Values (n_samples + 1, n_actuators): the answer of the actuators to `orders`, SI units.
 
         Raises
         ------
         InputError
             For a control that the vehicle does not have.
         """
-        times = self.times(vehicle)
-        controls = np.zeros((len(times), len(vehicle.equations.controls)))
-        for column, (at, ordered) in orders.items():
-            j = vehicle.equations.control(column, f"manoeuvre '{self.name}'")
-            controls[:, j] = actuators.response(
-                times,
-                at * self.clock(vehicle),
-                ordered,
-                vehicle.plane_rate_radps,
-                vehicle.plane_time_constant_s,
-                vehicle.plane_limits_rad[j],
-            )
-        return controls
+        orders = {column: (at * self.clock(vehicle), ordered) for column, (at, ordered) in orders.items()}
+        return vehicle.actuators.responses(self.times(vehicle), orders, f"manoeuvre '{self.name}'")
 
 
 class StepsFile(ManoeuvreFile):
@@ -168,7 +156,7 @@ class RandomFile(ManoeuvreFile):
         at = np.arange(self.start_s, self.duration_s, self.interval_s)
         limits = np.radians([self.rudder_limit_deg, self.stern_plane_limit_deg])
         places = [vehicle.equations.control(column, f"manoeuvre '{self.name}'") for column in (RUDDER, STERN_PLANE)]
-        limits = np.minimum(limits, vehicle.plane_limits_rad[places])
+        limits = np.minimum(limits, vehicle.actuators.limits[places])
         rudder, stern = (limits * rng.uniform(-1.0, 1.0, (len(at), 2))).T
         return {RUDDER: (at, rudder), STERN_PLANE: (at, stern)}
 
@@ -191,12 +179,14 @@ class ClosedLoopFile(ManoeuvreFile):
     def recorded(self, vehicle: Vehicle) -> Orders:
         """The orders that `vehicle` gets when it flies in closed loop."""
         sample = self.duration_s / self.n_samples
+        clock = self.clock(vehicle)
         flight = closed_loop.Flight(
             vehicle,
             self.subproblem,
-            sample * self.clock(vehicle),
-            self.controls(vehicle, self.fixed),
+            sample * clock,
+            self.responses(vehicle, self.fixed),
             self.initial_state(vehicle),
+            {column: (at * clock, ordered) for column, (at, ordered) in self.fixed.items()},
         )
         self.steer(flight)
         recorded = {j: (np.array(at) * sample, np.array(angles)) for j, (at, angles) in flight.orders.items()}

@@ -31,6 +31,11 @@ class Manoeuvre:
     description : str
     columns : tuple of str
         Short names of the controls, by default those of the submarine's three.
+    inputs : (n, n_actuators) array or None
+        Of the actuators in the columns of a log, SI units, of which `controls` are the mix; None of a vehicle whose
+        actuators are the controls themselves.
+    input_columns : tuple of str
+        Short names of these columns.
     """
 
     name: str
@@ -41,23 +46,32 @@ class Manoeuvre:
     subproblem: str | None = None
     description: str = ""
     columns: tuple[str, ...] = log_files.CONTROLS
+    inputs: np.ndarray | None = None
+    input_columns: tuple[str, ...] = ()
 
     def __post_init__(self):
-        for array in (self.times, self.controls, self.rpm, self.initial_state):
-            array.setflags(write=False)
+        for array in (self.times, self.controls, self.rpm, self.initial_state, self.inputs):
+            if array is not None:
+                array.setflags(write=False)
 
     @property
     def duration(self) -> float:
         """Length in seconds."""
         return float(self.times[-1])
 
+    @property
+    def log(self) -> dict[str, np.ndarray]:
+        """Short name -> (n,) histories as a log has them: of actuators or controls, and the propeller speed."""
+        names, inputs = (self.columns, self.controls) if self.inputs is None else (self.input_columns, self.inputs)
+        return dict(zip(names, inputs.T, strict=True)) | {"rpm": self.rpm}
+
 
 def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
     """Build a manoeuvre for `vehicle` from a built-in name, a TOML file or a control-history CSV.
 
-    ``random:17`` is the random manoeuvre of seed 17. A CSV has the columns ``time_s, rudder_deg, bow_plane_deg,
-    stern_plane_deg, rpm``; missing plane columns are zero and without ``rpm`` the propeller keeps its self-propelled
-    speed.
+    ``random:17`` is the random manoeuvre of seed 17. A CSV has the columns ``time_s``, those of the vehicle's actuators
+    such as ``rudder_deg, bow_plane_deg, stern_plane_deg``, and ``rpm``; what is missing rests at zero, and without
+    ``rpm`` the propeller keeps its self-propelled speed.
 
     Raises
     ------
@@ -100,38 +114,48 @@ def _random_file(seed: int, **changes) -> RandomFile:
 
 def _build(file: ManoeuvreFile, vehicle: Vehicle) -> Manoeuvre:
     times = file.times(vehicle)
-    return Manoeuvre(
-        name=file.name,
-        times=times,
-        controls=file.controls(vehicle, file.orders(vehicle)),
-        rpm=np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps),
-        initial_state=file.initial_state(vehicle),
+    return of_inputs(
+        file.name,
+        times,
+        file.responses(vehicle, file.orders(vehicle)),
+        np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps),
+        file.initial_state(vehicle),
+        vehicle,
         subproblem=file.subproblem,
         description=file.description,
-        columns=tuple(control.short for control in vehicle.equations.controls),
     )
 
 
+def of_inputs(
+    name: str,
+    times: np.ndarray,
+    inputs: np.ndarray,
+    rpm: np.ndarray,
+    initial_state: np.ndarray,
+    vehicle: Vehicle,
+    **others: object,
+) -> Manoeuvre:
+    """The manoeuvre of inputs (n, n_actuators) to the actuators of a vehicle; the rest as for :class:`Manoeuvre`."""
+    actuators = vehicle.actuators
+    columns = tuple(control.short for control in vehicle.equations.controls)
+    if not actuators.direct:
+        others |= {"inputs": inputs, "input_columns": actuators.shorts}
+    return Manoeuvre(name, times, actuators.mixed(inputs), rpm, initial_state, columns=columns, **others)
+
+
 def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
-    controls = vehicle.equations.controls
-    log = log_files.read_log(path, [control.column for control in controls])
+    actuators = vehicle.actuators
+    log = log_files.read_log(path, actuators.columns)
     times = log.pop("time")
-    expected = [*(control.short for control in controls), "rpm"]
-    unknown = [name for name in log if name not in expected]
-    if unknown and not any(name in log for name in expected):
-        listed = ", ".join([*(control.column for control in controls), "rpm"])
-        raise InputError(f"{path}: has no control column; expected some of {listed}")
-    others = [name for name in log_files.CONTROLS if name in log and name not in expected and np.any(log[name] != 0.0)]
-    if others:
-        vehicle.equations.control(log_files.HEADERS[others[0]], str(path))
+    expected = [*actuators.shorts, "rpm"]
+    values = actuators.values(log, len(times), str(path))
+    if log and not any(name in log for name in expected):
+        raise InputError(f"{path}: has no control column; expected some of {', '.join([*actuators.columns, 'rpm'])}")
     if times[0] != 0.0:
         raise InputError(f"{path}: a control history begins at time_s = 0, found {times[0]:g}")
     if len(times) < 2:
         raise InputError(f"{path}: a control history needs at least two rows")
-    zero = np.zeros(len(times))
-    history = np.column_stack([log.get(control.short, zero) for control in controls] or [np.empty((len(times), 0))])
     rpm = log.get("rpm", np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps))
-    if not (np.isfinite(history).all() and np.isfinite(rpm).all()):
+    if not (np.isfinite(values).all() and np.isfinite(rpm).all()):
         raise InputError(f"{path}: a control column has empty cells; every row needs its controls")
-    columns = tuple(control.short for control in controls)
-    return Manoeuvre(path.stem, times, history, rpm, straight_and_level(vehicle), columns=columns)
+    return of_inputs(path.stem, times, values, rpm, straight_and_level(vehicle), vehicle)

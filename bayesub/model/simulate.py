@@ -1,6 +1,6 @@
 """Simulate trials: a vehicle, a manoeuvre and a batch of coefficient sets give a batch of trajectories."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -8,7 +8,6 @@ from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import families, workspace
 from bayesub.model.equations import AXES
-from bayesub.model.equations.generate import directory
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
@@ -38,6 +37,11 @@ class Simulator:
         "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
     attitude : str
         "euler", or "quaternion" to fly through 90 degrees of pitch (output in Euler angles all the same).
+    varied : tuple of str
+        Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`), n_varied of them, by which
+        members of a batch may differ.
+    changes : dict of str to float
+        Parameters of actuators -> how much they differ, for all members, from no bias and a scale of one.
 
     Raises
     ------
@@ -55,6 +59,8 @@ class Simulator:
         controls: str = "linear",
         subproblem: str | None = _UNSET,
         attitude: str = "euler",
+        varied: tuple[str, ...] = (),
+        changes: Mapping[str, float] | None = None,
     ):
         if subproblem == _UNSET:
             subproblem = manoeuvre.subproblem
@@ -65,17 +71,13 @@ class Simulator:
             raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion")
         if dt is not None and not (np.isfinite(dt) and dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {dt}")
-        columns = tuple(control.short for control in vehicle.equations.controls)
-        if manoeuvre.columns != columns:
-            raise InputError(
-                f"manoeuvre '{manoeuvre.name}' moves {', '.join(manoeuvre.columns) or 'nothing'}, the equations of "
-                f"'{vehicle.name}' have {', '.join(columns) or 'no controls'}; load it for this vehicle"
-            )
-        self._folder = str(directory(vehicle.equations, subproblem))
+        _check_columns(manoeuvre, vehicle)
+        self._folder = vehicle.kernel_folder(subproblem)
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
         self.subproblem = subproblem
         self.convention, self.attitude = controls, attitude
+        self.varied, self.changes = tuple(varied), dict(changes or {})
         self.step = choose_step(vehicle, manoeuvre, subproblem, attitude) if dt is None else float(dt)
         self.times = np.array(times, dtype=float)
         if self.times.size == 0 or not (self.times[0] >= 0 and self.times[-1] <= manoeuvre.duration * (1 + 1e-12)):
@@ -95,8 +97,9 @@ class Simulator:
         equations = vehicle.equations
         self._inactive = np.isin(equations.names, equations.active(subproblem=subproblem), invert=True)
         self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
-        self._stages = np.stack([self.controls_at(starts + f * self.step) for f in (0.0, middle, end)], axis=1)
-        self._variations = np.zeros((*self._stages.shape[:2], 0, self._stages.shape[2]))
+        self._stage_times = [starts + f * self.step for f in (0.0, middle, end)]
+        self._stages = np.stack([self.controls_at(at) for at in self._stage_times], axis=1)
+        self._variations = self._variations_by(self.varied)
 
     def at(self, times: np.ndarray) -> "Simulator":
         """The same simulator with other output times."""
@@ -108,13 +111,34 @@ class Simulator:
             controls=self.convention,
             subproblem=self.subproblem,
             attitude=self.attitude,
+            varied=self.varied,
+            changes=self.changes,
         )
 
-    def controls_at(self, times):
-        """(n, n_controls + 1): the controls of the equations and n/k0, linearly interpolated."""
+    def inputs_at(self, times: np.ndarray) -> np.ndarray:
+        """(n, n_actuators) what the log says of the actuators at times (n,), linearly interpolated."""
         history = self.manoeuvre
-        columns = [*history.controls.T, history.rpm / self.vehicle.rpm_per_mps]
-        return np.stack([np.interp(times, history.times, column) for column in columns], axis=-1)
+        inputs = history.controls if self.vehicle.actuators.direct else history.inputs
+        columns = [np.interp(times, history.times, column) for column in inputs.T]
+        return np.column_stack(columns or [np.empty((len(times), 0))])
+
+    def controls_at(self, times: np.ndarray) -> np.ndarray:
+        """(n, n_controls + 1): the controls of the equations and n/k0; then, if there are any, forces from outside."""
+        history, actuators, inputs = self.manoeuvre, self.vehicle.actuators, self.inputs_at(times)
+        speed = np.interp(times, history.times, history.rpm / self.vehicle.rpm_per_mps)
+        controls = actuators.kernel_controls(inputs, speed, self.subproblem)
+        for parameter, amount in self.changes.items():
+            controls = controls + amount * actuators.variation(parameter, inputs, self.subproblem)
+        return controls
+
+    def _variations_by(self, parameters) -> np.ndarray:
+        """(n_steps + 1, 3, n, n_columns) what a unit of each parameter of the actuators adds to the stages."""
+        variations = np.zeros((*self._stages.shape[:2], len(parameters), self._stages.shape[2]))
+        for k, times in enumerate(self._stage_times if len(parameters) else ()):
+            inputs = self.inputs_at(times)
+            for m, parameter in enumerate(parameters):
+                variations[:, k, m] = self.vehicle.actuators.variation(parameter, inputs, self.subproblem)
+        return variations
 
     @property
     def kernels(self) -> families.Family:
@@ -133,6 +157,7 @@ class Simulator:
         *,
         body: np.ndarray | None = None,
         initial: np.ndarray | None = None,
+        amounts: np.ndarray | None = None,
         outputs: tuple[str, ...] = log_files.STATES,
         parallel: bool = True,
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -145,6 +170,8 @@ class Simulator:
             Body vectors, SI units; by default the vehicle's.
         initial : (n_batch, 12) array, optional
             States at the start; by default the manoeuvre's.
+        amounts : (n_batch, n_varied) array, optional
+            How much the parameters of the actuators that vary differ; by default not at all.
         outputs : tuple of str
             Short names of the states and accelerations that are wanted.
         parallel : bool
@@ -167,7 +194,7 @@ class Simulator:
             self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else initial,
             self._stages,
             self._variations,
-            np.zeros((n_batch, self._variations.shape[2])),
+            np.zeros((n_batch, len(self.varied))) if amounts is None else amounts,
             self.step,
             self.times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
@@ -193,6 +220,7 @@ class Simulator:
         *,
         body: np.ndarray | None = None,
         initial: np.ndarray | None = None,
+        amounts: np.ndarray | None = None,
     ) -> np.ndarray:
         """Derivatives of the motion of one coefficient set at the output times.
 
@@ -204,13 +232,16 @@ class Simulator:
         xi : (n_terms,) array
         parameters : iterable of str
             Names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9 non-dimensional;
-            mass, weight and buoyancy are three numbers), or of states at the start, such as "u0".
+            mass, weight and buoyancy are three numbers), of states at the start, such as "u0", or of what is unknown of
+            actuators, such as "bias_rudder_deg".
         outputs : tuple of str
             Short names of the states and accelerations whose derivatives are wanted.
         body : (N_BODY,) array, optional
             By default the vehicle's.
         initial : (12,) array, optional
             By default the manoeuvre's.
+        amounts : (n_varied,) array, optional
+            As of :meth:`run`.
 
         Returns
         -------
@@ -222,21 +253,22 @@ class Simulator:
         dimensional = self.dimensional(xi)
         bodies = self._bodies(None if body is None else np.array(body)[None], 1)
         initial = np.array(self.manoeuvre.initial_state if initial is None else initial)[None]
+        stages = self._stages
+        if amounts is not None:
+            stages = stages + np.tensordot(amounts, self._variations, axes=(0, 2))
         kernel = self.kernels.sensitivities
-        history = kernel.fly(
-            dimensional, bodies, initial, self._stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps
-        )
-        columns = self._sensitivity_columns(parameters)
+        history = kernel.fly(dimensional, bodies, initial, stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps)
+        firsts, variations, *columns = self._sensitivity_columns(parameters)
         rows = np.array(log_files.positions(*outputs))
         derivatives = kernel.sensitivities(
-            dimensional, bodies, history, self._stages, self._variations, self.step, self.times, *columns[1:], rows
+            dimensional, bodies, history, stages, variations, self.step, self.times, *columns, rows
         )
-        if len(columns[0]) < derivatives.shape[1]:
-            derivatives = np.add.reduceat(derivatives, columns[0], axis=1)
+        if len(firsts) < derivatives.shape[1]:
+            derivatives = np.add.reduceat(derivatives, firsts, axis=1)
         return derivatives.swapaxes(1, 2)
 
     def _sensitivity_columns(self, parameters):
-        """First column of each parameter, and what the kernel `sensitivities` asks for."""
+        """First column of each parameter, and what the kernel `sensitivities` asks for, variations first."""
         parameters = tuple(parameters)
         if parameters in self._columns:
             return self._columns[parameters]
@@ -244,6 +276,8 @@ class Simulator:
         idle = self.vehicle.idle(self.subproblem)
         factors_of = self.vehicle.dimensional_factors
         thrust_factor = 0.5 * self.vehicle.water_density_kgm3 * self.vehicle.length_m**2
+        of_actuators = [name for name in parameters if name in self.vehicle.actuators.parameters]
+        after_body = len(equations.names) + 6 * sum(name in workspace.BODY for name in parameters)
         body, columns, firsts = [], [], []
         for name in parameters:
             firsts.append(len(columns))
@@ -256,10 +290,14 @@ class Simulator:
                 factor = used * (thrust_factor if name in workspace.THRUST else 1.0)
                 columns += [(first + axis, factor, axis, None) for axis in range(6)]
                 body.append(workspace.BODY.index(name))
+            elif name in of_actuators:
+                first = after_body + 6 * of_actuators.index(name)
+                columns += [(first + axis, 1.0, axis, None) for axis in range(6)]
             elif name[-1:] == "0" and name[:-1] in log_files.STATES:
                 columns.append((0, 0.0, 0, log_files.STATES.index(name[:-1])))
             else:
                 valid = [*equations.names, *workspace.BODY, *(f"{state}0" for state in log_files.STATES)]
+                valid += self.vehicle.actuators.parameters
                 raise InputError(f"unknown parameter '{name}'{nearest(name, valid)}")
         sources, factors, axes, starts = zip(*columns, strict=True)
         initial = np.zeros((len(columns), self.kernels.sensitivities.WIDTH))
@@ -267,15 +305,16 @@ class Simulator:
             if start is not None:
                 initial[column, start] = 1.0
         arrays = np.array(body, dtype=int), np.array(sources), np.array(factors), np.array(axes), initial
-        self._columns[parameters] = firsts, *arrays
+        self._columns[parameters] = firsts, self._variations_by(of_actuators), *arrays
         return self._columns[parameters]
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:
         """The motion of coefficient sets `xi` (n_batch, n_terms), all twelve states."""
         states, status = self.run(xi)
-        controls = self.controls_at(self.times)
-        rpm = controls[:, -1] * self.vehicle.rpm_per_mps
-        return Trajectory(self.times, states, controls[:, :-1], rpm, np.array(STATUS)[status], self, np.atleast_2d(xi))
+        n = len(self.vehicle.equations.controls)
+        controls, ordered_speed = np.split(self.controls_at(self.times)[:, : n + 1], [n], axis=1)
+        rpm = ordered_speed[:, 0] * self.vehicle.rpm_per_mps
+        return Trajectory(self.times, states, controls, rpm, np.array(STATUS)[status], self, np.atleast_2d(xi))
 
     def _bodies(self, body, n_batch):
         """Body vectors (n_batch, N_BODY), by default the vehicle's, with the constants of the equations."""
@@ -285,6 +324,19 @@ class Simulator:
     @staticmethod
     def _repeated(row, n_batch):
         return np.repeat(row[None], n_batch, axis=0)
+
+
+def _check_columns(manoeuvre: Manoeuvre, vehicle: Vehicle) -> None:
+    """InputError for a manoeuvre that moves other controls or actuators than the vehicle has."""
+    moved, present = manoeuvre.columns, tuple(control.short for control in vehicle.equations.controls)
+    of = "the equations of "
+    if moved == present and not vehicle.actuators.direct:
+        moved, present, of = manoeuvre.input_columns, vehicle.actuators.shorts, ""
+    if moved != present:
+        raise InputError(
+            f"manoeuvre '{manoeuvre.name}' moves {', '.join(moved) or 'nothing'}, {of}"
+            f"'{vehicle.name}' have {', '.join(present) or 'no controls'}; load it for this vehicle"
+        )
 
 
 def simulate(
@@ -376,7 +428,13 @@ def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, 
     return ladder[-1]
 
 
-def accelerations(vehicle: Vehicle, states: np.ndarray, controls: np.ndarray, rpm: np.ndarray | float) -> np.ndarray:
+def accelerations(
+    vehicle: Vehicle,
+    states: np.ndarray,
+    controls: np.ndarray,
+    rpm: np.ndarray | float,
+    inputs: np.ndarray | None = None,
+) -> np.ndarray:
     """Body accelerations at given states, from all six equations of motion (model manual, section 6).
 
     Parameters
@@ -387,6 +445,8 @@ def accelerations(vehicle: Vehicle, states: np.ndarray, controls: np.ndarray, rp
     controls : (n, n_controls) array
         Of the equations, SI units.
     rpm : (n,) array or float
+    inputs : (n, n_actuators) array, optional
+        Of the actuators, of which the propellers and thrusters push; by default at rest.
 
     Returns
     -------
@@ -397,6 +457,9 @@ def accelerations(vehicle: Vehicle, states: np.ndarray, controls: np.ndarray, rp
     ordered = np.empty((len(states), len(vehicle.equations.controls) + 1))
     ordered[:, :-1] = controls
     ordered[:, -1] = np.asarray(rpm, dtype=float) / vehicle.rpm_per_mps
+    if vehicle.actuators.external:
+        inputs = np.tile(vehicle.actuators.rest, (len(states), 1)) if inputs is None else inputs
+        ordered = np.hstack([ordered, vehicle.actuators.wrenches(inputs, None)])
     dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
     body = np.concatenate([vehicle.restricted(None).body, vehicle.constants])[None]
     return vehicle.kernels().integrate.body_accelerations(dimensional, body, states[None], ordered)[0]

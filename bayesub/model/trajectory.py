@@ -52,6 +52,12 @@ class Trajectory:
         """(n_batch, n_times, 6) udot vdot wdot (m/s^2) and pdot qdot rdot (rad/s^2), from the equations of motion."""
         return self.simulator.accelerations(self.xi, self.states)
 
+    @property
+    def log(self) -> dict[str, np.ndarray]:
+        """Short name -> (n_times,) histories as a log has them: of actuators and the propeller speed."""
+        values = self.simulator.inputs_at(self.times)
+        return dict(zip(self.simulator.vehicle.actuators.shorts, values.T, strict=True)) | {"rpm": self.rpm}
+
     def resampled(self, times: np.ndarray) -> Trajectory:
         """The same motion at other output times (s), which must not descend."""
         return self.simulator.at(times).trajectory(self.xi)
@@ -65,9 +71,7 @@ class Trajectory:
 
     def save(self, path: str | Path, member: int = 0) -> None:
         """Write one member with its controls and accelerations as a track CSV."""
-        log = {"time": self.times, "rpm": self.rpm}
-        controls = self.simulator.vehicle.equations.controls
-        log |= {control.short: column for control, column in zip(controls, self.controls.T, strict=True)}
+        log = {"time": self.times} | self.log
         log |= dict(zip(log_files.STATES, self.states[member].T, strict=True))
         log |= dict(zip(ACCELERATIONS, self.accelerations[member].T, strict=True))
         log_files.write_log(Path(path), log)

@@ -17,7 +17,9 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source, nearest
 from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
 from bayesub.kernels import workspace
-from bayesub.model import mass
+from bayesub.model import actuator_files, mass
+from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection
+from bayesub.model.actuators import Actuators
 from bayesub.model.equations import EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import directory
@@ -193,15 +195,6 @@ def _model_of(section) -> str | None:
     return section.get("model", "polynomial") if isinstance(section, dict) else getattr(section, "model", None)
 
 
-class ActuatorsSection(Section):
-    """Dynamics and limits of rudder and planes."""
-
-    rate_deg_s: Positive
-    time_constant_s: Positive
-    rudder_limit_deg: float = pydantic.Field(gt=0, le=90)
-    plane_limit_deg: float | None = pydantic.Field(default=None, gt=0, le=90)
-
-
 class HullSection(Section):
     """Height and breadth of the hull at stations along it, for equations that integrate the cross-flow."""
 
@@ -257,7 +250,10 @@ class VehicleFile(Section):
         | Annotated[NoPropulsionSection, pydantic.Tag("none")],
         pydantic.Discriminator(_model_of),
     ]
-    actuators: ActuatorsSection
+    actuators: Annotated[
+        Annotated[ActuatorsSection, pydantic.Tag("table")] | Annotated[ActuatorArray, pydantic.Tag("array")],
+        pydantic.Discriminator(lambda section: "array" if isinstance(section, tuple) else "table"),
+    ]
     coefficients: dict[str, Annotated[CoefficientSection, pydantic.BeforeValidator(_as_section)]]
 
 
@@ -279,10 +275,8 @@ class Vehicle:
         At which trials begin.
     rpm_per_mps : float
         Propeller speed that self-propels, for a speed of 1 m/s.
-    plane_rate_radps : float
-    plane_time_constant_s : float
-    plane_limits_rad : (n_controls,) array
-        Of the controls of the equations.
+    actuators : Actuators
+        What moves the controls of the equations, and pushes from outside.
     body : (N_BODY,) array
         All else that moves the boat, in the order of :data:`bayesub.kernels.workspace.BODY`.
     xi : (n_terms,) array
@@ -302,9 +296,7 @@ class Vehicle:
     speed_mps: float
     depth_m: float
     rpm_per_mps: float
-    plane_rate_radps: float
-    plane_time_constant_s: float
-    plane_limits_rad: np.ndarray
+    actuators: Actuators
     body: np.ndarray
     xi: np.ndarray
     sd: np.ndarray
@@ -312,7 +304,7 @@ class Vehicle:
     hull: np.ndarray | None = None
 
     def __post_init__(self):
-        for array in (self.plane_limits_rad, self.body, self.xi, self.sd):
+        for array in (self.body, self.xi, self.sd):
             array.setflags(write=False)
 
     @cached_property
@@ -325,11 +317,15 @@ class Vehicle:
         """What the equations need besides coefficients and body (:meth:`EquationSet.constants`)."""
         return self.equations.constants(self.speed_mps, self.hull)
 
+    def kernel_folder(self, subproblem: str | None = None) -> str:
+        """Where the forces are for which the kernels are compiled."""
+        return str(directory(self.equations, subproblem, self.actuators.external))
+
     def kernels(self, subproblem: str | None = None) -> families.Family:
         """The compiled kernels of the equations, with the terms of a sub-problem."""
         from bayesub.kernels import families  # importing numba takes a second
 
-        return families.compiled(str(directory(self.equations, subproblem)))
+        return families.compiled(self.kernel_folder(subproblem))
 
     @property
     def mass_matrix(self) -> np.ndarray:
@@ -383,6 +379,9 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
         With file, key and remedy.
     """
     path = toml_files.find(located(str(name)), "vehicles")
+    lines = {line.partition("#")[0].strip() for line in toml_files.read_text(path).splitlines()}
+    if {"[actuators]", "[[actuators]]"} <= lines:  # which TOML itself refuses in other words
+        raise InputError(f"{path}: has both [actuators] and [[actuators]]; keep one of them")
     file = toml_files.read_toml(path, VehicleFile)
     with error_source(f"{path}: equations"):
         equations = load_equations(beside(str(name), file.equations), located)
@@ -393,6 +392,7 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
         with np.errstate(all="ignore"):
             vehicle = _built(file, equations)
             sizes = [*vehicle.body, *(vehicle.xi * vehicle.dimensional_factors), vehicle.rpm_per_mps]
+            sizes += [*vehicle.actuators.wrenches(vehicle.actuators.rest[None], None)[0]]
     except OverflowError:
         sizes = [math.inf]
     if not np.isfinite(sizes).all() or not vehicle.rpm_per_mps > 0.0 or not vehicle.dimensional_factors.all():
@@ -428,14 +428,11 @@ def _misfit(file: VehicleFile, equations: EquationSet) -> str:
         return f"coefficients: {total} missing ({listed}); write 0 where there is none"
     if equations.has_crossflow and file.hull is None:
         return f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it"
-    others = [c.column for c in equations.controls if c.column.endswith("_deg") and c.column != "rudder_deg"]
-    if others and file.actuators.plane_limit_deg is None:
-        return f"actuators: plane_limit_deg is missing; the equations '{equations.name}' have {', '.join(others)}"
-    return ""
+    return actuator_files.misfit(file.actuators, equations, file.body.length_m)
 
 
 def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
-    body, trial, propulsion, actuators = file.body, file.trial, file.propulsion, file.actuators
+    body, trial, propulsion = file.body, file.trial, file.propulsion
     xi = np.array([file.coefficients[name].value for name in equations.names])
     hull = None if file.hull is None else np.array([file.hull.x_m, file.hull.height_m, file.hull.breadth_m])
     sds = {name: math.nan if section.sd is None else section.sd for name, section in file.coefficients.items()}
@@ -458,8 +455,6 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         "Kn1": kn1 * rpm_per_mps**2,
         "Kn2": kn2 * rpm_per_mps,
     }
-    by_column = {"rudder_deg": actuators.rudder_limit_deg}
-    limits = [by_column.get(control.column, actuators.plane_limit_deg) for control in equations.controls]
     return Vehicle(
         name=file.name,
         description=file.description,
@@ -469,9 +464,7 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         speed_mps=trial.speed_mps,
         depth_m=trial.depth_m,
         rpm_per_mps=rpm_per_mps,
-        plane_rate_radps=np.radians(actuators.rate_deg_s).item(),
-        plane_time_constant_s=actuators.time_constant_s,
-        plane_limits_rad=np.radians(np.array(limits, dtype=float)),
+        actuators=actuator_files.build(file.actuators, equations, body.water_density_kgm3),
         body=np.array([row[key] for key in workspace.BODY]),
         xi=xi,
         sd=np.array([sds[key] for key in equations.names]),

@@ -3,9 +3,9 @@
 import numpy as np
 
 from bayesub.io.log_files import VELOCITIES, positions
-from bayesub.kernels import actuators, workspace
+from bayesub.kernels import workspace
 from bayesub.model.manoeuvre_files import straight_and_level
-from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.manoeuvres import of_inputs
 from bayesub.model.simulate import Simulator, Trajectory, accelerations
 from bayesub.model.vehicles import Vehicle
 from bayesub.report.contributions import slopes
@@ -47,23 +47,13 @@ def fly(vehicle: Vehicle, lengths: float, orders: dict[str, float], subproblem: 
     if not (1.0 / LONGEST_S < scale < LONGEST_S and np.isfinite(rpm) and rpm > 0.0):
         return None
     times = np.linspace(0.0, lengths, round(lengths / STEP) + 1) * scale
-    equations = vehicle.equations
-    controls = np.zeros((len(times), len(equations.controls)))
-    for column, angle in orders.items():
-        plane = equations.control(column, "check")
-        demand = float(np.clip(angle, -vehicle.plane_limits_rad[plane], vehicle.plane_limits_rad[plane]))
-        moved = actuators.response(
-            times,
-            np.zeros(1),
-            np.full(1, demand),
-            np.float64(vehicle.plane_rate_radps),
-            np.float64(vehicle.plane_time_constant_s),
-            abs(demand),
-        )
-        controls[:, plane] = np.where(np.isfinite(moved), moved, demand)
-    columns = tuple(control.short for control in equations.controls)
+    actuators = vehicle.actuators
+    given = {column: (np.zeros(1), np.full(1, angle)) for column, angle in orders.items()}
+    inputs = actuators.responses(times, given, "check")
+    for i, (_, demand) in actuators.demands(given, "check").items():
+        inputs[:, i] = np.where(np.isfinite(inputs[:, i]), inputs[:, i], np.clip(demand, *actuators.members[i].range))
     start, ordered = straight_and_level(vehicle), np.full(len(times), rpm)
-    flown = Manoeuvre("check", times, controls, ordered, start, subproblem, columns=columns)
+    flown = of_inputs("check", times, inputs, ordered, start, vehicle, subproblem=subproblem)
     for step in (STEP * scale, 0.1 * STEP * scale):
         trajectory = Simulator(vehicle, flown, times, dt=step).trajectory(vehicle.xi)
         if trajectory.status[0] == "ok":

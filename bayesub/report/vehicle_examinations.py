@@ -189,17 +189,23 @@ def _roll_terms(boat: Vehicle) -> str:
 
 
 def _lacks(boat: Vehicle, column: str) -> str:
-    """Why a control is not tried; empty if the equations have it."""
-    if column in (control.column for control in boat.equations.controls):
-        return ""
-    return f"the equations '{boat.equations.name}' know no {column}"
+    """Why a control is not tried; empty if the equations have it and an actuator moves it."""
+    columns = [control.column for control in boat.equations.controls]
+    if column not in columns:
+        return f"the equations '{boat.equations.name}' know no {column}"
+    return "" if boat.actuators.allocation[:, columns.index(column)].any() else f"no actuator moves {column}"
+
+
+def _angle(boat: Vehicle, column: str, largest: float) -> float:
+    """An angle in degrees to which the actuators can bring a control."""
+    return min(largest, float(np.degrees(boat.actuators.limits[boat.equations.control(column, "check")])))
 
 
 def turn(boat: Vehicle) -> Examination:
     """The turning circle."""
     if reason := _lacks(boat, RUDDER):
         return Examination({"turning_circle": None}, skipped={"turning_circle": reason})
-    rudder = min(RUDDER_DEG, float(np.degrees(boat.plane_limits_rad[boat.equations.control(RUDDER, "check")])))
+    rudder = _angle(boat, RUDDER, RUDDER_DEG)
     orders = {RUDDER: np.radians(rudder)}
     trajectory, states, warnings = _flight(boat, TURN, orders, "horizontal", "the turning circle")
     flights = {} if trajectory is None else {"turn": trajectory}
@@ -231,7 +237,7 @@ def dive(boat: Vehicle) -> Examination:
     """The answer to the stern planes."""
     if reason := PLANAR if boat.equations.degrees_of_freedom == 3 else _lacks(boat, STERN_PLANE):
         return Examination({"stern_plane": None}, skipped={"stern_plane": reason})
-    plane = min(PLANE_DEG, float(np.degrees(boat.plane_limits_rad[boat.equations.control(STERN_PLANE, "check")])))
+    plane = _angle(boat, STERN_PLANE, PLANE_DEG)
     trajectory, states, warnings = _flight(boat, DIVE, {STERN_PLANE: np.radians(plane)}, "vertical", "the dive")
     flights = {} if trajectory is None else {"dive": trajectory}
     if states is None:

@@ -9,6 +9,7 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.trajectory import Trajectory
 from bayesub.sensors.lever_arm import TURNING
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat
 
@@ -126,7 +127,7 @@ class Record:
         """(n_readings,) standard deviations of noise and rounding error together, SI units."""
         return np.repeat([c.total_sd for c in self.channels], [len(c.times) for c in self.channels])
 
-    def save(self, path: str | Path, manoeuvre: Manoeuvre | None = None) -> None:
+    def save(self, path: str | Path, manoeuvre: Manoeuvre | Trajectory | None = None) -> None:
         """Write the readings as a CSV with units in the column names; a missing reading is an empty cell.
 
         Times that are the same to the digits of the file share a row. With a `manoeuvre` its controls are written too,
@@ -134,8 +135,7 @@ class Record:
         """
         columns = [(c.quantity, c.times + c.clock_offset_s, c.values) for c in self.channels]
         if manoeuvre is not None:
-            controls = zip((*manoeuvre.columns, "rpm"), (*manoeuvre.controls.T, manoeuvre.rpm), strict=True)
-            columns += [(name, manoeuvre.times, values) for name, values in controls]
+            columns += [(name, manoeuvre.times, values) for name, values in manoeuvre.log.items()]
         written = [np.char.mod(log_files.WRITTEN, times).astype(float) for _, times, _ in columns]
         times = np.unique(np.concatenate(written))
         log = {"time": times}

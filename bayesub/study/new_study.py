@@ -6,12 +6,14 @@ import numpy as np
 
 from bayesub.io import log_files, templates
 from bayesub.io.errors import InputError
-from bayesub.model.equations import EquationSet
-from bayesub.model.vehicles import load_vehicle
+from bayesub.model.equations import AXES
+from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem.nuisance import MOVING
 from bayesub.sensors.sensor import QUANTITIES
 from bayesub.study import new_files
 
+STILL = 1e-9  # rad, and of the largest force: round-off in a control or a force that actuators do not move
+_ACROSS = {"Y": "horizontal", "N": "horizontal", "Z": "vertical", "M": "vertical", "K": None}  # planes of forces
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 _OVER_GROUND = {"x", "y", "u_ground", "v_ground"}
 
@@ -60,9 +62,9 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
 
     Planes that rest confine the motion to the horizontal or the vertical; what does not change in it is ignored.
     """
-    equations = load_vehicle(vehicle).equations
-    log = log_files.read_log(data, [control.column for control in equations.controls])
-    plane = _plane(equations, log)
+    boat = load_vehicle(vehicle)
+    log = log_files.read_log(data, boat.actuators.columns)
+    plane = _plane(boat, np.nan_to_num(boat.actuators.values(log, len(log["time"]), str(data))))
     changing = MOVING.get(plane, log_files.STATES)
     measured = [
         key for key in log_files.HEADERS if key in log and key in QUANTITIES and np.isfinite(log[key]).sum() >= 3
@@ -96,14 +98,15 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     )
 
 
-def _plane(equations: EquationSet, log: dict[str, np.ndarray]) -> str:
-    """The plane of motion of the controls that move: "horizontal", "vertical", or "all" for both."""
-    moving = {
-        control.subproblem
-        for control in equations.controls
-        if control.short in log and np.ptp(np.nan_to_num(log[control.short])) > 0.0
-    }
-    if equations.degrees_of_freedom == 3 or moving <= {"horizontal"}:
+def _plane(boat: Vehicle, inputs: np.ndarray) -> str:
+    """The plane of motion of the actuators that move: "horizontal", "vertical", or "all" for both."""
+    actuators = boat.actuators
+    forces = actuators.wrenches(inputs, None).reshape(-1, 2, len(AXES))
+    changes = np.ptp(forces, axis=0).max(axis=0) > STILL * np.abs(forces).max(axis=(0, 1))
+    moving = {plane for axis, plane in _ACROSS.items() if changes[AXES.index(axis)]}
+    turned = np.ptp(actuators.mixed(inputs), axis=0) > STILL
+    moving |= {control.subproblem for control, moves in zip(boat.equations.controls, turned, strict=True) if moves}
+    if boat.equations.degrees_of_freedom == 3 or moving <= {"horizontal"}:
         return "horizontal"
     return "vertical" if moving == {"vertical"} else "all"
 

@@ -8,7 +8,7 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.model.manoeuvre_files import straight_and_level
-from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.manoeuvres import Manoeuvre, of_inputs
 from bayesub.model.simulate import Trajectory
 from bayesub.problem import priors
 from bayesub.problem.nuisance import CURRENTS, INITIAL, MOVING
@@ -103,17 +103,16 @@ def read_trial(
         have.
     """
     path, nuisance, known = Path(path), dict(nuisance or {}), dict(known or {})
-    controls = vehicle.equations.controls
-    log = log_files.read_log(path, [control.column for control in controls])
+    columns = vehicle.actuators.shorts
+    log = log_files.read_log(path, vehicle.actuators.columns)
     for column in ignore:
-        if log_files.COLUMNS.get(column, (None,))[0] not in log or column == "time_s":
-            raise InputError(
-                f"{path}: ignore names '{column}', no column{nearest(column, map(log_files.HEADERS.get, log))}"
-            )
-        del log[log_files.COLUMNS[column][0]]
+        short = log_files.COLUMNS.get(column, (column,))[0]
+        if short not in log or column == "time_s":
+            listed = (log_files.HEADERS.get(name, name) for name in log)
+            raise InputError(f"{path}: ignore names '{column}', no column{nearest(column, listed)}")
+        del log[short]
     length_time = vehicle.length_m / vehicle.speed_mps
-    columns = tuple(control.short for control in controls)
-    begin, times, controls, rpm = _controls(log, columns, vehicle, path, max_control_gap_s or length_time)
+    begin, times, inputs, rpm = _controls(log, vehicle, path, max_control_gap_s or length_time)
     readings = {name: values for name, values in log.items() if name not in (*CONTROL_COLUMNS, *columns)}
     readings["time"] = readings["time"] - begin
     sensors = [replace(sensor, clock_offset_s=sensor.clock_offset_s + clock_offset_s) for sensor in flat(sensors)]
@@ -143,7 +142,7 @@ def read_trial(
         raise InputError(
             f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out"
         )
-    manoeuvre = Manoeuvre(name or path.stem, times, controls, rpm, initial, subproblem, columns=columns)
+    manoeuvre = of_inputs(name or path.stem, times, inputs, rpm, initial, vehicle, subproblem=subproblem)
     return Trial(manoeuvre, record, nuisance, n_left_out=whole.n_readings - record.n_readings)
 
 
@@ -152,22 +151,19 @@ def _starts() -> dict[str, tuple[str, float]]:
     return {name: (start[:-1], factor) for name, entry in INITIAL.items() for start, factor in entry.items()}
 
 
-def _controls(log, columns, vehicle, path, max_gap):
-    """Start (s of the log), times (n,) from zero, controls (n, n_controls) and rpm (n,)."""
+def _controls(log, vehicle, path, max_gap):
+    """Start (s of the log), times (n,) from zero, values (n, n_actuators) of the actuators and rpm (n,)."""
     cells = {}
-    for name in (*columns, "rpm"):
+    for name in (*vehicle.actuators.shorts, "rpm"):
         if name in log:
             given = np.isfinite(log[name])
             if given.sum() < 2:
                 column = log_files.HEADERS.get(name, name)
                 raise InputError(f"{path}: control column '{column}' needs two cells at least; delete it if unused")
             cells[name] = log["time"][given], log[name][given]
-    for name in (
-        name for name in log_files.CONTROLS if name in log and name not in columns and np.nansum(np.abs(log[name]))
-    ):
-        vehicle.equations.control(log_files.HEADERS[name], str(path))
+    vehicle.actuators.values(log, len(log["time"]), str(path))  # refuses controls of another boat
     if not cells:
-        expected = ", ".join([*(control.column for control in vehicle.equations.controls), "rpm"])
+        expected = ", ".join([*vehicle.actuators.columns, "rpm"])
         raise InputError(f"{path}: has no control column; expected some of {expected}")
     begin, end = max(times[0] for times, _ in cells.values()), min(times[-1] for times, _ in cells.values())
     if not begin < end:
@@ -184,10 +180,9 @@ def _controls(log, columns, vehicle, path, max_gap):
     times = np.unique(np.concatenate([times for times, _ in cells.values()]))
     times = times[(times >= begin) & (times <= end)]
     joined = {name: np.interp(times, *cell) for name, cell in cells.items()}
-    still = np.zeros(len(times))
-    controls = np.column_stack([joined.get(name, still) for name in columns] or [np.empty((len(times), 0))])
+    inputs = vehicle.actuators.values(joined, len(times), str(path))
     rpm = joined.get("rpm", np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps))
-    return begin, times - begin, controls, rpm
+    return begin, times - begin, inputs, rpm
 
 
 def _within(record, duration, path) -> Record:

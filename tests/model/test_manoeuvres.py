@@ -74,9 +74,9 @@ def test_every_vehicle_flies_every_built_in_manoeuvre(vehicle, name):
     second = vehicle.length_m / vehicle.speed_mps / (102.2606 / 7.5)
     assert manoeuvre.duration == pytest.approx(file.duration_s * second, rel=1e-12)
     assert manoeuvre.controls.any()
-    assert (np.abs(manoeuvre.controls) <= vehicle.plane_limits_rad * (1 + 1e-12)).all()
+    assert (np.abs(manoeuvre.controls) <= vehicle.actuators.limits * (1 + 1e-12)).all()
     rates = np.abs(np.diff(manoeuvre.controls, axis=0)) / np.diff(manoeuvre.times)[:, None]
-    assert rates.max() <= vehicle.plane_rate_radps * (1 + 1e-9)  # differences of angles 0.02 s and more apart
+    assert rates.max() <= vehicle.actuators.members[0].rate * (1 + 1e-9)  # differences of angles 0.02 s and more apart
     flown(vehicle, manoeuvre)
 
 
@@ -91,7 +91,7 @@ def test_replay_is_a_fixed_point(name, recorder, monkeypatch):
     def state_kept(flight, orders, n):
         hold(flight, orders, n)
         track[flight.now] = flight.state
-        track["controls"] = flight.controls
+        track["controls"] = flight.inputs
 
     vehicle = bs.load_vehicle(recorder)
     with monkeypatch.context() as patched:

@@ -33,7 +33,7 @@ def test_order_of_coefficients_in_the_file_does_not_matter(full, boat, vehicle_w
 
 def test_arrays_are_read_only(full):
     """A vehicle cannot be changed by accident."""
-    for array in (full.xi, full.body, full.plane_limits_rad):
+    for array in (full.xi, full.body):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
 

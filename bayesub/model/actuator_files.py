@@ -1,0 +1,264 @@
+"""The actuators of a vehicle file: the table ``[actuators]``, or an array ``[[actuators]]`` of fins and propellers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+import pydantic
+
+from bayesub.io.errors import nearest
+from bayesub.io.log_files import COLUMNS, CONTROL_COLUMNS
+from bayesub.io.toml_files import Positive, Section
+from bayesub.model.actuators import AILERON, Actuator, Actuators
+from bayesub.model.equations import AXES, EquationSet
+
+RUDDER, BOW_PLANE, STERN_PLANE, *_ = CONTROL_COLUMNS
+_SNAPPED = 1e-9  # sines and cosines of right angles
+
+Vector3 = Annotated[tuple[float, float, float], pydantic.Field(description="three numbers")]
+Limit = Annotated[float, pydantic.Field(gt=0, le=90)]
+Name = Annotated[str, pydantic.Field(pattern=r"^[a-z][a-z0-9_]*$")]
+
+
+class ActuatorsSection(Section):
+    """Dynamics and limits of rudder and planes, which are the controls of the equations themselves."""
+
+    rate_deg_s: Positive
+    time_constant_s: Positive
+    rudder_limit_deg: Limit
+    plane_limit_deg: Limit | None = None
+
+
+class ActuatorSection(Section):
+    """What all kinds of ``[[actuators]]`` have."""
+
+    name: Name
+    column: str | None = None
+    sign: Literal[1, -1] = 1
+
+    UNIT: ClassVar[str] = ""
+
+    @property
+    def header(self) -> str:
+        """Its column of a log."""
+        return f"{self.name}_{self.UNIT}" if self.column is None else self.column
+
+    @pydantic.model_validator(mode="after")
+    def _column_of_its_own(self):
+        header = self.header
+        if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]*_{self.UNIT}", header):
+            raise ValueError(
+                f"column '{header}' does not end with the unit of the actuator; write it as ..._{self.UNIT}"
+            )
+        if header in COLUMNS and header not in CONTROL_COLUMNS:
+            raise ValueError(f"column '{header}' is that of the motion of the boat; choose another")
+        return self
+
+
+class FinSection(ActuatorSection):
+    """A control surface by its angle, positive with the trailing edge moved counterclockwise, seen from astern."""
+
+    kind: Literal["fin"]
+    x_m: float | None = None
+    angle_deg: float | None = pydantic.Field(default=None, ge=-360.0, le=360.0)
+    limit_deg: Limit
+    rate_deg_s: Positive
+    time_constant_s: Positive
+    mixing: dict[str, float] | None = None
+
+    UNIT: ClassVar[str] = "deg"
+
+    @pydantic.model_validator(mode="after")
+    def _mixed_somehow(self):
+        if self.mixing is None and self.angle_deg is None:
+            raise ValueError("a fin needs angle_deg, where it stands around the hull, or mixing")
+        if self.mixing is None and (self.x_m or 0.0) > 0.0:
+            raise ValueError(
+                f"x_m = {self.x_m:g} is ahead of the origin, where an angle says no control; give mixing, such as "
+                f"{{ {BOW_PLANE} = 0.5 }}"
+            )
+        if self.mixing is not None and not any(self.mixing.values()):
+            raise ValueError("mixing is zero throughout, so that the fin does nothing")
+        return self
+
+    @property
+    def by_angle(self) -> dict[str, float]:
+        """The forces of a unit angle by where the fin stands, on those of the fin of a positive control."""
+        angle = np.radians(self.angle_deg)
+        parts = {RUDDER: np.cos(angle), STERN_PLANE: -np.sin(angle), AILERON: 1.0}
+        return {column: 0.0 if abs(part) < _SNAPPED else float(part) for column, part in parts.items()}
+
+
+class PushingSection(ActuatorSection):
+    """What pushes along an axis at a place."""
+
+    position_m: Vector3
+    direction: Vector3
+
+    @pydantic.model_validator(mode="after")
+    def _directed(self):
+        if not any(self.direction):
+            raise ValueError("direction has no length; give the axis along which a positive value pushes, as [0, 1, 0]")
+        return self
+
+    @property
+    def axis(self) -> np.ndarray:
+        """(3,) unit vector along which a positive value pushes."""
+        direction = np.array(self.direction) / np.abs(self.direction).max()
+        return direction / np.linalg.norm(direction)
+
+    @property
+    def push(self) -> np.ndarray:
+        """(6,) forces and moments of 1 N."""
+        return np.concatenate([self.axis, np.cross(self.position_m, self.axis)])
+
+
+class ThrusterSection(PushingSection):
+    """A thruster by its force, positive along its direction."""
+
+    kind: Literal["thruster"]
+    limit_n: Positive | None = None
+
+    UNIT: ClassVar[str] = "n"
+
+    def build(self, n_controls: int, _water_density_kgm3: float) -> Actuator:
+        """The actuator."""
+        limit = np.inf if self.limit_n is None else self.limit_n
+        return _actuator(self.header, np.zeros(n_controls), self.name, limit=limit, force=self.sign * self.push)
+
+
+class PropellerSection(PushingSection):
+    """A propeller by its revolutions: K_T and K_Q linear in the advance ratio (model manual, section 5)."""
+
+    kind: Literal["propeller"]
+    direction: Vector3 = (1.0, 0.0, 0.0)
+    rpm: float  # at the speed of trials
+    limit_rpm: Positive | None = None
+    diameter_m: Positive
+    kt0: Positive
+    kt1: float = pydantic.Field(default=0.0, le=0.0)
+    kq0: float = pydantic.Field(default=0.0, ge=0.0)
+    kq1: float = pydantic.Field(default=0.0, le=0.0)
+    wake_fraction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
+    thrust_deduction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
+    handedness: Literal["right", "left"] = "right"
+
+    UNIT: ClassVar[str] = "rpm"
+
+    def build(self, n_controls: int, water_density_kgm3: float) -> Actuator:
+        """The actuator.
+
+        The advance is along its axis, by the surge velocity alone. The hull feels the torque of the shaft the other way
+        round: a right-handed propeller turns clockwise, seen along its direction, and the hull counterclockwise.
+        """
+        square = water_density_kgm3 * self.diameter_m**4 / 3600.0  # n in rev/s, the column in rev/min
+        advance = water_density_kgm3 * self.diameter_m**3 * (1.0 - self.wake_fraction) * self.axis[0] / 60.0
+        push = (1.0 - self.thrust_deduction) * self.push
+        side = -1.0 if self.handedness == "right" else 1.0
+        reaction = side * self.diameter_m * np.append(np.zeros(3), self.axis)
+        return _actuator(
+            self.header,
+            np.zeros(n_controls),
+            self.name,
+            rest=self.rpm,
+            limit=np.inf if self.limit_rpm is None else self.limit_rpm,
+            force_of_square=self.sign * square * (self.kt0 * push + self.kq0 * reaction),
+            force_of_speed=advance * (self.kt1 * push + self.kq1 * reaction),
+        )
+
+
+AnyActuator = Annotated[FinSection | ThrusterSection | PropellerSection, pydantic.Field(discriminator="kind")]
+ActuatorArray = Annotated[tuple[AnyActuator, ...], pydantic.Field(min_length=1)]
+
+
+def misfit(section: ActuatorsSection | tuple, equations: EquationSet, length_m: float) -> str:
+    """What is wrong with the actuators of a boat of a length with these equations; empty if nothing."""
+    if isinstance(section, ActuatorsSection):
+        others = [c.column for c in equations.controls if c.column.endswith("_deg") and c.column != RUDDER]
+        if others and section.plane_limit_deg is None:
+            return f"actuators: plane_limit_deg is missing; the equations '{equations.name}' have {', '.join(others)}"
+        return ""
+    for key in ("name", "header"):
+        values = [getattr(one, key) for one in section]
+        repeated = next((value for value in values if values.count(value) > 1), None)
+        if repeated is not None:
+            return f"actuators: two have the {'column' if key == 'header' else key} '{repeated}'; give one another"
+    of_equations = {control.column for control in equations.controls}
+    known = of_equations | {RUDDER, BOW_PLANE, STERN_PLANE, AILERON}
+    for one in section:
+        where = f"actuators: {one.kind} '{one.name}'"
+        if one.kind == "fin":
+            for column in one.mixing or ():
+                if column not in known or not column.endswith("_deg"):
+                    return f"{where}: mixing knows no control '{column}'{nearest(column, known)}"
+            if not any(share for column, share in _shares(one).items() if column in of_equations):
+                return f"{where}: moves no control of the equations '{equations.name}'"
+        elif one.header in of_equations:
+            return f"{where}: column '{one.header}' is a control of the equations; leave the actuator out or rename it"
+        elif max(map(abs, one.position_m)) > length_m:
+            return f"{where}: position_m lies further than length_m from the origin"
+    return ""
+
+
+def build(section: ActuatorsSection | tuple, equations: EquationSet, water_density_kgm3: float) -> Actuators:
+    """The actuators of a vehicle file, which fit its equations (:func:`misfit`)."""
+    if isinstance(section, ActuatorsSection):
+        return Actuators(tuple(_planes(section, equations)), equations, direct=True)
+    columns = [control.column for control in equations.controls]
+    mixing = _mixing(section, columns)
+    members = []
+    for one, row in zip(section, mixing, strict=True):
+        if one.kind == "fin":
+            angle, dynamics = np.radians([one.limit_deg, one.rate_deg_s]), {"time_constant": one.time_constant_s}
+            dynamics |= {"limit": angle[0].item(), "rate": angle[1].item(), "angle_deg": one.angle_deg}
+            members.append(_actuator(one.header, row, one.name, **dynamics))
+        else:
+            members.append(one.build(len(columns), water_density_kgm3))
+    # What is no angle and no actuator moves is what the log says it is.
+    moved = mixing.any(axis=0) if len(mixing) else np.zeros(len(columns), dtype=bool)
+    for column, row, is_moved in zip(columns, np.eye(len(columns)), moved, strict=True):
+        if not (is_moved or column.endswith("_deg")):
+            members.append(_actuator(column, row))
+    return Actuators(tuple(members), equations)
+
+
+def _planes(section: ActuatorsSection, equations: EquationSet) -> Iterator[Actuator]:
+    """An actuator for each control of the equations; what is no angle answers at once and has no limit."""
+    for control, row in zip(equations.controls, np.eye(len(equations.controls)), strict=True):
+        dynamics = {}
+        if control.column.endswith("_deg"):
+            limit = section.rudder_limit_deg if control.column == RUDDER else section.plane_limit_deg
+            rate, time_constant = np.radians(section.rate_deg_s).item(), section.time_constant_s
+            dynamics = {"limit": np.radians(limit).item(), "rate": rate, "time_constant": time_constant}
+        yield _actuator(control.column, row, **dynamics)
+
+
+def _actuator(column: str, mixing: np.ndarray, name: str | None = None, **parts) -> Actuator:
+    """An actuator without forces but those given; its name is by default that of the column without the unit."""
+    forces = dict.fromkeys(("force", "force_of_square", "force_of_speed"), np.zeros(len(AXES)))
+    return Actuator(name or column.rpartition("_")[0] or column, column, mixing=mixing, **(forces | parts))
+
+
+def _shares(fin: FinSection) -> dict[str, float]:
+    """What a fin does to each control: as its mixing says, or in proportion by where it stands."""
+    return fin.by_angle if fin.mixing is None else fin.mixing
+
+
+def _mixing(section: Sequence[ActuatorSection], columns: Sequence[str]) -> np.ndarray:
+    """(n_actuators, n_controls) what a unit angle of each adds to the controls.
+
+    By geometry a control is the angle of fins that all stood in its plane and made the same forces: the forces of the
+    fins along its direction, each in proportion to its angle, over those of the fins at the angles that it orders.
+    """
+    fins = [one for one in section if one.kind == "fin" and one.mixing is None]
+    mixing = np.zeros((len(section), len(columns)))
+    for j, column in enumerate(columns):
+        size = sum(fin.by_angle.get(column, 0.0) ** 2 for fin in fins)
+        for i, one in enumerate(section):
+            if one.kind == "fin" and column in _shares(one):
+                share = _shares(one)[column]
+                mixing[i, j] = one.sign * (share if one.mixing is not None else share / size if share else 0.0)
+    return mixing

@@ -1,0 +1,322 @@
+"""Actuators: from what a log has columns of to the controls of the equations and to forces from outside.
+
+An actuator has a column in a log: a fin by its angle, a propeller by its revolutions, a thruster by its force. Fins are
+mixed into the controls that the equations know (model manual, section 7); propellers and thrusters add a wrench. A
+vehicle whose file has the plain table ``[actuators]`` has the controls of its equations themselves as actuators.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bayesub.io.errors import InputError
+from bayesub.io.log_files import COLUMNS, si_factor
+from bayesub.kernels.actuators import step_response
+from bayesub.model.equations import AXES, EquationSet
+from bayesub.model.equations.equation_set import PLANES
+
+AILERON = "aileron_deg"
+NEGLIGIBLE = 1e-12  # round-off in a share of an order
+Orders = dict[str, tuple[np.ndarray, np.ndarray]]  # column -> times (m,) in seconds, and orders (m,) in SI units
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """One actuator; its value is what the log says, in SI units.
+
+    Attributes
+    ----------
+    name : str
+    column : str
+        Of a log, with the unit as its suffix.
+    mixing : (n_controls,) array
+        What a unit of its value adds to the controls of the equations.
+    force : (6,) array
+        What a unit of its value adds to the forces from outside, N and N m.
+    force_of_square : (6,) array
+        The same for a unit of its value times the size of its value.
+    force_of_speed : (6,) array
+        The same for a unit of the size of its value and a surge velocity of 1 m/s.
+    rest : float
+        Value that it has unless something else is ordered.
+    limit : float
+        Largest value to either side.
+    rate : float or None
+        Largest rate of change, 1/s; None for one that answers at once.
+    time_constant : float or None
+        s.
+    angle_deg : float or None
+        Where a fin stands around the hull, seen from astern, clockwise from up.
+    """
+
+    name: str
+    column: str
+    mixing: np.ndarray
+    force: np.ndarray
+    force_of_square: np.ndarray
+    force_of_speed: np.ndarray
+    rest: float = 0.0
+    limit: float = np.inf
+    rate: float | None = None
+    time_constant: float | None = None
+    angle_deg: float | None = None
+
+    @property
+    def short(self) -> str:
+        """Name of the column in memory."""
+        return COLUMNS[self.column][0] if self.column in COLUMNS else self.column
+
+    @property
+    def unit(self) -> str:
+        """Of the column."""
+        return self.column.rpartition("_")[2]
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Smallest and largest value."""
+        return -self.limit, self.limit
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether forces and controls are proportional to its value."""
+        return not (self.force_of_square.any() or self.force_of_speed.any())
+
+    def response(
+        self, times: np.ndarray, demand_times: np.ndarray, demands: np.ndarray, start: float | None = None
+    ) -> np.ndarray:
+        """Values (n,) at times (n,) under several demands one after the other (model manual, equation 7.3).
+
+        Parameters
+        ----------
+        times : (n,) array
+            s.
+        demand_times : (m,) array
+            When each demand begins, s.
+        demands : (m,) array
+        start : float, optional
+            Value at the first demand; by default that of rest.
+        """
+        value = self.rest if start is None else start
+        values = np.full(len(times), value, dtype=float)
+        for j, (begin, demand) in enumerate(zip(demand_times, np.clip(demands, *self.range), strict=True)):
+            end = demand_times[j + 1] if j + 1 < len(demand_times) else np.inf
+            inside = (times >= begin) & (times < end)
+            values[inside] = self._step(times[inside] - begin, value, demand)
+            if np.isfinite(end):
+                value = self._step(np.array([end - begin]), value, demand)[0]
+        return values
+
+    def _step(self, elapsed, start, demand) -> np.ndarray:
+        if self.rate is None:
+            return np.full(len(elapsed), demand)
+        return step_response(elapsed, start, demand, self.rate, self.time_constant)
+
+
+@dataclass(frozen=True)
+class Actuators:
+    """All actuators of a vehicle.
+
+    Attributes
+    ----------
+    members : tuple of Actuator
+        n_actuators of them.
+    equations : EquationSet
+        Whose controls they move.
+    direct : bool
+        Whether they are the controls of the equations themselves.
+    """
+
+    members: tuple[Actuator, ...]
+    equations: EquationSet
+    direct: bool = False
+
+    @cached_property
+    def columns(self) -> tuple[str, ...]:
+        """Their columns of a log."""
+        return tuple(actuator.column for actuator in self.members)
+
+    @cached_property
+    def shorts(self) -> tuple[str, ...]:
+        """Names of their columns in memory."""
+        return tuple(actuator.short for actuator in self.members)
+
+    @cached_property
+    def rest(self) -> np.ndarray:
+        """(n_actuators,) values at rest."""
+        return np.array([actuator.rest for actuator in self.members])
+
+    @cached_property
+    def external(self) -> bool:
+        """Whether any makes forces from outside of the equations."""
+        return bool(self._wrench.any())
+
+    @cached_property
+    def mixing(self) -> np.ndarray:
+        """(n_controls, n_actuators) controls of the equations for unit values."""
+        rows = [actuator.mixing for actuator in self.members]
+        return np.reshape(rows, (len(rows), len(self.equations.controls))).T
+
+    @cached_property
+    def allocation(self) -> np.ndarray:
+        """(n_actuators, n_controls) values that make unit controls: the pseudo-inverse of the mixing.
+
+        Fins that cannot make all controls one by one leave the aileron to what it becomes.
+        """
+        matrix = self.mixing.copy()
+        columns = [control.column for control in self.equations.controls]
+        moved = matrix.any(axis=1)
+        if AILERON in columns and np.linalg.matrix_rank(matrix) < np.count_nonzero(moved):
+            matrix[columns.index(AILERON)] = 0.0
+        if self.direct:
+            return matrix.T
+        allocation = np.linalg.pinv(matrix)
+        return np.where(np.abs(allocation) < NEGLIGIBLE, 0.0, allocation)
+
+    @cached_property
+    def limits(self) -> np.ndarray:
+        """(n_controls,) largest orders of single controls that every actuator can follow, SI units."""
+        limits = np.array([actuator.limit for actuator in self.members])[:, None]
+        with np.errstate(divide="ignore"):
+            return np.min(limits / np.abs(self.allocation), axis=0, initial=np.inf)
+
+    @cached_property
+    def _wrench(self) -> np.ndarray:
+        """(3, n_actuators, 6) forces by value, by its square with its sign, and by its size and the speed."""
+        rows = [[a.force, a.force_of_square, a.force_of_speed] for a in self.members]
+        return np.reshape(rows, (len(rows), 3, 6)).swapaxes(0, 1)
+
+    @cached_property
+    def parameters(self) -> dict[str, tuple[int, str]]:
+        """Name of what may be unknown of an actuator -> its position, and "bias" or "scale".
+
+        What acts is ``scale * value + bias``. A propeller has no bias; its scale is that of its forces.
+        """
+        parameters = {}
+        for i, actuator in enumerate(self.members):
+            if actuator.is_linear:
+                parameters[f"bias_{actuator.name}_{actuator.unit}"] = (i, "bias")
+            parameters[f"scale_{actuator.name}"] = (i, "scale")
+        return parameters
+
+    def mixed(self, values: np.ndarray) -> np.ndarray:
+        """Controls (n, n_controls) of the equations, SI units, for values (n, n_actuators)."""
+        return values if self.direct else values @ self.mixing.T
+
+    def wrenches(self, values: np.ndarray, subproblem: str | None) -> np.ndarray:
+        """(n, 12) forces from outside X Y Z K M N, N and N m, and after them what of each goes with u (1 m/s).
+
+        In a sub-problem those of other axes are zero.
+        """
+        steady = values @ self._wrench[0] + (values * np.abs(values)) @ self._wrench[1]
+        wrenches = np.hstack([steady, np.abs(values) @ self._wrench[2]])
+        axes = AXES if subproblem is None else PLANES[subproblem][0]
+        return np.where([axis in axes for axis in AXES * 2], wrenches, 0.0)
+
+    def kernel_controls(self, values: np.ndarray, ordered_speed: np.ndarray, subproblem: str | None) -> np.ndarray:
+        """What the kernels take as controls.
+
+        Parameters
+        ----------
+        values : (n, n_actuators) array
+        ordered_speed : (n,) array
+            n/k0 of [propulsion], m/s.
+        subproblem : str or None
+
+        Returns
+        -------
+        (n, n_controls + 1) array
+            Controls of the equations and n/k0; 12 more columns if there are forces from outside.
+        """
+        parts = [self.mixed(values), ordered_speed[:, None]]
+        return np.hstack([*parts, self.wrenches(values, subproblem)] if self.external else parts)
+
+    def variation(self, parameter: str, values: np.ndarray, subproblem: str | None) -> np.ndarray:
+        """What a unit of a parameter adds to :meth:`kernel_controls` at values (n, n_actuators)."""
+        i, kind = self.parameters[parameter]
+        alone = np.zeros_like(values)
+        alone[:, i] = si_factor(self.members[i].column) if kind == "bias" else values[:, i]
+        return self.kernel_controls(alone, np.zeros(len(values)), subproblem)
+
+    def moves(self, parameter: str, subproblem: str | None) -> bool:
+        """Whether a parameter has a part in a sub-problem."""
+        actuator = self.members[self.parameters[parameter][0]]
+        if subproblem is None:
+            return True
+        controls = [control.subproblem in (None, subproblem) for control in self.equations.controls]
+        axes = [axis in PLANES[subproblem][0] for axis in AXES]
+        forces = np.abs([actuator.force, actuator.force_of_square, actuator.force_of_speed]).sum(axis=0)
+        return bool(actuator.mixing[controls].any() or forces[axes].any())
+
+    def share(self, column: str, source: str) -> np.ndarray:
+        """(n_actuators,) what a unit order of a control of the equations, or of an actuator, asks of each.
+
+        Raises
+        ------
+        InputError
+            That names the `source` of the order, if there is no such control and if no actuator moves it.
+        """
+        controls = [control.column for control in self.equations.controls]
+        if column in self.columns and not (self.direct or column in controls):
+            return np.eye(len(self.members))[self.columns.index(column)]
+        if column not in controls and not self.direct:
+            listed = ", ".join([*controls, *(other for other in self.columns if other not in controls)])
+            raise InputError(f"{source}: there is no {column} to be ordered; the boat has {listed}")
+        share = self.allocation[:, self.equations.control(column, source)]
+        if not share.any():
+            raise InputError(f"{source}: no actuator can make the ordered {column}; they are {', '.join(self.columns)}")
+        return share
+
+    def demands(self, orders: Orders, source: str) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        """Position of each actuator that is moved -> times (m,) of its demands, s, and demands (m,)."""
+        shares = [self.share(column, source) for column in orders]
+        demands = {}
+        for i in range(len(self.members)):
+            parts = [
+                (times, share[i] * ordered)
+                for share, (times, ordered) in zip(shares, orders.values(), strict=True)
+                if share[i] != 0.0
+            ]
+            if parts:
+                demands[i] = parts[0] if len(parts) == 1 else _sum(parts)
+        return demands
+
+    def responses(self, times: np.ndarray, orders: Orders, source: str) -> np.ndarray:
+        """Values (n, n_actuators) at times (n,): the answer to orders, from rest."""
+        values = np.tile(self.rest, (len(times), 1))
+        for i, (demand_times, demands) in self.demands(orders, source).items():
+            values[:, i] = self.members[i].response(times, demand_times, demands)
+        return values
+
+    def values(self, log: dict[str, np.ndarray], n: int, source: str) -> np.ndarray:
+        """Values (n, n_actuators) of the columns (n,) of a log by their names in memory; at rest those that it lacks.
+
+        Raises
+        ------
+        InputError
+            That names the `source`, for a column of an actuator that the vehicle does not have and that moves.
+        """
+        for name, history in log.items():
+            if name in CONTROL_HEADERS and name not in self.shorts and np.any(np.nan_to_num(history) != 0.0):
+                if self.direct:
+                    self.equations.control(CONTROL_HEADERS[name], source)
+                raise InputError(
+                    f"{source}: has {CONTROL_HEADERS[name]}, which the boat does not have; it is moved by "
+                    f"{', '.join(self.columns) or 'nothing'}"
+                )
+        columns = [log.get(actuator.short, np.full(n, actuator.rest)) for actuator in self.members]
+        return np.column_stack(columns or [np.empty((n, 0))])
+
+
+# Names in memory of the controls that any log may have -> their columns.
+CONTROL_HEADERS = {COLUMNS[column][0]: column for column in ("rudder_deg", "bow_plane_deg", "stern_plane_deg")}
+
+
+def _sum(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """The sum of demands that hold from their times on and are zero before."""
+    times = np.unique(np.concatenate([at for at, _ in parts]))
+    held = (np.append(0.0, demands)[np.searchsorted(at, times, side="right")] for at, demands in parts)
+    return times, np.sum(list(held), axis=0)
