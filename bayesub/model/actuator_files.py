@@ -171,7 +171,7 @@ class PropellerSection(PushingSection):
 
 
 AnyActuator = Annotated[FinSection | ThrusterSection | PropellerSection, pydantic.Field(discriminator="kind")]
-ActuatorArray = Annotated[tuple[AnyActuator, ...], pydantic.Field(min_length=1)]
+ActuatorArray = tuple[AnyActuator, ...]
 
 
 def misfit(section: ActuatorsSection | tuple, equations: EquationSet, length_m: float) -> str:
@@ -181,6 +181,8 @@ def misfit(section: ActuatorsSection | tuple, equations: EquationSet, length_m: 
         if others and section.plane_limit_deg is None:
             return f"actuators: plane_limit_deg is missing; the equations '{equations.name}' have {', '.join(others)}"
         return ""
+    if not section:
+        return "actuators: there are none; add [[actuators]], or give the table [actuators]"
     for key in ("name", "header"):
         values = [getattr(one, key) for one in section]
         repeated = next((value for value in values if values.count(value) > 1), None)

@@ -32,6 +32,8 @@ class Flight:
         At the start.
     fixed : dict
         Orders that are given whatever the motion, and of which `inputs` are the answer: column -> times, s, and orders.
+    source : str
+        Whose orders these are, for errors.
     """
 
     def __init__(
@@ -42,9 +44,11 @@ class Flight:
         inputs: np.ndarray,
         state: np.ndarray,
         fixed: Orders | None = None,
+        source: str = "manoeuvre",
     ):
         self.vehicle, self.subproblem = vehicle.restricted(subproblem), subproblem
         self.sample, self.inputs, self.state, self.fixed = sample, inputs, state, fixed or {}
+        self.source = source
         self.now = 0  # samples flown
         self.orders: dict[str, tuple[list[int], list[float]]] = {}  # column -> (samples of the orders, orders)
         self._dimensional = (self.vehicle.xi * vehicle.dimensional_factors)[None]
@@ -60,8 +64,8 @@ class Flight:
         elapsed, actuators = np.arange(n + 1) * self.sample, self.vehicle.actuators
         inputs = self.inputs[self.now : self.now + n + 1]
         given = {column: (elapsed[:1], np.array([order])) for column, order in orders.items()}
-        demands = actuators.demands(self._fixed_from_now() | given, "manoeuvre")
-        for i in actuators.demands(given, "manoeuvre"):
+        demands = actuators.demands(self._fixed_from_now() | given, self.source)
+        for i in actuators.demands(given, self.source):
             inputs[:, i] = actuators.members[i].response(elapsed, *demands[i], start=inputs[0, i])
         self_propelled = np.full(n + 1, self.vehicle.speed_mps)  # n/k0
         span = actuators.kernel_controls(inputs, self_propelled, self.subproblem)

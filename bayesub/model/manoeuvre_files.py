@@ -187,6 +187,7 @@ class ClosedLoopFile(ManoeuvreFile):
             self.responses(vehicle, self.fixed),
             self.initial_state(vehicle),
             {column: (at * clock, ordered) for column, (at, ordered) in self.fixed.items()},
+            f"manoeuvre '{self.name}'",
         )
         self.steer(flight)
         recorded = {j: (np.array(at) * sample, np.array(angles)) for j, (at, angles) in flight.orders.items()}

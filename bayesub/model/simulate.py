@@ -329,13 +329,13 @@ class Simulator:
 def _check_columns(manoeuvre: Manoeuvre, vehicle: Vehicle) -> None:
     """InputError for a manoeuvre that moves other controls or actuators than the vehicle has."""
     moved, present = manoeuvre.columns, tuple(control.short for control in vehicle.equations.controls)
-    of = "the equations of "
-    if moved == present and not vehicle.actuators.direct:
-        moved, present, of = manoeuvre.input_columns, vehicle.actuators.shorts, ""
+    if not vehicle.actuators.direct:
+        present = vehicle.actuators.shorts
+        moved = moved if manoeuvre.inputs is None else manoeuvre.input_columns
     if moved != present:
         raise InputError(
-            f"manoeuvre '{manoeuvre.name}' moves {', '.join(moved) or 'nothing'}, {of}"
-            f"'{vehicle.name}' have {', '.join(present) or 'no controls'}; load it for this vehicle"
+            f"manoeuvre '{manoeuvre.name}' moves {', '.join(moved) or 'nothing'}, '{vehicle.name}' is moved by "
+            f"{', '.join(present) or 'nothing'}; load it for this vehicle"
         )
 
 

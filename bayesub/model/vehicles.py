@@ -195,6 +195,12 @@ def _model_of(section) -> str | None:
     return section.get("model", "polynomial") if isinstance(section, dict) else getattr(section, "model", None)
 
 
+def _table_or_array(section) -> str | None:
+    if isinstance(section, dict | ActuatorsSection):
+        return "table"
+    return "array" if isinstance(section, tuple) else None
+
+
 class HullSection(Section):
     """Height and breadth of the hull at stations along it, for equations that integrate the cross-flow."""
 
@@ -252,7 +258,7 @@ class VehicleFile(Section):
     ]
     actuators: Annotated[
         Annotated[ActuatorsSection, pydantic.Tag("table")] | Annotated[ActuatorArray, pydantic.Tag("array")],
-        pydantic.Discriminator(lambda section: "array" if isinstance(section, tuple) else "table"),
+        pydantic.Discriminator(_table_or_array),
     ]
     coefficients: dict[str, Annotated[CoefficientSection, pydantic.BeforeValidator(_as_section)]]
 

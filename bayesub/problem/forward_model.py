@@ -36,8 +36,8 @@ class ForwardModel:
         self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
         current = any(parameter.name in CURRENTS for parameter in parameters)
         self.measurement = MeasurementModel(record.channels, current=current)
-        self.simulator = Simulator(vehicle, manoeuvre, self.measurement.times, dt=dt)
-        self.nuisances = Nuisances(tuple(parameters), self.simulator.vehicle, manoeuvre)
+        self.nuisances = Nuisances(tuple(parameters), vehicle.restricted(manoeuvre.subproblem), manoeuvre)
+        self.simulator = Simulator(vehicle, manoeuvre, self.measurement.times, dt=dt, varied=self.nuisances.varied)
         self.costs = Costs(failures=dict.fromkeys(STATUS[1:], 0))
 
     def count(self, status) -> None:
@@ -49,7 +49,8 @@ class ForwardModel:
     def _run(self, sets, values, outputs):
         """Outputs (n_batch, n_times, n_outputs) in the water, and status codes (n_batch,)."""
         body, initial = self.nuisances.body(values), self.nuisances.initial(values)
-        return self.simulator.run(sets, body=body, initial=initial, outputs=outputs)
+        amounts = self.nuisances.amounts(values)
+        return self.simulator.run(sets, body=body, initial=initial, amounts=amounts, outputs=outputs)
 
     def predicted(self, sets, values) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings (n_batch, n_readings), SI units, and status codes (n_batch,).
@@ -76,15 +77,16 @@ class ForwardModel:
         -------
         (n_readings, n_coefficients), followed by n_nuisances columns if asked
         """
-        body, initial, current = (
+        of = self.nuisances
+        body, initial, amounts, current = (
             None if rows is None else rows[0]
-            for rows in (self.nuisances.body(values), self.nuisances.initial(values), self.nuisances.currents(values))
+            for rows in (of.body(values), of.initial(values), of.amounts(values), of.currents(values))
         )
         moved, effects = self.nuisances.on_motion() if of_nuisances else ((), None)
         moving = current is not None or self.measurement.displaced
         outputs = self._run(sets, values, self.measurement.measured)[0][0] if moving else None
         sensitivities = self.simulator.sensitivities(
-            sets[0], (*names, *moved), self.measurement.measured, body=body, initial=initial
+            sets[0], (*names, *moved), self.measurement.measured, body=body, initial=initial, amounts=amounts
         )
         slopes = self.measurement.slopes(sensitivities, outputs, current)
         if not of_nuisances or not len(self.nuisances):
@@ -110,8 +112,11 @@ class ForwardModel:
     def trajectory(self, sets, values) -> Trajectory:
         """The motion through the water of one member, (1, n_terms) and (1, n_nuisances), of its own body and start."""
         body, initial = self.nuisances.body(values), self.nuisances.initial(values)
-        if body is None and initial is None:
+        amounts = self.nuisances.amounts(values)
+        if body is None and initial is None and amounts is None:
             return self.simulator.trajectory(sets)
         vehicle = self.simulator.vehicle if body is None else replace(self.simulator.vehicle, body=body[0])
         manoeuvre = self.manoeuvre if initial is None else replace(self.manoeuvre, initial_state=initial[0])
-        return Simulator(vehicle, manoeuvre, self.simulator.times, dt=self.simulator.step).trajectory(sets)
+        changes = {} if amounts is None else dict(zip(self.nuisances.varied, amounts[0], strict=True))
+        simulator = Simulator(vehicle, manoeuvre, self.simulator.times, dt=self.simulator.step, changes=changes)
+        return simulator.trajectory(sets)

@@ -7,14 +7,14 @@ import numpy as np
 from bayesub.io.errors import InputError
 from bayesub.model.linear_form import LinearSystem, stacked
 from bayesub.problem.base import Costs, PosteriorDensity
-from bayesub.problem.nuisance import BODY
+from bayesub.problem.nuisance import of_boat
 from bayesub.problem.trial_problem import TrialProblem, coefficient_names, joined
 
 
 class JointProblem(PosteriorDensity):
     """The coefficients of a vehicle from several trials.
 
-    Coefficients, and nuisance parameters of the body, are the same in all trials. Every other nuisance parameter
+    Coefficients, and nuisance parameters of the body and its actuators, are the same in all trials. Every other nuisance parameter
     belongs to one trial, and has its name in brackets: ``current_north_mps[first]``.
 
     It has the methods of :class:`bayesub.problem.trial_problem.TrialProblem`, the results trial after trial, and those
@@ -49,7 +49,9 @@ class JointProblem(PosteriorDensity):
         self.coefficient_prior = self.spread.on(self.columns, self.xi, self.equations.names)
         self.nuisance_priors, names = {}, {}
         for trial, problem in self.problems.items():
-            renamed = {name: name if name in BODY else f"{name}[{trial}]" for name in problem.nuisance_priors}
+            renamed = {
+                name: name if of_boat(name, problem.vehicle) else f"{name}[{trial}]" for name in problem.nuisance_priors
+            }
             for name, prior in problem.nuisance_priors.items():
                 self.nuisance_priors.setdefault(renamed[name], prior)
             names[trial] = [renamed.get(name, name) for name in problem.names]
@@ -172,4 +174,4 @@ class JointProblem(PosteriorDensity):
 
 def _of_body(problem) -> set[str]:
     """The nuisance parameters of the body that a problem infers."""
-    return {name for name in problem.names if name in BODY}
+    return {name for name in problem.names if of_boat(name, problem.vehicle)}

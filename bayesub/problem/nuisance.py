@@ -9,6 +9,8 @@ A nuisance parameter is named with its unit, and is given, sampled and reported 
 - ``mass_kg``, ``buoyancy_n``, ``Ixx_kgm2`` .. ``Izx_kgm2``, ``xG_m`` .. ``zB_m``, ``zP_m``: of the body. The weight
   goes with the mass, and the buoyancy goes with the weight, so that the trim stays; ``buoyancy_n`` changes the trim.
 - ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional
+- ``bias_rudder_deg``, ``scale_rudder``, ``bias_fin_1_deg``, ..: of an actuator, by its name, which acts with
+  ``scale * value + bias`` where the log has `value`. The scale of a propeller is that of its thrust and torque.
 """
 
 from collections.abc import Sequence
@@ -95,15 +97,34 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
             raise InputError(f"nuisance '{name}': stays zero in the {manoeuvre.subproblem} sub-problem; leave it out")
         value = manoeuvre.initial_state[log_files.STATES.index(state)] / factor
         return Nuisance(name, value, factor, INITIAL[name])
+    if name in vehicle.actuators.parameters:
+        return _of_actuator(name, vehicle, manoeuvre)
     if name in CURRENTS:
         if not any(channel.over_ground for channel in channels):
             raise InputError(f"nuisance '{name}': no channel is over the ground, so that none feels a current")
         return Nuisance(name, 0.0)
     of_channels = _of_channels(channels, noises)
     if name not in of_channels:
-        valid = [*BODY, *INITIAL, *CURRENTS, *of_channels]
+        valid = [*BODY, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels]
         raise InputError(f"nuisance '{name}': there is no such parameter{nearest(name, valid)}")
     return of_channels[name]
+
+
+def of_boat(name: str, vehicle: Vehicle) -> bool:
+    """Whether a nuisance parameter is of the boat, and so the same in all its trials."""
+    return name in BODY or name in vehicle.actuators.parameters
+
+
+def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
+    position, kind = vehicle.actuators.parameters[name]
+    actuator = vehicle.actuators.members[position]
+    subproblem = vehicle.equations.subproblem(manoeuvre.subproblem)
+    if not vehicle.actuators.moves(name, subproblem):
+        raise InputError(f"nuisance '{name}': has no part in the {subproblem} sub-problem; leave it out")
+    history = manoeuvre.log.get(actuator.short)
+    if kind == "scale" and history is not None and not history.any():
+        raise InputError(f"nuisance '{name}': {actuator.column} is zero throughout the manoeuvre; leave it out")
+    return Nuisance(name, 0.0 if kind == "bias" else 1.0, motion={name: 1.0})
 
 
 def _body_value(vehicle, key):
@@ -141,6 +162,8 @@ class Nuisances:
     names : tuple of str
     held : (n,) array
         Their values if they are not inferred.
+    varied : tuple of str
+        Those of actuators.
     """
 
     def __init__(self, parameters: tuple[Nuisance, ...], vehicle: Vehicle, manoeuvre: Manoeuvre):
@@ -153,6 +176,8 @@ class Nuisances:
         units = np.where(np.isin(workspace.BODY, workspace.THRUST), thrust, 1.0)
         self._on_body = self._effects(workspace.BODY) * units
         self._on_start = self._effects([f"{state}0" for state in log_files.STATES])
+        self.varied = tuple(name for name in self.names if name in vehicle.actuators.parameters)
+        self._on_actuators = self._effects(self.varied)
         self._of_channels: dict[str, list[tuple[str, int, float]]] = {}
         for k, parameter in enumerate(parameters):
             if parameter.channel:
@@ -178,6 +203,10 @@ class Nuisances:
     def initial(self, values: np.ndarray) -> np.ndarray | None:
         """(n_batch, 12) states at the start of values (n_batch, n), or None if they are all the manoeuvre's."""
         return self._changed(values, self._initial, self._on_start)
+
+    def amounts(self, values: np.ndarray) -> np.ndarray | None:
+        """(n_batch, n_varied) by how much parameters of actuators differ from those held, or None if there are none."""
+        return self._changed(values, 0.0, self._on_actuators)
 
     def _changed(self, values, base, effects):
         return base + (values - self.held) @ effects if effects.any() else None
