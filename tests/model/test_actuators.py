@@ -7,7 +7,7 @@ import pytest
 from support.fins import BOW, FIN, PORT, STARBOARD, X_TAIL, fins, with_actuators
 
 import bayesub as bs
-from bayesub.io import log_files
+from bayesub.io import log_files, toml_files
 from bayesub.model import closed_loop
 from bayesub.model.manoeuvre_files import read_manoeuvre
 from bayesub.model.manoeuvres import of_inputs
@@ -172,7 +172,7 @@ def test_a_closed_loop_of_fins_is_a_fixed_point(finned, monkeypatch):
         kept["inputs"] = flight.inputs
 
     vehicle = finned(*fins(*X_TAIL, **RATE))
-    file = read_manoeuvre(log_files.toml_files.find("coupled", "manoeuvres")).model_copy(update={"recorded_on": None})
+    file = read_manoeuvre(toml_files.find("coupled", "manoeuvres")).model_copy(update={"recorded_on": None})
     monkeypatch.setattr(closed_loop.Flight, "hold", keeping)
     orders = file.recorded(vehicle)
     replayed = file.responses(vehicle, orders)

@@ -1,5 +1,6 @@
 """What is unknown of actuators, a bent fin or a weak thruster: derivatives, batches and a posterior."""
 
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +32,7 @@ def load(content, folder):
 
 @pytest.fixture(scope="module")
 def pushed(boat, full, tmp_path_factory):
-    """The full boat with an X tail, two propellers and a bow thruster, without terms that bend where a speed is zero."""
+    """The full boat with fins, propellers and a thruster, without terms that bend where a speed is zero."""
     content = with_actuators(boat, *fins(*X_TAIL), PORT, STARBOARD, BOW, propulsion={"model": "none"})
     bent = [term.name for term in full.equations.terms if "abs(" in term.regressor or "sgn(" in term.regressor]
     content["coefficients"] |= dict.fromkeys(bent, 0.0)
@@ -137,13 +138,13 @@ def test_plain_rudder(suboff, spiral):
         np.testing.assert_allclose(slopes[..., k] / scale, difference / scale, rtol=0, atol=1e-6)
 
 
-def test_a_bent_fin_is_found(suboff_file, boat, tmp_path):
+def test_a_bent_fin_is_found(suboff_file, tmp_path):
     """Truths drawn from the prior come out within the posterior's standard deviations, of a bent and weak fin too.
 
     Thirty-two squares of standard normal errors; the probability of a sum outside is 1 in 1000. Without the nuisance
     parameters the same fits are wrong by many standard deviations.
     """
-    content = bs.model.vehicles.toml_files.tomllib.loads(suboff_file)
+    content = tomllib.loads(suboff_file)
     vehicle = load(with_actuators(content, *fins(*X_TAIL)), tmp_path)
     manoeuvre = bs.load_manoeuvre("random:11", vehicle)
     nuisance = {"bias_fin_2_deg": normal(0.0, 1.0), "scale_fin_2": normal(1.0, 0.2)}
