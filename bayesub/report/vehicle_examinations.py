@@ -33,10 +33,14 @@ THRUST = {"du", "uc", "duc"}  # those by which terms of an equation set balance 
 
 
 def balance(boat: Vehicle) -> Examination:
-    """Thrust over drag at n' = 1 on both branches: b1 + b2 + b3 = b4 + b5 + b6 = -Xuu (model manual, section 5)."""
+    """Thrust over drag at n' = 1 on both branches: b1 + b2 + b3 = b4 + b5 + b6 = -Xuu (model manual, section 5).
+
+    Propellers among the actuators push with the revolutions of their file.
+    """
     body = dict(zip(workspace.BODY, map(float, boat.body), strict=True))
+    pushed = boat.actuators.wrenches(boat.actuators.rest[None], None)[0, [0, 6]] @ [1.0, boat.speed_mps]
     thrusts = {
-        " + ".join(branch): sum(body[key] for key in branch) * boat.speed_mps**2
+        " + ".join(branch): sum(body[key] for key in branch) * boat.speed_mps**2 + pushed
         for branch in (("b1", "b2", "b3"), ("b4", "b5", "b6"))
     }
     ahead = [term for term in boat.equations.terms if term.axis == "X" and term.symbols <= AHEAD]
@@ -44,7 +48,7 @@ def balance(boat: Vehicle) -> Examination:
         reason = "thrust and resistance are terms of the equations"
         return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reason})
     straight = forces(boat)
-    drag, symbol = -straight.values["X"], _drag_symbol(boat, straight)
+    drag, symbol = -straight.values["X"], "" if pushed else _drag_symbol(boat, straight)
     ratios = [number_or_none(thrust / drag) if drag else None for thrust in thrusts.values()]
     warnings = []
     if not drag:
@@ -64,6 +68,7 @@ def balance(boat: Vehicle) -> Examination:
             else:
                 text += f" of {drag:.4g} N"
                 remedy = "scale the thrust (b or thrust_n), or change the propeller speed to which it refers"
+                remedy = "change rpm of the propellers" if pushed else remedy
             warnings.append(CardWarning(text, remedy))
     branches = {"above_self_propulsion": ratios[0], "below_self_propulsion": ratios[1]}
     return Examination({"thrust_over_drag": branches}, warnings)
