@@ -1,7 +1,7 @@
 """Families of kernels: those of :mod:`bayesub.kernels.motion`, compiled for the forces of one equation set.
 
-A family is a package of its own. Its path is the folder of the generated ``hydrodynamics.py`` and, after it, that of the
-modules that all families share, so that a relative import finds the one in the first and the others in the second.
+A family is a package of its own. Its path is the folder of the generated ``hydrodynamics.py`` and, after it, that of
+the modules that all families share, so that a relative import finds the one in the first and the others in the second.
 """
 
 import functools
@@ -45,7 +45,7 @@ def family(folder: str) -> Family:
 
 
 def compiled(folder: str) -> Family:
-    """The kernels for the forces in a folder, compiled in a process of their own (:mod:`bayesub.kernels.compilation`)."""
+    """The kernels for the forces in a folder, compiled in another process (:mod:`bayesub.kernels.compilation`)."""
     kernels = family(folder)
     compilation.ensure(
         f"from bayesub.kernels.families import family; family({folder!r}).first_calls.call_all()", kernels.package

@@ -157,7 +157,7 @@ class Hull:
         return inertia * added_mass.finite_span(span, chord)
 
     def estimates(self, equations: EquationSet) -> dict[str, CoefficientEstimate]:
-        """Coefficient of a set -> estimate: the added masses, what follows from them without speed ahead, and Munk's moments.
+        """Coefficient of a set -> estimate: added masses, what follows from them without speed ahead, Munk's moments.
 
         Where speed ahead makes lift (Yuv, Nur, ..) ideal fluid has little to say, and nothing is estimated.
 

@@ -409,7 +409,7 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
     motion = mass.without_inertia(vehicle.mass_matrix, vehicle.length_m, equations.degrees_of_freedom)
     if motion:
         raise InputError(
-            f"{path}: the mass matrix is singular: no force resists an acceleration in {motion}; check mass and inertia "
+            f"{path}: the mass matrix is singular: nothing resists an acceleration in {motion}; check mass and inertia "
             f"in [body] and the added masses {', '.join(equations.added_masses)}, which are negative on the diagonal"
         )
     return vehicle

@@ -15,8 +15,8 @@ from bayesub.sensors.measurement import MeasurementModel
 class ForwardModel:
     """What the channels of a record read, as a function of coefficient sets and nuisance parameters.
 
-    Coefficient sets are (n_batch, n_terms), values of the nuisance parameters (n_batch, n_nuisances) in their own units.
-    Nothing here is counted but by :meth:`count`.
+    Coefficient sets are (n_batch, n_terms), values of the nuisance parameters (n_batch, n_nuisances) in their own
+    units. Nothing here is counted but by :meth:`count`.
 
     Parameters
     ----------

@@ -14,8 +14,8 @@ from bayesub.problem.trial_problem import TrialProblem, coefficient_names, joine
 class JointProblem(PosteriorDensity):
     """The coefficients of a vehicle from several trials.
 
-    Coefficients, and nuisance parameters of the body and its actuators, are the same in all trials. Every other nuisance parameter
-    belongs to one trial, and has its name in brackets: ``current_north_mps[first]``.
+    Coefficients, and nuisance parameters of the body and its actuators, are the same in all trials. Every other
+    nuisance parameter belongs to one trial, and has its name in brackets: ``current_north_mps[first]``.
 
     It has the methods of :class:`bayesub.problem.trial_problem.TrialProblem`, the results trial after trial, and those
     by channel with names such as ``yaw[first]``. What belongs to one trial alone (record, manoeuvre, simulator,

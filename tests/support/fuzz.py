@@ -73,7 +73,8 @@ def drive(kind: str, path: Path) -> None:
     """Take a file of a kind through the command line; InputError if it is refused."""
     folder = path.parent
     if kind in ("equations", "boat of a set"):
-        return drive_set(kind, path)
+        drive_set(kind, path)
+        return
     if kind in mutations.BESIDE:
         name, text = mutations.BESIDE[kind]
         (folder / name).write_bytes(path.read_bytes())

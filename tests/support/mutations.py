@@ -3,10 +3,10 @@
 import re
 
 import numpy as np
+from support import user_set
 
 from bayesub.io import toml_files
 from bayesub.study import new_vehicle
-from support import user_set
 
 TORPEDO = new_vehicle.geometry("boat")
 ELLIPSOID = '[hull]\nshape = "ellipsoid"\nlength_m = 8.0\nbeam_m = 1.2\nheight_m = 1.0\n'

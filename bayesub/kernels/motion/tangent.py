@@ -73,7 +73,7 @@ def _set_velocity_row(work, i, target, n, rolling, pitching, fu, fv, fw, fp, fq,
 
 @inline
 def state_jacobian(work, i, state, target, control):
-    """Write the (12, 9) derivatives of :func:`bayesub.kernels.motion.dynamics.euler_derivative` into rows from `target` on."""
+    """Write the (12, 9) derivatives of :func:`.dynamics.euler_derivative` into rows from `target` on."""
     row = state * LANES + i
     sphi, cphi = sine_cosine(work[row + 3 * LANES])
     sth, cth = sine_cosine(work[row + 4 * LANES])

@@ -159,7 +159,8 @@ REFUSED = {
         [
             (
                 "[terms.Y]",
-                f"[terms.Z]\nZvv = {term('v^2')}\nZww = {term('w^2')}\nZuw = {term('u*w')}\nZnn = {term('nu^2')}\n[terms.Y]",
+                f"[terms.Z]\nZvv = {term('v^2')}\nZww = {term('w^2')}\n"
+                f"Zuw = {term('u*w')}\nZnn = {term('nu^2')}\n[terms.Y]",
             )
         ],
         "terms.Z.Znn: its regressor depends linearly on that of Zvv and Zww, whatever the motion",
