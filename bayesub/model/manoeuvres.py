@@ -65,6 +65,18 @@ class Manoeuvre:
         names, inputs = (self.columns, self.controls) if self.inputs is None else (self.input_columns, self.inputs)
         return dict(zip(names, inputs.T, strict=True)) | {"rpm": self.rpm}
 
+    def check(self, vehicle: Vehicle) -> None:
+        """InputError if the manoeuvre moves other controls or actuators than a vehicle has."""
+        moved, present = self.columns, tuple(control.short for control in vehicle.equations.controls)
+        if not vehicle.actuators.direct:
+            present = vehicle.actuators.shorts
+            moved = moved if self.inputs is None else self.input_columns
+        if moved != present:
+            raise InputError(
+                f"manoeuvre '{self.name}' moves {', '.join(moved) or 'nothing'}, '{vehicle.name}' is moved by "
+                f"{', '.join(present) or 'nothing'}; load it for this vehicle"
+            )
+
 
 def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
     """Build a manoeuvre for `vehicle` from a built-in name, a TOML file or a control-history CSV.

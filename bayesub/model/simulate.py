@@ -5,10 +5,10 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from bayesub.io import log_files
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError
 from bayesub.kernels import families, workspace
-from bayesub.model.equations import AXES
 from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.sensitivity_columns import sensitivity_columns
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 
@@ -71,7 +71,7 @@ class Simulator:
             raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion")
         if dt is not None and not (np.isfinite(dt) and dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {dt}")
-        _check_columns(manoeuvre, vehicle)
+        manoeuvre.check(vehicle)
         self._folder = vehicle.kernel_folder(subproblem)
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
@@ -270,42 +270,10 @@ class Simulator:
     def _sensitivity_columns(self, parameters):
         """First column of each parameter, and what the kernel `sensitivities` asks for, variations first."""
         parameters = tuple(parameters)
-        if parameters in self._columns:
-            return self._columns[parameters]
-        equations = self.vehicle.equations
-        idle = self.vehicle.idle(self.subproblem)
-        factors_of = self.vehicle.dimensional_factors
-        thrust_factor = 0.5 * self.vehicle.water_density_kgm3 * self.vehicle.length_m**2
-        of_actuators = [name for name in parameters if name in self.vehicle.actuators.parameters]
-        after_body = len(equations.names) + 6 * sum(name in workspace.BODY for name in parameters)
-        body, columns, firsts = [], [], []
-        for name in parameters:
-            firsts.append(len(columns))
-            used = name not in idle
-            if name in equations.index:
-                k = equations.index[name]
-                columns.append((k, used * factors_of[k], AXES.index(equations.terms[k].axis), None))
-            elif name in workspace.BODY:
-                first = len(equations.names) + 6 * len(body)
-                factor = used * (thrust_factor if name in workspace.THRUST else 1.0)
-                columns += [(first + axis, factor, axis, None) for axis in range(6)]
-                body.append(workspace.BODY.index(name))
-            elif name in of_actuators:
-                first = after_body + 6 * of_actuators.index(name)
-                columns += [(first + axis, 1.0, axis, None) for axis in range(6)]
-            elif name[-1:] == "0" and name[:-1] in log_files.STATES:
-                columns.append((0, 0.0, 0, log_files.STATES.index(name[:-1])))
-            else:
-                valid = [*equations.names, *workspace.BODY, *(f"{state}0" for state in log_files.STATES)]
-                valid += self.vehicle.actuators.parameters
-                raise InputError(f"unknown parameter '{name}'{nearest(name, valid)}")
-        sources, factors, axes, starts = zip(*columns, strict=True)
-        initial = np.zeros((len(columns), self.kernels.sensitivities.WIDTH))
-        for column, start in enumerate(starts):
-            if start is not None:
-                initial[column, start] = 1.0
-        arrays = np.array(body, dtype=int), np.array(sources), np.array(factors), np.array(axes), initial
-        self._columns[parameters] = firsts, self._variations_by(of_actuators), *arrays
+        if parameters not in self._columns:
+            width = self.kernels.sensitivities.WIDTH
+            firsts, of_actuators, *arrays = sensitivity_columns(parameters, self.vehicle, self.subproblem, width)
+            self._columns[parameters] = firsts, self._variations_by(of_actuators), *arrays
         return self._columns[parameters]
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:
@@ -324,19 +292,6 @@ class Simulator:
     @staticmethod
     def _repeated(row, n_batch):
         return np.repeat(row[None], n_batch, axis=0)
-
-
-def _check_columns(manoeuvre: Manoeuvre, vehicle: Vehicle) -> None:
-    """InputError for a manoeuvre that moves other controls or actuators than the vehicle has."""
-    moved, present = manoeuvre.columns, tuple(control.short for control in vehicle.equations.controls)
-    if not vehicle.actuators.direct:
-        present = vehicle.actuators.shorts
-        moved = moved if manoeuvre.inputs is None else manoeuvre.input_columns
-    if moved != present:
-        raise InputError(
-            f"manoeuvre '{manoeuvre.name}' moves {', '.join(moved) or 'nothing'}, '{vehicle.name}' is moved by "
-            f"{', '.join(present) or 'nothing'}; load it for this vehicle"
-        )
 
 
 def simulate(

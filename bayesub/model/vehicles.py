@@ -1,4 +1,4 @@
-"""Vehicles: the non-dimensional coefficients, the rigid body, the propulsion and the actuators, from a TOML file."""
+"""Vehicles: coefficients, the rigid body, the propulsion and the actuators, in SI units and radians."""
 
 from __future__ import annotations
 
@@ -7,260 +7,25 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pydantic
-from pydantic_core import PydanticCustomError
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, error_source, nearest
-from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
+from bayesub.io.errors import InputError, error_source
 from bayesub.kernels import workspace
 from bayesub.model import actuator_files, mass
-from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection
 from bayesub.model.actuators import Actuators
 from bayesub.model.equations import EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import directory
+from bayesub.model.propulsion import ThrustSection
+from bayesub.model.vehicle_files import VehicleFile, misfit
 
 if TYPE_CHECKING:
     from bayesub.kernels import families
 
 GRAVITY_MPS2 = 9.81
-
-Vector3 = Annotated[tuple[float, float, float], pydantic.Field(description="three numbers")]
-Vector9 = Annotated[tuple[float, ...], pydantic.Field(min_length=9, max_length=9)]
-
-
-class TrialSpeedSection(Section):
-    """Speed and depth at which a manoeuvre begins."""
-
-    speed_mps: Speed
-    depth_m: float = 0.0
-
-
-class InertiaSection(Section):
-    """Moments and products of inertia about the body origin."""
-
-    Ixx: Positive
-    Iyy: Positive
-    Izz: Positive
-    Ixy: float = 0.0
-    Iyz: float = 0.0
-    Izx: float = 0.0
-
-
-class BodySection(Section):
-    """The rigid body, its weight and its buoyancy."""
-
-    length_m: Length
-    water_density_kgm3: WaterDensity
-    mass_kg: Positive
-    neutrally_buoyant: bool = True
-    buoyancy_n: Positive | None = None
-    inertia_kgm2: InertiaSection
-    centre_of_gravity_m: Vector3
-    centre_of_buoyancy_m: Vector3
-
-    @pydantic.model_validator(mode="after")
-    def _one_buoyancy(self):
-        if self.neutrally_buoyant == (self.buoyancy_n is not None):
-            raise ValueError("give either neutrally_buoyant = true or neutrally_buoyant = false with buoyancy_n")
-        return self
-
-    @pydantic.model_validator(mode="after")
-    def _centres_aboard(self):
-        for key in ("centre_of_gravity_m", "centre_of_buoyancy_m"):
-            if max(map(abs, getattr(self, key))) > self.length_m:
-                raise ValueError(f"{key} lies further than length_m from the origin")
-        return self
-
-
-class PropulsionSection(Section):
-    """What all propulsion models share."""
-
-    thrust_line_z_m: float = 0.0
-    torque: tuple[float, float] = (0.0, 0.0)  # K_n1 in N m per rpm^2, K_n2 in N m s per (rpm m)
-
-    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:
-        """b1 .. b9 and k0 (rpm per m/s).
-
-        Parameters
-        ----------
-        body : BodySection
-        speed : float
-            At which trials begin, m/s.
-        drag : float
-            In straight flight at that speed, on (rho/2) l^2 speed^2.
-        """
-        raise NotImplementedError
-
-
-class NoPropulsionSection(PropulsionSection):
-    """The equation set has thrust and resistance in its own terms."""
-
-    model: Literal["none"]
-
-    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
-        """Nothing, and a propeller speed that means nothing."""
-        return (0.0,) * 9, 1.0
-
-
-class ThrustSection(PropulsionSection):
-    """A known thrust and torque at a known propeller speed, of which they follow the square."""
-
-    model: Literal["thrust"]
-    thrust_n: Positive
-    torque_nm: float = 0.0
-    rpm: Positive
-
-    @pydantic.model_validator(mode="after")
-    def _one_torque(self):
-        if any(self.torque):
-            raise ValueError("give torque_nm, not torque")
-        return self
-
-    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
-        """Of the square of the propeller speed, backwards if that turns astern."""
-        b = self.thrust_n / (0.5 * body.water_density_kgm3 * body.length_m**2 * speed**2)
-        return (0.0, 0.0, b, 0.0, 0.0, b, 0.0, 0.0, -b), self.rpm / speed
-
-
-class PolynomialSection(PropulsionSection):
-    """Three branches in n' = n/(k0 u) (model manual, section 5)."""
-
-    model: Literal["polynomial"] = "polynomial"
-    b: Vector9
-    rpm_per_mps: Positive
-
-    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
-        """Those of the file."""
-        return self.b, self.rpm_per_mps
-
-
-class OpenWaterSection(PropulsionSection):
-    """A propeller by its open-water diagram: T = (1 - t) rho D^4 K_T n|n|, n in rev/s (thesis section 3.7).
-
-    k0 follows from self-propulsion: at n' = 1 the thrust is the straight-line drag. Going ahead (u >= 0) both models
-    are polynomials in u and n, and are flown as such.
-    """
-
-    diameter_m: Positive
-    thrust_deduction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
-
-    @property
-    def diagram(self) -> tuple[float, float, float]:
-        """K_T without advance, its slope with J, and the wake fraction."""
-        raise NotImplementedError
-
-    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
-        """Those with which the boat propels itself at n' = 1."""
-        scale = 2.0 * (1.0 - self.thrust_deduction) * self.diameter_m**4 / body.length_m**2
-        offset, slope, wake = self.diagram
-        # Self-propulsion with x = n/u in rev/m: scale (offset x^2 + slope (1 - wake) x / D) = drag.
-        linear = slope * (1.0 - wake) / self.diameter_m
-        x = (-linear + np.sqrt(linear**2 + 4.0 * offset * drag / scale)) / (2.0 * offset)
-        square, cross = scale * offset * x**2, scale * linear * x
-        return (0.0, cross, square, 0.0, cross, square, 0.0, -cross, -square), 60.0 * x
-
-
-class ConstantKTSection(OpenWaterSection):
-    """K_T does not depend on the advance (Healey & Lienard 1993; thesis C.1)."""
-
-    model: Literal["constant_kt"]
-    kt: Positive
-
-    @property
-    def diagram(self) -> tuple[float, float, float]:
-        """K_T without advance, its slope with J, and the wake fraction."""
-        return self.kt, 0.0, 0.0
-
-
-class LinearKTSection(OpenWaterSection):
-    """K_T = kt0 + kt1 J with J = (1 - w) u / (n D) (Fossen & Blanke 2000; thesis C.2)."""
-
-    model: Literal["linear_kt"]
-    kt0: Positive
-    kt1: float = pydantic.Field(le=0.0)
-    wake_fraction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
-
-    @property
-    def diagram(self) -> tuple[float, float, float]:
-        """K_T without advance, its slope with J, and the wake fraction."""
-        return self.kt0, self.kt1, self.wake_fraction
-
-
-def _model_of(section) -> str | None:
-    return section.get("model", "polynomial") if isinstance(section, dict) else getattr(section, "model", None)
-
-
-def _table_or_array(section) -> str | None:
-    if isinstance(section, dict | ActuatorsSection):
-        return "table"
-    return "array" if isinstance(section, tuple) else None
-
-
-class HullSection(Section):
-    """Height and breadth of the hull at stations along it, for equations that integrate the cross-flow."""
-
-    x_m: tuple[float, ...] = pydantic.Field(min_length=2)
-    height_m: tuple[float, ...]
-    breadth_m: tuple[float, ...]
-
-    @pydantic.model_validator(mode="after")
-    def _consistent(self):
-        if any(b <= a for a, b in zip(self.x_m, self.x_m[1:], strict=False)):
-            raise ValueError("x_m must ascend from tail to nose")
-        for key in ("height_m", "breadth_m"):
-            column = getattr(self, key)
-            if len(column) != len(self.x_m):
-                raise ValueError(f"{key} has {len(column)} entries, x_m has {len(self.x_m)}")
-            if min(column) < 0.0:
-                raise ValueError(f"{key} must not be negative")
-        return self
-
-
-class CoefficientSection(Section):
-    """A non-dimensional coefficient with its standard deviation, if that is known."""
-
-    value: float
-    sd: Positive | None = None
-
-
-def _as_section(entry):
-    """A plain number is a coefficient without a standard deviation."""
-    if isinstance(entry, dict | CoefficientSection):
-        return entry
-    number = isinstance(entry, int | float) and not isinstance(entry, bool)
-    if not number or not abs(entry) < math.inf:
-        raise PydanticCustomError("coefficient", "should be a finite number or { value = .., sd = .. }")
-    return {"value": entry}
-
-
-class VehicleFile(Section):
-    """The content of a vehicle file; every key carries its unit."""
-
-    name: str
-    description: str = ""
-    reference: str = ""
-    equations: str = DEFAULT
-    trial: TrialSpeedSection
-    body: BodySection
-    hull: HullSection | None = None
-    propulsion: Annotated[
-        Annotated[PolynomialSection, pydantic.Tag("polynomial")]
-        | Annotated[ConstantKTSection, pydantic.Tag("constant_kt")]
-        | Annotated[LinearKTSection, pydantic.Tag("linear_kt")]
-        | Annotated[ThrustSection, pydantic.Tag("thrust")]
-        | Annotated[NoPropulsionSection, pydantic.Tag("none")],
-        pydantic.Discriminator(_model_of),
-    ]
-    actuators: Annotated[
-        Annotated[ActuatorsSection, pydantic.Tag("table")] | Annotated[ActuatorArray, pydantic.Tag("array")],
-        pydantic.Discriminator(_table_or_array),
-    ]
-    coefficients: dict[str, Annotated[CoefficientSection, pydantic.BeforeValidator(_as_section)]]
 
 
 @dataclass(frozen=True)
@@ -391,7 +156,7 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
     file = toml_files.read_toml(path, VehicleFile)
     with error_source(f"{path}: equations"):
         equations = load_equations(beside(str(name), file.equations), located)
-    wrong = _misfit(file, equations)
+    wrong = misfit(file, equations)
     if wrong:
         raise InputError(f"{path}: {wrong}")
     try:
@@ -419,22 +184,6 @@ def files_of_equations(name: str | Path, located: Callable[[str], str] = str) ->
     """The paths of the equation files that a vehicle file names; its parameters are those of :func:`load_vehicle`."""
     table = toml_files.read_toml_table(toml_files.find(located(str(name)), "vehicles"))
     return equation_files(beside(str(name), str(table.get("equations", DEFAULT))), located)
-
-
-def _misfit(file: VehicleFile, equations: EquationSet) -> str:
-    """What the file has too much or lacks for its equations; empty if nothing."""
-    for name in file.coefficients:
-        if name not in equations.index:
-            of = "" if equations.name == DEFAULT else f" of the equations '{equations.name}'"
-            return f"coefficients: unknown coefficient '{name}'{of}{nearest(name, equations.names)}"
-    missing = [name for name in equations.names if name not in file.coefficients]
-    if missing:
-        listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
-        total = f"{len(missing)} of the {len(equations.names)} coefficients"
-        return f"coefficients: {total} missing ({listed}); write 0 where there is none"
-    if equations.has_crossflow and file.hull is None:
-        return f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it"
-    return actuator_files.misfit(file.actuators, equations, file.body.length_m)
 
 
 def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:

@@ -12,7 +12,7 @@ import pytest
 from manual.pages import PAGES, ROOT, blocks
 
 from bayesub.io import toml_files
-from bayesub.model.vehicles import VehicleFile
+from bayesub.model.vehicle_files import VehicleFile
 from bayesub.study.study_file import Study
 
 TINY = """

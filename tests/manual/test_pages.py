@@ -18,7 +18,7 @@ from bayesub.io.log_files import HEADERS
 from bayesub.model.coefficients import AXES, TERMS
 from bayesub.model.hull_files import HullFile
 from bayesub.model.manoeuvre_files import KINDS
-from bayesub.model.vehicles import VehicleFile
+from bayesub.model.vehicle_files import VehicleFile
 from bayesub.study.study_file import Study
 from bayesub.study.trial_section import InstrumentsFile
 

@@ -9,15 +9,10 @@ import pytest
 import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.model import hulls
+from bayesub.model.actuator_files import ActuatorsSection
 from bayesub.model.coefficients import EQUATIONS, NAMES
-from bayesub.model.vehicles import (
-    ActuatorsSection,
-    BodySection,
-    InertiaSection,
-    PolynomialSection,
-    TrialSpeedSection,
-    VehicleFile,
-)
+from bayesub.model.propulsion import PolynomialSection
+from bayesub.model.vehicle_files import BodySection, InertiaSection, TrialSpeedSection, VehicleFile
 from bayesub.study import new_files, new_vehicle
 
 OPTIONAL = {"buoyancy_n", "model"}  # they exclude other keys; both are in comments

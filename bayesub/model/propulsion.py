@@ -1,0 +1,143 @@
+"""Propulsion in a vehicle file: thrust and torque as polynomials of three branches (model manual, section 5)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+import pydantic
+
+from bayesub.io.toml_files import Positive, Section
+
+if TYPE_CHECKING:
+    from bayesub.model.vehicle_files import BodySection
+
+Vector9 = Annotated[tuple[float, ...], pydantic.Field(min_length=9, max_length=9)]
+
+
+class PropulsionSection(Section):
+    """What all propulsion models share."""
+
+    thrust_line_z_m: float = 0.0
+    torque: tuple[float, float] = (0.0, 0.0)  # K_n1 in N m per rpm^2, K_n2 in N m s per (rpm m)
+
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:
+        """b1 .. b9 and k0 (rpm per m/s).
+
+        Parameters
+        ----------
+        body : BodySection
+        speed : float
+            At which trials begin, m/s.
+        drag : float
+            In straight flight at that speed, on (rho/2) l^2 speed^2.
+        """
+        raise NotImplementedError
+
+
+class NoPropulsionSection(PropulsionSection):
+    """The equation set has thrust and resistance in its own terms."""
+
+    model: Literal["none"]
+
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Nothing, and a propeller speed that means nothing."""
+        return (0.0,) * 9, 1.0
+
+
+class ThrustSection(PropulsionSection):
+    """A known thrust and torque at a known propeller speed, of which they follow the square."""
+
+    model: Literal["thrust"]
+    thrust_n: Positive
+    torque_nm: float = 0.0
+    rpm: Positive
+
+    @pydantic.model_validator(mode="after")
+    def _one_torque(self):
+        if any(self.torque):
+            raise ValueError("give torque_nm, not torque")
+        return self
+
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Of the square of the propeller speed, backwards if that turns astern."""
+        b = self.thrust_n / (0.5 * body.water_density_kgm3 * body.length_m**2 * speed**2)
+        return (0.0, 0.0, b, 0.0, 0.0, b, 0.0, 0.0, -b), self.rpm / speed
+
+
+class PolynomialSection(PropulsionSection):
+    """Three branches in n' = n/(k0 u) (model manual, section 5)."""
+
+    model: Literal["polynomial"] = "polynomial"
+    b: Vector9
+    rpm_per_mps: Positive
+
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Those of the file."""
+        return self.b, self.rpm_per_mps
+
+
+class OpenWaterSection(PropulsionSection):
+    """A propeller by its open-water diagram: T = (1 - t) rho D^4 K_T n|n|, n in rev/s (thesis section 3.7).
+
+    k0 follows from self-propulsion: at n' = 1 the thrust is the straight-line drag. Going ahead (u >= 0) both models
+    are polynomials in u and n, and are flown as such.
+    """
+
+    diameter_m: Positive
+    thrust_deduction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
+
+    @property
+    def diagram(self) -> tuple[float, float, float]:
+        """K_T without advance, its slope with J, and the wake fraction."""
+        raise NotImplementedError
+
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Those with which the boat propels itself at n' = 1."""
+        scale = 2.0 * (1.0 - self.thrust_deduction) * self.diameter_m**4 / body.length_m**2
+        offset, slope, wake = self.diagram
+        # Self-propulsion with x = n/u in rev/m: scale (offset x^2 + slope (1 - wake) x / D) = drag.
+        linear = slope * (1.0 - wake) / self.diameter_m
+        x = (-linear + np.sqrt(linear**2 + 4.0 * offset * drag / scale)) / (2.0 * offset)
+        square, cross = scale * offset * x**2, scale * linear * x
+        return (0.0, cross, square, 0.0, cross, square, 0.0, -cross, -square), 60.0 * x
+
+
+class ConstantKTSection(OpenWaterSection):
+    """K_T does not depend on the advance (Healey & Lienard 1993; thesis C.1)."""
+
+    model: Literal["constant_kt"]
+    kt: Positive
+
+    @property
+    def diagram(self) -> tuple[float, float, float]:
+        """K_T without advance, its slope with J, and the wake fraction."""
+        return self.kt, 0.0, 0.0
+
+
+class LinearKTSection(OpenWaterSection):
+    """K_T = kt0 + kt1 J with J = (1 - w) u / (n D) (Fossen & Blanke 2000; thesis C.2)."""
+
+    model: Literal["linear_kt"]
+    kt0: Positive
+    kt1: float = pydantic.Field(le=0.0)
+    wake_fraction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
+
+    @property
+    def diagram(self) -> tuple[float, float, float]:
+        """K_T without advance, its slope with J, and the wake fraction."""
+        return self.kt0, self.kt1, self.wake_fraction
+
+
+def _model_of(section) -> str | None:
+    return section.get("model", "polynomial") if isinstance(section, dict) else getattr(section, "model", None)
+
+
+AnyPropulsion = Annotated[
+    Annotated[PolynomialSection, pydantic.Tag("polynomial")]
+    | Annotated[ConstantKTSection, pydantic.Tag("constant_kt")]
+    | Annotated[LinearKTSection, pydantic.Tag("linear_kt")]
+    | Annotated[ThrustSection, pydantic.Tag("thrust")]
+    | Annotated[NoPropulsionSection, pydantic.Tag("none")],
+    pydantic.Discriminator(_model_of),
+]

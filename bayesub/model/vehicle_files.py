@@ -1,0 +1,140 @@
+"""The content of a vehicle file; every key carries its unit."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import pydantic
+from pydantic_core import PydanticCustomError
+
+from bayesub.io.errors import nearest
+from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
+from bayesub.model import actuator_files
+from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection
+from bayesub.model.equations import EquationSet
+from bayesub.model.equations.files import DEFAULT
+from bayesub.model.propulsion import AnyPropulsion
+
+Vector3 = Annotated[tuple[float, float, float], pydantic.Field(description="three numbers")]
+
+
+class TrialSpeedSection(Section):
+    """Speed and depth at which a manoeuvre begins."""
+
+    speed_mps: Speed
+    depth_m: float = 0.0
+
+
+class InertiaSection(Section):
+    """Moments and products of inertia about the body origin."""
+
+    Ixx: Positive
+    Iyy: Positive
+    Izz: Positive
+    Ixy: float = 0.0
+    Iyz: float = 0.0
+    Izx: float = 0.0
+
+
+class BodySection(Section):
+    """The rigid body, its weight and its buoyancy."""
+
+    length_m: Length
+    water_density_kgm3: WaterDensity
+    mass_kg: Positive
+    neutrally_buoyant: bool = True
+    buoyancy_n: Positive | None = None
+    inertia_kgm2: InertiaSection
+    centre_of_gravity_m: Vector3
+    centre_of_buoyancy_m: Vector3
+
+    @pydantic.model_validator(mode="after")
+    def _one_buoyancy(self):
+        if self.neutrally_buoyant == (self.buoyancy_n is not None):
+            raise ValueError("give either neutrally_buoyant = true or neutrally_buoyant = false with buoyancy_n")
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _centres_aboard(self):
+        for key in ("centre_of_gravity_m", "centre_of_buoyancy_m"):
+            if max(map(abs, getattr(self, key))) > self.length_m:
+                raise ValueError(f"{key} lies further than length_m from the origin")
+        return self
+
+
+def _table_or_array(section) -> str | None:
+    if isinstance(section, dict | ActuatorsSection):
+        return "table"
+    return "array" if isinstance(section, tuple) else None
+
+
+class HullSection(Section):
+    """Height and breadth of the hull at stations along it, for equations that integrate the cross-flow."""
+
+    x_m: tuple[float, ...] = pydantic.Field(min_length=2)
+    height_m: tuple[float, ...]
+    breadth_m: tuple[float, ...]
+
+    @pydantic.model_validator(mode="after")
+    def _consistent(self):
+        if any(b <= a for a, b in zip(self.x_m, self.x_m[1:], strict=False)):
+            raise ValueError("x_m must ascend from tail to nose")
+        for key in ("height_m", "breadth_m"):
+            column = getattr(self, key)
+            if len(column) != len(self.x_m):
+                raise ValueError(f"{key} has {len(column)} entries, x_m has {len(self.x_m)}")
+            if min(column) < 0.0:
+                raise ValueError(f"{key} must not be negative")
+        return self
+
+
+class CoefficientSection(Section):
+    """A non-dimensional coefficient with its standard deviation, if that is known."""
+
+    value: float
+    sd: Positive | None = None
+
+
+def _as_section(entry):
+    """A plain number is a coefficient without a standard deviation."""
+    if isinstance(entry, dict | CoefficientSection):
+        return entry
+    number = isinstance(entry, int | float) and not isinstance(entry, bool)
+    if not number or not abs(entry) < math.inf:
+        raise PydanticCustomError("coefficient", "should be a finite number or { value = .., sd = .. }")
+    return {"value": entry}
+
+
+class VehicleFile(Section):
+    """The content of a vehicle file; every key carries its unit."""
+
+    name: str
+    description: str = ""
+    reference: str = ""
+    equations: str = DEFAULT
+    trial: TrialSpeedSection
+    body: BodySection
+    hull: HullSection | None = None
+    propulsion: AnyPropulsion
+    actuators: Annotated[
+        Annotated[ActuatorsSection, pydantic.Tag("table")] | Annotated[ActuatorArray, pydantic.Tag("array")],
+        pydantic.Discriminator(_table_or_array),
+    ]
+    coefficients: dict[str, Annotated[CoefficientSection, pydantic.BeforeValidator(_as_section)]]
+
+
+def misfit(file: VehicleFile, equations: EquationSet) -> str:
+    """What the file has too much or lacks for its equations; empty if nothing."""
+    for name in file.coefficients:
+        if name not in equations.index:
+            of = "" if equations.name == DEFAULT else f" of the equations '{equations.name}'"
+            return f"coefficients: unknown coefficient '{name}'{of}{nearest(name, equations.names)}"
+    missing = [name for name in equations.names if name not in file.coefficients]
+    if missing:
+        listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
+        total = f"{len(missing)} of the {len(equations.names)} coefficients"
+        return f"coefficients: {total} missing ({listed}); write 0 where there is none"
+    if equations.has_crossflow and file.hull is None:
+        return f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it"
+    return actuator_files.misfit(file.actuators, equations, file.body.length_m)
