@@ -385,7 +385,7 @@ def integrate_parallel(
     status = np.zeros(n_batch, dtype=np.int8)
     for block in prange((n_batch + LANES - 1) // LANES):
         _integrate_block(
-            block,
+            np.int64(block),  # of the type that the serial kernel has, or all would be compiled twice
             coefficients,
             body,
             initial,

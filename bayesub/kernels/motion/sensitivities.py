@@ -374,7 +374,7 @@ def sensitivities(
     loaded = workspace(_BODY_FORCES + 6 * parameters.shape[0])
     load_block(loaded, 0, coefficients, body, history[:1, 0])
     for group in prange((n_points + LANES - 1) // LANES):
-        _prepare(group, loaded, body[0], history, stages, variations, step, parameters, matrices, forces)
+        _prepare(np.int64(group), loaded, body[0], history, stages, variations, step, parameters, matrices, forces)
     result = np.empty((times.shape[0], n_columns, rows.shape[0]))
     for task in prange((n_columns + _COLUMNS_A_TASK - 1) // _COLUMNS_A_TASK):
         begin = task * _COLUMNS_A_TASK
