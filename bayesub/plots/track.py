@@ -1,5 +1,7 @@
 """The track of a trial, and how far the readings are from what the posterior predicts."""
 
+from itertools import cycle
+
 import numpy as np
 
 from bayesub.io import log_files
@@ -114,13 +116,30 @@ def draw_simulated(path, trajectory, name: str) -> None:
         axes["pitch"].set_ylabel("angle (deg)")
         axes["speed"].plot(times, np.linalg.norm(states[:, VELOCITY], axis=1), color=style.POSTERIOR)
         axes["speed"].set_ylabel("speed (m/s)")
-        colours = (style.POSTERIOR, style.LINEAR, style.SQP)
-        for j, (label, colour) in enumerate(zip(("rudder", "bow plane", "stern plane"), colours, strict=True)):
-            if np.any(trajectory.controls[:, j]):
-                axes["planes"].plot(times, np.degrees(trajectory.controls[:, j]), color=colour, label=label)
-        axes["planes"].set(ylabel="plane (deg)", xlabel="time (s)")
+        _draw_actuators(axes["planes"], trajectory)
         for key in ("pitch", "planes"):
             if axes[key].get_legend_handles_labels()[0]:
                 axes[key].legend(loc="lower right", bbox_to_anchor=(1.0, 0.95), borderaxespad=0.0, fontsize=8, ncols=3)
         for key in ("depth", "pitch", "speed"):
             axes[key].tick_params(labelbottom=False)
+
+
+def _draw_actuators(axis, trajectory):
+    """The actuators that move: angles in degrees; forces and revolutions as parts of their largest, on the right."""
+    actuators = trajectory.simulator.vehicle.actuators
+    colours = cycle((style.POSTERIOR, style.LINEAR, style.SQP, style.NULL, style.WEAK))
+    histories = [trajectory.log[short] for short in actuators.shorts]
+    entries = list(zip(actuators.columns, histories, colours, strict=False))
+    for column, values, colour in entries:
+        if column.endswith("_deg") and np.any(values):
+            label = column.removesuffix("_deg").replace("_", " ")
+            axis.plot(trajectory.times, np.degrees(values), color=colour, label=label)
+    axis.set(ylabel="plane (deg)", xlabel="time (s)")
+    others = [entry for entry in entries if not entry[0].endswith("_deg") and np.ptp(entry[1]) > 0.0]
+    if others:
+        right = axis.twinx()
+        right.set_ylabel("of the largest")
+        for column, values, colour in others:
+            largest = np.abs(values).max()
+            right.plot(trajectory.times, values / largest, color=colour)
+            axis.plot([], [], color=colour, label=f"{style.with_unit(column)} / {largest:.3g}")

@@ -66,7 +66,7 @@ def collect(
 def _units(equations) -> str:
     """What the coefficients of a set are called as a whole."""
     dimensional = any(term.unit for term in equations.terms)
-    return "coefficients (each in its unit)" if dimensional else "non-dimensional coefficients"
+    return "coefficients in their units" if dimensional else "non-dimensional coefficients"
 
 
 def _parameters(problem, posterior) -> list[dict]:

@@ -103,6 +103,7 @@ def read_trial(
         have.
     """
     path, nuisance, known = Path(path), dict(nuisance or {}), dict(known or {})
+    subproblem = vehicle.equations.subproblem(subproblem)
     columns = vehicle.actuators.shorts
     log = log_files.read_log(path, vehicle.actuators.columns)
     for column in ignore:

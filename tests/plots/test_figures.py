@@ -228,6 +228,24 @@ def test_tracks(tmp_path, drawings, spiral_track):
     check(drawings, tmp_path, ("east (m)", "north (m)", "depth (m)", "angle (deg)", "speed (m/s)", "plane (deg)"))
 
 
+@pytest.mark.parametrize("n", [1, 2])
+def test_actuators_of_any_boat_are_drawn(n, tmp_path, drawings, spiral_track):
+    """Also fewer than three: angles in degrees, a force as a part of its largest; those that rest are not drawn."""
+    columns = ("fin_1_deg", "fin_2_deg", "thruster_n")[-n - 1 :]
+    histories = (np.sin(spiral_track.times), np.zeros(len(spiral_track.times)), -5.0 * np.sin(spiral_track.times))
+    log = dict(zip(columns, histories[-n - 1 :], strict=True))
+    actuators = SimpleNamespace(columns=columns, shorts=columns)
+    simulator = SimpleNamespace(vehicle=SimpleNamespace(actuators=actuators))
+    parts = {"times": spiral_track.times, "states": spiral_track.states}
+    track.draw_simulated(tmp_path / "figure.png", SimpleNamespace(simulator=simulator, log=log, **parts), "boat")
+    (drawing,) = drawings
+    (planes,) = (axis for axis in drawing.axes if axis.get_ylabel() == "plane (deg)")
+    words = [text.get_text() for text in planes.get_legend().get_texts()]
+    assert words == (["fin 1"] if n == 2 else []) + ["thruster (N) / 5"]
+    (right,) = (axis for axis in drawing.axes if axis.get_ylabel() == "of the largest")
+    assert np.abs(right.lines[0].get_ydata()).max() == pytest.approx(1.0)
+
+
 def test_the_corner_holds_the_shares_of_draws_that_it_says():
     """Of a correlated normal pair 50 and 90 % of the draws lie within the contours.
 

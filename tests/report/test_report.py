@@ -305,4 +305,4 @@ def test_units_are_where_values_are(problem, numbers, page):
     assert [row["unit"] for row in dimensional["parameters"]] == ["kg/m", "kg/m", "kg"]
     words = page_of(dimensional)
     assert "<td>Nuv (kg)</td>" in words
-    assert "Changes of the coefficients (each in its unit) along which" in words
+    assert "Changes of the coefficients in their units along which" in words

@@ -165,3 +165,15 @@ def test_a_heading_that_nobody_read(tmp_path, suboff, flight, rng):
     bs.observe(flight, bs.sensors.Track(0.5, 0.1, channels=("x", "y")), rng).save(tmp_path / "log.csv", flight)
     with pytest.raises(bs.InputError, match=r"give nuisance\.yaw0_deg"):
         read_trial(tmp_path / "log.csv", suboff, bs.sensors.Track(0.5, 0.1, channels=("x", "y")))
+
+
+def test_a_boat_of_three_degrees_of_freedom_needs_no_plane(tmp_path):
+    """Its log is one of the horizontal plane, without starts of depth, roll and pitch."""
+    ship = bs.load_vehicle("mariner")
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{k},{k % 3},{7.7 * k},0\n" for k in range(120))
+    path.write_text("time_s,rudder_deg,x_m,y_m\n" + rows)
+    sensors, heading = [bs.sensors.Track(1.0, 0.1, channels=("x", "y"))], {"yaw0_deg": normal(0.0, 1.0)}
+    trial = read_trial(path, ship, sensors, nuisance=heading)
+    assert trial.manoeuvre.subproblem == "horizontal"
+    assert set(trial.nuisance) == {"x0_m", "y0_m", "yaw0_deg", "u0_mps", "v0_mps", "r0_degps"}
