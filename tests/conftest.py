@@ -28,9 +28,8 @@ def pytest_configure(config):
     if not hasattr(config, "workerinput") and config.getoption("numprocesses", None):
         # What all equations share first, and then those of most tests, each in a process of its own.
         compilation.ensure("from bayesub.kernels import first_calls; first_calls.call_all()", "noise")
-        booth, *others = map(load_equations, sorted(toml_files.built_in("equations"), key=lambda name: name != "booth"))
-        folders = [str(directory(booth, plane)) for plane in (None, *booth.subproblems)]
-        folders += [str(directory(equations, None)) for equations in others]
+        sets = map(load_equations, sorted(toml_files.built_in("equations"), key=lambda name: name != "booth"))
+        folders = dict.fromkeys(str(directory(each, plane)) for each in sets for plane in (None, *each.subproblems))
         with futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(families.compiled, [*folders, *user_set.folders()]))
 

@@ -1,0 +1,17 @@
+"""Messages for users."""
+
+import time
+
+from bayesub.io.errors import nearest
+
+
+def test_suggestions():
+    assert nearest("Yuvv", ["Yuv", "Nuv"]) == ": did you mean 'Yuv'?"
+    assert nearest("rudder", ["Yuv", "Nuv"]) == ""
+
+
+def test_a_name_of_millions_of_characters_is_not_compared():
+    """It comes of a broken file, and would take seconds for each key that it might have been."""
+    began = time.perf_counter()
+    assert nearest("xyz" * 10**6, ["Yuv", "xyz" * 10]) == ""
+    assert time.perf_counter() - began < 0.2
