@@ -6,6 +6,7 @@ not fly shows at once.
 
 import json
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -27,11 +28,14 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 
     Of an equation set it prints terms, sub-problems and controls; of a vehicle a card: balance, stability, turning
     circle, answer to the planes, mass matrix, and warnings with a remedy; of a study what it costs, and what each
-    channel of its data covers in time and informs. FILE may be the name of a built-in vehicle or equation set.
+    channel of its data covers in time and informs. FILE may be the name of a built-in vehicle or equation set. A log
+    with columns of a vehicle's own comes after that vehicle.
     """
+    controls: list[str] = []  # of the vehicles
     findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
     for path in files:
-        text, file_card = examine(built_in.get(str(path), path))
+        text, file_card = examine(built_in.get(str(path), path), controls)
+        controls += file_card.vehicle.actuators.columns if hasattr(file_card, "vehicle") else ()
         findings[str(path)] = (text, file_card)
         if not as_json:
             say(f"{path}: {text}")
@@ -48,14 +52,14 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
             cards[0].draw(card)
 
 
-def examine(path: Path) -> tuple[str, Card | None]:
-    """What a file is, and its card, which not all kinds of files have."""
+def examine(path: Path, controls: Sequence[str] = ()) -> tuple[str, Card | None]:
+    """What a file is, and its card, which not all kinds of files have; a log may have these `controls`."""
     if path.suffix == ".py":
         from bayesub.study import script
 
         return f"study script: {script.check(path)}", None
     if path.suffix.lower() == ".csv":
-        return _log(path), None
+        return _log(path, controls), None
     keys = toml_files.read_toml_table(path)
     for key, describe in _KINDS.items():
         if key in keys:
@@ -137,12 +141,12 @@ _KINDS = {
 }
 
 
-def _log(path: Path) -> str:
+def _log(path: Path, controls: Sequence[str]) -> str:
     from bayesub.io import log_files
 
-    log = log_files.read_log(path)
+    log = log_files.read_log(path, controls)
     times = log["time"]
-    columns = ", ".join(log_files.HEADERS[name] for name in log)
+    columns = ", ".join(log_files.HEADERS.get(name, name) for name in log)
     return f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {columns}"
 
 

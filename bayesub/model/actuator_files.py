@@ -216,6 +216,7 @@ def build(section: ActuatorsSection | tuple, equations: EquationSet, water_densi
         if one.kind == "fin":
             angle, dynamics = np.radians([one.limit_deg, one.rate_deg_s]), {"time_constant": one.time_constant_s}
             dynamics |= {"limit": angle[0].item(), "rate": angle[1].item(), "angle_deg": one.angle_deg}
+            dynamics["turns"] = one.sign if one.mixing is None else 0
             members.append(_actuator(one.header, row, one.name, **dynamics))
         else:
             members.append(one.build(len(columns), water_density_kgm3))

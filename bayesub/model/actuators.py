@@ -51,6 +51,9 @@ class Actuator:
         s.
     angle_deg : float or None
         Where a fin stands around the hull, seen from astern, clockwise from up.
+    turns : int
+        Of a fin by geometry: 1 if its trailing edge goes counterclockwise, seen from astern, with a positive value, -1
+        if it goes clockwise; 0 if nobody says.
     """
 
     name: str
@@ -64,6 +67,7 @@ class Actuator:
     rate: float | None = None
     time_constant: float | None = None
     angle_deg: float | None = None
+    turns: int = 0
 
     @property
     def short(self) -> str:

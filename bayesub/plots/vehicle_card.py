@@ -8,7 +8,7 @@ from bayesub.io.log_files import STATES, positions
 from bayesub.io.toml_files import built_in
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import load_vehicle
-from bayesub.plots import style
+from bayesub.plots import style, tail_sketch
 
 SMALLEST, LARGEST = 1e-10, 1e4  # sizes drawn; beyond them a coefficient sits at the edge
 _MARKERS = "s^oDv<>p"  # of built-in vehicles, in the order of their names and of the colours of _COLOURS
@@ -20,7 +20,10 @@ def draw(path, card) -> None:
     boat = card.vehicle
     with style.figure(path, 11.7, 8.3) as figure:
         flights, below = figure.subfigures(2, 1, height_ratios=[1.0, 1.55])
-        axes = flights.subplot_mosaic([["turn", "yaw", "pitch"], ["turn", "speed", "depth"]])
+        tail = ["tail"] * tail_sketch.has_tail(boat.actuators)
+        axes = flights.subplot_mosaic([["turn", "yaw", "pitch", *tail], ["turn", "speed", "depth", *tail]])
+        if tail:
+            tail_sketch.draw(axes["tail"], boat.actuators)
         _draw_turn(axes, card)
         _draw_dive(axes, card)
         _draw_coefficients(below, boat)

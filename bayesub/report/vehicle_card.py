@@ -9,11 +9,12 @@ import numpy as np
 from bayesub.model.simulate import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.report import vehicle_lines
+from bayesub.report.actuator_examination import actuators
 from bayesub.report.coefficient_examinations import inertia, sizes_and_signs
 from bayesub.report.examination import CardWarning
 from bayesub.report.vehicle_examinations import balance, dive, hydrostatics, stability, straight_flight, turn
 
-EXAMINATIONS = (balance, straight_flight, stability, turn, dive, inertia, hydrostatics, sizes_and_signs)
+EXAMINATIONS = (balance, straight_flight, stability, turn, dive, inertia, hydrostatics, sizes_and_signs, actuators)
 
 
 @dataclass(frozen=True)

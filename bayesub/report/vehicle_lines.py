@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from bayesub.report import actuator_examination
 from bayesub.report.examination import CardWarning
 from bayesub.report.vehicle_examinations import GROWTH
 
@@ -22,6 +23,7 @@ def lines(numbers: dict, warnings: Sequence[CardWarning]) -> list[str]:
         subject: f"not examined: {skipped[section]}" if section in skipped else line(numbers)
         for subject, (section, line) in sections.items()
     }
+    texts |= actuator_examination.lines(numbers)
     texts |= {f"zero in {axis}": " ".join(names) or "none" for axis, names in numbers["zero_coefficients"].items()}
     remedies = [f"  warning: {warning.text}; {warning.remedy}" for warning in warnings]
     return [*(f"  {subject:<17} {text}" for subject, text in texts.items()), *(remedies or ["  no warnings"])]

@@ -145,7 +145,14 @@ class Record:
         log_files.write_log(Path(path), log)
 
     @classmethod
-    def load(cls, path: str | Path, sensors: Sensor | Iterable, *, start_heading_deg: float = 0.0) -> "Record":
+    def load(
+        cls,
+        path: str | Path,
+        sensors: Sensor | Iterable,
+        *,
+        start_heading_deg: float = 0.0,
+        controls: Iterable[str] = (),
+    ) -> "Record":
         """Read the readings of a trial.
 
         Each channel has the times of those cells of its column that are not empty. Columns of controls are left to
@@ -165,13 +172,15 @@ class Record:
             their other settings play no part.
         start_heading_deg : float
             About where the first reading of an unwrapped heading shall be.
+        controls : iterable of str
+            Columns of a vehicle's own that the file may have besides, such as ``fin_1_deg``.
 
         Raises
         ------
         InputError
             For a file that does not fit, and for a column without sensor or a sensor without column.
         """
-        return cls.of_log(log_files.read_log(Path(path)), sensors, path, start_heading_deg=start_heading_deg)
+        return cls.of_log(log_files.read_log(Path(path), controls), sensors, path, start_heading_deg=start_heading_deg)
 
     @classmethod
     def of_log(
