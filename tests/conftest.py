@@ -29,7 +29,8 @@ def pytest_configure(config):
         # What all equations share first, and then those of most tests, each in a process of its own.
         compilation.ensure("from bayesub.kernels import first_calls; first_calls.call_all()", "noise")
         sets = map(load_equations, sorted(toml_files.built_in("equations"), key=lambda name: name != "booth"))
-        folders = dict.fromkeys(str(directory(each, plane)) for each in sets for plane in (None, *each.subproblems))
+        planes = {each: (None, *each.subproblems) if each.name == "booth" else (None,) for each in sets}
+        folders = dict.fromkeys(str(directory(each, plane)) for each in planes for plane in planes[each])
         with futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(families.compiled, [*folders, *user_set.folders()]))
 

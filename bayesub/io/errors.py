@@ -47,7 +47,5 @@ def error_source(source: str) -> Iterator[None]:
 
 def nearest(name: str, valid: Iterable[str]) -> str:
     """``": did you mean 'Yuv'?"`` for a mistyped name, or the empty string."""
-    close = (
-        difflib.get_close_matches(name, list(valid), n=1) if len(name) <= LONGEST else []
-    )
+    close = difflib.get_close_matches(name, list(valid), n=1) if len(name) <= LONGEST else []
     return f": did you mean '{close[0]}'?" if close else ""

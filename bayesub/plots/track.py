@@ -10,7 +10,6 @@ from bayesub.plots import style
 
 X, Y, Z, PHI, THETA = positions("x", "y", "z", "phi", "theta")
 VELOCITY = positions("u", "v", "w")
-_COLOURS = (style.POSTERIOR, style.LINEAR, style.SQP, style.WEAK, style.READINGS, style.NULL)
 _NAMES = {"x": "north", "y": "east", "z": "depth"}
 
 
