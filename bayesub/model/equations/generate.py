@@ -4,7 +4,7 @@
 
 writes those of the built-in sets, which are committed, so that they can be read and stepped through; a test checks
 that they are current. Those of other sets are written where they are cached. Forces that a sub-problem does not have
-are left out.
+are left out, but for what keeps the last digits.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import hashlib
 import os
 import tempfile
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 
 import platformdirs
@@ -22,7 +23,7 @@ from bayesub.io import atomic, toml_files
 from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
 from bayesub.kernels import workspace
 from bayesub.model.equations.equation_set import AXES, EquationSet, Term
-from bayesub.model.equations.regressors import CROSSFLOW
+from bayesub.model.equations.regressors import CROSSFLOW, Regressor
 
 BUILT_IN = Path(__file__).parents[2] / "kernels" / "sets"
 
@@ -113,7 +114,8 @@ class _Writer:
         self.equations, self.subproblem, self.external = equations, subproblem, external
         active = set(equations.active(subproblem=subproblem))
         self.terms = [(k, term) for k, term in enumerate(equations.terms) if term.name in active]
-        self.steady = [(k, term) for k, term in self.terms if not term.is_added_mass]
+        self.active = active
+        self.steady = [(k, term) for k, term in enumerate(equations.terms) if not term.is_added_mass]
         self.controls = [*(control.symbol for control in equations.controls), "uc", *(EXTERNAL if external else ())]
         self.n_constants = 1 + 3 * equations.stations * equations.has_crossflow
         self.first_control = workspace.COEFFICIENTS + len(equations.terms)
@@ -151,21 +153,35 @@ class _Writer:
             text = text.replace(f"{{{name}}}", textwrap.indent("\n".join(lines), "    "))
         return text
 
+    def _parts(self, axis: str, expression: Callable[[Regressor], str]) -> list[tuple[int, Term, str]]:
+        """Position, term and expression of the summands of an axis, if any plays a part.
+
+        The first two stay in any case: a compiler that contracts multiplies and adds begins with either of them, so
+        that without one of them the last digits would be others than those of the whole sum.
+        """
+        parts = [(k, t, text) for k, t in self.steady if t.axis == axis and (text := expression(t.parsed))]
+        if not any(term.name in self.active for _, term, _ in parts):
+            return []
+        return [part for n, part in enumerate(parts) if n < 2 or part[1].name in self.active]
+
     def _forces(self) -> list[str]:
-        lines = self._values(self.steady, of_external=True)
+        sums, used = [], []
         for axis in AXES:
-            terms = [(k, t.name, t.parsed.code) for k, t in self.steady if t.axis == axis]
-            lines += _sum(axis, terms, f"external_{axis} + external_{axis}_u * u" if self.external else "")
-        return [*lines, f"return {', '.join(AXES)}"]
+            parts = self._parts(axis, lambda regressor: regressor.code)
+            used += [term for _, term, _ in parts]
+            sums += _sum(axis, parts, f"external_{axis} + external_{axis}_u * u" if self.external else "")
+        return [*self._values(used, of_external=True), *sums, f"return {', '.join(AXES)}"]
 
     def _gradient(self) -> list[str]:
-        lines = [*self._values(self.steady, of_external=True), *self._slopes_of_values()]
+        sums, used = [], []
         for axis in AXES:
             for variable in VELOCITIES:
-                terms = [(k, t.name, t.parsed.derivative(variable)) for k, t in self.steady if t.axis == axis]
+                parts = self._parts(axis, lambda regressor, x=variable: regressor.derivative(x))
+                used += [term for _, term, _ in parts]
                 external = f"external_{axis}_u" if self.external and variable == "u" else ""
-                lines += _sum(f"{axis}_{variable}", [term for term in terms if term[2]], external)
+                sums += _sum(f"{axis}_{variable}", parts, external)
         columns = ["(" + ", ".join(f"{axis}_{variable}" for axis in AXES) + ")" for variable in VELOCITIES]
+        lines = [*self._values(used, of_external=True), *self._slopes_of_values(used), *sums]
         return [*lines, "return (", *(f"    {column}," for column in columns), ")"]
 
     def _regressors(self) -> list[str]:
@@ -174,22 +190,22 @@ class _Writer:
             f"row[{k}] = {active[k].parsed.code if k in active else '0.0'}  # {term.name}"
             for k, term in enumerate(self.equations.terms)
         ]
-        return [*self._values(self.terms), *rows]
+        return [*self._values([term for _, term in self.terms]), *rows]
 
     def _control_slopes(self) -> list[str]:
-        lines = self._values(self.steady)
+        sums, used = [], []
         for k, control in enumerate(self.controls):
             for a, axis in enumerate(AXES):
-                terms = [(j, t.name, t.parsed.derivative(control)) for j, t in self.steady if t.axis == axis]
+                parts = self._parts(axis, lambda regressor, x=control: regressor.derivative(x))
+                used += [term for _, term, _ in parts]
                 factor = {f"external_{axis}": "1.0", f"external_{axis}_u": "u"}.get(control, "")
-                if any(term[2] for term in terms) or factor:
-                    lines += _sum(f"slopes[{a}, {k}]", [term for term in terms if term[2]], factor)
-        return lines or ["pass"]
+                if parts or factor:
+                    sums += _sum(f"slopes[{a}, {k}]", parts, factor)
+        return [*self._values(used), *sums] or ["pass"]
 
-    def _values(self, terms: list[tuple[int, Term]], of_external: bool = False) -> list[str]:
+    def _values(self, terms: list[Term], of_external: bool = False) -> list[str]:
         """Assignments of what the regressors of these terms contain besides velocities and accelerations."""
-        factors = {factor for _, term in terms for factor in term.parsed.factors}
-        symbols = {factor.symbol for factor in factors}
+        symbols = {symbol for term in terms for symbol in term.symbols}
         lines = []
         for k, control in enumerate(self.controls):
             needed = symbols | ({"uc"} if "duc" in symbols else set())
@@ -215,8 +231,9 @@ class _Writer:
                 ]
         return lines
 
-    def _slopes_of_values(self) -> list[str]:
-        symbols = {symbol for _, term in self.steady for symbol in term.symbols}
+    def _slopes_of_values(self, terms: list[Term]) -> list[str]:
+        """Assignments of the derivatives of what :meth:`_values` assigns."""
+        symbols = {symbol for term in terms for symbol in term.symbols}
         lines = []
         if "nu" in symbols:
             lines += ["inverse = 1.0 / nu if nu > 0.0 else 0.0", "nu_v, nu_w = v * inverse, w * inverse"]
@@ -243,16 +260,16 @@ class _Writer:
         return [f"x, height, breadth = {', '.join(f'work[{row} * LANES + i]' for row in rows)}"]
 
 
-def _sum(target: str, terms: list[tuple[int, str, str]], external: str = "") -> list[str]:
+def _sum(target: str, parts: list[tuple[int, Term, str]], external: str = "") -> list[str]:
     """Lines that assign the sum of coefficient times expression to `target`."""
-    if not terms:
+    if not parts:
         return [f"{target} = {external or '0.0'}"]
-    signs = [""] + ["+ "] * (len(terms) - 1)
+    signs = [""] + ["+ "] * (len(parts) - 1)
     return [
         f"{target} = (",
         *(
-            f"    {sign}work[(COEFFICIENTS + {k}) * LANES + i] * ({expression})  # {name}"
-            for sign, (k, name, expression) in zip(signs, terms, strict=True)
+            f"    {sign}work[(COEFFICIENTS + {k}) * LANES + i] * ({expression})  # {term.name}"
+            for sign, (k, term, expression) in zip(signs, parts, strict=True)
         ),
         *([f"    + {external}"] if external else []),
         ")",

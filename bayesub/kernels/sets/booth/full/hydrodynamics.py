@@ -488,7 +488,6 @@ def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     dr = control[0] + work[255 * LANES + i]
     db = control[1] + work[256 * LANES + i]
     ds = control[2] + work[257 * LANES + i]
-    nu = sqrt(v * v + w * w)
     slopes[0, 0] = (
         work[(COEFFICIENTS + 3) * LANES + i] * (u*u*dr + u*u*dr)  # Xuu_drdr
     )

@@ -92,17 +92,20 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     )
     Y_v = (
         work[(COEFFICIENTS + 13) * LANES + i] * (u)  # Yuv
+        + work[(COEFFICIENTS + 14) * LANES + i] * (w)  # Yvw
         + work[(COEFFICIENTS + 15) * LANES + i] * (nu + nu_v*v)  # Yv_absnu
         + work[(COEFFICIENTS + 23) * LANES + i] * (nu_v*sgn(v)*abs(r))  # Yv_absr
     )
     Y_w = (
-        work[(COEFFICIENTS + 15) * LANES + i] * (nu_w*v)  # Yv_absnu
+        work[(COEFFICIENTS + 14) * LANES + i] * (v)  # Yvw
+        + work[(COEFFICIENTS + 15) * LANES + i] * (nu_w*v)  # Yv_absnu
         + work[(COEFFICIENTS + 23) * LANES + i] * (nu_w*sgn(v)*abs(r))  # Yv_absr
     )
     Y_p = 0.0
     Y_q = 0.0
     Y_r = (
         work[(COEFFICIENTS + 19) * LANES + i] * (u)  # Yur
+        + work[(COEFFICIENTS + 22) * LANES + i] * (w)  # Ywr
         + work[(COEFFICIENTS + 23) * LANES + i] * (sgn(r)*sgn(v)*nu)  # Yv_absr
         + work[(COEFFICIENTS + 24) * LANES + i] * (sgn(r)*u*dr)  # Yu_absr_dr
     )
@@ -133,17 +136,20 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     )
     N_v = (
         work[(COEFFICIENTS + 84) * LANES + i] * (u)  # Nuv
+        + work[(COEFFICIENTS + 85) * LANES + i] * (w)  # Nvw
         + work[(COEFFICIENTS + 86) * LANES + i] * (nu + nu_v*v)  # Nv_absnu
         + work[(COEFFICIENTS + 94) * LANES + i] * (nu_v*r)  # Nabsnu_r
     )
     N_w = (
-        work[(COEFFICIENTS + 86) * LANES + i] * (nu_w*v)  # Nv_absnu
+        work[(COEFFICIENTS + 85) * LANES + i] * (v)  # Nvw
+        + work[(COEFFICIENTS + 86) * LANES + i] * (nu_w*v)  # Nv_absnu
         + work[(COEFFICIENTS + 94) * LANES + i] * (nu_w*r)  # Nabsnu_r
     )
     N_p = 0.0
     N_q = 0.0
     N_r = (
         work[(COEFFICIENTS + 90) * LANES + i] * (u)  # Nur
+        + work[(COEFFICIENTS + 93) * LANES + i] * (w)  # Nwr
         + work[(COEFFICIENTS + 94) * LANES + i] * (nu)  # Nabsnu_r
         + work[(COEFFICIENTS + 95) * LANES + i] * (sgn(r)*u*dr)  # Nu_absr_dr
         + work[(COEFFICIENTS + 100) * LANES + i] * (abs(r) + sgn(r)*r)  # Nr_absr
@@ -270,7 +276,6 @@ def store_regressors(row, work, i, control, u, v, w, p, q, r, udot, vdot, wdot, 
 def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
     dr = control[0] + work[255 * LANES + i]
-    nu = sqrt(v * v + w * w)
     slopes[0, 0] = (
         work[(COEFFICIENTS + 3) * LANES + i] * (u*u*dr + u*u*dr)  # Xuu_drdr
     )

@@ -32,6 +32,7 @@ def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
     nu = sqrt(v * v + w * w)
     X = (
         work[(COEFFICIENTS + 0) * LANES + i] * (u*u)  # Xuu
+        + work[(COEFFICIENTS + 1) * LANES + i] * (v*v)  # Xvv
         + work[(COEFFICIENTS + 2) * LANES + i] * (w*w)  # Xww
         + work[(COEFFICIENTS + 4) * LANES + i] * (u*u*db*db)  # Xuu_dbdb
         + work[(COEFFICIENTS + 5) * LANES + i] * (u*u*ds*ds)  # Xuu_dsds
@@ -72,6 +73,7 @@ def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
 @inline
 def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     """Derivatives of :func:`hydrodynamic_forces` by u, v, w, p, q and r, six forces each."""
+    dr = control[0] + work[255 * LANES + i]
     db = control[1] + work[256 * LANES + i]
     ds = control[2] + work[257 * LANES + i]
     nu = sqrt(v * v + w * w)
@@ -79,6 +81,7 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     nu_v, nu_w = v * inverse, w * inverse
     X_u = (
         work[(COEFFICIENTS + 0) * LANES + i] * (u + u)  # Xuu
+        + work[(COEFFICIENTS + 3) * LANES + i] * (u*dr*dr + u*dr*dr)  # Xuu_drdr
         + work[(COEFFICIENTS + 4) * LANES + i] * (u*db*db + u*db*db)  # Xuu_dbdb
         + work[(COEFFICIENTS + 5) * LANES + i] * (u*ds*ds + u*ds*ds)  # Xuu_dsds
     )
@@ -109,7 +112,8 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
         + work[(COEFFICIENTS + 42) * LANES + i] * (abs(q)*ds)  # Zu_absq_ds
     )
     Z_v = (
-        work[(COEFFICIENTS + 35) * LANES + i] * (nu_v*w)  # Zw_absnu
+        work[(COEFFICIENTS + 32) * LANES + i] * (v + v)  # Zvv
+        + work[(COEFFICIENTS + 35) * LANES + i] * (nu_v*w)  # Zw_absnu
         + work[(COEFFICIENTS + 37) * LANES + i] * (nu_v*abs(w))  # Zabsw_nu
         + work[(COEFFICIENTS + 43) * LANES + i] * (nu_v*sgn(w)*abs(q))  # Zw_absq
     )
@@ -143,7 +147,8 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
         + work[(COEFFICIENTS + 76) * LANES + i] * (abs(q)*ds)  # Mu_absq_ds
     )
     M_v = (
-        work[(COEFFICIENTS + 69) * LANES + i] * (nu_v*w)  # Mw_absnu
+        work[(COEFFICIENTS + 66) * LANES + i] * (v + v)  # Mvv
+        + work[(COEFFICIENTS + 69) * LANES + i] * (nu_v*w)  # Mw_absnu
         + work[(COEFFICIENTS + 71) * LANES + i] * (nu_v*abs(w))  # Mabsw_nu
         + work[(COEFFICIENTS + 77) * LANES + i] * (nu_v*q)  # Mabsnu_q
     )
@@ -292,7 +297,6 @@ def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
     db = control[1] + work[256 * LANES + i]
     ds = control[2] + work[257 * LANES + i]
-    nu = sqrt(v * v + w * w)
     slopes[0, 1] = (
         work[(COEFFICIENTS + 4) * LANES + i] * (u*u*db + u*u*db)  # Xuu_dbdb
     )

@@ -540,20 +540,25 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     )
     Y_v = (
         work[(COEFFICIENTS + 15) * LANES + i] * (u)  # Yuv
+        + work[(COEFFICIENTS + 16) * LANES + i] * (w)  # Yvw
         + work[(COEFFICIENTS + 17) * LANES + i] * (nu + nu_v*v)  # Yv_absnu
         + work[(COEFFICIENTS + 30) * LANES + i] * (crossflow_y_v)  # Ycrossflow
         + work[(COEFFICIENTS + 31) * LANES + i] * (duc)  # Yuv_eta
     )
     Y_w = (
-        work[(COEFFICIENTS + 17) * LANES + i] * (nu_w*v)  # Yv_absnu
+        work[(COEFFICIENTS + 16) * LANES + i] * (v)  # Yvw
+        + work[(COEFFICIENTS + 17) * LANES + i] * (nu_w*v)  # Yv_absnu
         + work[(COEFFICIENTS + 30) * LANES + i] * (crossflow_y_w)  # Ycrossflow
     )
     Y_p = 0.0
     Y_q = (
-        work[(COEFFICIENTS + 30) * LANES + i] * (crossflow_y_q)  # Ycrossflow
+        work[(COEFFICIENTS + 22) * LANES + i] * (v)  # Yvq
+        + work[(COEFFICIENTS + 28) * LANES + i] * (p)  # Ypq
+        + work[(COEFFICIENTS + 30) * LANES + i] * (crossflow_y_q)  # Ycrossflow
     )
     Y_r = (
         work[(COEFFICIENTS + 21) * LANES + i] * (u)  # Yur
+        + work[(COEFFICIENTS + 24) * LANES + i] * (w)  # Ywr
         + work[(COEFFICIENTS + 30) * LANES + i] * (crossflow_y_r)  # Ycrossflow
         + work[(COEFFICIENTS + 32) * LANES + i] * (duc)  # Yur_eta
     )
@@ -586,20 +591,25 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     )
     N_v = (
         work[(COEFFICIENTS + 90) * LANES + i] * (u)  # Nuv
+        + work[(COEFFICIENTS + 91) * LANES + i] * (w)  # Nvw
         + work[(COEFFICIENTS + 92) * LANES + i] * (nu + nu_v*v)  # Nv_absnu
         + work[(COEFFICIENTS + 104) * LANES + i] * (crossflow_n_v)  # Ncrossflow
         + work[(COEFFICIENTS + 105) * LANES + i] * (duc)  # Nuv_eta
     )
     N_w = (
-        work[(COEFFICIENTS + 92) * LANES + i] * (nu_w*v)  # Nv_absnu
+        work[(COEFFICIENTS + 91) * LANES + i] * (v)  # Nvw
+        + work[(COEFFICIENTS + 92) * LANES + i] * (nu_w*v)  # Nv_absnu
         + work[(COEFFICIENTS + 104) * LANES + i] * (crossflow_n_w)  # Ncrossflow
     )
     N_p = 0.0
     N_q = (
-        work[(COEFFICIENTS + 104) * LANES + i] * (crossflow_n_q)  # Ncrossflow
+        work[(COEFFICIENTS + 97) * LANES + i] * (v)  # Nvq
+        + work[(COEFFICIENTS + 102) * LANES + i] * (p)  # Npq
+        + work[(COEFFICIENTS + 104) * LANES + i] * (crossflow_n_q)  # Ncrossflow
     )
     N_r = (
         work[(COEFFICIENTS + 96) * LANES + i] * (u)  # Nur
+        + work[(COEFFICIENTS + 99) * LANES + i] * (w)  # Nwr
         + work[(COEFFICIENTS + 104) * LANES + i] * (crossflow_n_r)  # Ncrossflow
         + work[(COEFFICIENTS + 106) * LANES + i] * (duc)  # Nur_eta
     )
@@ -799,74 +809,9 @@ def store_regressors(row, work, i, control, u, v, w, p, q, r, udot, vdot, wdot, 
 def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
     dr = control[0] + work[262 * LANES + i]
+    ds = control[2] + work[264 * LANES + i]
     uc = control[3] + work[265 * LANES + i]
-    nu = sqrt(v * v + w * w)
     duc = uc - u
-    crossflow_y = crossflow_z = crossflow_m = crossflow_n = 0.0
-    x, height, breadth = work[267 * LANES + i], work[283 * LANES + i], work[299 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[268 * LANES + i], work[284 * LANES + i], work[300 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[269 * LANES + i], work[285 * LANES + i], work[301 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[270 * LANES + i], work[286 * LANES + i], work[302 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[271 * LANES + i], work[287 * LANES + i], work[303 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[272 * LANES + i], work[288 * LANES + i], work[304 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[273 * LANES + i], work[289 * LANES + i], work[305 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[274 * LANES + i], work[290 * LANES + i], work[306 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[275 * LANES + i], work[291 * LANES + i], work[307 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[276 * LANES + i], work[292 * LANES + i], work[308 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[277 * LANES + i], work[293 * LANES + i], work[309 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[278 * LANES + i], work[294 * LANES + i], work[310 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[279 * LANES + i], work[295 * LANES + i], work[311 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[280 * LANES + i], work[296 * LANES + i], work[312 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[281 * LANES + i], work[297 * LANES + i], work[313 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[282 * LANES + i], work[298 * LANES + i], work[314 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     slopes[0, 0] = (
         work[(COEFFICIENTS + 3) * LANES + i] * (u*u*dr + u*u*dr)  # Xuu_drdr
         + work[(COEFFICIENTS + 12) * LANES + i] * (u*duc*dr + u*duc*dr)  # Xuu_drdr_eta
@@ -881,6 +826,7 @@ def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     )
     slopes[0, 3] = (
         work[(COEFFICIENTS + 12) * LANES + i] * (u*dr*dr)  # Xuu_drdr_eta
+        + work[(COEFFICIENTS + 13) * LANES + i] * (u*ds*ds)  # Xuu_dsds_eta
     )
     slopes[1, 3] = (
         work[(COEFFICIENTS + 31) * LANES + i] * (v)  # Yuv_eta

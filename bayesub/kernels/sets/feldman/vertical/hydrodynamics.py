@@ -117,6 +117,7 @@ def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
     crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     X = (
         work[(COEFFICIENTS + 0) * LANES + i] * (u*u)  # Xuu
+        + work[(COEFFICIENTS + 1) * LANES + i] * (v*v)  # Xvv
         + work[(COEFFICIENTS + 2) * LANES + i] * (w*w)  # Xww
         + work[(COEFFICIENTS + 4) * LANES + i] * (u*u*db*db)  # Xuu_dbdb
         + work[(COEFFICIENTS + 5) * LANES + i] * (u*u*ds*ds)  # Xuu_dsds
@@ -159,6 +160,7 @@ def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
 @inline
 def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     """Derivatives of :func:`hydrodynamic_forces` by u, v, w, p, q and r, six forces each."""
+    dr = control[0] + work[262 * LANES + i]
     db = control[1] + work[263 * LANES + i]
     ds = control[2] + work[264 * LANES + i]
     uc = control[3] + work[265 * LANES + i]
@@ -522,6 +524,7 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
     crossflow_m_r += -x * (x * z_v)
     X_u = (
         work[(COEFFICIENTS + 0) * LANES + i] * (u + u)  # Xuu
+        + work[(COEFFICIENTS + 3) * LANES + i] * (u*dr*dr + u*dr*dr)  # Xuu_drdr
         + work[(COEFFICIENTS + 4) * LANES + i] * (u*db*db + u*db*db)  # Xuu_dbdb
         + work[(COEFFICIENTS + 5) * LANES + i] * (u*ds*ds + u*ds*ds)  # Xuu_dsds
         + work[(COEFFICIENTS + 13) * LANES + i] * (duc*ds*ds + -1.0*u*ds*ds)  # Xuu_dsds_eta
@@ -555,7 +558,8 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
         + work[(COEFFICIENTS + 52) * LANES + i] * (duc*ds + -1.0*u*ds)  # Zuu_ds_eta
     )
     Z_v = (
-        work[(COEFFICIENTS + 40) * LANES + i] * (nu_v*abs(w))  # Zabsw_nu
+        work[(COEFFICIENTS + 36) * LANES + i] * (v + v)  # Zvv
+        + work[(COEFFICIENTS + 40) * LANES + i] * (nu_v*abs(w))  # Zabsw_nu
         + work[(COEFFICIENTS + 49) * LANES + i] * (crossflow_z_v)  # Zcrossflow
     )
     Z_w = (
@@ -572,7 +576,9 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
         + work[(COEFFICIENTS + 51) * LANES + i] * (duc)  # Zuq_eta
     )
     Z_r = (
-        work[(COEFFICIENTS + 49) * LANES + i] * (crossflow_z_r)  # Zcrossflow
+        work[(COEFFICIENTS + 44) * LANES + i] * (v)  # Zvr
+        + work[(COEFFICIENTS + 47) * LANES + i] * (r + r)  # Zrr
+        + work[(COEFFICIENTS + 49) * LANES + i] * (crossflow_z_r)  # Zcrossflow
     )
     K_u = 0.0
     K_v = 0.0
@@ -592,7 +598,8 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
         + work[(COEFFICIENTS + 88) * LANES + i] * (duc*ds + -1.0*u*ds)  # Muu_ds_eta
     )
     M_v = (
-        work[(COEFFICIENTS + 76) * LANES + i] * (nu_v*abs(w))  # Mabsw_nu
+        work[(COEFFICIENTS + 72) * LANES + i] * (v + v)  # Mvv
+        + work[(COEFFICIENTS + 76) * LANES + i] * (nu_v*abs(w))  # Mabsw_nu
         + work[(COEFFICIENTS + 85) * LANES + i] * (crossflow_m_v)  # Mcrossflow
     )
     M_w = (
@@ -609,7 +616,9 @@ def hydrodynamic_gradient(work, i, control, u, v, w, p, q, r):
         + work[(COEFFICIENTS + 87) * LANES + i] * (duc)  # Muq_eta
     )
     M_r = (
-        work[(COEFFICIENTS + 85) * LANES + i] * (crossflow_m_r)  # Mcrossflow
+        work[(COEFFICIENTS + 80) * LANES + i] * (v)  # Mvr
+        + work[(COEFFICIENTS + 83) * LANES + i] * (r + r)  # Mrr
+        + work[(COEFFICIENTS + 85) * LANES + i] * (crossflow_m_r)  # Mcrossflow
     )
     N_u = 0.0
     N_v = 0.0
@@ -813,76 +822,11 @@ def store_regressors(row, work, i, control, u, v, w, p, q, r, udot, vdot, wdot, 
 @inline
 def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
     """Add the derivatives of the forces by the controls into `slopes` (6, N_CONTROLS)."""
+    dr = control[0] + work[262 * LANES + i]
     db = control[1] + work[263 * LANES + i]
     ds = control[2] + work[264 * LANES + i]
     uc = control[3] + work[265 * LANES + i]
-    nu = sqrt(v * v + w * w)
     duc = uc - u
-    crossflow_y = crossflow_z = crossflow_m = crossflow_n = 0.0
-    x, height, breadth = work[267 * LANES + i], work[283 * LANES + i], work[299 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[268 * LANES + i], work[284 * LANES + i], work[300 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[269 * LANES + i], work[285 * LANES + i], work[301 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[270 * LANES + i], work[286 * LANES + i], work[302 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[271 * LANES + i], work[287 * LANES + i], work[303 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[272 * LANES + i], work[288 * LANES + i], work[304 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[273 * LANES + i], work[289 * LANES + i], work[305 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[274 * LANES + i], work[290 * LANES + i], work[306 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[275 * LANES + i], work[291 * LANES + i], work[307 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[276 * LANES + i], work[292 * LANES + i], work[308 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[277 * LANES + i], work[293 * LANES + i], work[309 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[278 * LANES + i], work[294 * LANES + i], work[310 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[279 * LANES + i], work[295 * LANES + i], work[311 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[280 * LANES + i], work[296 * LANES + i], work[312 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[281 * LANES + i], work[297 * LANES + i], work[313 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
-    x, height, breadth = work[282 * LANES + i], work[298 * LANES + i], work[314 * LANES + i]
-    y, z = crossflow(x, height, breadth, v, w, q, r)
-    crossflow_y, crossflow_n = crossflow_y + y, crossflow_n + x * y
-    crossflow_z, crossflow_m = crossflow_z + z, crossflow_m - x * z
     slopes[0, 1] = (
         work[(COEFFICIENTS + 4) * LANES + i] * (u*u*db + u*u*db)  # Xuu_dbdb
     )
@@ -905,7 +849,8 @@ def store_control_slopes(slopes, work, i, control, u, v, w, p, q, r):
         + work[(COEFFICIENTS + 88) * LANES + i] * (u*duc)  # Muu_ds_eta
     )
     slopes[0, 3] = (
-        work[(COEFFICIENTS + 13) * LANES + i] * (u*ds*ds)  # Xuu_dsds_eta
+        work[(COEFFICIENTS + 12) * LANES + i] * (u*dr*dr)  # Xuu_drdr_eta
+        + work[(COEFFICIENTS + 13) * LANES + i] * (u*ds*ds)  # Xuu_dsds_eta
     )
     slopes[2, 3] = (
         work[(COEFFICIENTS + 50) * LANES + i] * (w)  # Zuw_eta

@@ -30,6 +30,7 @@ def hydrodynamic_forces(work, i, control, u, v, w, p, q, r):
     dr = control[0] + work[198 * LANES + i]
     X = (
         work[(COEFFICIENTS + 0) * LANES + i] * (u*abs(u))  # Xuu
+        + work[(COEFFICIENTS + 2) * LANES + i] * (w*q)  # Xwq
         + work[(COEFFICIENTS + 4) * LANES + i] * (v*r)  # Xvr
         + work[(COEFFICIENTS + 5) * LANES + i] * (r*r)  # Xrr
     )
