@@ -15,7 +15,7 @@ from bayesub.kernels import compilation
 from bayesub.kernels.jit import DIGEST, FAMILY
 
 _MOTION = Path(__file__).parent / "motion"
-_SHARED = b"".join(path.read_bytes() for path in sorted(_MOTION.glob("*.py")))
+_SHARED = b"".join(path.read_bytes() for path in sorted(_MOTION.rglob("*.py")))
 
 
 class Family:
@@ -35,19 +35,19 @@ class Family:
 
 
 @functools.cache
-def family(folder: str) -> Family:
-    """The kernels for the forces in ``hydrodynamics.py`` of a folder."""
+def family(folder: str, quaternions: bool = False) -> Family:
+    """The kernels for the forces in ``hydrodynamics.py`` of a folder, with Euler angles or quaternions."""
     forces = (Path(folder) / "hydrodynamics.py").read_bytes()
-    package = ModuleType(f"{FAMILY}{hashlib.sha256(DIGEST.encode() + _SHARED + forces).hexdigest()[:12]}")
-    package.__path__ = [folder, str(_MOTION)]
+    sources = DIGEST.encode() + _SHARED + forces + str(quaternions).encode()
+    package = ModuleType(f"{FAMILY}{hashlib.sha256(sources).hexdigest()[:12]}")
+    package.__path__ = [folder, *([str(_MOTION / "quaternions")] if quaternions else []), str(_MOTION)]
     sys.modules[package.__name__] = package
     return Family(package.__name__)
 
 
-def compiled(folder: str) -> Family:
+def compiled(folder: str, quaternions: bool = False) -> Family:
     """The kernels for the forces in a folder, compiled in another process (:mod:`bayesub.kernels.compilation`)."""
-    kernels = family(folder)
-    compilation.ensure(
-        f"from bayesub.kernels.families import family; family({folder!r}).first_calls.call_all()", kernels.package
-    )
+    kernels = family(folder, quaternions)
+    called = f"family({folder!r}, {quaternions}).first_calls.call_all()"
+    compilation.ensure(f"from bayesub.kernels.families import family; {called}", kernels.package)
     return kernels

@@ -81,7 +81,6 @@ class Flight:
             self.sample,
             elapsed[1:],
             np.inf,
-            False,
             np.arange(workspace.N_STATES),
         )
         return states[0]

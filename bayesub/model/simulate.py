@@ -186,7 +186,7 @@ class Simulator:
         """
         dimensional = self.dimensional(xi)
         n_batch = len(dimensional)
-        kernel = self.kernels.integrate
+        kernel = families.compiled(self._folder, quaternions=self.attitude == "quaternion").integrate
         integrate = kernel.integrate_parallel if parallel and n_batch > workspace.LANES else kernel.integrate
         states, status = integrate(
             dimensional,
@@ -198,7 +198,6 @@ class Simulator:
             self.step,
             self.times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
-            self.attitude == "quaternion",
             np.array(log_files.positions(*outputs)),
         )
         if self.attitude == "quaternion":

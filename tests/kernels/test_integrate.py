@@ -177,8 +177,8 @@ def test_kernels_are_cached_under_a_digest_of_all_kernel_sources(suboff):
     for subproblem in (None, "horizontal"):
         family = suboff.kernels(subproblem)
         forces = Path(family.hydrodynamics.__file__).read_bytes()
-        shared = b"".join(path.read_bytes() for path in sorted((folder / "motion").glob("*.py")))
-        of_family = hashlib.sha256(digest.encode() + shared + forces).hexdigest()[:12]
+        shared = b"".join(path.read_bytes() for path in sorted((folder / "motion").rglob("*.py")))
+        of_family = hashlib.sha256(digest.encode() + shared + forces + b"False").hexdigest()[:12]
         kernels = family.integrate
         for kernel in (kernels.integrate, kernels.integrate_parallel, kernels.body_accelerations):
             assert kernel.py_func.__qualname__.endswith(f"{digest}_{of_family}")

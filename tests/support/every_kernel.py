@@ -13,6 +13,7 @@ import numpy as np
 
 import bayesub as bs
 from bayesub import kernels
+from bayesub.kernels import families
 from bayesub.kernels.jit import FAMILY
 from bayesub.model.linear_form import linear_systems
 from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownSd
@@ -77,7 +78,8 @@ def study() -> None:
 if __name__ == "__main__":
     boat = bs.load_vehicle("suboff")
     for subproblem in (None, *boat.equations.subproblems):
-        boat.kernels(subproblem).first_calls.call_all()
+        for quaternions in (False, True):
+            families.compiled(boat.kernel_folder(subproblem), quaternions).first_calls.call_all()
     before = signatures()
     study()
     print(*sorted(signatures() - before), sep="\n")

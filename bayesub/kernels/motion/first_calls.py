@@ -8,6 +8,7 @@ import numpy as np
 from bayesub.kernels import first_calls
 from bayesub.kernels.workspace import IXX, IYY, IZZ, MASS, N_BODY, N_STATES
 
+from .attitude_form import QUATERNIONS
 from .hydrodynamics import N_COEFFICIENTS, N_CONSTANTS, N_CONTROLS
 from .integrate import body_accelerations, integrate, integrate_parallel
 from .mass import mass_matrix
@@ -34,8 +35,10 @@ def call_motion() -> None:
     rows = np.arange(N_STATES)
     for kernel in (integrate, integrate_parallel):
         states, _ = kernel(
-            coefficients, body, initial, stages, variations, np.zeros((1, 1)), 1.0, times, 10.0 * _SPEED, False, rows
+            coefficients, body, initial, stages, variations, np.zeros((1, 1)), 1.0, times, 10.0 * _SPEED, rows
         )
+    if QUATERNIONS:
+        return  # all else has Euler angles
     body_accelerations(coefficients, body, states, np.zeros((_N_TIMES, N_CONTROLS)))
 
     history = fly(coefficients, body, initial, stages, 1.0, 10.0 * _SPEED)

@@ -24,6 +24,7 @@ from bayesub.kernels.workspace import (
     SUM,
 )
 
+from .attitude_form import QUATERNIONS
 from .dynamics import euler_derivative, quaternion_derivative
 from .hydrodynamics import N_COEFFICIENTS, N_CONSTANTS, N_CONTROLS
 from .layout import CONSTANTS, CONTROLS, N_ROWS
@@ -127,14 +128,14 @@ def stage_quaternion(work, control, weight, ahead):
         _advance(work, i, 12, q0, weight, ahead)
 
 
+_stage = stage_quaternion if QUATERNIONS else stage
+
+
 @inline
-def _evaluate(work, stages, variations, amounts, n, part, weight, ahead, quaternions):
+def _evaluate(work, stages, variations, amounts, n, part, weight, ahead):
     if variations.shape[2]:
         _vary_controls(work, variations, n, part, amounts)
-    if quaternions:
-        stage_quaternion(work, stages[n, part], weight, ahead)
-    else:
-        stage(work, stages[n, part], weight, ahead)
+    _stage(work, stages[n, part], weight, ahead)
 
 
 @jit
@@ -174,7 +175,7 @@ def hermite_rates(f, step):
 
 
 @inline
-def _emit(work, states, first, members, output, fraction, step, quaternions, rows):
+def _emit(work, states, first, members, output, fraction, step, rows):
     """Cubic Hermite interpolation at `fraction` of the last step into ``states[first:, output]``, in Euler angles.
 
     `rows` are those of the states and, from N_STATES on, accelerations that are wanted.
@@ -187,7 +188,7 @@ def _emit(work, states, first, members, output, fraction, step, quaternions, row
             + h01 * work[STATE * LANES + j]
             + h11 * work[SLOPE * LANES + j]
         )
-    if quaternions:
+    if QUATERNIONS:
         for i in range(members):
             vector = (OUTPUT + 3) * LANES + i
             angles = euler_angles(
@@ -225,27 +226,27 @@ def _moving(work, i, max_speed2):
 
 
 @inline
-def _level(work, i, quaternions):
+def _level(work, i):
     """Whether the Euler angles of lane `i` are within their envelope; quaternions have none."""
-    return quaternions | (abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH)
+    return QUATERNIONS | (abs(work[(STATE + 4) * LANES + i]) < MAX_PITCH)
 
 
 @jit
-def any_failed(work, max_speed2, quaternions):
+def any_failed(work, max_speed2):
     """Whether any lane has left the envelope, is faster than the root of `max_speed2`, or has no finite rates."""
     widest_vectors()
     flying = 0
     for i in range(LANES):
-        flying += 1 if _moving(work, i, max_speed2) & _level(work, i, quaternions) else 0
+        flying += 1 if _moving(work, i, max_speed2) & _level(work, i) else 0
     return flying < LANES
 
 
 @inline
-def _fate(work, i, max_speed2, quaternions):
+def _fate(work, i, max_speed2):
     """Status of lane `i`."""
     if not _moving(work, i, max_speed2):
         return DIVERGED
-    return OK if _level(work, i, quaternions) else LEFT_ENVELOPE
+    return OK if _level(work, i) else LEFT_ENVELOPE
 
 
 @jit
@@ -260,7 +261,6 @@ def _integrate_block(
     step,
     times,
     max_speed,
-    quaternions,
     rows,
     states,
     status,
@@ -273,7 +273,7 @@ def _integrate_block(
     mine = np.empty((amounts.shape[1], LANES))
     for i in range(LANES):
         mine[:, i] = amounts[min(first + i, coefficients.shape[0] - 1)]
-    if quaternions:
+    if QUATERNIONS:
         _to_quaternions(work)
     n_steps = stages.shape[0] - 1
     n_times = times.shape[0]
@@ -283,13 +283,13 @@ def _integrate_block(
     for step_index in range(n_steps + 1):
         work[SUM * LANES : (SUM + STATE_ROWS) * LANES] = 0.0
         copy_state(work, STATE, STAGE)
-        _evaluate(work, stages, variations, mine, step_index, 0, 1.0, 0.5 * step, quaternions)
+        _evaluate(work, stages, variations, mine, step_index, 0, 1.0, 0.5 * step)
         copy_state(work, SUM, SLOPE)
 
-        if any_failed(work, max_speed2, quaternions):
+        if any_failed(work, max_speed2):
             for i in range(members):
                 if status[first + i] == OK:
-                    status[first + i] = _fate(work, i, max_speed2, quaternions)
+                    status[first + i] = _fate(work, i, max_speed2)
                     if status[first + i] != OK:
                         alive -= 1
                         states[first + i, output:, :] = np.nan  # its readings from here on are not a number
@@ -299,7 +299,7 @@ def _integrate_block(
         now = step_index * step
         while output < n_times and (times[output] <= now or step_index == n_steps):
             fraction = 1.0 if step_index == 0 else 1.0 + (times[output] - now) / step
-            _emit(work, states, first, members, output, fraction, step, quaternions, rows)
+            _emit(work, states, first, members, output, fraction, step, rows)
             for i in range(members):
                 if status[first + i] != OK:
                     states[first + i, output, :] = np.nan
@@ -309,17 +309,17 @@ def _integrate_block(
 
         copy_state(work, STATE, PREVIOUS)
         copy_state(work, SLOPE, PREVIOUS_SLOPE)
-        _evaluate(work, stages, variations, mine, step_index, 1, 2.0, 0.5 * step, quaternions)
-        _evaluate(work, stages, variations, mine, step_index, 1, 2.0, step, quaternions)
-        _evaluate(work, stages, variations, mine, step_index, 2, 1.0, 0.0, quaternions)
+        _evaluate(work, stages, variations, mine, step_index, 1, 2.0, 0.5 * step)
+        _evaluate(work, stages, variations, mine, step_index, 1, 2.0, step)
+        _evaluate(work, stages, variations, mine, step_index, 2, 1.0, 0.0)
         for j in range(STATE_ROWS * LANES):
             work[STATE * LANES + j] += step / 6.0 * work[SUM * LANES + j]
-        if quaternions:
+        if QUATERNIONS:
             _normalise(work)
 
 
 @jit
-def integrate(coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows):
+def integrate(coefficients, body, initial, stages, variations, amounts, step, times, max_speed, rows):
     """Simulate a batch.
 
     Parameters
@@ -340,8 +340,6 @@ def integrate(coefficients, body, initial, stages, variations, amounts, step, ti
         Ascending output times from 0 to n_steps * step, s.
     max_speed : float
         A member that reaches this speed (m/s) has diverged.
-    quaternions : bool
-        Whether the attitude is integrated as a quaternion, which has no limit of pitch, instead of Euler angles.
     rows : (n_outputs,) array
         Which of the 12 states and, after them, the 6 accelerations (udot .. rdot) are wanted.
 
@@ -367,7 +365,6 @@ def integrate(coefficients, body, initial, stages, variations, amounts, step, ti
             step,
             times,
             max_speed,
-            quaternions,
             rows,
             states,
             status,
@@ -376,9 +373,7 @@ def integrate(coefficients, body, initial, stages, variations, amounts, step, ti
 
 
 @jit(parallel=True)
-def integrate_parallel(
-    coefficients, body, initial, stages, variations, amounts, step, times, max_speed, quaternions, rows
-):
+def integrate_parallel(coefficients, body, initial, stages, variations, amounts, step, times, max_speed, rows):
     """:func:`integrate` with the blocks shared among threads; bitwise the same."""
     n_batch = coefficients.shape[0]
     states = np.empty((n_batch, times.shape[0], len(rows)))
@@ -395,7 +390,6 @@ def integrate_parallel(
             step,
             times,
             max_speed,
-            quaternions,
             rows,
             states,
             status,

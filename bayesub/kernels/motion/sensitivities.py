@@ -74,7 +74,7 @@ def fly(coefficients, body, initial, stages, step, max_speed):
         _keep(work, history[n, 0])
         stage(work, stages[n, 0], 1.0, 0.5 * step)
         copy_state(work, SUM, SLOPE)
-        if any_failed(work, max_speed * max_speed, False):
+        if any_failed(work, max_speed * max_speed):
             history[n] = np.nan
             break
         _keep(work, history[n, 1])

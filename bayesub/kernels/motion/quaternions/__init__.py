@@ -1,0 +1,1 @@
+"""What the kernels of motion have instead where the attitude is a quaternion."""
