@@ -5,14 +5,18 @@ above its block (``<!-- quick: slow => quick -->``); nothing is left out.
 """
 
 import doctest
+import json
 import shlex
 import tomllib
+from dataclasses import replace
 
 import pytest
+import tomli_w
 from manual.pages import PAGES, ROOT, blocks
 
+import bayesub as bs
+from bayesub.cli import manual
 from bayesub.io import toml_files
-from bayesub.model.vehicle_files import VehicleFile
 from bayesub.study.study_file import Study
 
 TINY = """
@@ -29,6 +33,7 @@ baselines = { linear_least_squares = false, sqp_starts = 0 }
 """
 TEXT = ("synopsis",)  # shown, not run; tests/manual/test_pages.py compares it with the commands
 SHELL = ("python3 ", "git ", "pip ")  # set-up, which .ci/run reads from the README and runs
+CHANGE = "# change of "  # and the name of a file that the page has written: its sections take the place of those there
 LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
@@ -64,7 +69,7 @@ def test_what_a_page_shows_runs(page, folder, bayesub):
 
 
 def check_toml(text, folder):
-    """A file of its own is written for the commands below it; a fragment is read in place of what it replaces."""
+    """A file of its own or a change of one is written for the commands below it; fragments are read in another file."""
     first = text.splitlines()[0]
     content = tomllib.loads(text)
     if first == "# fragment of a study":
@@ -73,10 +78,42 @@ def check_toml(text, folder):
             del whole["manoeuvre"]
         toml_files.validate(whole, Study, first)
     elif first == "# fragment of a vehicle file":
-        whole = toml_files.read_toml_table(toml_files.find("auv690", "vehicles"))
-        whole["coefficients"] |= content["coefficients"]
-        toml_files.validate(whole, VehicleFile, first)
+        whole = changed(toml_files.find("auv690", "vehicles"), content)
+        (folder / "fragment.toml").write_text(tomli_w.dumps(whole))
+        bs.load_vehicle(folder / "fragment.toml")
+    elif first.startswith(CHANGE):
+        file = folder / first.removeprefix(CHANGE)
+        file.write_text(tomli_w.dumps(changed(file, content)))
     else:
         name = first.removeprefix("# ")
         assert name.endswith(".toml"), f"a block of TOML begins with the name of its file: {first}"
         (folder / name).write_text(text)
+
+
+def changed(file, content):
+    """The content of a vehicle file with other sections; coefficients are added to those that it has."""
+    whole = toml_files.read_toml_table(file)
+    return whole | content | {"coefficients": whole["coefficients"] | content.get("coefficients", {})}
+
+
+def test_a_set_written_from_the_manual_converges(folder, bayesub):
+    """Three terms added to booth, from the page alone: its blocks as they stand, to a posterior that has converged."""
+    own = False
+    for block in blocks(manual.pages()["equations"].path):
+        own = own or block.text.startswith("# my_equations.toml")
+        if own and block.language == "toml":
+            check_toml(block.text, folder)
+        for command, _ in replace(block, run=block.text).commands if own else ():
+            if command.startswith("bayesub run"):  # the searches beside the posterior are tested elsewhere
+                study = (folder / "mystudy.toml").read_text()
+                (folder / "mystudy.toml").write_text(study.replace("sqp_starts = 5", "sqp_starts = 0"))
+            status, out, err = bayesub(*shlex.split(command)[1:])
+            assert status == 0, f"{command}\n{out}{err}"
+    numbers = json.loads((folder / "runs" / "mystudy" / "numbers.json").read_text())
+    assert numbers["convergence"]["converged"]
+    parameters = {parameter["name"]: parameter for parameter in numbers["parameters"]}
+    surge, side, yaw = (parameters[name] for name in ("Xur_dr", "Yr_absr", "Nuu_drdrdr"))
+    assert abs(yaw["mean"] - yaw["reference"]) < 4.0 * yaw["sd"]
+    # What the page says of the three: one is informed, two are not.
+    assert yaw["contraction"] < 0.5
+    assert min(surge["contraction"], side["contraction"]) > 0.9

@@ -14,8 +14,12 @@ from manual.pages import MANUAL, OTHERS, PAGES, ROOT, blocks
 
 import bayesub as bs
 from bayesub.cli import app, manual
-from bayesub.io.log_files import HEADERS
+from bayesub.io import toml_files
+from bayesub.io.log_files import HEADERS, VELOCITIES
+from bayesub.model.actuator_files import FinSection, PropellerSection, ThrusterSection
 from bayesub.model.coefficients import AXES, TERMS
+from bayesub.model.equations.files import EquationFile, TermSection
+from bayesub.model.equations.regressors import SYMBOLS
 from bayesub.model.hull_files import HullFile
 from bayesub.model.manoeuvre_files import KINDS
 from bayesub.model.vehicle_files import VehicleFile
@@ -114,6 +118,36 @@ def test_the_table_of_terms_is_that_of_the_code():
     assert list(dict.fromkeys(axis for axis, *_ in rows)) == list(AXES)
 
 
+def first_cells(topic, heading):
+    """The words in the first cells of the tables below a heading of a page."""
+    _, _, part = page(topic).partition(f"\n## {heading}\n")
+    cells = re.findall(r"^\| (.*?) \|", part.partition("\n## ")[0], flags=re.MULTILINE)
+    return re.findall(r"`\[?(\w+)(?:\.X)?\]?`", " ".join(cells))
+
+
+def test_every_key_and_symbol_of_equations_is_explained():
+    keys = {*EquationFile.model_fields, *TermSection.model_fields}
+    assert keys <= set(first_cells("equations", "The file"))
+    symbols = first_cells("equations", "Regressors")
+    assert symbols == list(dict.fromkeys(symbols))
+    assert set(symbols) == {*VELOCITIES, *SYMBOLS, "1"}
+
+
+def test_the_table_of_built_in_sets_is_that_of_the_files():
+    rows = re.findall(r"^\| `(\w+)` \| (\d+) \| (\d) \| (.*) \|$", page("equations"), flags=re.MULTILINE)
+    vehicles = [bs.load_vehicle(name) for name in toml_files.built_in("vehicles")]
+    assert {name for name, *_ in rows} == set(toml_files.built_in("equations"))
+    for name, terms, freedom, names in rows:
+        equations = bs.load_equations(name)
+        assert (int(terms), int(freedom)) == (len(equations.terms), equations.degrees_of_freedom)
+        assert set(re.findall(r"`(\w+)`", names)) == {v.name for v in vehicles if v.equations.name == name}
+
+
+def test_every_key_of_every_actuator_is_explained():
+    keys = {key for section in (FinSection, PropellerSection, ThrusterSection) for key in section.model_fields}
+    assert keys == set(first_cells("actuators", "Keys"))
+
+
 def models(kind, found):
     """All sections of an input file."""
     if isinstance(kind, type) and issubclass(kind, pydantic.BaseModel) and kind not in found:
@@ -127,11 +161,12 @@ def models(kind, found):
 
 def test_every_key_of_every_file_is_in_the_reference():
     words = set(re.findall(r"`([\w.]+)`", page("files")))
-    files = (VehicleFile, HullFile, InstrumentsFile, Study, *KINDS.values())
+    files = (VehicleFile, EquationFile, HullFile, InstrumentsFile, Study, *KINDS.values())
     keys = {key for file in files for section in models(file, []) for key in section.model_fields}
     containers = {"trial", "body", "propulsion", "actuators", "coefficients", "time_scale", "demands", "autopilot"}
     containers |= {"hull", "fins", "sensors", "truth", "free", "prior", "given", "noise", "nuisance", "baselines"}
     containers |= {"sampler", "quick", "trials", "mean", "lower", "upper", "median", "value"}
+    containers |= {"controls", "terms", *AXES}
     assert keys - containers - words == set()
 
 
