@@ -205,10 +205,15 @@ def misfit(section: ActuatorsSection | tuple, equations: EquationSet, length_m: 
     return ""
 
 
-def build(section: ActuatorsSection | tuple, equations: EquationSet, water_density_kgm3: float) -> Actuators:
-    """The actuators of a vehicle file, which fit its equations (:func:`misfit`)."""
+def build(
+    section: ActuatorsSection | tuple, equations: EquationSet, water_density_kgm3: float, rpm: float
+) -> Actuators:
+    """The actuators of a vehicle file, which fit its equations (:func:`misfit`).
+
+    A control that is the propeller speed rests at `rpm`, with which the boat propels itself.
+    """
     if isinstance(section, ActuatorsSection):
-        return Actuators(tuple(_planes(section, equations)), equations, direct=True)
+        return Actuators(tuple(_planes(section, equations, rpm)), equations, direct=True)
     columns = [control.column for control in equations.controls]
     mixing = _mixing(section, columns)
     members = []
@@ -224,18 +229,23 @@ def build(section: ActuatorsSection | tuple, equations: EquationSet, water_densi
     moved = mixing.any(axis=0) if len(mixing) else np.zeros(len(columns), dtype=bool)
     for column, row, is_moved in zip(columns, np.eye(len(columns)), moved, strict=True):
         if not (is_moved or column.endswith("_deg")):
-            members.append(_actuator(column, row))
+            members.append(_actuator(column, row, rest=_rest(column, rpm)))
     return Actuators(tuple(members), equations)
 
 
-def _planes(section: ActuatorsSection, equations: EquationSet) -> Iterator[Actuator]:
+def _rest(column: str, rpm: float) -> float:
+    """The value of a control that nothing orders."""
+    return rpm if column == "rpm" else 0.0
+
+
+def _planes(section: ActuatorsSection, equations: EquationSet, rpm: float) -> Iterator[Actuator]:
     """An actuator for each control of the equations; what is no angle answers at once and has no limit."""
     for control, row in zip(equations.controls, np.eye(len(equations.controls)), strict=True):
-        dynamics = {}
+        dynamics = {"rest": _rest(control.column, rpm)}
         if control.column.endswith("_deg"):
             limit = section.rudder_limit_deg if control.column == RUDDER else section.plane_limit_deg
             rate, time_constant = np.radians(section.rate_deg_s).item(), section.time_constant_s
-            dynamics = {"limit": np.radians(limit).item(), "rate": rate, "time_constant": time_constant}
+            dynamics |= {"limit": np.radians(limit).item(), "rate": rate, "time_constant": time_constant}
         yield _actuator(control.column, row, **dynamics)
 
 

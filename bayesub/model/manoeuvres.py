@@ -147,8 +147,13 @@ def of_inputs(
     vehicle: Vehicle,
     **others: object,
 ) -> Manoeuvre:
-    """The manoeuvre of inputs (n, n_actuators) to the actuators of a vehicle; the rest as for :class:`Manoeuvre`."""
+    """The manoeuvre of inputs (n, n_actuators) to the actuators of a vehicle; the rest as for :class:`Manoeuvre`.
+
+    Where the propeller speed is a control of the equations, it is that of the inputs.
+    """
     actuators = vehicle.actuators
+    if "rpm" in actuators.shorts:
+        rpm = inputs[:, actuators.shorts.index("rpm")]
     columns = tuple(control.short for control in vehicle.equations.controls)
     if not actuators.direct:
         others |= {"inputs": inputs, "input_columns": actuators.shorts}

@@ -219,7 +219,9 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         speed_mps=trial.speed_mps,
         depth_m=trial.depth_m,
         rpm_per_mps=rpm_per_mps,
-        actuators=actuator_files.build(file.actuators, equations, body.water_density_kgm3),
+        actuators=actuator_files.build(
+            file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps
+        ),
         body=np.array([row[key] for key in workspace.BODY]),
         xi=xi,
         sd=np.array([sds[key] for key in equations.names]),

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support import user_set
 
 import bayesub as bs
 from bayesub.io import toml_files
@@ -413,3 +414,16 @@ def test_unknown_manoeuvre(suboff):
     """A mistyped built-in name gets the nearest one."""
     with pytest.raises(bs.InputError, match="no manoeuvre 'horizntal': did you mean 'horizontal'"):
         bs.load_manoeuvre("horizntal", suboff)
+
+
+def test_the_propeller_speed_as_a_control(tmp_path, suboff_file):
+    """Equations with a term of `rpm` get what the log says of it: self-propelled unless something else is ordered."""
+    user_set.write(tmp_path)
+    boat = bs.load_vehicle(write(tmp_path, user_set.vehicle(suboff_file), "boat.toml"))
+    turn = bs.load_manoeuvre("turning_circle", boat)
+    np.testing.assert_array_equal(turn.controls[:, user_set.COLUMNS.index("rpm")], turn.rpm)
+    np.testing.assert_array_equal(turn.rpm, boat.rpm_per_mps * boat.speed_mps)
+    ordered = STEPS.replace("rudder_deg = [5, 0]", "rpm = [50, 90]")
+    steps = bs.load_manoeuvre(write(tmp_path, ordered, "steps.toml"), boat)
+    np.testing.assert_array_equal(steps.controls[:, -1], steps.rpm)
+    assert (steps.rpm[0], steps.rpm[-1]) == (75.0, 90.0)
