@@ -40,6 +40,7 @@ def collect(
     return {
         "vehicle": problem.vehicle.name,
         "coefficients": _units(problem.equations),
+        "glossary": [_entry(problem.equations.term(name)) for name in posterior.names[:n]],
         "manoeuvre": ", ".join(trial["manoeuvre"] for trial in trials),
         "reference_is_truth": all(trial.record.truth is not None for _, trial, _ in problem.each_trial(posterior.best)),
         "n_readings": len(problem.readings),
@@ -67,6 +68,11 @@ def _units(equations) -> str:
     """What the coefficients of a set are called as a whole."""
     dimensional = any(term.unit for term in equations.terms)
     return "coefficients in their units" if dimensional else "non-dimensional coefficients"
+
+
+def _entry(term) -> dict[str, str]:
+    """What a coefficient is: what it multiplies, and its meaning."""
+    return {"name": term.name, "factor": term.scale, "regressor": term.regressor, "meaning": term.meaning}
 
 
 def _parameters(problem, posterior) -> list[dict]:

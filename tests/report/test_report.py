@@ -187,7 +187,7 @@ def test_nothing_is_loaded(page):
 def test_every_table_sorts_and_scrolls_by_itself(page):
     elements = Page(page).elements
     tables = [k for k, (tag, _) in enumerate(elements) if tag == "table"]
-    assert len(tables) == 5
+    assert len(tables) == 6
     for k in tables:
         assert elements[k][1]["class"] == "sortable"
         tag, box = elements[k - 1]
@@ -231,6 +231,15 @@ def test_light_dark_paper_and_phone(page):
 
 def test_the_foot_names_version_and_commit(page):
     assert f"bayesub {bs.__version__}, commit 0123abc" in page
+
+
+def test_the_glossary_says_what_each_coefficient_is(problem, numbers, page):
+    """In the words of the equation set, of the coefficients that are free."""
+    assert [entry["name"] for entry in numbers["glossary"]] == list(FREE)
+    for entry in numbers["glossary"]:
+        term = problem.equations.term(entry["name"])
+        assert (entry["factor"], entry["regressor"], entry["meaning"]) == (term.scale, term.regressor, term.meaning)
+        assert {term.name, term.scale, term.regressor, term.meaning} <= set(Page(page).words)
 
 
 def test_null_directions_are_those_of_the_equations(spiral_track):
