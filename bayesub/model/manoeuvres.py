@@ -164,15 +164,15 @@ def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
     actuators = vehicle.actuators
     log = log_files.read_log(path, actuators.columns)
     times = log.pop("time")
-    expected = [*actuators.shorts, "rpm"]
     values = actuators.values(log, len(times), str(path))
-    if log and not any(name in log for name in expected):
-        raise InputError(f"{path}: has no control column; expected some of {', '.join([*actuators.columns, 'rpm'])}")
+    if log and not any(name in log for name in vehicle.inputs):
+        expected = ", ".join(log_files.HEADERS.get(name, name) for name in vehicle.inputs)
+        raise InputError(f"{path}: has no control column; expected some of {expected}")
     if times[0] != 0.0:
         raise InputError(f"{path}: a control history begins at time_s = 0, found {times[0]:g}")
     if len(times) < 2:
         raise InputError(f"{path}: a control history needs at least two rows")
-    rpm = log.get("rpm", np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps))
+    rpm = vehicle.propeller_speed(log, len(times))
     if not (np.isfinite(values).all() and np.isfinite(rpm).all()):
         raise InputError(f"{path}: a control column has empty cells; every row needs its controls")
     return of_inputs(path.stem, times, values, rpm, straight_and_level(vehicle), vehicle)

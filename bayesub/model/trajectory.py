@@ -54,9 +54,10 @@ class Trajectory:
 
     @property
     def log(self) -> dict[str, np.ndarray]:
-        """Short name -> (n_times,) histories as a log has them: of actuators and the propeller speed."""
-        values = self.simulator.inputs_at(self.times)
-        return dict(zip(self.simulator.vehicle.actuators.shorts, values.T, strict=True)) | {"rpm": self.rpm}
+        """Short name -> (n_times,) histories as a log has them: of actuators, and of a propeller speed that acts."""
+        vehicle, values = self.simulator.vehicle, self.simulator.inputs_at(self.times)
+        histories = {"rpm": self.rpm} | dict(zip(vehicle.actuators.shorts, values.T, strict=True))
+        return {name: histories[name] for name in vehicle.inputs}
 
     def resampled(self, times: np.ndarray) -> Trajectory:
         """The same motion at other output times (s), which must not descend."""

@@ -88,6 +88,18 @@ class Vehicle:
         """What the equations need besides coefficients and body (:meth:`EquationSet.constants`)."""
         return self.equations.constants(self.speed_mps, self.hull)
 
+    @cached_property
+    def inputs(self) -> tuple[str, ...]:
+        """Short names of the columns of a log that move the boat: actuators, and the propeller speed if it acts."""
+        propeller = self.body[[*(workspace.BODY.index(b) for b in workspace.THRUST), workspace.KN1, workspace.KN2]]
+        acts = propeller.any() or any(term.symbols & {"uc", "duc"} for term in self.equations.terms)
+        return tuple(dict.fromkeys((*self.actuators.shorts, *(("rpm",) if acts else ()))))
+
+    def propeller_speed(self, log: dict[str, np.ndarray], n: int) -> np.ndarray:
+        """(n,) rpm of a log; those of self-propulsion if it has none, or if they do not act."""
+        steady = np.full(n, self.rpm_per_mps * self.speed_mps)
+        return log.get("rpm", steady) if "rpm" in self.inputs else steady
+
     def kernel_folder(self, subproblem: str | None = None) -> str:
         """Where the forces are for which the kernels are compiled."""
         return str(directory(self.equations, subproblem, self.actuators.external))

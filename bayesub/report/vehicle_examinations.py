@@ -43,8 +43,7 @@ def balance(boat: Vehicle) -> Examination:
         " + ".join(branch): sum(body[key] for key in branch) * boat.speed_mps**2 + pushed
         for branch in (("b1", "b2", "b3"), ("b4", "b5", "b6"))
     }
-    ahead = [term for term in boat.equations.terms if term.axis == "X" and term.symbols <= AHEAD]
-    if not any(thrusts.values()) and any(term.symbols & THRUST for term in ahead):
+    if not any(thrusts.values()) and _thrust_terms(boat):
         reason = "thrust and resistance are terms of the equations"
         return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reason})
     straight = forces(boat)
@@ -74,6 +73,12 @@ def balance(boat: Vehicle) -> Examination:
     return Examination({"thrust_over_drag": branches}, warnings)
 
 
+def _thrust_terms(boat: Vehicle) -> list[str]:
+    """The coefficients by which an equation set balances thrust and resistance itself."""
+    terms = boat.equations.terms
+    return [t.name for t in terms if t.axis == "X" and t.symbols <= AHEAD and t.symbols & THRUST]
+
+
 def _drag_symbol(boat: Vehicle, straight: Contributions) -> str:
     """The coefficient that is the drag on (rho/2) l^2 U^2, as b1 .. b9 are; empty if there is none."""
     names = straight.names["X"]
@@ -99,21 +104,25 @@ def _flight(
 
 
 def straight_flight(boat: Vehicle) -> Examination:
-    """Speed, depth and attitude at the end of a flight with planes amidships."""
+    """Speed, depth and attitude at the end of a flight with controls amidships; of a ship speed and heading."""
     trajectory, states, warnings = _flight(boat, STRAIGHT, {}, None, "straight flight")
     flights = {} if trajectory is None else {"straight": trajectory}
     if states is None:
         return Examination({"straight_flight": None}, warnings, flights)
     end, z = states[-1], log_files.STATES.index("z")
     ratio = number_or_none(np.linalg.norm(end[VELOCITY]) / boat.speed_mps)
-    strays = {"depth_change_lengths": number_or_none((end[z] - states[0, z]) / boat.length_m)}
-    for name, state in (("roll", "phi"), ("pitch", "theta"), ("heading", "psi")):
+    strays, angles, planar = {}, {"heading": "psi"}, boat.equations.degrees_of_freedom == 3
+    if not planar:
+        strays["depth_change_lengths"] = number_or_none((end[z] - states[0, z]) / boat.length_m)
+        angles = {"roll": "phi", "pitch": "theta"} | angles
+    for name, state in angles.items():
         strays[f"{name}_deg"] = number_or_none(np.degrees(end[log_files.STATES.index(state)]))
+    own = _thrust_terms(boat) if "thrust_over_drag" in balance(boat).skipped else []
     if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
         warnings.append(
             CardWarning(
                 f"straight flight does not hold its speed: {100 * ratio:.3g} % of it after {STRAIGHT:g} ship lengths",
-                "balance thrust and drag; see the line 'thrust'",
+                f"look at {listed(own)}" if own else "balance thrust and drag; see the line 'thrust'",
             )
         )
     limits = {
@@ -122,15 +131,15 @@ def straight_flight(boat: Vehicle) -> Examination:
         "pitch_deg": (STRAY_DEG, "deg of pitch"),
         "heading_deg": (STRAY_DEG, "deg of heading"),
     }
-    off = [f"{strays[key]:.3g} {unit}" for key, (most, unit) in limits.items() if abs(strays[key] or 0.0) > most]
+    off = [f"{stray:.3g} {limits[key][1]}" for key, stray in strays.items() if abs(stray or 0.0) > limits[key][0]]
     if off:
         causes = forces(boat).of(*"ZMYNK")
-        if boat.equations.degrees_of_freedom == 6:
+        if not planar:
             causes = ["trim (weight and buoyancy, their centres)", *causes, "thrust line", "torque"]
         warnings.append(
             CardWarning(
-                f"with planes amidships the boat does not fly straight: {', '.join(off)} after {STRAIGHT:g} "
-                "ship lengths",
+                f"with {'rudder' if planar else 'planes'} amidships the boat does not "
+                f"{'run' if planar else 'fly'} straight: {', '.join(off)} after {STRAIGHT:g} ship lengths",
                 f"look at {listed(causes, 'the forces of straight flight')}",
             )
         )

@@ -44,13 +44,15 @@ def _straight_line(numbers):
     flight = numbers["straight_flight"]
     if flight is None:
         return "not flown to the end"
+    deeper = "depth_change_lengths"  # absent, as roll and pitch, with three degrees of freedom
     angles = ", ".join(
-        f"{name} {_formatted(flight[f'{name}_deg'], 'z.1f')} deg" for name in ("roll", "pitch", "heading")
+        f"{name} {_formatted(flight[f'{name}_deg'], 'z.1f')} deg"
+        for name in ("roll", "pitch", "heading")
+        if f"{name}_deg" in flight
     )
     percent = None if flight["speed_ratio"] is None else 100.0 * flight["speed_ratio"]
-    return (
-        f"after {flight['lengths']:g} ship lengths {_formatted(percent, '.4g')} % of the speed, {angles}, "
-        f"{_formatted(flight['depth_change_lengths'], 'z.2f')} ship lengths deeper"
+    return f"after {flight['lengths']:g} ship lengths {_formatted(percent, '.4g')} % of the speed, {angles}" + (
+        f", {_formatted(flight[deeper], 'z.2f')} ship lengths deeper" if deeper in flight else ""
     )
 
 

@@ -30,6 +30,7 @@ position_sd_m = 0.5
 attitude_sd_deg = 0.1
 interval_s = 1.0
 """
+_IN_PLANE = 'channels = ["x", "y", "yaw"]\n'
 _NUISANCE = """# [nuisance]                  # what else is unknown
 # bias_yaw_deg = { mean = 0.0, sd = 2.0 }"""
 _IN_CURRENT = """[nuisance]                    # what else is unknown; the start needs no entry
@@ -48,7 +49,7 @@ def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
         vehicle,
         what=f"the manoeuvre {manoeuvre}",
         source=f'manoeuvre = "{new_files.seen_from(path, manoeuvre)}"',
-        sensors=_TRACK,
+        sensors=_TRACK + (_IN_PLANE if load_vehicle(vehicle).equations.degrees_of_freedom == 3 else ""),
         column="x_m",
         free=manoeuvre if manoeuvre in MOVING else "all",
         centre=_GUESS,

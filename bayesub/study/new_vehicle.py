@@ -88,8 +88,9 @@ def _words(equations: EquationSet) -> dict:
     dimensional = any(term.unit for term in equations.terms)
     scale = "all coefficients are non-dimensional on it"
     force = "Each force is the sum of (rho/2) l^k * coefficient * regressor."
-    if any(term.speed_power for term in equations.terms):
-        force = force.replace("l^k", "l^k U^j")
+    scaled = any(term.speed_power for term in equations.terms)
+    if scaled:
+        force = force.replace("l^k", f"l^k {_speed(equations)}^j")
     if dimensional:
         scale = "coefficients without a unit are non-dimensional on it"
         force += " A coefficient with a unit is multiplied by its regressor alone."
@@ -97,7 +98,9 @@ def _words(equations: EquationSet) -> dict:
         term for term in equations.terms if term.axis == "X" and term.symbols <= {"u", "V", "U", "du", "uc", "duc"}
     ]
     drag = [term.name for term in ahead if term.unit is None and (term.length_power, term.speed_power) == (2, 0)]
-    symbols = {symbol for term in equations.terms for symbol in term.symbols}
+    symbols = {symbol for term in equations.terms for symbol in term.symbols} | (
+        {_speed(equations)} if scaled else set()
+    )
     used = [text for symbol, text in SYMBOLS.items() if symbol in symbols]
     functions = {factor.function for term in equations.terms for factor in term.parsed.factors}
     used += ["sgn the sign"] if "sgn" in functions else []
@@ -112,6 +115,11 @@ def _words(equations: EquationSet) -> dict:
         "drag": f"-{drag[0]}" if len(drag) == len(ahead) == 1 else "d",
         "own_thrust": any(term.symbols & {"du", "uc", "duc"} for term in ahead),
     }
+
+
+def _speed(equations: EquationSet) -> str:
+    """Symbol of the speed on which coefficients are non-dimensional."""
+    return "V" if equations.speed == "instantaneous" else "U"
 
 
 def _controls(equations: EquationSet) -> list[str]:
@@ -153,6 +161,7 @@ def _coefficients(equations: EquationSet, estimates) -> str:
                 value = f"{{ value = {estimate.value:.4g}, sd = {estimate.sd:.2g} }}"
                 note = f"; {estimate.source}"
             regressor = term.regressor.replace("*", " ")
-            meaning = f"{regressor}, unit {term.unit}" if term.unit else f"{term.scale} {regressor}"
+            scale = term.scale if term.unit else term.scale.replace("U", _speed(equations))
+            meaning = f"{regressor}, unit {term.unit}" if term.unit else f"{scale} {regressor}"
             lines.append(f"{term.name:<{width}} = {value:<{42 if estimates else 12}} # {meaning}{note}")
     return "\n".join(lines) + "\n"

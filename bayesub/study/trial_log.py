@@ -155,7 +155,7 @@ def _starts() -> dict[str, tuple[str, float]]:
 def _controls(log, vehicle, path, max_gap):
     """Start (s of the log), times (n,) from zero, values (n, n_actuators) of the actuators and rpm (n,)."""
     cells = {}
-    for name in (*vehicle.actuators.shorts, "rpm"):
+    for name in vehicle.inputs:
         if name in log:
             given = np.isfinite(log[name])
             if given.sum() < 2:
@@ -164,7 +164,7 @@ def _controls(log, vehicle, path, max_gap):
             cells[name] = log["time"][given], log[name][given]
     vehicle.actuators.values(log, len(log["time"]), str(path))  # refuses controls of another boat
     if not cells:
-        expected = ", ".join([*vehicle.actuators.columns, "rpm"])
+        expected = ", ".join(log_files.HEADERS.get(name, name) for name in vehicle.inputs)
         raise InputError(f"{path}: has no control column; expected some of {expected}")
     begin, end = max(times[0] for times, _ in cells.values()), min(times[-1] for times, _ in cells.values())
     if not begin < end:
@@ -182,8 +182,7 @@ def _controls(log, vehicle, path, max_gap):
     times = times[(times >= begin) & (times <= end)]
     joined = {name: np.interp(times, *cell) for name, cell in cells.items()}
     inputs = vehicle.actuators.values(joined, len(times), str(path))
-    rpm = joined.get("rpm", np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps))
-    return begin, times - begin, inputs, rpm
+    return begin, times - begin, inputs, vehicle.propeller_speed(joined, len(times))
 
 
 def _within(record, duration, path) -> Record:

@@ -261,3 +261,12 @@ def test_each_member_may_have_its_own_body_and_start(full, coupled):
     ):
         alone, _ = Simulator(vehicle, manoeuvre, [10.0, 48.0], dt=0.5).run(full.xi)
         np.testing.assert_array_equal(states[member], alone[0])
+
+
+def test_the_track_of_a_ship_has_no_revolutions(tmp_path):
+    """Its propulsion is in the terms of the equations; what stands for the propeller speed is no rpm."""
+    ship = bs.load_vehicle("mariner")
+    trajectory = bs.simulate(ship, bs.load_manoeuvre("zigzag_20_20", ship), sample=10.0)
+    assert trajectory.log.keys() == {"delta_r"}
+    trajectory.save(tmp_path / "track.csv")
+    assert "rpm" not in (tmp_path / "track.csv").read_text()

@@ -356,7 +356,10 @@ def test_a_ship_has_no_vertical_examination():
     lines = "\n".join(card.lines())
     assert "stern planes      not examined: the equations have three degrees of freedom" in lines
     assert "G_v" not in lines
+    assert "with rudder amidships the boat does not run straight" in lines
     assert "look at Y0 and N0" in lines
+    assert "look at Xu, Xuu and Xuuu" in lines  # not at a line that is not examined
+    assert card.numbers["straight_flight"].keys() == {"lengths", "speed_ratio", "heading_deg"}
     json.dumps(card.to_json(), allow_nan=False)
 
 

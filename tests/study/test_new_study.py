@@ -109,3 +109,9 @@ def test_the_controls_of_the_equations_decide_the_plane(tmp_path):
         path.write_text(new_study.of_log("study", path, str(boat), log_of(tmp_path / "log.csv", *columns)))
         assert load_study(path).free.coefficients == plane
         assert (load_study(path).subproblem or "all") == plane
+
+
+def test_the_track_of_a_ship_has_no_depth(tmp_path):
+    path = tmp_path / "first.toml"
+    path.write_text(new_study.simulated("first", path, "mariner", "zigzag_20_20"))
+    assert load_study(path).sensors[0].channels == ("x", "y", "yaw")

@@ -48,6 +48,14 @@ def test_a_template_has_every_key_and_no_coefficient(tmp_path):
         )
 
 
+def test_the_speed_of_a_set_is_named_by_its_symbol():
+    """Coefficients of the ship are non-dimensional on the speed of the moment V, not on that of trials."""
+    text = new_vehicle.vehicle("mine", equations="abkowitz")
+    assert re.search(r"(?m)^Yvvv .* # \(rho/2\) l\^2 V\^-1 v\^3$", text)
+    assert "(rho/2) l^k V^j" in text
+    assert "V = sqrt(u^2 + v^2 + w^2)" in text.replace("\n# ", " ")
+
+
 def test_a_geometry_fills_the_added_masses(tmp_path):
     """The estimates are in the file to the digits it has, with their sd and source; the body is the displaced water."""
     path = tmp_path / "hull.toml"

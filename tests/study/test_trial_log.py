@@ -177,3 +177,17 @@ def test_a_boat_of_three_degrees_of_freedom_needs_no_plane(tmp_path):
     trial = read_trial(path, ship, sensors, nuisance=heading)
     assert trial.manoeuvre.subproblem == "horizontal"
     assert set(trial.nuisance) == {"x0_m", "y0_m", "yaw0_deg", "u0_mps", "v0_mps", "r0_degps"}
+
+
+def test_revolutions_that_do_not_push_are_no_control(tmp_path):
+    """Thrust is in the terms of the ship's equations: a log may have its rpm, which say nothing of its speed."""
+    ship = bs.load_vehicle("mariner")
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{k},{k % 3},80,{7.7 * k},0\n" for k in range(120))
+    path.write_text("time_s,rudder_deg,rpm,x_m,y_m\n" + rows)
+    sensors, heading = [bs.sensors.Track(1.0, 0.1, channels=("x", "y"))], {"yaw0_deg": normal(0.0, 1.0)}
+    trial = read_trial(path, ship, sensors, nuisance=heading)
+    assert trial.nuisance["u0_mps"].mean[0] == pytest.approx(7.7, abs=0.2)
+    path.write_text(path.read_text().replace("rudder_deg", "roll_deg"))
+    with pytest.raises(bs.InputError, match=r"has no control column; expected some of rudder_deg$"):
+        read_trial(path, ship, sensors, nuisance=heading)
