@@ -1,0 +1,74 @@
+"""Mechanisms of null directions in several equation sets, and boats in equations that are not their own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.model.simulate import Simulator
+from bayesub.thesis import crossed_equations, other_equations
+
+# Vehicle, and axis -> rank, columns, and the axes whose equations of motion are its null directions, on the spiral.
+KNOWN = {
+    "suboff": {"X": (6, 6, []), "Y": (8, 9, ["Y"]), "N": (8, 10, ["Y", "N"])},
+    "remus100": {"X": (4, 4, []), "Y": (5, 7, ["Y", "N"]), "N": (5, 7, ["Y", "N"])},
+    "mariner": {"X": (10, 11, ["X"]), "Y": (15, 17, ["Y", "N"]), "N": (15, 17, ["Y", "N"])},
+}
+
+
+@pytest.mark.parametrize("vehicle", KNOWN)
+def test_null_directions_are_equations_of_motion(vehicle):
+    """A null dimension for each equation that can be written in the terms of the axis, and none of other terms."""
+    axes = other_equations.uniqueness(other_equations.flight(vehicle, "horizontal"))
+    for axis, (rank, columns, equations) in KNOWN[vehicle].items():
+        one = axes[axis]
+        assert (one["rank"], one["columns"], one["equations"]) == (rank, columns, equations)
+        assert (one["motion"], one["terms"]) == (len(equations), 0)
+
+
+def test_terms_that_look_alike_are_told_from_motion():
+    """With a column twice there is a null direction without an added mass."""
+    track = other_equations.flight("suboff", "horizontal")
+    system = bs.linear_systems(track)["X"]
+    doubled = replace(
+        system,
+        names=(*system.names, "Xuu"),
+        matrix=np.column_stack([system.matrix, system.matrix[:, 0]]),
+        rounding=np.append(system.rounding, system.rounding[0]),
+    )
+    kept = [not name.endswith("dot") for name in doubled.names]
+    assert other_equations.null_dimension(system, kept[:-1]) == 0
+    assert other_equations.null_dimension(doubled, kept) == 1
+
+
+def test_a_spectrum_counts_null_directions_apart():
+    """Of suboff's 21 coefficients on the spiral three directions are null, as in the quickstart."""
+    track = other_equations.flight("suboff", "horizontal")
+    s = other_equations.spectra(track)["track"]
+    assert (s["n_params"], s["n_null"], len(s["singular_values"])) == (21, 3, 18)
+    assert s["n_known"] <= s["n_sharpened"] < s["n_params"]
+
+
+def test_counterparts_are_the_same_functions_of_motions_in_the_plane():
+    """u|u| is u^2 ahead, and v nu is v|v| without heave; r|r| has no counterpart in sway."""
+    boat = bs.load_vehicle("auv690")
+    pairs = crossed_equations.counterparts(boat, bs.load_equations("remus"), "horizontal")
+    assert (pairs["Xuu"], pairs["Yvv"], pairs["Nuudr"]) == ("Xuu", "Yv_absnu", "Nuu_dr")
+    assert "Yrr" not in pairs
+
+
+def test_a_boat_whose_terms_all_have_counterparts_flies_the_same_track():
+    """remus100 in the terms of booth, but for the one that booth lacks, set to zero in both."""
+    boat = bs.load_vehicle("remus100")
+    xi = boat.xi.copy()
+    xi[boat.equations.index["Yrr"]] = 0.0
+    boat = replace(boat, xi=xi)
+    crossed = crossed_equations.crossed(boat, "booth", "horizontal")
+    manoeuvre = bs.load_manoeuvre("zigzag_20_20", boat)
+    times = np.arange(0.0, manoeuvre.duration, 1.0)
+    own = Simulator(boat, manoeuvre, times, dt=0.05)
+    orders = crossed_equations.same_orders(manoeuvre, crossed.equations)
+    (track,), _ = own.run(boat.xi)
+    (other,), _ = Simulator(crossed, orders, times, dt=0.05).run(crossed.xi)
+    np.testing.assert_allclose(other, track, atol=1e-9)
