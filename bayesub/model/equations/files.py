@@ -32,6 +32,11 @@ _RESERVED |= {"rho", "abs", "sgn", "sqrt", "inverse", "work", "i", "control", "r
 _RESERVED |= {"x", "y", "z", "height", "breadth", "crossflow"}
 _RESERVED_BEGIN = re.compile(r"(?:[XYZKMN]|nu|V|[yz]|inverse|crossflow|external)_")  # of names in the kernels
 
+# Powers of kg, m and s of the words in the unit of a coefficient; angles are numbers.
+_BASE = {"kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "rpm": (0, 0, -1)}
+_BASE |= dict.fromkeys(("rad", "1"), (0, 0, 0))
+_UNIT = re.compile(rf"({'|'.join(_BASE)})(?:\^(-?\d{{1,2}}))?")
+
 
 class TermSection(Section):
     """A term: its coefficient is non-dimensional by powers of length and speed, or has a unit."""
@@ -233,12 +238,13 @@ def _check_motions(equations: EquationSet) -> None:
 
 
 def _check_scales(equations: EquationSet) -> None:
-    """ValueError for a non-dimensional coefficient whose powers do not make a force or a moment."""
+    """ValueError for a coefficient whose powers or unit do not make a force or a moment."""
     controls = {control.symbol: control.dimension for control in equations.controls}
     for term in equations.terms:
-        if term.unit is not None:
-            continue
         forces = [c.symbol for c in equations.controls if c.column.endswith("_n") and c.symbol in term.symbols]
+        if term.unit is not None:
+            _check_unit(term, controls, forces)
+            continue
         if forces:
             raise ValueError(
                 f'terms.{term.axis}.{term.name}: {forces[0]} is a force in N already; give unit, such as unit = "1", '
@@ -257,6 +263,26 @@ def _check_scales(equations: EquationSet) -> None:
                 f"is no {'force' if wanted == 4 else 'moment'}; with length_power = {length} and "
                 f"speed_power = {term.speed_power + speed} it would be"
             )
+
+
+def _check_unit(term: Term, controls: dict[str, tuple[int, int]], forces: list[str]) -> None:
+    """ValueError for a unit with which the term is no force or moment; one of other words than these is not judged."""
+    given = np.zeros(3, dtype=int)
+    for k, part in enumerate(term.unit.split("/")):
+        for word in part.replace("*", " ").split():
+            match = _UNIT.fullmatch(word)
+            if not match or k > 1:
+                return
+            given += (1 if k == 0 else -1) * int(match[2] or 1) * np.array(_BASE[match[1]])
+    metres, seconds = term.parsed.dimension(controls)
+    wanted = np.array([1, (1 if term.axis in "XYZ" else 2) - metres, -2 - seconds])
+    wanted -= sum(f.symbol in forces for f in term.parsed.factors if f.function != "sgn") * np.array(_BASE["N"])
+    if (given != wanted).any():
+        unit = " ".join(b if n == 1 else f"{b}^{n}" for b, n in zip(("kg", "m", "s"), wanted, strict=True) if n) or "1"
+        raise ValueError(
+            f"terms.{term.axis}.{term.name}: {term.regressor} with a coefficient in {term.unit} is no "
+            f"{'force' if term.axis in 'XYZ' else 'moment'}; in {unit} it would be"
+        )
 
 
 def _check_independence(equations: EquationSet) -> None:

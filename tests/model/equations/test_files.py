@@ -123,6 +123,10 @@ REFUSED = {
         [instead("u*v", "v^3")],
         "terms.Y.Yuv: (rho/2) l^2 U^0 * v^3 is no force; with length_power = 2 and speed_power = -1 it would be",
     ),
+    "a unit of no force": (
+        [instead("length_power = 2", 'unit = "kg"')],
+        "terms.Y.Yuv: u*v with a coefficient in kg is no force; in kg m^-1 it would be",
+    ),
     "unit and power": (
         [instead("length_power = 2", 'length_power = 2, unit = "kg/m"')],
         "key 'terms.Y.Yuv': give either length_power",
@@ -374,8 +378,9 @@ def test_a_set_cannot_change_the_speed_of_another(equations_file):
 
 def test_many_terms_take_no_time(equations_file):
     """The largest set that is allowed is checked in a second or two, and a larger one refused."""
-    products = [f"u^{a}*v^{b}*r^{c}*dr" for a in range(1, 7) for b in range(1, 7) for c in range(1, 7)]
-    unscaled = [term(product, unit="1").replace("length_power = 2, ", "") for product in products]
+    powers = [(a, b, c) for a in range(1, 7) for b in range(1, 7) for c in range(1, 7)]
+    products = {f"u^{a}*v^{b}*r^{c}*dr": f"kg m^{1 - a - b} s^{a + b + c - 2}" for a, b, c in powers}
+    unscaled = [term(text, unit=unit).replace("length_power = 2, ", "") for text, unit in products.items()]
     lines = [f"Y{k} = {section}" for k, section in enumerate(unscaled)]
     began = time.perf_counter()
     with pytest.raises(bs.InputError, match=r"terms\.Y: there are more than 200"):
