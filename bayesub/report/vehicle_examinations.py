@@ -57,7 +57,8 @@ def balance(boat: Vehicle) -> Examination:
             f"set {symbol}, and {sums} = -{symbol} with it" if symbol else "set its drag, and a thrust to balance it"
         )
         warnings.append(CardWarning(f"the boat has no drag{zero}", remedy))
-    for ratio, names in zip(ratios, thrusts, strict=True):
+    branches = thrusts if symbol or ratios[0] != ratios[1] else list(thrusts)[:1]  # the same without their names
+    for ratio, names in zip(ratios, branches, strict=False):
         if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
             text = f"at self-propulsion the thrust is {ratio:.3g} times the drag"
             if symbol:
@@ -69,8 +70,8 @@ def balance(boat: Vehicle) -> Examination:
                 remedy = "scale the thrust (b or thrust_n), or change the propeller speed to which it refers"
                 remedy = "change rpm of the propellers" if pushed else remedy
             warnings.append(CardWarning(text, remedy))
-    branches = {"above_self_propulsion": ratios[0], "below_self_propulsion": ratios[1]}
-    return Examination({"thrust_over_drag": branches}, warnings)
+    both = {"above_self_propulsion": ratios[0], "below_self_propulsion": ratios[1]}
+    return Examination({"thrust_over_drag": both}, warnings)
 
 
 def _thrust_terms(boat: Vehicle) -> list[str]:

@@ -10,6 +10,7 @@ import pytest
 import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.fins import PORT, STARBOARD, fins, with_actuators
 
 import bayesub as bs
 from bayesub.io import toml_files
@@ -423,3 +424,11 @@ def test_cards_of_other_sets_are_drawn(name, n_panels, tmp_path, monkeypatch):
     others = {text.get_text() for text in below.legends[0].get_texts()}
     assert ("phoenix" in others) == (name == "npsauv_crossflow")
     assert "suboff" not in others
+
+
+def test_propellers_that_push_too_little_are_one_warning(boat, vehicle_with):
+    """Of both branches of the propulsion, which they are not part of."""
+    card = balance(vehicle_with(with_actuators(boat, *fins(0.0, 90.0), PORT, STARBOARD, propulsion={"model": "none"})))
+    (warning,) = card.warnings
+    assert "times the drag of" in warning.text
+    assert warning.remedy == "change rpm of the propellers"
