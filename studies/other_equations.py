@@ -3,11 +3,11 @@
 Question: with it the thesis closes. Four equation sets and their vehicles are asked: the 101 terms of the thesis
 (booth), Prestero's of an AUV (remus), a ship's (abkowitz) and the revised submarine equations with integrals of the
 cross-flow along the hull (feldman). And does a set with fewer terms predict as well?
-Claim: all have null directions, and all of these contain an added mass: they are equations of motion, which may be
-multiplied by a number where an axis has the terms of the rigid body. None comes from terms that look alike. Every
-spectrum spans decades, every posterior sharpens some coefficients and leaves others. A set with too few terms does not
-fit, its bands miss the truth, and the model check says so. One with more terms than the boat has fits, and its bands
-hold the truth, but its predictions are further off than those of the right set.
+Claim: every null direction of every axis is an equation of motion that can be written in the terms of that axis, and
+so may be multiplied by a number or added; none comes from velocity terms that look alike. All sets have such
+directions on horizontal manoeuvres. Every spectrum spans decades, and every posterior sharpens some coefficients and
+leaves others. A set with too few terms does not fit, its bands miss the truth, and the model check says so. One with
+more terms than the boat has fits, and its bands hold the truth, but it predicts worse than the right set.
 Cost: about ten minutes; with --quick less than one.
 """
 
@@ -26,10 +26,8 @@ VEHICLES = {
     "abkowitz": ("mariner",),
     "feldman": ("npsauv_crossflow", "phoenix"),
 }
-MANOEUVRES = {"abkowitz": ("horizontal", "zigzag_20_20")}
-ALL_MANOEUVRES = ("horizontal", "zigzag_20_20", "vertical", "coupled")
-QUICK_MANOEUVRES = ("horizontal", "zigzag_20_20")
 PLANAR = ("horizontal", "zigzag_20_20")  # with rudder
+OTHERS = ("vertical", "coupled")
 # Vehicle, and the equations it is fitted with: its own, or others.
 FITS = (
     ("auv690", "booth"),
@@ -41,7 +39,7 @@ FITS = (
     ("mariner", "abkowitz"),
 )
 UNSEEN = ("turning_circle", "zigzag_20_20", "zigzag_10_10", *(f"random:{seed}" for seed in range(1, 11)))
-MAX_STEPS, QUICK_STEPS = 4000, 250
+MAX_STEPS, QUICK_STEPS = 3000, 250
 N_STARTS, ITERATIONS = 5, 200
 SEED = 19
 
@@ -53,7 +51,7 @@ def compute(run):
         f"{vehicle} {manoeuvre}": partial(case, name, vehicle, manoeuvre)
         for name, vehicles in chosen.items()
         for vehicle in vehicles
-        for manoeuvre in MANOEUVRES.get(name, QUICK_MANOEUVRES if run.quick else ALL_MANOEUVRES)
+        for manoeuvre in (PLANAR if run.quick or name == "abkowitz" else PLANAR + OTHERS)
     }
     fits = {f"{vehicle} {name}": partial(fit, run, vehicle, name) for vehicle, name in FITS[: 4 if run.quick else None]}
     return {"cases": run.parts("cases", cases), "fits": run.parts("fits", fits)}
@@ -104,14 +102,14 @@ def claims(numbers):
     for title, r in numbers["cases"].items():
         for axis, one in r["axes"].items():
             yield one["terms"] == 0, f"{title}: {one['terms']} null directions of {axis} have no added mass"
+            n_equations = len(one["equations"])
             yield (
-                one["gap"] is None or one["gap"] > 1e6,
-                f"{title} {axis}: a gap of {one['gap'] or 0:.0e} separates nothing",
+                one["motion"] == n_equations,
+                f"{title} {axis}: {one['motion']} null, {n_equations} equations of motion",
             )
-        if r["manoeuvre"] in PLANAR:
-            for axis in ("Y", "N"):
-                whole = axis in r["axes"][axis]["equations"]
-                yield whole, f"{title}: the equation of {axis} is no null direction of its axis"
+            yield (one["gap"] or np.inf) > 1e6, f"{title} {axis}: a gap of {one['gap'] or 0:.0e} separates nothing"
+            if r["manoeuvre"] in PLANAR and axis in "YN":
+                yield axis in one["equations"], f"{title}: the equation of {axis} is no null direction of its axis"
         for sensors, s in r["spectra"].items():
             yield s["decades"] > 3.0, f"{title}: the spectrum of {sensors} spans {s['decades']:.1f} decades"
         s = r["spectra"]["track"]
@@ -119,22 +117,18 @@ def claims(numbers):
         yield s["n_known"] < 0.5 * s["n_params"], f"{title}: a track makes {s['n_known']} coefficients known"
     fits = numbers["fits"]
     for title, f in fits.items():
-        p, errors = f["posterior"], f["predictions"]
         if f["own"]:
+            p, errors, nearer = f["posterior"], f["predictions"], np.mean(f["sqp"]["nearer_than_guess"])
             yield p["converged"], f"{title}: {'; '.join(p['shortcomings'])}"
-            yield (
-                0.5 < p["n_sharpened"] / p["n_params"] < 0.95,
-                f"{title}: {p['n_sharpened']} of {p['n_params']} sharpened",
-            )
+            share = p["n_sharpened"] / p["n_params"]
+            yield 0.5 < share < 0.95, f"{title}: {share:.0%} of the coefficients are sharpened"
             yield f["check"]["fits"], f"{title}: the right equations are called into question"
             yield errors["coverage"]["0.9"] > 0.8, f"{title}: 90 % bands hold {errors['coverage']['0.9']:.0%}"
-            yield errors["median_lengths"] < 0.3, f"{title}: misses by {errors['median_lengths']:.2g} ship lengths"
-            nearer = np.mean(f["sqp"]["nearer_than_guess"])
             yield nearer < 2 / 3, f"{title}: SQP ends nearer to the truth than the guess in {nearer:.0%}"
-    for own, other in (("auv690 booth", "auv690 remus"), ("remus100 remus", "remus100 booth")):
-        right, wrong = (fits[title]["predictions"]["median_lengths"] for title in (own, other))
-        yield wrong > 2.0 * right, f"{other} misses by {wrong:.2g} ship lengths, the right equations by {right:.2g}"
     fewer, more = fits["auv690 remus"], fits["remus100 booth"]
+    for title, other in (("auv690 booth", fewer), ("remus100 remus", more)):
+        right, wrong = (f["predictions"]["median_lengths"] for f in (fits[title], other))
+        yield wrong > 2.0 * right, f"{title} misses by {right:.2g} ship lengths, the other equations by {wrong:.2g}"
     yield not fewer["check"]["fits"], "auv690 remus: too few terms pass the model check"
     yield fewer["predictions"]["coverage"]["0.9"] < 0.5, "auv690 remus: bands of too few terms hold the truth"
     yield more["check"]["fits"], "remus100 booth: more terms than the boat has fail the model check"
