@@ -32,7 +32,7 @@ def test_claims_hold_of_the_committed_numbers(name):
     assert failures(name, committed_numbers(name)) == []
 
 
-@pytest.mark.parametrize("name", ["criticism", "sampler", "time_step", "wrong_coefficients"])
+@pytest.mark.parametrize("name", ["criticism", "other_equations", "sampler", "time_step", "wrong_coefficients"])
 def test_a_committed_run_is_drawn_again(name, tmp_path):
     """The page says the same, and every figure is there."""
     committed = ROOT / "figures" / name

@@ -1,6 +1,7 @@
 """Mechanisms of null directions in several equation sets, and boats in equations that are not their own."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -72,3 +73,27 @@ def test_a_boat_whose_terms_all_have_counterparts_flies_the_same_track():
     (track,), _ = own.run(boat.xi)
     (other,), _ = Simulator(crossed, orders, times, dt=0.05).run(crossed.xi)
     np.testing.assert_allclose(other, track, atol=1e-9)
+
+
+def test_predictions_of_the_truth_are_exact_and_pass_the_check():
+    """A posterior that is the truth errs by nothing, in other equations as in its own, and fits its record."""
+    boat = bs.load_vehicle("remus100")
+    problem = other_equations.trial(other_equations.flight("remus100", "horizontal"), np.random.default_rng(1))
+    draws = np.tile(problem.reference, (10, 1))
+    truth = SimpleNamespace(draws=draws, mean=problem.reference)
+    unseen = crossed_equations.unseen(boat, ("turning_circle", "random:1"), "horizontal")
+    assert [manoeuvre.subproblem for manoeuvre in unseen.manoeuvres] == ["horizontal"] * 2
+    result = crossed_equations.predictions(unseen, problem, truth, np.random.default_rng(2))
+    assert result["largest_lengths"] < 1e-9 < result["guess_median_lengths"]
+    assert crossed_equations.model_check(problem, truth, np.random.default_rng(2))["fits"]
+
+
+def test_unmatched_terms_are_free_about_zero():
+    """Booth's terms for remus100 get priors about zero where remus has none, about a guess where it has."""
+    boat, track = bs.load_vehicle("remus100"), other_equations.flight("remus100", "horizontal")
+    crossed = crossed_equations.crossed(boat, "booth", "horizontal")
+    problem = crossed_equations.crossed_trial(track, crossed, np.random.default_rng(1))
+    centres = dict(zip(problem.names, problem.prior.mean, strict=True))
+    pairs = crossed_equations.counterparts(boat, crossed.equations, "horizontal")
+    assert {name for name, centre in centres.items() if centre == 0.0} == set(problem.names) - set(pairs)
+    assert (problem.prior.sd > 0.0).all()

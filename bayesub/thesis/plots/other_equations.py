@@ -29,15 +29,18 @@ def draw_null(panel, cases: list[dict]) -> None:
     """A table of vehicles and manoeuvres: null dimensions of each axis that has any."""
     vehicles = {r["vehicle"]: r["equations"] for r in cases}
     manoeuvres = [m for m in WORDS if any(r["manoeuvre"] == m for r in cases)]
+    present = {(r["vehicle"], r["manoeuvre"]) for r in cases}
+    for i, j in np.argwhere([[(v, m) not in present for m in manoeuvres] for v in vehicles]):
+        panel.text(j + 0.5, i + 0.5, "not in\nthe set", ha="center", va="center", fontsize=7, color="#777777")
     for r in cases:
         i, j = list(vehicles).index(r["vehicle"]), manoeuvres.index(r["manoeuvre"])
         by_axis = {axis: one["motion"] + one["terms"] for axis, one in r["axes"].items()}
         total = sum(by_axis.values())
         colour = LIGHT[min(total, len(LIGHT) - 1)]
         panel.fill([j, j + 1, j + 1, j], [i, i, i + 1, i + 1], facecolor=colour, edgecolor="white", lw=1.5)
-        text = "  ".join(f"{axis} {n}" for axis, n in by_axis.items() if n) or "none"
+        text = "  ".join(f"{axis}{n}" for axis, n in by_axis.items() if n) or "none"
         panel.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=8)
-    panel.set(xlim=(0, len(manoeuvres)), ylim=(len(vehicles), 0), title="null directions, axis by axis")
+    panel.set(xlim=(0, len(manoeuvres)), ylim=(len(vehicles), 0), title="null directions of each axis")
     panel.title.set_fontsize(9)
     panel.set_xticks(np.arange(len(manoeuvres)) + 0.5, [WORDS[m] for m in manoeuvres])
     panel.set_yticks(np.arange(len(vehicles)) + 0.5, [f"{v}\n{name}" for v, name in vehicles.items()], fontsize=8)
