@@ -39,7 +39,7 @@ FITS = (
     ("mariner", "abkowitz"),
 )
 UNSEEN = ("turning_circle", "zigzag_20_20", "zigzag_10_10", *(f"random:{seed}" for seed in range(1, 11)))
-MAX_STEPS, QUICK_STEPS = 3000, 250
+MAX_STEPS, QUICK_STEPS = 3000, 150
 N_STARTS, ITERATIONS = 5, 200
 SEED = 19
 
