@@ -22,6 +22,23 @@ from bayesub.kernels import compilation, families
 from bayesub.model.equations import load_equations
 from bayesub.model.equations.generate import directory
 
+OTHER_SETS = sorted(set(toml_files.built_in("equations")) - {"booth"})
+
+
+def pytest_addoption(parser):
+    """The option of a second Python, which need not confirm every equation set again."""
+    parser.addoption("--booth-only", action="store_true", help="leave out the tests of other equation sets")
+
+
+def pytest_collection_modifyitems(config, items):
+    """With --booth-only leave out tests of other sets: those in their files, of their boats and of a user's own."""
+    if config.getoption("booth_only"):
+        boats = [name for name in toml_files.built_in("vehicles") if bs.load_vehicle(name).equations.name != "booth"]
+        words = ("model/equations/", "test_equation_sets", "other_equations", "set_written_from_the_manual", "hostile")
+        others = [item for item in items if any(word in item.nodeid for word in (*words, *OTHER_SETS, *boats))]
+        config.hook.pytest_deselected(items=others)
+        items[:] = [item for item in items if item not in set(others)]
+
 
 def pytest_configure(config):
     """Compile the kernels before tests are shared out to processes, each of which would do it for itself."""
@@ -30,9 +47,10 @@ def pytest_configure(config):
         compilation.ensure("from bayesub.kernels import first_calls; first_calls.call_all()", "noise")
         sets = map(load_equations, sorted(toml_files.built_in("equations"), key=lambda name: name != "booth"))
         planes = {each: (None, *each.subproblems) if each.name == "booth" else (None,) for each in sets}
-        folders = dict.fromkeys(str(directory(each, plane)) for each in planes for plane in planes[each])
+        folders = [*(str(directory(each, plane)) for each in planes for plane in planes[each]), *user_set.folders()]
+        n_wanted = len(planes[load_equations("booth")]) if config.getoption("booth_only") else len(folders)
         with futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(families.compiled, [*folders, *user_set.folders()]))
+            list(pool.map(families.compiled, dict.fromkeys(folders[:n_wanted])))
 
 
 @pytest.fixture

@@ -61,6 +61,14 @@ def finite_track(path: Path) -> None:
         raise Defect("a track that is 'ok' is not finite")
 
 
+def flown_by_its_actuators(path: Path) -> None:
+    """Fly a vehicle file on a history of what its actuators do."""
+    columns = bs.load_vehicle(path).actuators.columns
+    history = path.parent / "history.csv"
+    history.write_text(mutations.history(columns=[column for column in columns if column != "rpm"]))
+    flown(path.parent, path, history)
+
+
 def flown(folder: Path, vehicle, manoeuvre) -> None:
     status, out = bayesub("simulate", vehicle, manoeuvre, "-o", folder / "track.csv")
     if status and not ("diverged" in out or "left_envelope" in out):
@@ -88,7 +96,7 @@ def drive(kind: str, path: Path) -> None:
         raise
     json.loads(text, parse_constant=_refuse_constant)
     if kind == "vehicle":
-        flown(folder, path, folder / "good_history.csv")
+        flown_by_its_actuators(path)
     elif kind in ("manoeuvre", "history"):
         flown(folder, "auv690", path)
     elif kind == "geometry":
@@ -111,8 +119,7 @@ def drive_set(kind: str, path: Path) -> None:
     """An equation set: its kernels are Python and its regressors finite. A boat of a set that is compiled: it flies."""
     try:
         if kind == "boat of a set":
-            bs.load_vehicle(path)
-            return flown(path.parent, path, path.parent / "good_history.csv")
+            return flown_by_its_actuators(path)
         equations = load_equations(path)
     except InputError as error:
         if path.name not in str(error):
@@ -159,7 +166,7 @@ def work(connection, folder: Path) -> None:
     for kind, _, text in mutations.corpus():  # loads what is compiled, or compiles it
         if kind in ("vehicle", "boat of a set"):
             (folder / "good_boat.toml").write_text(text)
-            flown(folder, "good_boat.toml", "good_history.csv")
+            flown_by_its_actuators(folder / "good_boat.toml")
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, resource.RLIM_INFINITY))
     connection.send(None)

@@ -1,9 +1,11 @@
 """Good input files and what can happen to them: the corpus that :mod:`fuzz` and its tests drive bayesub with."""
 
 import re
+import tomllib
 
 import numpy as np
-from support import user_set
+import tomli_w
+from support import fins, user_set
 
 from bayesub.io import toml_files
 from bayesub.study import new_vehicle
@@ -117,6 +119,14 @@ nuisance = {{ u0_mps = {{ mean = 1.5, sd = 0.1 }} }}
 current_mps = [0.1, 0.0]
 """
 )
+FINNED = tomli_w.dumps(
+    fins.with_actuators(
+        tomllib.loads(toml_files.find("suboff", "vehicles").read_text(encoding="utf-8")),
+        *fins.fins(*fins.X_TAIL),
+        fins.PORT,
+        fins.BOW,
+    )
+)
 BOAT_OF_SET = user_set.vehicle(toml_files.find("suboff", "vehicles").read_text(encoding="utf-8"))
 SHIP = """name = "ship"
 title = "Three degrees of freedom"
@@ -140,11 +150,15 @@ Nrdot = { regressor = "rdot", length_power = 5, label = "N'_{\\\\dot{r}}", meani
 TABLE = "coefficient,mean,sd\n# from a towing tank\nNuv,-0.009,0.0006\nNur,-0.004,0.0002\nYur,0.006,0\n"
 
 
-def history(n=24) -> str:
-    """A control history of `n` rows."""
-    times = 2.5 * np.arange(n)
-    rows = [f"{t:g},{10 * np.sin(0.2 * t):.4g},0,{2 * np.cos(0.3 * t):.4g},{900 + t:g}" for t in times]
-    return "\n".join(["time_s,rudder_deg,bow_plane_deg,stern_plane_deg,rpm", *rows, ""])
+def history(n=24, columns=("rudder_deg", "bow_plane_deg", "stern_plane_deg")) -> str:
+    """A control history of `n` rows for a boat whose actuators have these columns."""
+    moves = {"rudder_deg": lambda t: 10 * np.sin(0.2 * t), "bow_plane_deg": lambda _t: 0.0}
+    rows = [
+        ",".join(f"{value:.4g}" for value in (t, *(moves.get(c, lambda t: 2 * np.cos(0.3 * t))(t) for c in columns)))
+        for t in 2.5 * np.arange(n)
+    ]
+    rows = [f"{row},{900 + 2.5 * k:g}" for k, row in enumerate(rows)]
+    return "\n".join([",".join(("time_s", *columns, "rpm")), *rows, ""])
 
 
 def log(n=40) -> str:
@@ -181,7 +195,8 @@ def corpus() -> list[tuple[str, str, str]]:
     built_in = [(kind[:-1], path) for kind in ("vehicles", "manoeuvres") for path in toml_files.built_in(kind).values()]
     files = [(kind, path.read_text(encoding="utf-8")) for kind, path in built_in]
     files += [("equations", text) for text in (user_set.SET, user_set.INCLUDED, SHIP)] + [
-        ("boat of a set", BOAT_OF_SET)
+        ("boat of a set", BOAT_OF_SET),
+        ("vehicle", FINNED),
     ]
     files += [("geometry", text) for text in (TORPEDO, ELLIPSOID, OFFSETS)] + [
         ("study", text) for text in (STUDY, STUDY, LOGGED, TRIALS)
