@@ -10,6 +10,7 @@ The products of :mod:`bayesub.sampling.polynomial` are compiled apart, where the
 sums that the compiler may not contract or reorder, and have the same bits whoever compiles them.
 """
 
+import contextlib
 import hashlib
 import os
 import platform
@@ -17,6 +18,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import filelock
 import numba
 from numba.core.registry import cpu_target
 
@@ -46,13 +48,17 @@ def ensure(script: str, name: str) -> None:
     stamp = Path(gathered.variants[0].stats.cache_path) / f"compiled-{'-'.join(versions)}"
     if stamp.exists():
         return
-    if sys.stderr.isatty():
-        print("bayesub: compiling, once for these equations: about half a minute", file=sys.stderr)
-    finished = subprocess.run(
-        [sys.executable, "-c", script], env=os.environ | {_COMPILING: "1"}, capture_output=True, check=False
-    )
-    if finished.returncode == 0 and stamp.parent.is_dir():
-        stamp.touch()
+    writable = os.access(stamp.parent, os.W_OK)
+    with filelock.FileLock(f"{stamp}.lock") if writable else contextlib.nullcontext():
+        if stamp.exists():  # by now, of another process
+            return
+        if sys.stderr.isatty():
+            print("bayesub: compiling, once for these equations: about half a minute", file=sys.stderr)
+        finished = subprocess.run(
+            [sys.executable, "-c", script], env=os.environ | {_COMPILING: "1"}, capture_output=True, check=False
+        )
+        if finished.returncode == 0 and stamp.parent.is_dir():
+            stamp.touch()
 
 
 _done: set[str] = set()
