@@ -126,7 +126,7 @@ def kinematics(attitude, velocity, body_rates):
     kernels = bs.load_vehicle("suboff").kernels()
     work = np.zeros((kernels.layout.N_ROWS, LANES))
     work[:12, 0] = np.concatenate([np.zeros(3), attitude, velocity, body_rates])
-    return np.array(kernels.dynamics.euler_derivative(work.ravel(), 0, 0))[:6]
+    return np.array(kernels.dynamics.euler_derivative(work.ravel(), 0, 0, np.zeros(4)))[:6]
 
 
 angles = st.floats(-3.0, 3.0)

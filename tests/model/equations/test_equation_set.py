@@ -149,7 +149,7 @@ speed = "{speed}"
 [terms.X]
 Xuu = {{ regressor = "u*abs(u)", length_power = 2, label = "a", meaning = "resistance" }}
 X0  = {{ regressor = "u", length_power = 2, speed_power = 1, label = "b", meaning = "friction" }}
-Xu  = {{ regressor = "u^3", unit = "kg/m^2 s", label = "c", meaning = "waves" }}
+Xu  = {{ regressor = "u^3", unit = "kg s/m^2", label = "c", meaning = "waves" }}
 
 [terms.Y]
 Yvvv = {{ regressor = "v^3", length_power = 2, speed_power = -1, label = "d", meaning = "cross-flow" }}

@@ -103,7 +103,7 @@ def test_body_is_that_of_the_thesis(remus, buoyant):
     """Weight, buoyancy, centre of gravity and inertia (pages 17, 18, 101 and 102), limits of the fins (page 102)."""
     np.testing.assert_allclose(acceleration_at_rest(remus), np.zeros(6), atol=1e-12)
     assert acceleration_at_rest(buoyant)[2] == pytest.approx((299 - 308) / (299 / 9.81 + 35.5), rel=0.02)
-    np.testing.assert_allclose(np.degrees(remus.plane_limits_rad), 13.6)
+    np.testing.assert_allclose(np.degrees(remus.actuators.limits), 13.6)
     assert (remus.length_m, remus.water_density_kgm3, remus.speed_mps) == (1.33, 1030.0, 1.54)
 
 
