@@ -49,7 +49,8 @@ def ensure(script: str, name: str) -> None:
     if stamp.exists():
         return
     writable = os.access(stamp.parent, os.W_OK)
-    with filelock.FileLock(f"{stamp}.lock") if writable else contextlib.nullcontext():
+    lock = stamp.with_name(f".{stamp.name}.lock")
+    with filelock.FileLock(lock) if writable else contextlib.nullcontext():
         if stamp.exists():  # by now, of another process
             return
         if sys.stderr.isatty():
