@@ -8,7 +8,7 @@ so may be multiplied by a number or added; none comes from velocity terms that l
 directions on horizontal manoeuvres. Every spectrum spans decades, and every posterior sharpens some coefficients and
 leaves others. A set with too few terms does not fit, its bands miss the truth, and the model check says so. One with
 more terms than the boat has fits, and its bands hold the truth, but it predicts worse than the right set.
-Cost: about ten minutes; with --quick less than one.
+Cost: four minutes; with --quick one to two.
 """
 
 from functools import partial
@@ -39,7 +39,7 @@ FITS = (
     ("mariner", "abkowitz"),
 )
 UNSEEN = ("turning_circle", "zigzag_20_20", "zigzag_10_10", *(f"random:{seed}" for seed in range(1, 11)))
-MAX_STEPS, QUICK_STEPS = 3000, 150
+MAX_STEPS, QUICK_STEPS = 3000, 600
 N_STARTS, ITERATIONS = 5, 200
 SEED = 19
 
