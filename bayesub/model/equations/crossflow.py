@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.polynomial import legendre
 
-SYMBOLS = ("crossflow_y", "crossflow_z", "crossflow_m", "crossflow_n")
+from bayesub.model.equations.regressors import CROSSFLOW
 
 
 def quadrature(hull: np.ndarray, stations: int) -> np.ndarray:
@@ -46,4 +46,4 @@ def integrals(values: dict[str, np.ndarray], points: np.ndarray) -> dict[str, np
     v, w = values["v"] + x * values["r"], values["w"] - x * values["q"]
     speed = np.sqrt(v * v + w * w)
     across, down = height * v * speed, breadth * w * speed
-    return dict(zip(SYMBOLS, (-across.sum(0), -down.sum(0), (x * down).sum(0), -(x * across).sum(0)), strict=True))
+    return dict(zip(CROSSFLOW, (-across.sum(0), -down.sum(0), (x * down).sum(0), -(x * across).sum(0)), strict=True))

@@ -14,7 +14,7 @@ import pydantic
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
-from bayesub.io.log_files import STATES, VELOCITIES
+from bayesub.io.log_files import ACCELERATIONS, STATES, VELOCITIES
 from bayesub.io.toml_files import Section
 from bayesub.kernels import workspace
 from bayesub.model.equations.equation_set import AXES, Control, EquationSet, Term
@@ -219,8 +219,10 @@ def _term(name: str, axis: str, section: TermSection, speed: str, controls) -> T
         function = "inverse" if section.speed_power < 0 else ""
         parsed = Regressor((*parsed.factors, *[Factor("V", function)] * abs(section.speed_power)))
     label = section.label if section.label.startswith("$") else f"${section.label}$"
+    # An added mass is known by its text, which may have been written as "vdot*1".
+    text = next((symbol for symbol in parsed.symbols if symbol in ACCELERATIONS), section.regressor.strip())
     return Term(
-        name, axis, section.regressor, parsed, section.length_power or 0, section.speed_power, section.unit, label,
+        name, axis, text, parsed, section.length_power or 0, section.speed_power, section.unit, label,
         section.meaning,
     )  # fmt: skip
 

@@ -45,6 +45,14 @@ def term(regressor, **keys):
     return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in keys.items()) + " }"
 
 
+@pytest.mark.parametrize("written", ["udot", " udot ", "udot*1", "1*udot", "udot^1"])
+def test_an_added_mass_is_one_however_it_is_written(equations_file, written):
+    """It stands in the mass matrix, and not among the forces, where kernels know no acceleration."""
+    equations = load_equations(equations_file(SMALL.replace('"udot"', f'"{written}"')))
+    assert equations.added_masses == ("Xudot",)
+    assert equations.term("Xudot").regressor == "udot"
+
+
 def test_a_small_set(equations_file):
     """What is written is what is read, with defaults for what is not."""
     equations = load_equations(equations_file(SMALL))
