@@ -28,37 +28,3 @@ def step_response(elapsed, start, demand, rate, time_constant):
     slewing = np.minimum(elapsed, slew_time) * rate
     settling = np.maximum(elapsed - slew_time, 0.0) / time_constant
     return start + direction * (slewing - (error - slew_time * rate) * np.expm1(-settling))
-
-
-def response(times, demand_times, demands, rate, time_constant, limit):
-    """Plane angles under several demands one after the other, from zero.
-
-    Parameters
-    ----------
-    times : (n,) array
-        s.
-    demand_times : (m,) array
-        When each demand begins, s.
-    demands : (m,) array
-        Ordered angles, rad.
-    rate : float
-        Slew limit, rad/s.
-    time_constant : float
-        s.
-    limit : float
-        Largest angle to either side, rad.
-
-    Returns
-    -------
-    (n,) array
-        Angles at `times`, rad.
-    """
-    angles = np.zeros(len(times))
-    angle = 0.0
-    for j, (begin, demand) in enumerate(zip(demand_times, np.clip(demands, -limit, limit), strict=True)):
-        end = demand_times[j + 1] if j + 1 < len(demand_times) else np.inf
-        inside = (times >= begin) & (times < end)
-        angles[inside] = step_response(times[inside] - begin, angle, demand, rate, time_constant)
-        if np.isfinite(end):
-            angle = step_response(np.array([end - begin]), angle, demand, rate, time_constant)[0]
-    return angles

@@ -4,9 +4,17 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bayesub.kernels.actuators import response, step_response
+from bayesub.kernels.actuators import step_response
+from bayesub.model.actuators import Actuator
 
 RATE, TAU, LIMIT = 0.087, 1.3, 0.5
+
+
+def response(times, demand_times, demands, rate, time_constant, limit):
+    """Angles of a plane, which makes no force from outside."""
+    dynamics = {"rate": rate, "time_constant": time_constant, "limit": limit}
+    plane = Actuator("plane", "plane_deg", np.ones(1), np.zeros(6), np.zeros(6), np.zeros(6), **dynamics)
+    return plane.response(times, demand_times, demands)
 
 
 def integrated(times, demand_times, demands):
