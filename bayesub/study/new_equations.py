@@ -5,6 +5,7 @@ from pathlib import Path
 
 from bayesub.io import templates
 from bayesub.io.errors import InputError
+from bayesub.model.equations.files import SET_NAME
 from bayesub.study import new_files
 
 
@@ -22,7 +23,7 @@ def copied(name: str, source: str, path: Path) -> str:
 
 def check_name(name: str) -> None:
     """InputError for what cannot name an equation set."""
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
+    if not re.fullmatch(SET_NAME, name):
         raise InputError(
             f"an equation set is named by letters, digits, '_' and '-', beginning with a letter, found '{name}'"
         )

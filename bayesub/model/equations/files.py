@@ -21,6 +21,7 @@ from bayesub.model.equations.equation_set import AXES, Control, EquationSet, Ter
 from bayesub.model.equations.regressors import SYMBOLS, Factor, Regressor, parse
 
 DEFAULT = "booth"
+SET_NAME = "[A-Za-z][A-Za-z0-9_-]*"  # what a set may be called
 UNITS = ("deg", "n", "rpm")  # of controls: an angle, a force in newton, revolutions a minute
 MAX_TERMS = 200  # of an axis
 _N_SAMPLES = 2 * MAX_TERMS  # random motions on which terms are compared
@@ -74,7 +75,7 @@ class AxesSection(Section):
 class EquationFile(Section):
     """The content of an equation file."""
 
-    name: str = pydantic.Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)
+    name: str = pydantic.Field(pattern=f"^{SET_NAME}$", max_length=60)
     title: str
     description: str = ""
     reference: str = ""
