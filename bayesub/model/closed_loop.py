@@ -5,6 +5,7 @@ import numpy as np
 from bayesub.io.errors import InputError
 from bayesub.io.log_files import positions
 from bayesub.kernels import workspace
+from bayesub.kernels.variations import of_dense
 from bayesub.model.actuators import Orders
 from bayesub.model.vehicles import Vehicle
 
@@ -76,7 +77,7 @@ class Flight:
             self._body,
             self.state[None],
             stages,
-            np.zeros((*stages.shape[:2], 0, stages.shape[2])),
+            of_dense(np.zeros((*stages.shape[:2], 0, stages.shape[2]))),
             np.zeros((1, 0)),
             self.sample,
             elapsed[1:],

@@ -7,15 +7,18 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
+from bayesub.model.disturbance import Knots
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle
 
 
-def sensitivity_columns(parameters: Iterable[str], vehicle: Vehicle, subproblem: str | None, width: int) -> tuple:
+def sensitivity_columns(
+    parameters: Iterable[str], vehicle: Vehicle, subproblem: str | None, width: int, knots: Knots | None = None
+) -> tuple:
     """What the kernel needs to know of parameters.
 
     A coefficient is one column, an entry of the body vector or something unknown of an actuator six, one for the force
-    along each axis; a state at the start has none but its own start.
+    along each axis; a force at a knot is one, and a state at the start has none but its own start.
 
     Parameters
     ----------
@@ -26,12 +29,14 @@ def sensitivity_columns(parameters: Iterable[str], vehicle: Vehicle, subproblem:
         Plane to which the motion is confined.
     width : int
         Padded number of states of the kernel.
+    knots : Knots, optional
+        Of the forces that the equations leave out.
 
     Returns
     -------
     tuple
-        First column of each parameter; names of those of actuators; and the arguments `parameters`, `sources`,
-        `factors`, `axes` and `initial` of the kernel.
+        First column of each parameter; names of those of actuators and knots; and the arguments `slots`,
+        `parameters`, `sources`, `factors`, `axes` and `initial` of the kernel.
 
     Raises
     ------
@@ -40,9 +45,13 @@ def sensitivity_columns(parameters: Iterable[str], vehicle: Vehicle, subproblem:
     """
     equations, idle, factors_of = vehicle.equations, vehicle.idle(subproblem), vehicle.dimensional_factors
     thrust_factor = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
-    of_actuators = [name for name in parameters if name in vehicle.actuators.parameters]
+    forces = {}
+    if knots is not None:
+        of_axes = [axis for axis in knots.axes for _ in knots.times]
+        forces = dict(zip(knots.parameters, of_axes, strict=True))
+    varied = [name for name in parameters if name in vehicle.actuators.parameters or name in forces]
     after_body = len(equations.names) + 6 * sum(name in workspace.BODY for name in parameters)
-    body, columns, firsts = [], [], []
+    body, columns, firsts, slots, n_slots = [], [], [], [], 0
     for name in parameters:
         firsts.append(len(columns))
         used = name not in idle
@@ -54,9 +63,11 @@ def sensitivity_columns(parameters: Iterable[str], vehicle: Vehicle, subproblem:
             factor = used * (thrust_factor if name in workspace.THRUST else 1.0)
             columns += [(first + axis, factor, axis, None) for axis in range(6)]
             body.append(workspace.BODY.index(name))
-        elif name in of_actuators:
-            first = after_body + 6 * of_actuators.index(name)
-            columns += [(first + axis, 1.0, axis, None) for axis in range(6)]
+        elif name in varied:
+            along = range(6) if name not in forces else (AXES.index(forces[name]),)
+            columns += [(after_body + n_slots + k, 1.0, axis, None) for k, axis in enumerate(along)]
+            slots.append([n_slots + along.index(axis) if axis in along else -1 for axis in range(6)])
+            n_slots += len(along)
         elif name[-1:] == "0" and name[:-1] in log_files.STATES:
             columns.append((0, 0.0, 0, log_files.STATES.index(name[:-1])))
         else:
@@ -70,7 +81,8 @@ def sensitivity_columns(parameters: Iterable[str], vehicle: Vehicle, subproblem:
             initial[column, start] = 1.0
     return (
         firsts,
-        of_actuators,
+        varied,
+        np.array(slots, dtype=int).reshape(-1, 6),
         np.array(body, dtype=int),
         np.array(sources),
         np.array(factors),

@@ -7,6 +7,9 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.kernels import families, workspace
+from bayesub.kernels.variations import Variations, of_entries
+from bayesub.model.disturbance import ForceHistory, Knots, check_axes
+from bayesub.model.equations import AXES
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.sensitivity_columns import sensitivity_columns
 from bayesub.model.trajectory import Trajectory
@@ -42,6 +45,11 @@ class Simulator:
         members of a batch may differ.
     changes : dict of str to float
         Parameters of actuators -> how much they differ, for all members, from no bias and a scale of one.
+    knots : Knots, optional
+        Where each member has forces of its own that the equations leave out; they vary after the parameters of
+        actuators.
+    forces : ForceHistory, optional
+        Forces that the equations leave out, for all members.
 
     Raises
     ------
@@ -61,6 +69,8 @@ class Simulator:
         attitude: str = "euler",
         varied: tuple[str, ...] = (),
         changes: Mapping[str, float] | None = None,
+        knots: Knots | None = None,
+        forces: ForceHistory | None = None,
     ):
         if subproblem == _UNSET:
             subproblem = manoeuvre.subproblem
@@ -72,12 +82,18 @@ class Simulator:
         if dt is not None and not (np.isfinite(dt) and dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {dt}")
         manoeuvre.check(vehicle)
-        self._folder = vehicle.kernel_folder(subproblem)
+        self.knots, self.forces = knots, forces
+        for axes in (() if part is None else part.axes for part in (knots, forces)):
+            if axes:
+                check_axes(axes, subproblem)
+        self._disturbed = knots is not None or forces is not None
+        self._folder = vehicle.kernel_folder(subproblem, external=self._disturbed)
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
         self.subproblem = subproblem
         self.convention, self.attitude = controls, attitude
-        self.varied, self.changes = tuple(varied), dict(changes or {})
+        self.varied = (*varied, *(() if knots is None else knots.parameters))
+        self.changes = dict(changes or {})
         self.step = choose_step(vehicle, manoeuvre, subproblem, attitude) if dt is None else float(dt)
         self.times = np.array(times, dtype=float)
         if self.times.size == 0 or not (self.times[0] >= 0 and self.times[-1] <= manoeuvre.duration * (1 + 1e-12)):
@@ -111,8 +127,10 @@ class Simulator:
             controls=self.convention,
             subproblem=self.subproblem,
             attitude=self.attitude,
-            varied=self.varied,
+            varied=tuple(name for name in self.varied if name in self.vehicle.actuators.parameters),
             changes=self.changes,
+            knots=self.knots,
+            forces=self.forces,
         )
 
     def inputs_at(self, times: np.ndarray) -> np.ndarray:
@@ -129,16 +147,39 @@ class Simulator:
         controls = actuators.kernel_controls(inputs, speed, self.subproblem)
         for parameter, amount in self.changes.items():
             controls = controls + amount * actuators.variation(parameter, inputs, self.subproblem)
+        if self._disturbed and not actuators.external:
+            controls = np.hstack([controls, np.zeros((len(controls), 2 * len(AXES)))])
+        if self.forces is not None:
+            controls[:, self._first_force : self._first_force + len(AXES)] += self.forces.at(times)
         return controls
 
-    def _variations_by(self, parameters) -> np.ndarray:
-        """(n_steps + 1, 3, n, n_columns) what a unit of each parameter of the actuators adds to the stages."""
-        variations = np.zeros((*self._stages.shape[:2], len(parameters), self._stages.shape[2]))
+    @property
+    def _first_force(self) -> int:
+        """Column of the first force from outside in what the kernels take as controls."""
+        return len(self.vehicle.equations.controls) + 1
+
+    def _variations_by(self, parameters) -> Variations:
+        """What a unit of each parameter of the actuators, and of each force at a knot, adds to the stages."""
+        entries = [(np.zeros(0, dtype=int),) * 3 + (np.zeros(0),)]
+        forces = {} if self.knots is None else {name: n for n, name in enumerate(self.knots.parameters)}
+        places = {forces[name]: m for m, name in enumerate(parameters) if name in forces}
         for k, times in enumerate(self._stage_times if len(parameters) else ()):
             inputs = self.inputs_at(times)
             for m, parameter in enumerate(parameters):
-                variations[:, k, m] = self.vehicle.actuators.variation(parameter, inputs, self.subproblem)
-        return variations
+                if parameter not in forces:
+                    change = self.vehicle.actuators.variation(parameter, inputs, self.subproblem)
+                    rows, columns = np.nonzero(change)
+                    entries.append((3 * rows + k, np.full(len(rows), m), columns, change[rows, columns]))
+            if places:
+                rows, knots, weights = self.knots.hats(times)
+                for a, axis in enumerate(self.knots.axes):
+                    numbers = np.array([places.get(n, -1) for n in a * len(self.knots.times) + knots])
+                    of = numbers >= 0
+                    column = np.full(np.count_nonzero(of), self._first_force + AXES.index(axis))
+                    entries.append((3 * rows[of] + k, numbers[of], column, weights[of]))
+        stages, *rest = (np.concatenate(part) for part in zip(*entries, strict=True))
+        order = np.argsort(rest[0], kind="stable")  # a member adds its amounts in their order
+        return of_entries(len(self._stages), stages[order], *(part[order] for part in rest))
 
     @property
     def kernels(self) -> families.Family:
@@ -171,7 +212,8 @@ class Simulator:
         initial : (n_batch, 12) array, optional
             States at the start; by default the manoeuvre's.
         amounts : (n_batch, n_varied) array, optional
-            How much the parameters of the actuators that vary differ; by default not at all.
+            How much the parameters of the actuators that vary differ, and forces at the knots (N, N m); by default not
+            at all.
         outputs : tuple of str
             Short names of the states and accelerations that are wanted.
         parallel : bool
@@ -231,8 +273,8 @@ class Simulator:
         xi : (n_terms,) array
         parameters : iterable of str
             Names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9 non-dimensional;
-            mass, weight and buoyancy are three numbers), of states at the start, such as "u0", or of what is unknown of
-            actuators, such as "bias_rudder_deg".
+            mass, weight and buoyancy are three numbers), of states at the start, such as "u0", of what is unknown of
+            actuators, such as "bias_rudder_deg", or of forces at the knots.
         outputs : tuple of str
             Short names of the states and accelerations whose derivatives are wanted.
         body : (N_BODY,) array, optional
@@ -254,13 +296,13 @@ class Simulator:
         initial = np.array(self.manoeuvre.initial_state if initial is None else initial)[None]
         stages = self._stages
         if amounts is not None:
-            stages = stages + np.tensordot(amounts, self._variations, axes=(0, 2))
+            stages = stages + self._variations.added(amounts, stages.shape[2])
         kernel = self.kernels.sensitivities
         history = kernel.fly(dimensional, bodies, initial, stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps)
-        firsts, variations, *columns = self._sensitivity_columns(parameters)
+        firsts, variations, slots, *columns = self._sensitivity_columns(parameters)
         rows = np.array(log_files.positions(*outputs))
         derivatives = kernel.sensitivities(
-            dimensional, bodies, history, stages, variations, self.step, self.times, *columns, rows
+            dimensional, bodies, history, stages, variations, slots, self.step, self.times, *columns, rows
         )
         if len(firsts) < derivatives.shape[1]:
             derivatives = np.add.reduceat(derivatives, firsts, axis=1)
@@ -271,8 +313,10 @@ class Simulator:
         parameters = tuple(parameters)
         if parameters not in self._columns:
             width = self.kernels.sensitivities.WIDTH
-            firsts, of_actuators, *arrays = sensitivity_columns(parameters, self.vehicle, self.subproblem, width)
-            self._columns[parameters] = firsts, self._variations_by(of_actuators), *arrays
+            firsts, varied, slots, *arrays = sensitivity_columns(
+                parameters, self.vehicle, self.subproblem, width, self.knots
+            )
+            self._columns[parameters] = firsts, self._variations_by(varied), slots, *arrays
         return self._columns[parameters]
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:

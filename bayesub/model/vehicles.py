@@ -100,9 +100,9 @@ class Vehicle:
         steady = np.full(n, self.rpm_per_mps * self.speed_mps)
         return log.get("rpm", steady) if "rpm" in self.inputs else steady
 
-    def kernel_folder(self, subproblem: str | None = None) -> str:
-        """Where the forces are for which the kernels are compiled."""
-        return str(directory(self.equations, subproblem, self.actuators.external))
+    def kernel_folder(self, subproblem: str | None = None, *, external: bool = False) -> str:
+        """Where the forces are for which the kernels are compiled; `external` if there are any from outside."""
+        return str(directory(self.equations, subproblem, external or self.actuators.external))
 
     def kernels(self, subproblem: str | None = None) -> families.Family:
         """The compiled kernels of the equations, with the terms of a sub-problem."""

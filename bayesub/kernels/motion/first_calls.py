@@ -6,6 +6,7 @@ The numbers are of no boat: a kernel is compiled for the types of its arguments.
 import numpy as np
 
 from bayesub.kernels import first_calls
+from bayesub.kernels.variations import of_dense
 from bayesub.kernels.workspace import IXX, IYY, IZZ, MASS, N_BODY, N_STATES
 
 from .attitude_form import QUATERNIONS
@@ -31,7 +32,7 @@ def call_motion() -> None:
     body[0, [MASS, IXX, IYY, IZZ]] = 1.0
     initial[0, 6] = _SPEED
     times = np.arange(float(_N_TIMES))
-    stages, variations = np.zeros((_N_TIMES, 3, N_CONTROLS)), np.zeros((_N_TIMES, 3, 1, N_CONTROLS))
+    stages, variations = np.zeros((_N_TIMES, 3, N_CONTROLS)), of_dense(np.zeros((_N_TIMES, 3, 1, N_CONTROLS)))
     rows = np.arange(N_STATES)
     for kernel in (integrate, integrate_parallel):
         states, _ = kernel(
@@ -44,7 +45,8 @@ def call_motion() -> None:
     history = fly(coefficients, body, initial, stages, 1.0, 10.0 * _SPEED)
     integers = np.zeros(1, dtype=int)
     columns = integers[:0], integers, np.ones(1), integers, np.zeros((1, WIDTH))
-    sensitivities(coefficients, body, history, stages, variations, 1.0, times, *columns, rows)
+    slots = np.zeros((1, 6), dtype=int) - 1
+    sensitivities(coefficients, body, history, stages, variations, slots, 1.0, times, *columns, rows)
 
     constant = body[0].copy()
     constant.setflags(write=False)  # as the body of a vehicle is

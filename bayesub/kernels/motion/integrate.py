@@ -76,12 +76,12 @@ def _advance(work, i, k, rate, weight, ahead):
 @jit
 def _vary_controls(work, variations, n, part, amounts):
     """Let each lane add its `amounts` (n, LANES) of the variations at a part of step `n` to the controls."""
-    for k in range(N_CONTROLS):
+    for j in range(N_CONTROLS * LANES):
+        work[CONTROLS * LANES + j] = 0.0
+    for e in range(variations.starts[3 * n + part], variations.starts[3 * n + part + 1]):
+        row, m, value = CONTROLS + variations.columns[e], variations.numbers[e], variations.values[e]
         for i in range(LANES):
-            added = 0.0
-            for m in range(variations.shape[2]):
-                added += amounts[m, i] * variations[n, part, m, k]
-            work[(CONTROLS + k) * LANES + i] = added
+            work[row * LANES + i] += amounts[m, i] * value
 
 
 @jit
@@ -133,7 +133,7 @@ _stage = stage_quaternion if QUATERNIONS else stage
 
 @inline
 def _evaluate(work, stages, variations, amounts, n, part, weight, ahead):
-    if variations.shape[2]:
+    if amounts.shape[0]:
         _vary_controls(work, variations, n, part, amounts)
     _stage(work, stages[n, part], weight, ahead)
 
@@ -331,8 +331,8 @@ def integrate(coefficients, body, initial, stages, variations, amounts, step, ti
         States at the start.
     stages : (n_steps + 1, 3, N_CONTROLS) array
         Controls at the start, middle and end of each step.
-    variations : (n_steps + 1, 3, n, N_CONTROLS) array
-        Changes of the controls, of which each member has its own amounts.
+    variations : Variations
+        Changes of the controls, n of them, of which each member has its own amounts.
     amounts : (n_batch, n) array
     step : float
         s.

@@ -111,8 +111,8 @@ def _linearise(work, still):
 
 
 @jit
-def _forces(work, i, still, n_body_forces, variations, values):
-    """Forces of lane `i` by unit coefficients, by unit changes of the body and by unit amounts of `variations`."""
+def _forces(work, i, still, n_body_forces, variations, step, part, slots, values):
+    """Forces of lane `i` by unit coefficients, unit changes of the body and unit amounts of `variations` at a stage."""
     state, rate = (STAGE + 6) * LANES + i, _ACCELERATIONS * LANES + i
     u, v, w = work[state], work[state + LANES], work[state + 2 * LANES]
     p, q, r = work[state + 3 * LANES], work[state + 4 * LANES], work[state + 5 * LANES]
@@ -124,15 +124,15 @@ def _forces(work, i, still, n_body_forces, variations, values):
     for k in range(n_body_forces):
         values[N_COEFFICIENTS + k] = work[(_BODY_FORCES + k) * LANES + i]
     first = N_COEFFICIENTS + n_body_forces
-    if variations.shape[0]:
+    if slots.shape[0]:
         slopes = np.zeros((6, N_CONTROLS))
         store_control_slopes(slopes, work, i, still, u, v, w, p, q, r)
-        for n in range(variations.shape[0]):
+        values[first:] = 0.0
+        for e in range(variations.starts[3 * step + part], variations.starts[3 * step + part + 1]):
             for axis in range(6):
-                force = 0.0
-                for k in range(N_CONTROLS):
-                    force += slopes[axis, k] * variations[n, k]
-                values[first + 6 * n + axis] = force
+                slot = slots[variations.numbers[e], axis]
+                if slot >= 0:
+                    values[first + slot] += slopes[axis, variations.columns[e]] * variations.values[e]
 
 
 @jit
@@ -222,7 +222,7 @@ def _compose(work, lane, j, weight, ahead, response, scratch, matrices):
 
 
 @jit
-def _prepare(group, loaded, body, history, stages, variations, step, parameters, matrices, forces):
+def _prepare(group, loaded, body, history, stages, variations, slots, step, parameters, matrices, forces):
     """The second pass for a group of steps: their `matrices` (n, rows, WIDTH) and `forces` (n, 4, n_forces)."""
     n_body_forces = 6 * parameters.shape[0]
     work, still = workspace(loaded.shape[0] // LANES), np.zeros(N_CONTROLS)
@@ -249,7 +249,8 @@ def _prepare(group, loaded, body, history, stages, variations, step, parameters,
                     for k in range(N_STATES):
                         entry = work[(_JACOBIAN + N_COLUMNS * k + n) * LANES + i]
                         matrices[first + i, _FIRST_JACOBIAN + n, k] = entry
-            _forces(work, i, still, n_body_forces, variations[first + i, (j + 1) // 2], forces[first + i, j])
+            part, values = (j + 1) // 2, forces[first + i, j]
+            _forces(work, i, still, n_body_forces, variations, first + i, part, slots, values)
 
 
 @jit
@@ -331,7 +332,7 @@ def _emit(before, slope_before, now, slope, begin, end, late, step, rows, result
 
 @jit(parallel=True)
 def sensitivities(
-    coefficients, body, history, stages, variations, step, times, parameters, sources, factors, axes, initial, rows
+    coefficients, body, history, stages, variations, slots, step, times, parameters, sources, factors, axes, initial, rows
 ):  # fmt: skip
     """Derivatives of the motion of one member by the parameters of `n` columns.
 
@@ -344,8 +345,10 @@ def sensitivities(
         From :func:`fly`.
     stages : (n_steps + 1, 3, N_CONTROLS) array
         Controls, with all amounts of the variations of this member added.
-    variations : (n_steps + 1, 3, n_variations, N_CONTROLS) array
-        Changes of the controls whose amounts are parameters.
+    variations : Variations
+        Changes of the controls whose amounts are parameters, n_variations of them.
+    slots : (n_variations, 6) array
+        Number, from zero, of the force along each axis that a change makes, or -1 where none is asked for.
     step : float
         s.
     times : (n_times,) array
@@ -354,7 +357,7 @@ def sensitivities(
         Positions in the body vector of the body parameters.
     sources : (n,) array
         Whose force a column has: coefficient k as k, axis a of body parameter m as n_terms + 6 m + a, and after
-        these axis a of variation n.
+        these the slots.
     factors : (n,) array
         Factor of that force.
     axes : (n,) array
@@ -370,11 +373,14 @@ def sensitivities(
     """
     n_points, n_columns = history.shape[0], initial.shape[0]
     matrices = np.empty((n_points, _N_MATRIX_ROWS, WIDTH))
-    forces = np.empty((n_points, N_STAGES, N_COEFFICIENTS + 6 * (parameters.shape[0] + variations.shape[2])))
+    n_forces = N_COEFFICIENTS + 6 * parameters.shape[0] + np.count_nonzero(slots >= 0)
+    forces = np.empty((n_points, N_STAGES, n_forces))
     loaded = workspace(_BODY_FORCES + 6 * parameters.shape[0])
     load_block(loaded, 0, coefficients, body, history[:1, 0])
     for group in prange((n_points + LANES - 1) // LANES):
-        _prepare(np.int64(group), loaded, body[0], history, stages, variations, step, parameters, matrices, forces)
+        _prepare(
+            np.int64(group), loaded, body[0], history, stages, variations, slots, step, parameters, matrices, forces
+        )
     result = np.empty((times.shape[0], n_columns, rows.shape[0]))
     for task in prange((n_columns + _COLUMNS_A_TASK - 1) // _COLUMNS_A_TASK):
         begin = task * _COLUMNS_A_TASK

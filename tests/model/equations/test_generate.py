@@ -11,6 +11,7 @@ from support import slow_twin, user_set
 import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.io.log_files import STATES
+from bayesub.kernels.variations import of_dense
 from bayesub.kernels.workspace import BODY
 from bayesub.model.equations import AXES, load_equations
 from bayesub.model.equations.generate import BUILT_IN, EXTERNAL, directory, source
@@ -250,7 +251,7 @@ def test_sensitivities_by_amounts_of_controls(vehicle, included, turning, extern
             np.repeat(body[None], batch, axis=0),
             np.repeat(turning.initial_state[None], batch, axis=0),
             stages,
-            variations,
+            of_dense(variations),
             reference + offsets * size,
             0.25,
             times,
@@ -269,7 +270,8 @@ def test_sensitivities_by_amounts_of_controls(vehicle, included, turning, extern
         body[None],
         history,
         moved,
-        variations,
+        of_dense(variations),
+        np.arange(6 * n).reshape(n, 6),
         0.25,
         times,
         np.zeros(0, dtype=int),
