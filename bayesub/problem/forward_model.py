@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayesub.io import log_files
+from bayesub.model.disturbance import ForceHistory
 from bayesub.model.simulate import STATUS, Simulator, Trajectory
 from bayesub.problem.base import Costs
 from bayesub.problem.nuisance import CURRENTS, Nuisances
@@ -23,21 +24,30 @@ class ForwardModel:
     vehicle, manoeuvre, record : as those of :class:`bayesub.problem.problem.Problem`
     parameters : the nuisance parameters, of :func:`bayesub.problem.nuisance.find`
     dt : integration step, s; None chooses one
+    disturbance : forces with unknown histories, or None
 
     Attributes
     ----------
     measurement : what the channels read of a motion
     simulator : with output at all times at which a channel reads
     nuisances : how the nuisance parameters act
+    disturbances : how those act that make a history of forces, or None
     costs : the counter that all problems on this model share
     """
 
-    def __init__(self, vehicle, manoeuvre, record, parameters, dt=None):
+    def __init__(self, vehicle, manoeuvre, record, parameters, dt=None, disturbances=None):
         self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
         current = any(parameter.name in CURRENTS for parameter in parameters)
         self.measurement = MeasurementModel(record.channels, current=current)
         self.nuisances = Nuisances(tuple(parameters), vehicle.restricted(manoeuvre.subproblem), manoeuvre)
-        self.simulator = Simulator(vehicle, manoeuvre, self.measurement.times, dt=dt, varied=self.nuisances.varied)
+        self.disturbances = disturbances
+        self._histories = slice(0, 0)
+        knots = None
+        if disturbances is not None:
+            first = self.nuisances.names.index(next(iter(disturbances.priors)))
+            self._histories, knots = slice(first, first + len(disturbances.priors)), disturbances.knots
+        varied = self.nuisances.varied
+        self.simulator = Simulator(vehicle, manoeuvre, self.measurement.times, dt=dt, varied=varied, knots=knots)
         self.costs = Costs(failures=dict.fromkeys(STATUS[1:], 0))
 
     def count(self, status) -> None:
@@ -46,10 +56,29 @@ class ForwardModel:
         for code, word in enumerate(STATUS[1:], start=1):
             self.costs.failures[word] += int(np.count_nonzero(status == code))
 
+    def forces(self, values) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) forces at the knots, N and N m."""
+        return self.disturbances.forces(values[:, self._histories])
+
+    def history(self, values) -> ForceHistory | None:
+        """The forces of one member (1, n_nuisances), or None if there are none."""
+        if self.disturbances is None:
+            return None
+        knots = self.simulator.knots
+        return ForceHistory(knots.times, knots.axes, self.forces(values)[0].T)
+
+    def _amounts(self, values):
+        """(n_batch, n_varied) by how much what the simulator varies differs, or None if it varies nothing."""
+        amounts = self.nuisances.amounts(values)
+        if self.disturbances is None:
+            return amounts
+        forces = self.forces(values).reshape(len(values), -1)
+        return forces if amounts is None else np.hstack([amounts, forces])
+
     def _run(self, sets, values, outputs):
         """Outputs (n_batch, n_times, n_outputs) in the water, and status codes (n_batch,)."""
         body, initial = self.nuisances.body(values), self.nuisances.initial(values)
-        amounts = self.nuisances.amounts(values)
+        amounts = self._amounts(values)
         return self.simulator.run(sets, body=body, initial=initial, amounts=amounts, outputs=outputs)
 
     def predicted(self, sets, values) -> tuple[np.ndarray, np.ndarray]:
@@ -80,9 +109,9 @@ class ForwardModel:
         of = self.nuisances
         body, initial, amounts, current = (
             None if rows is None else rows[0]
-            for rows in (of.body(values), of.initial(values), of.amounts(values), of.currents(values))
+            for rows in (of.body(values), of.initial(values), self._amounts(values), of.currents(values))
         )
-        moved, effects = self.nuisances.on_motion() if of_nuisances else ((), None)
+        moved, effects = self._on_motion(values) if of_nuisances else ((), None)
         moving = current is not None or self.measurement.displaced
         outputs = self._run(sets, values, self.measurement.measured)[0][0] if moving else None
         sensitivities = self.simulator.sensitivities(
@@ -100,6 +129,16 @@ class ForwardModel:
             by_nuisances[self.measurement.slices[channel], k] += factor
         return np.hstack([slopes[:, : len(names)], by_nuisances])
 
+    def _on_motion(self, values):
+        """As :meth:`bayesub.problem.nuisance.Nuisances.on_motion`, with the forces at the knots."""
+        moved, effects = self.nuisances.on_motion()
+        if self.disturbances is None:
+            return moved, effects
+        parameters = self.simulator.knots.parameters
+        of_forces = np.zeros((len(parameters), len(self.nuisances)))
+        of_forces[:, self._histories] = self.disturbances.slopes(values[:, self._histories])
+        return (*moved, *parameters), np.vstack([effects, of_forces])
+
     def states(self, sets, values) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings."""
         states, _ = self._run(sets, values, log_files.STATES)
@@ -113,10 +152,11 @@ class ForwardModel:
         """The motion through the water of one member, (1, n_terms) and (1, n_nuisances), of its own body and start."""
         body, initial = self.nuisances.body(values), self.nuisances.initial(values)
         amounts = self.nuisances.amounts(values)
-        if body is None and initial is None and amounts is None:
+        if body is None and initial is None and amounts is None and self.disturbances is None:
             return self.simulator.trajectory(sets)
         vehicle = self.simulator.vehicle if body is None else replace(self.simulator.vehicle, body=body[0])
         manoeuvre = self.manoeuvre if initial is None else replace(self.manoeuvre, initial_state=initial[0])
         changes = {} if amounts is None else dict(zip(self.nuisances.varied, amounts[0], strict=True))
-        simulator = Simulator(vehicle, manoeuvre, self.simulator.times, dt=self.simulator.step, changes=changes)
+        options = {"dt": self.simulator.step, "changes": changes, "forces": self.history(values)}
+        simulator = Simulator(vehicle, manoeuvre, self.simulator.times, **options)
         return simulator.trajectory(sets)

@@ -11,6 +11,8 @@ A nuisance parameter is named with its unit, and is given, sampled and reported 
 - ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional
 - ``bias_rudder_deg``, ``scale_rudder``, ``bias_fin_1_deg``, ..: of an actuator, by its name, which acts with
   ``scale * value + bias`` where the log has `value`. The scale of a propeller is that of its thrust and torque.
+- ``sd_disturbance_Y``, ``correlation_time_disturbance_s``, ``disturbance_Y_0``, ..: of forces that the equations leave
+  out (:mod:`bayesub.problem.disturbances`)
 """
 
 from collections.abc import Sequence
@@ -23,6 +25,7 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import GRAVITY_MPS2, Vehicle
+from bayesub.problem.disturbances import of_process
 from bayesub.sensors.record import Channel
 
 _UNITS = {"I": "kgm2", "x": "m", "y": "m", "z": "m"}
@@ -111,8 +114,8 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
 
 
 def of_boat(name: str, vehicle: Vehicle) -> bool:
-    """Whether a nuisance parameter is of the boat, and so the same in all its trials."""
-    return name in BODY or name in vehicle.actuators.parameters
+    """Whether a nuisance parameter is of the boat or of the random process that disturbs it: then all trials share it."""
+    return name in BODY or name in vehicle.actuators.parameters or of_process(name)
 
 
 def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:

@@ -5,13 +5,15 @@ from collections.abc import Iterable
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
+from bayesub.model.disturbance import check_axes
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import likelihoods
 from bayesub.problem.distributions import Prior
+from bayesub.problem.disturbances import Disturbances, UnknownDisturbance
 from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.noise import Noise
-from bayesub.problem.nuisance import find
+from bayesub.problem.nuisance import Nuisance, find
 from bayesub.problem.priors import CoefficientPrior
 from bayesub.problem.trial_problem import TrialProblem
 from bayesub.sensors.record import Record
@@ -34,6 +36,7 @@ class Problem(TrialProblem):
         or without an sd the interval itself, within which the prior decides alone
     xi : (n_terms,) values of the coefficients that are not free; by default the vehicle's own
     dt : integration step, s; by default chosen for the vehicle and manoeuvre
+    disturbance : unmodelled forces whose histories are inferred too, after the nuisance parameters
 
     Attributes
     ----------
@@ -57,6 +60,7 @@ class Problem(TrialProblem):
         noise: dict[str, Noise] | None = None,
         xi: np.ndarray | None = None,
         dt: float | None = None,
+        disturbance: UnknownDisturbance | None = None,
     ):
         xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
         equations = vehicle.equations
@@ -70,9 +74,36 @@ class Problem(TrialProblem):
                 "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
             )
         noises = _noises(record.channels, noise or {})
-        parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance or {}]
-        forward = ForwardModel(vehicle, manoeuvre, record, parameters, dt)
-        super().__init__(forward, columns, xi, prior, dict(nuisance or {}), noises)
+        nuisance = dict(nuisance or {})
+        parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance]
+        disturbances = None
+        if disturbance is not None:
+            disturbances = _disturbances(disturbance, vehicle, manoeuvre, record)
+            parameters += [Nuisance(*pair) for pair in zip(disturbances.priors, disturbances.held, strict=True)]
+            nuisance |= disturbances.priors
+        forward = ForwardModel(vehicle, manoeuvre, record, parameters, dt, disturbances)
+        if disturbance is not None and disturbance.time_s < forward.simulator.step:
+            raise InputError(
+                f"disturbance: correlation_time_s is {disturbance.time_s:g} s and the time step "
+                f"{forward.simulator.step:g} s; give a longer time, or a shorter step (dt_s)"
+            )
+        super().__init__(forward, columns, xi, prior, nuisance, noises)
+
+
+def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:
+    """The histories of a trial; InputError if its axes do not move or its readings cannot tell so many forces."""
+    check_axes(disturbance.axes, vehicle.equations.subproblem(manoeuvre.subproblem))
+    duration = max(float(channel.times[-1]) for channel in record.channels)
+    disturbances = Disturbances(disturbance, vehicle, duration)
+    n_forces = len(disturbance.axes) * len(disturbances.knots.times)
+    n_readings = sum(len(channel.times) for channel in record.channels)
+    if n_forces > n_readings:
+        raise InputError(
+            f"disturbance: {len(disturbances.knots.times)} knots on each of {len(disturbance.axes)} axes are more "
+            f"forces than the {n_readings} readings inform; give a longer knot_interval_s than "
+            f"{disturbances.knots.interval:.3g} s, or fewer axes"
+        )
+    return disturbances
 
 
 def _noises(channels, by_name) -> tuple[Noise, ...]:

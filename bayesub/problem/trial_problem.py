@@ -1,6 +1,7 @@
 """The posterior density of one trial: a forward model, noise models and priors."""
 
 from dataclasses import replace
+from itertools import count, groupby
 
 import numpy as np
 
@@ -8,7 +9,8 @@ from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.simulate import Trajectory
 from bayesub.problem.base import Costs, PosteriorDensity
-from bayesub.problem.distributions import Joint, Prior
+from bayesub.problem.distributions import Joint, Normal as NormalPrior, Prior
+from bayesub.problem.disturbances import WHITE
 from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.likelihoods import Normal
 from bayesub.problem.noise import Noise, scale_rows
@@ -237,6 +239,10 @@ class TrialProblem(PosteriorDensity):
         """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
         return self.forward.states(*self._arguments(np.atleast_2d(parameters)))
 
+    def forces(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) unmodelled forces at the knots, N and N m, of parameters (n_batch, n_params)."""
+        return self.forward.forces(self._nuisance_values(np.atleast_2d(parameters)))
+
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, of the body and start that are inferred."""
         trajectory = self.forward.trajectory(*self._arguments(np.atleast_2d(parameters)))
@@ -298,5 +304,13 @@ def joined(coefficient_prior: Prior, nuisance_priors: dict[str, Prior]) -> Prior
     if not nuisance_priors:
         return coefficient_prior
     n = len(coefficient_prior.mean)
-    positions = (np.arange(n), *(np.array([n + k]) for k in range(len(nuisance_priors))))
-    return Joint((coefficient_prior, *nuisance_priors.values()), positions)
+    parts, positions, first = [coefficient_prior], [np.arange(n)], n
+    numbers = count()
+    # Hundreds of white coordinates are one part; all others are one each.
+    for _, run in groupby(nuisance_priors.values(), key=lambda prior: -1 if prior is WHITE else next(numbers)):
+        prior, *others = run
+        length = 1 + len(others)
+        parts.append(NormalPrior(np.zeros(length), np.ones(length)) if others else prior)
+        positions.append(np.arange(first, first + length))
+        first += length
+    return Joint(tuple(parts), tuple(positions))

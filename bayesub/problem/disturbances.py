@@ -1,0 +1,250 @@
+"""Histories of unmodelled forces as parameters of a problem.
+
+A force that the equations leave out is a stationary random process (:class:`bayesub.model.disturbance.Disturbance`)
+on each of some axes. It enters the simulation linear between knots. The forces at the knots are those whose broken line
+is nearest to the process in least squares, not the values of the process there: a broken line through these would lack
+the impulse of what happens in between, which is a third of all of it when knots are half a correlation time apart. With
+hat functions phi, their inner products M and the covariance k of the process, the forces have the covariance
+
+    M^-1 K M^-1,    K_ij = integral of phi_i(s) k(s - t) phi_j(t) ds dt,
+
+and what the broken line lacks has no inner product with any hat. They are written as sd times L(time) w, L the Cholesky
+factor of that matrix for a unit sd, with white coordinates w, which are the parameters: standard normal whatever the sd
+and the correlation time are, and independent. Where readings do not tell the forces, the posterior of w is the prior.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from bayesub.io.errors import InputError
+from bayesub.model.disturbance import KINDS, Knots, check_axes, check_kind, correlation
+from bayesub.model.equations import AXES
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem.distributions import Normal, Prior
+
+WHITE = Normal(np.zeros(1), np.ones(1))  # of every white coordinate; one object, so that runs of it are found
+CORRELATION_TIME = "correlation_time_disturbance_s"
+_SD, _HISTORY = "sd_disturbance_", "disturbance_"
+KNOTS_A_TIME = 2.0  # knots in a correlation time, if no interval is given
+_FINE = 16  # points of an interval for the integrals
+_TAILS = 1e-6  # probability of correlation times beyond the range in which L is tabulated, on each side
+_DEGREES, _TOLERANCE = (8, 12, 16, 24, 32, 48), 1e-6  # of polynomials of the logarithm of the time; error of L
+
+
+def of_process(name: str) -> bool:
+    """Whether a parameter belongs to the random process, which all trials share."""
+    return name == CORRELATION_TIME or (name.startswith(_SD) and name[len(_SD) :] in AXES)
+
+
+def of_history(name: str) -> bool:
+    """Whether a parameter is a white coordinate of a history of forces."""
+    axis, _, knot = name.partition("[")[0].removeprefix(_HISTORY).partition("_")
+    return name.startswith(_HISTORY) and axis in AXES and knot.isdigit()
+
+
+def force_scales(vehicle: Vehicle, axes: tuple[str, ...]) -> np.ndarray:
+    """(n_axes,) N or N m of a unit non-dimensional force or moment at the trial speed."""
+    force = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2 * vehicle.speed_mps**2
+    return np.array([force * (vehicle.length_m if axis in "KMN" else 1.0) for axis in axes])
+
+
+@dataclass(frozen=True)
+class UnknownDisturbance:
+    """Unmodelled forces with unknown histories, as a problem is asked to infer them.
+
+    Attributes
+    ----------
+    axes : tuple of str
+        Of X Y Z K M N.
+    sds : dict of str to float or Prior
+        Axis -> standard deviation, non-dimensional: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with
+        the trial speed U; or the prior of it.
+    correlation_time_s : float or Prior
+        Of all axes.
+    kind : str
+        As of :class:`bayesub.model.disturbance.Disturbance`.
+    knot_interval_s : float or None
+        By default half of the correlation time, or of its prior median.
+
+    Raises
+    ------
+    InputError
+        For an axis or kind that does not exist, and numbers that are not positive.
+    """
+
+    axes: tuple[str, ...]
+    sds: Mapping[str, float | Prior]
+    correlation_time_s: float | Prior
+    kind: str = KINDS[0]
+    knot_interval_s: float | None = None
+
+    def __post_init__(self):
+        check_axes(self.axes)
+        check_kind(self.kind)
+        if set(self.sds) != set(self.axes):
+            raise InputError(f"disturbance: give an sd for each of {', '.join(self.axes)}; found {', '.join(self.sds)}")
+        numbers = {f"the sd of {axis}": sd for axis, sd in self.sds.items()}
+        numbers |= {"correlation_time_s": self.correlation_time_s, "knot_interval_s": self.knot_interval_s}
+        for key, value in numbers.items():
+            if value is None:
+                continue
+            least = value.quantiles(_TAILS)[0] if isinstance(value, Prior) else value
+            if not (np.isfinite(least) and least > 0):
+                raise InputError(f"disturbance: {key} must be positive, found {least:g}")
+
+    @property
+    def time_s(self) -> float:
+        """The correlation time, or its prior median, s."""
+        return _middle(self.correlation_time_s)
+
+    @property
+    def interval_s(self) -> float:
+        """Longest time between knots, s."""
+        return self.knot_interval_s or self.time_s / KNOTS_A_TIME
+
+    def sd(self, axis: str) -> float:
+        """The standard deviation of an axis, or its prior median, non-dimensional."""
+        return _middle(self.sds[axis])
+
+
+def _middle(value: float | Prior) -> float:
+    return float(value.quantiles(0.5)[0]) if isinstance(value, Prior) else float(value)
+
+
+@dataclass(frozen=True)
+class Disturbances:
+    """The histories of one trial.
+
+    Attributes
+    ----------
+    unknown : UnknownDisturbance
+    vehicle : Vehicle
+    duration : float
+        Of the readings, from the start of the manoeuvre, s.
+    """
+
+    unknown: UnknownDisturbance
+    vehicle: Vehicle
+    duration: float
+
+    @cached_property
+    def knots(self) -> Knots:
+        """Equidistant, the last one at the end of the readings."""
+        n = max(1, int(np.ceil(self.duration / self.unknown.interval_s * (1.0 - 1e-9))))
+        return Knots(np.linspace(0.0, self.duration, n + 1), self.unknown.axes)
+
+    @cached_property
+    def processes(self) -> dict[str, Prior]:
+        """Priors of the parameters of the process that are not known."""
+        priors = {f"{_SD}{axis}": self.unknown.sds[axis] for axis in self.unknown.axes}
+        priors[CORRELATION_TIME] = self.unknown.correlation_time_s
+        return {name: prior for name, prior in priors.items() if isinstance(prior, Prior)}
+
+    @cached_property
+    def priors(self) -> dict[str, Prior]:
+        """Parameter -> prior, of the process and then of the white coordinates axis after axis."""
+        n = len(self.knots.times)
+        return self.processes | {f"{_HISTORY}{axis}_{k}": WHITE for axis in self.unknown.axes for k in range(n)}
+
+    @property
+    def held(self) -> np.ndarray:
+        """(n_own,) prior medians: no forces."""
+        return np.array([_middle(prior) for prior in self.priors.values()])
+
+    @cached_property
+    def _table(self) -> tuple[np.ndarray, float, float]:
+        """Coefficients (n_nodes, n_knots, n_knots) of L in the logarithm of the time, and its middle and half range."""
+        time = self.unknown.correlation_time_s
+        if not isinstance(time, Prior):
+            return self._factor(time)[None], np.log(time), 1.0
+        first, last = (np.log(time.quantiles(p)[0]) for p in (_TAILS, 1.0 - _TAILS))
+        middle, half = 0.5 * (first + last), 0.5 * (last - first)
+        for degree in _DEGREES:
+            nodes = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+            factors = np.array([self._factor(np.exp(middle + half * x)) for x in nodes])
+            table = np.linalg.solve(chebyshev.chebvander(nodes, degree), factors.reshape(degree + 1, -1))
+            error = 0.0
+            for x in (-0.99, -0.7, 0.1, 0.8, 0.97):
+                exact = self._factor(np.exp(middle + half * x))
+                error = max(error, np.abs(chebyshev.chebvander(x, degree) @ table - exact.ravel()).max())
+            if error < _TOLERANCE:
+                break
+        return table.reshape(factors.shape), middle, half
+
+    def _factor(self, time: float) -> np.ndarray:
+        """L (n_knots, n_knots) for a correlation time, s."""
+        return projected_factor(self.knots, self.unknown.kind, time)
+
+    def _parts(self, values: np.ndarray):
+        """Sds (n_batch, n_axes) in N and N m, times (n_batch,) s, and w (n_batch, n_axes, n_knots) of own values."""
+        n_axes, own = len(self.unknown.axes), dict(zip(self.processes, values.T, strict=False))
+        n = len(values)
+        scales = force_scales(self.vehicle, self.unknown.axes)
+        given = {f"{_SD}{axis}": self.unknown.sds[axis] for axis in self.unknown.axes}
+        sds = [np.broadcast_to(own.get(name, sd), n) for name, sd in given.items()]
+        times = np.broadcast_to(own.get(CORRELATION_TIME, self.unknown.correlation_time_s), n)
+        white = values[:, len(self.processes) :].reshape(n, n_axes, -1)
+        return np.stack(sds, axis=1) * scales, times, white
+
+    def _weights(self, times: np.ndarray, slope: bool = False) -> np.ndarray:
+        """(n_batch, n_nodes) of the table for L at times (n_batch,), or for its derivative by the time."""
+        table, middle, half = self._table
+        with np.errstate(invalid="ignore", divide="ignore"):
+            x = np.clip(np.nan_to_num((np.log(times) - middle) / half, nan=-1.0), -1.0, 1.0)
+        if not slope:
+            return chebyshev.chebvander(x, len(table) - 1)
+        units = np.eye(len(table))
+        by_x = np.stack([chebyshev.chebval(x, chebyshev.chebder(unit)) for unit in units], axis=1)
+        return by_x / (half * times)[:, None]
+
+    def _rows(self, white, weights):
+        """(n_batch, n_axes, n_knots) L w."""
+        table, *_ = self._table
+        if len(table) == 1:
+            return white @ table[0].T
+        n_batch, n_axes, n = white.shape
+        products = white.reshape(-1, n) @ table.transpose(2, 0, 1).reshape(n, -1)
+        return np.einsum("bj,bajk->bak", weights, products.reshape(n_batch, n_axes, len(table), n))
+
+    def forces(self, values: np.ndarray) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) forces at the knots, N and N m, of own parameters (n_batch, n_own)."""
+        sds, times, white = self._parts(values)
+        return sds[:, :, None] * self._rows(white, self._weights(times))
+
+    def slopes(self, values: np.ndarray) -> np.ndarray:
+        """(n_axes n_knots, n_own) derivatives of the forces of one member (1, n_own) by its parameters."""
+        sds, times, white = self._parts(values)
+        n_axes, n_knots = white.shape[1:]
+        table, *_ = self._table
+        factor = np.einsum("j,jkl->kl", self._weights(times)[0], table)
+        columns = []
+        for name in self.processes:
+            if name == CORRELATION_TIME:
+                column = sds[0, :, None] * self._rows(white, self._weights(times, slope=True))[0]
+            else:
+                column = np.zeros((n_axes, n_knots))
+                a = self.unknown.axes.index(name[len(_SD) :])
+                column[a] = force_scales(self.vehicle, self.unknown.axes)[a] * factor @ white[0, a]
+            columns.append(column.reshape(-1, 1))
+        blocks = np.zeros((n_axes * n_knots, n_axes * n_knots))
+        for a in range(n_axes):
+            own = slice(a * n_knots, (a + 1) * n_knots)
+            blocks[own, own] = sds[0, a] * factor
+        return np.hstack([*columns, blocks])
+
+
+def projected_factor(knots: Knots, kind: str, time: float) -> np.ndarray:
+    """(n_knots, n_knots) Cholesky factor of the covariance of the projection on hats of a process of unit sd."""
+    n, interval = len(knots.times), knots.interval
+    fine = interval * (np.arange((n - 1) * _FINE) + 0.5) / _FINE  # midpoints
+    rows, hats, weights = knots.hats(fine)
+    phi = np.zeros((n, len(fine)))
+    phi[hats, rows] = weights
+    gram = phi @ phi.T
+    onto = np.linalg.solve(gram, phi)
+    covariance = correlation(kind, np.abs(fine[:, None] - fine) / time)
+    return np.linalg.cholesky(onto @ covariance @ onto.T)
