@@ -7,7 +7,7 @@ import numpy as np
 
 from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem
-from bayesub.problem.distributions import Prior
+from bayesub.problem.distributions import WHITE, Prior, joined
 
 
 @dataclass
@@ -62,6 +62,17 @@ class PosteriorDensity:
     def preferred_pivots(self) -> tuple[str, ...]:
         """Coefficients to name null directions by: the added masses, which a hull form gives."""
         return self.equations.added_masses
+
+    @property
+    def histories(self) -> tuple:
+        """Forces with unknown histories, which enter almost linearly (:class:`bayesub.problem.disturbances.History`)."""
+        return ()
+
+    @property
+    def prior_of_others(self) -> Prior:
+        """The prior of the parameters that are not white coordinates of histories."""
+        others = {name: prior for name, prior in self.nuisance_priors.items() if prior is not WHITE}
+        return joined(self.coefficient_prior, others)
 
     @property
     def n_params(self) -> int:

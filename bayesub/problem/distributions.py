@@ -7,6 +7,7 @@ of three. All coordinates of the sampler stand in one table in :mod:`bayesub.sam
 """
 
 from dataclasses import dataclass
+from itertools import count, groupby
 
 import numpy as np
 
@@ -309,3 +310,23 @@ class Joint(Prior):
     def quantiles(self, probability: float) -> np.ndarray:
         """As :meth:`Prior.quantiles`."""
         return self._gathered([part.quantiles(probability) for part in self.parts])
+
+
+WHITE = Normal(np.zeros(1), np.ones(1))  # of white coordinates; one object, so that runs of them are found
+
+
+def joined(coefficient_prior: Prior, nuisance_priors: dict[str, Prior]) -> Prior:
+    """The prior of coefficients followed by nuisance parameters."""
+    if not nuisance_priors:
+        return coefficient_prior
+    n = len(coefficient_prior.mean)
+    parts, positions, first = [coefficient_prior], [np.arange(n)], n
+    numbers = count()
+    # Hundreds of white coordinates are one part; all others are one each.
+    for _, run in groupby(nuisance_priors.values(), key=lambda prior: -1 if prior is WHITE else next(numbers)):
+        prior, *others = run
+        length = 1 + len(others)
+        parts.append(Normal(np.zeros(length), np.ones(length)) if others else prior)
+        positions.append(np.arange(first, first + length))
+        first += length
+    return Joint(tuple(parts), tuple(positions))

@@ -24,9 +24,8 @@ from bayesub.io.errors import InputError
 from bayesub.model.disturbance import KINDS, Knots, check_axes, check_kind, correlation
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle
-from bayesub.problem.distributions import Normal, Prior
+from bayesub.problem.distributions import WHITE, Prior
 
-WHITE = Normal(np.zeros(1), np.ones(1))  # of every white coordinate; one object, so that runs of it are found
 CORRELATION_TIME = "correlation_time_disturbance_s"
 _SD, _HISTORY = "sd_disturbance_", "disturbance_"
 KNOTS_A_TIME = 2.0  # knots in a correlation time, if no interval is given
@@ -187,7 +186,8 @@ class Disturbances:
         given = {f"{_SD}{axis}": self.unknown.sds[axis] for axis in self.unknown.axes}
         sds = [np.broadcast_to(own.get(name, sd), n) for name, sd in given.items()]
         times = np.broadcast_to(own.get(CORRELATION_TIME, self.unknown.correlation_time_s), n)
-        white = values[:, len(self.processes) :].reshape(n, n_axes, -1)
+        white = values[:, len(self.processes) :]
+        white = white.reshape(n, n_axes, white.shape[1] // n_axes)
         return np.stack(sds, axis=1) * scales, times, white
 
     def _weights(self, times: np.ndarray, slope: bool = False) -> np.ndarray:
@@ -215,6 +215,12 @@ class Disturbances:
         sds, times, white = self._parts(values)
         return sds[:, :, None] * self._rows(white, self._weights(times))
 
+    def factors(self, process: np.ndarray) -> np.ndarray:
+        """(n_batch, n_axes, n_knots, n_knots) lower triangular; forces are they times w. Of (n_batch, n_process)."""
+        sds, times, _ = self._parts(process)
+        table, *_ = self._table
+        return sds[:, :, None, None] * np.tensordot(self._weights(times), table, axes=1)[:, None]
+
     def slopes(self, values: np.ndarray) -> np.ndarray:
         """(n_axes n_knots, n_own) derivatives of the forces of one member (1, n_own) by its parameters."""
         sds, times, white = self._parts(values)
@@ -235,6 +241,31 @@ class Disturbances:
             own = slice(a * n_knots, (a + 1) * n_knots)
             blocks[own, own] = sds[0, a] * factor
         return np.hstack([*columns, blocks])
+
+
+@dataclass(frozen=True)
+class History:
+    """What of a problem the unknown histories of one trial are.
+
+    Attributes
+    ----------
+    rows : slice
+        Of the residuals, those that the forces move.
+    columns : (n_white,) array
+        Positions of the white coordinates among the parameters, axis after axis.
+    process : (n_process,) array
+        Positions of the parameters of the process.
+    disturbances : Disturbances
+    """
+
+    rows: slice
+    columns: np.ndarray
+    process: np.ndarray
+    disturbances: Disturbances
+
+    def factors(self, parameters: np.ndarray) -> np.ndarray:
+        """As :meth:`Disturbances.factors`, of parameters (n_batch, n_params)."""
+        return self.disturbances.factors(parameters[:, self.process])
 
 
 def projected_factor(knots: Knots, kind: str, time: float) -> np.ndarray:

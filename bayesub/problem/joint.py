@@ -8,7 +8,9 @@ from bayesub.io.errors import InputError
 from bayesub.model.linear_form import LinearSystem, stacked
 from bayesub.problem.base import Costs, PosteriorDensity
 from bayesub.problem.nuisance import of_boat
-from bayesub.problem.trial_problem import TrialProblem, coefficient_names, joined
+from bayesub.problem.distributions import joined
+from bayesub.problem.disturbances import History
+from bayesub.problem.trial_problem import TrialProblem, coefficient_names
 
 
 class JointProblem(PosteriorDensity):
@@ -98,6 +100,19 @@ class JointProblem(PosteriorDensity):
     def predicted(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings), trial after trial."""
         return np.concatenate(self._of_trials("predicted", parameters), axis=1)
+
+    @property
+    def histories(self) -> tuple[History, ...]:
+        """The forces with unknown histories of each trial that has them."""
+        histories, start = [], 0
+        for trial, problem in self.problems.items():
+            places = self._places[trial]
+            for history in problem.histories:
+                rows = slice(start + history.rows.start, start + history.rows.stop)
+                columns, process = places[history.columns], places[history.process]
+                histories.append(History(rows, columns, process, history.disturbances))
+            start += problem.n_rows
+        return tuple(histories)
 
     @property
     def rows(self) -> dict[str, slice]:

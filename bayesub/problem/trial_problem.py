@@ -1,7 +1,6 @@
 """The posterior density of one trial: a forward model, noise models and priors."""
 
 from dataclasses import replace
-from itertools import count, groupby
 
 import numpy as np
 
@@ -9,8 +8,8 @@ from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.simulate import Trajectory
 from bayesub.problem.base import Costs, PosteriorDensity
-from bayesub.problem.distributions import Joint, Normal as NormalPrior, Prior
-from bayesub.problem.disturbances import WHITE
+from bayesub.problem.distributions import Prior, joined
+from bayesub.problem.disturbances import History, of_history, of_process
 from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.likelihoods import Normal
 from bayesub.problem.noise import Noise, scale_rows
@@ -102,6 +101,16 @@ class TrialProblem(PosteriorDensity):
         self.forward.count(status)
         self.forward.measurement.to_nearest_turn(predicted, self.readings)
         return predicted
+
+    @property
+    def histories(self) -> tuple[History, ...]:
+        """The forces with unknown histories of this trial, if there are any."""
+        disturbances = self.forward.disturbances
+        if disturbances is None or self.fixed_nuisances is not None:
+            return ()
+        white = np.flatnonzero([of_history(name) for name in self.names])
+        process = np.flatnonzero([of_process(name) for name in self.names])
+        return (History(slice(0, self.n_rows), white, process, disturbances),)
 
     @property
     def rows(self) -> dict[str, slice]:
@@ -297,20 +306,3 @@ class TrialProblem(PosteriorDensity):
 def coefficient_names(equations: EquationSet, columns: np.ndarray) -> tuple[str, ...]:
     """Names of the coefficients at positions `columns` (n,) of a set."""
     return tuple(equations.names[k] for k in columns)
-
-
-def joined(coefficient_prior: Prior, nuisance_priors: dict[str, Prior]) -> Prior:
-    """The prior of coefficients followed by nuisance parameters."""
-    if not nuisance_priors:
-        return coefficient_prior
-    n = len(coefficient_prior.mean)
-    parts, positions, first = [coefficient_prior], [np.arange(n)], n
-    numbers = count()
-    # Hundreds of white coordinates are one part; all others are one each.
-    for _, run in groupby(nuisance_priors.values(), key=lambda prior: -1 if prior is WHITE else next(numbers)):
-        prior, *others = run
-        length = 1 + len(others)
-        parts.append(NormalPrior(np.zeros(length), np.ones(length)) if others else prior)
-        positions.append(np.arange(first, first + length))
-        first += length
-    return Joint(tuple(parts), tuple(positions))

@@ -18,11 +18,13 @@ from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.io.errors import InputError
 from bayesub.io.interrupts import deferred
 from bayesub.sampling import checkpoint as store
+from bayesub.sampling import histories
 from bayesub.sampling.effort import jacobian_price
 from bayesub.sampling.geometry import Geometry
+from bayesub.sampling.histories import HistoryGeometry, HistorySurrogate
 from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
-from bayesub.sampling.surrogate import STEPS, Surrogate, learn, walks
+from bayesub.sampling.surrogate import STEPS, Surrogate, learn
 
 N_WALKERS = 16
 PCN_STEPS = (0.2, 0.5, 1.0)
@@ -100,8 +102,8 @@ class _Run:
         if content is None:
             before, starts, moves = rng.spawn(3)
             self.geometry, surrogate, draws = straightened(problem, before, progress)
-            coords, log_prob = _starts(problem, surrogate, draws, starts, n_ensembles * n_walkers)
-            price = jacobian_price(problem, problem.prior.unscaled(self.geometry.mode))
+            coords, log_prob = _starts(problem, self.geometry, surrogate, draws, starts, n_ensembles * n_walkers)
+            price = jacobian_price(problem, _centre(problem, self.geometry))
             # emcee has no other generator than the legacy one; its bits come from ours.
             random_state = np.random.RandomState(np.random.MT19937(moves.bit_generator.seed_seq)).get_state()
             self.state = self._charged(store.State(coords, log_prob, random_state, jacobian_price=price))
@@ -110,23 +112,32 @@ class _Run:
                 saved.begin(settings, self.geometry.arrays() | surrogate.arrays(), self.state)
         else:
             arrays, self.state, self.blocks = content
-            self.geometry = Geometry.restored(problem.prior, arrays)
-            surrogate = Surrogate.restored(self.geometry, arrays)
+            self.geometry, surrogate = _restored(problem, arrays)
             if self.blocks:
                 self.state = self.blocks[-1].state
             self._check()
             self._mark()
+        self._parameters = None  # of the walkers, if they cost a simulation
+        if problem_histories(problem):
+            last = self.blocks[-1].chain[-1] if self.blocks else None
+            self._parameters = self.geometry.evaluated(problem, self.state.coords)[1] if last is None else last
         self.thin = -(-self.state.coords.nbytes // STEP_BYTES)
         self.sampler = emcee.EnsembleSampler(
             n_ensembles * n_walkers,
             problem.n_params,
-            lambda y: self.geometry.log_prob(problem, y),
+            self._evaluated,
             moves=[
-                *((SurrogateTransition(surrogate.log_prob, walk), 0.9) for walk in walks(surrogate)),
-                (LaplacePCN(PCN_STEPS), 0.1 * len(walks(surrogate))),
+                *((SurrogateTransition(surrogate.log_prob, walk), 0.9) for walk in surrogate.walks()),
+                (LaplacePCN(PCN_STEPS), 0.1 * len(surrogate.walks())),
             ],
             vectorize=True,
         )
+
+    def _evaluated(self, y):
+        """Log densities (n,) of walkers, and beside them their parameters if these cost a simulation."""
+        if self._parameters is None:
+            return self.geometry.log_prob(self.problem, y)
+        return np.column_stack(self.geometry.evaluated(self.problem, y))
 
     @property
     def n_kept(self) -> int:
@@ -146,15 +157,24 @@ class _Run:
     def _block(self, n_kept, interrupted) -> store.Block:
         """At most `n_kept` further kept steps; fewer when the time of a block is over."""
         began = time.perf_counter()
-        state = emcee.State(self.state.coords, log_prob=self.state.log_prob, random_state=self.state.random_state)
+        state = emcee.State(
+            self.state.coords,
+            log_prob=self.state.log_prob,
+            blobs=self._parameters,
+            random_state=self.state.random_state,
+        )
         self.sampler.reset()
         steps = self.sampler.sample(state, iterations=n_kept, thin_by=self.thin, skip_initial_state_check=True)
         for _ in steps:
             if interrupted() or time.perf_counter() - began > BLOCK_SECONDS:
                 break
         after = self.sampler.get_last_sample()
-        coords = self.sampler.get_chain()
-        parameters = self.geometry.parameters(coords.reshape(-1, coords.shape[-1])).reshape(coords.shape)
+        if self._parameters is None:
+            coords = self.sampler.get_chain()
+            parameters = self.geometry.parameters(coords.reshape(-1, coords.shape[-1])).reshape(coords.shape)
+        else:
+            parameters = self.sampler.get_blobs()
+            self._parameters = parameters[-1].copy()
         state = replace(
             self.state,
             coords=after.coords.copy(),
@@ -223,9 +243,33 @@ def straightened(problem, rng: np.random.Generator, progress=None) -> tuple[Geom
         progress.update(0, 1, note="posterior mode")
     searches, surrogates = rng.spawn(2)
     smooth = problem.smoothed(SMOOTH)
-    geometry = Geometry.whitened(smooth, posterior_mode(problem, rng=searches).values)
+    mode = posterior_mode(problem, rng=searches).values
+    if problem_histories(problem):
+        return histories.straightened(smooth, mode, surrogates, progress)
+    geometry = Geometry.whitened(smooth, mode)
     surrogate, draws = learn(smooth, geometry, surrogates, progress)
     return geometry, surrogate, draws
+
+
+def problem_histories(problem) -> tuple:
+    """The histories of a problem; most have none."""
+    return getattr(problem, "histories", ())
+
+
+def _centre(problem, geometry) -> np.ndarray:
+    """(n_all,) parameters at the mode."""
+    if problem_histories(problem):
+        return geometry.collapsed.centre
+    return problem.prior.unscaled(geometry.mode)
+
+
+def _restored(problem, arrays):
+    """Geometry and surrogate of a checkpoint."""
+    if problem_histories(problem):
+        geometry = HistoryGeometry.restored(problem.smoothed(SMOOTH), arrays)
+        return geometry, HistorySurrogate(Surrogate.restored(geometry.geometry, arrays))
+    geometry = Geometry.restored(problem.prior, arrays)
+    return geometry, Surrogate.restored(geometry, arrays)
 
 
 def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
@@ -243,14 +287,21 @@ def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
     }
 
 
-def _starts(problem, surrogate, draws, rng, n):
-    """Starts (n, n_params) with a finite log posterior, and that (n,): draws of the surrogate, over-dispersed."""
-    density = partial(surrogate.log_prob, temperature=DISPERSION**2)
+def _starts(problem, geometry, surrogate, draws, rng, n):
+    """Starts (n, n_params) with a finite log posterior, and that (n,): draws of the surrogate, over-dispersed.
+
+    Histories start where they are likely, given the other parameters.
+    """
+    of_others = getattr(surrogate, "surrogate", surrogate)
+    density = partial(of_others.log_prob, temperature=DISPERSION**2)
     starts, log_prob, y = np.empty((0, problem.n_params)), np.empty(0), draws
+    n_white = problem.n_params - y.shape[1]
     for _ in range(100):
-        y, *_ = crank_nicolson(density, y, density(y), rng, steps=STEPS, n_sweeps=50, blocks=surrogate.geometry.blocks)
+        y, *_ = crank_nicolson(density, y, density(y), rng, steps=STEPS, n_sweeps=50, blocks=geometry.blocks)
         candidates = y[rng.permutation(len(y))[:n]]
-        densities = surrogate.geometry.log_prob(problem, candidates)
+        if n_white:
+            candidates = np.hstack([candidates, rng.standard_normal((len(candidates), n_white))])
+        densities = geometry.log_prob(problem, candidates)
         finite = np.isfinite(densities)
         starts, log_prob = np.concatenate([starts, candidates[finite]]), np.concatenate([log_prob, densities[finite]])
         if len(starts) >= n:

@@ -102,6 +102,10 @@ class Surrogate:
         excess = np.einsum("ij,ij->i", residuals, residuals) - at_mode @ at_mode
         return residuals, excess, _FREEDOM[0] + _FREEDOM[1] * n, n
 
+    def walks(self) -> list:
+        """As :func:`walks`."""
+        return walks(self)
+
     def gradient(self, y) -> np.ndarray:
         """(n, n_params) gradient of :meth:`log_prob` within the support of the prior."""
         z = self.geometry.bent(y)

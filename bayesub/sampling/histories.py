@@ -1,0 +1,120 @@
+"""Sampling coordinates of problems with histories: those of the other parameters, and after them y.
+
+The others have the geometry and the surrogate of the collapsed problem (:mod:`bayesub.sampling.collapsed`); y is
+standard normal for the surrogate, and a step of the sampler moves both.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from bayesub.baselines import gauss_newton
+from bayesub.sampling.collapsed import Collapsed
+from bayesub.sampling.geometry import Geometry
+from bayesub.sampling.moves import crank_nicolson
+from bayesub.sampling.surrogate import Surrogate, learn
+from bayesub.sampling.surrogate import walks as walks_of_others
+
+_EXPANSIONS, _NEAR = 4, 0.5  # about the mode found about the one before; posterior sd from it that is near
+_STEPS = (0.3, 0.6, 1.0)  # of Crank-Nicolson in y
+
+
+class HistoryGeometry:
+    """The map from sampling coordinates to parameters.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Of the others.
+    collapsed : Collapsed
+    """
+
+    def __init__(self, geometry: Geometry, collapsed: Collapsed):
+        self.geometry, self.collapsed = geometry, collapsed
+
+    @property
+    def blocks(self) -> float:
+        """As of :class:`bayesub.sampling.geometry.Geometry`."""
+        return self.geometry.blocks
+
+    def evaluated(self, problem, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Log posterior densities (n,) in sampling coordinates y (n, n_all), up to a constant; parameters (n, n_all).
+
+        Nothing is simulated outside the support of the prior, and the parameters there are not a number.
+        """
+        n = self.collapsed.n_params
+        x = self.geometry.scaled(self.geometry.bent(y[:, :n]))
+        log_prob, parameters = self.geometry.prior.scaled_log_density(x), np.full(y.shape, np.nan)
+        inside = np.isfinite(log_prob)
+        if inside.any():
+            others = self.geometry.prior.unscaled(x[inside])
+            density, parameters[inside] = self.collapsed.density(problem, others, y[inside, n:])
+            log_prob[inside] += density
+        return log_prob, parameters
+
+    def log_prob(self, problem, y: np.ndarray) -> np.ndarray:
+        """(n,) log posterior densities, as of :meth:`evaluated`."""
+        return self.evaluated(problem, y)[0]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What determines the map, to be stored."""
+        return self.geometry.arrays() | {"centre": self.collapsed.centre}
+
+    @classmethod
+    def restored(cls, problem, arrays: dict[str, np.ndarray]) -> "HistoryGeometry":
+        """The map that :meth:`arrays` describe, bit for bit."""
+        collapsed = Collapsed(problem, arrays["centre"])
+        return cls(Geometry.restored(collapsed.prior, arrays), collapsed)
+
+
+class HistorySurrogate:
+    """A surrogate of the density of the others, times a standard normal one of y."""
+
+    def __init__(self, surrogate: Surrogate):
+        self.surrogate, self.n_others = surrogate, surrogate.geometry.n_params
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What it consists of besides its geometry, to be stored."""
+        return self.surrogate.arrays()
+
+    def log_prob(self, y: np.ndarray) -> np.ndarray:
+        """(n,) log densities at sampling coordinates y (n, n_all)."""
+        white = y[:, self.n_others :]
+        return self.surrogate.log_prob(y[:, : self.n_others]) - 0.5 * np.einsum("ij,ij->i", white, white)
+
+    def walks(self) -> list:
+        """Walks that leave it invariant, of different lengths (:func:`bayesub.sampling.surrogate.walks`)."""
+        return [partial(self._walk, walk) for walk in walks_of_others(self.surrogate)]
+
+    def _walk(self, walk, coords, log_prob, random):  # noqa: ARG002
+        others, white = coords[:, : self.n_others], coords[:, self.n_others :]
+        others, *_ = walk(others, self.surrogate.log_prob(others), random)
+        white, *_ = crank_nicolson(_normal, white, _normal(white), random, steps=_STEPS, n_sweeps=1)
+        moved = np.hstack([others, white])
+        return moved, self.log_prob(moved)
+
+
+def _normal(y):
+    return -0.5 * np.einsum("ij,ij->i", y, y)
+
+
+def marginal_mode(problem, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
+    """The collapsed problem, expanded about its own mode, and that (n_params,), from all parameters near the mode."""
+    centre = np.asarray(mode, dtype=float)
+    for _ in range(_EXPANSIONS):
+        collapsed = Collapsed(problem, centre)
+        estimate = gauss_newton(collapsed, centre[collapsed.others])
+        centre = collapsed.full(estimate.values)
+        lower = np.linalg.cholesky(estimate.covariance)
+        moved = np.linalg.solve(lower, estimate.values - collapsed.centre[collapsed.others])
+        if np.linalg.norm(moved) < _NEAR * np.sqrt(len(moved)):
+            break
+    return Collapsed(problem, centre), estimate.values
+
+
+def straightened(problem, mode, rng, progress) -> tuple[HistoryGeometry, HistorySurrogate, np.ndarray]:
+    """Sampling coordinates, a surrogate, and draws (n, n_others) of it, from all parameters near the mode."""
+    collapsed, others = marginal_mode(problem, mode)
+    geometry = Geometry.whitened(collapsed, others)
+    surrogate, draws = learn(collapsed, geometry, rng, progress)
+    return HistoryGeometry(geometry, collapsed), HistorySurrogate(surrogate), draws
