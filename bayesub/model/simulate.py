@@ -19,6 +19,7 @@ STATUS = ("ok", "diverged", "left_envelope")
 MAX_SPEED_RATIO = 10.0  # a member faster than this many times the trial speed has diverged
 MAX_STEPS = 2_000_000  # of one flight, and of its output times
 STEP_TOLERANCE_M = 0.05  # position change on halving the step that an automatic step must keep
+FINER = 10.0  # steps of a true motion in one of the model that is fitted to its record
 _UNSET = "of the manoeuvre"
 
 
@@ -359,7 +360,8 @@ def simulate(
     xi : (n_terms,) or (n_batch, n_terms) array, optional
         Non-dimensional coefficients; by default the vehicle's own.
     dt : float, optional
-        Integration step, s; by default the largest with a position error below 5 cm.
+        Integration step, s; by default a tenth (:func:`true_step`) of the one that keeps the position within 5 cm
+        (:func:`choose_step`), so that a record of the motion does not come from the integrator that fits it.
     sample : float, optional
         Output interval, s; by default the spacing of the control history.
     controls : str
@@ -389,8 +391,15 @@ def simulate(
     else:
         raise InputError(f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}")
     times = np.minimum(times, manoeuvre.duration)
-    simulator = Simulator(vehicle, manoeuvre, times, dt=dt, controls=controls, subproblem=subproblem, attitude=attitude)
-    return simulator.trajectory(xi)
+    options = {"controls": controls, "subproblem": subproblem, "attitude": attitude}
+    if dt is None:
+        dt = true_step(Simulator(vehicle, manoeuvre, times, **options).step, manoeuvre)
+    return Simulator(vehicle, manoeuvre, times, dt=dt, **options).trajectory(xi)
+
+
+def true_step(step: float, manoeuvre: Manoeuvre) -> float:
+    """The step at which a motion is flown whose record is fitted at `step` (s): a tenth, as MAX_STEPS allow."""
+    return min(step, max(step / FINER, 2.0 * manoeuvre.duration / MAX_STEPS))
 
 
 def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, attitude: str = "euler") -> float:
@@ -404,9 +413,7 @@ def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, 
         If a boat that completes the manoeuvre has no such step.
     """
     times = np.linspace(0.0, manoeuvre.duration, 201)
-    ladder = [m * 10.0**e for e in range(1, -5, -1) for m in (5, 2, 1)]
-    ladder = [step for step in ladder if step <= 0.1 * vehicle.length_m / vehicle.speed_mps] or ladder[-1:]
-    ladder = [step for step in ladder if 2.0 * manoeuvre.duration / step <= MAX_STEPS] or ladder[:1]
+    ladder = steps(vehicle, manoeuvre)
     for step in ladder:
         coarse, fine = (
             Simulator(vehicle, manoeuvre, times, dt=dt, subproblem=subproblem, attitude=attitude).run(vehicle.xi)[0][
@@ -424,6 +431,16 @@ def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, 
             "give a step (dt)"
         )
     return ladder[-1]
+
+
+def steps(vehicle: Vehicle, manoeuvre: Manoeuvre) -> list[float]:
+    """The steps that may be chosen: 5, 2, 1, 0.5, .. s from a tenth of a ship length travelled down.
+
+    The shortest is such that a flight at half of it has no more than MAX_STEPS.
+    """
+    ladder = [m * 10.0**e for e in range(1, -5, -1) for m in (5, 2, 1)]
+    ladder = [step for step in ladder if step <= 0.1 * vehicle.length_m / vehicle.speed_mps] or ladder[-1:]
+    return [step for step in ladder if 2.0 * manoeuvre.duration / step <= MAX_STEPS] or ladder[:1]
 
 
 def accelerations(

@@ -23,7 +23,7 @@ class ForwardModel:
     ----------
     vehicle, manoeuvre, record : as those of :class:`bayesub.problem.problem.Problem`
     parameters : the nuisance parameters, of :func:`bayesub.problem.nuisance.find`
-    dt : integration step, s; None chooses one
+    dt : integration step, s
     disturbance : forces with unknown histories, or None
 
     Attributes
@@ -35,7 +35,7 @@ class ForwardModel:
     costs : the counter that all problems on this model share
     """
 
-    def __init__(self, vehicle, manoeuvre, record, parameters, dt=None, disturbances=None):
+    def __init__(self, vehicle, manoeuvre, record, parameters, dt, disturbances=None):
         self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
         current = any(parameter.name in CURRENTS for parameter in parameters)
         self.measurement = MeasurementModel(record.channels, current=current)

@@ -1,6 +1,7 @@
 """The inference problem of one trial, posed from a vehicle, a manoeuvre and a record."""
 
 from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +16,8 @@ from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.noise import Noise
 from bayesub.problem.nuisance import Nuisance, find
 from bayesub.problem.priors import CoefficientPrior
-from bayesub.problem.trial_problem import TrialProblem
+from bayesub.problem.step import sensed_step
+from bayesub.problem.trial_problem import TrialProblem, joined
 from bayesub.sensors.record import Record
 
 
@@ -35,7 +37,8 @@ class Problem(TrialProblem):
         sd and resolution say: normal noise, rounded normal noise with the exact probability of the rounding interval,
         or without an sd the interval itself, within which the prior decides alone
     xi : (n_terms,) values of the coefficients that are not free; by default the vehicle's own
-    dt : integration step, s; by default chosen for the vehicle and manoeuvre
+    dt : integration step, s; by default the longest whose error is below a tenth of the sd of every reading
+        (:func:`bayesub.problem.step.sensed_step`)
     disturbance : unmodelled forces whose histories are inferred too, after the nuisance parameters
 
     Attributes
@@ -81,7 +84,11 @@ class Problem(TrialProblem):
             disturbances = _disturbances(disturbance, vehicle, manoeuvre, record)
             parameters += [Nuisance(*pair) for pair in zip(disturbances.priors, disturbances.held, strict=True)]
             nuisance |= disturbances.priors
-        forward = ForwardModel(vehicle, manoeuvre, record, parameters, dt, disturbances)
+        forward_at = partial(ForwardModel, vehicle, manoeuvre, record, parameters, disturbances=disturbances)
+        if dt is None:
+            whole = joined(prior.on(columns, xi, equations.names), nuisance)
+            dt = sensed_step(vehicle, manoeuvre, forward_at, noises, whole, columns, xi)
+        forward = forward_at(dt)
         if disturbance is not None and disturbance.time_s < forward.simulator.step:
             raise InputError(
                 f"disturbance: correlation_time_s is {disturbance.time_s:g} s and the time step "

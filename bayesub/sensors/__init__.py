@@ -6,7 +6,7 @@ and presets are those of a boat (:func:`autosub`, ..). :func:`observe` takes any
 
 from bayesub.sensors.current import over_ground
 from bayesub.sensors.instruments import ADCP, DVL, INS, TRACK_CHANNELS, Compass, Instrument, Pressure, Track
-from bayesub.sensors.observe import observe
+from bayesub.sensors.observe import observe, unread
 from bayesub.sensors.presets import autosub, thesis_rounding, tracking_range
 from bayesub.sensors.record import Channel, Record
 from bayesub.sensors.sensor import QUANTITIES, Sensor, flat, modified
@@ -31,4 +31,5 @@ __all__ = [
     "over_ground",
     "thesis_rounding",
     "tracking_range",
+    "unread",
 ]

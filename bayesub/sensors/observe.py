@@ -47,8 +47,8 @@ def observe(
     if len(current_mps) != 2 or not np.isfinite(current_mps).all():
         raise InputError(f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}")
     sensors, duration = flat(sensors), trajectory.times[-1]
-    times = [sensor.reading_times(duration) for sensor in sensors]
-    channels = [channel_of(sensor, at, np.full(len(at), np.nan)) for sensor, at in zip(sensors, times, strict=True)]
+    channels = unread(sensors, duration).channels
+    times = [channel.times for channel in channels]
     model = MeasurementModel(channels, current=any(current_mps))
     outputs = trajectory.resampled(np.minimum(model.times, duration)).outputs(model.measured)[member]
     (truth,) = model.of(outputs[None], np.array([current_mps]))
@@ -57,6 +57,18 @@ def observe(
     ]
     channels = [replace(c, times=at, values=values) for c, (at, values) in zip(channels, readings, strict=True)]
     return Record(tuple(channels), truth=trajectory.xi[member], nuisances=_true_nuisances(sensors, current_mps))
+
+
+def unread(sensors: Sensor | Instrument | Iterable, duration: float) -> Record:
+    """The record that sensors are about to make of a trial of `duration` (s): its values are not numbers.
+
+    It says all that the choice of an integration step depends on (:mod:`bayesub.problem.step`).
+    """
+    channels = []
+    for sensor in flat(sensors):
+        times = sensor.reading_times(duration)
+        channels.append(channel_of(sensor, times, np.full(len(times), np.nan)))
+    return Record(tuple(channels))
 
 
 def _true_nuisances(sensors, current_mps) -> dict[str, float]:

@@ -1,6 +1,7 @@
 """A study made ready: its trials simulated or read, and the problem that they pose."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -62,9 +63,7 @@ def _prepare(study: Study) -> Setup:
     trials = {}
     for name, trial, sections in study.each_trial():
         with error_source(_label(name)):
-            nuisance = study.nuisance | trial.nuisance
-            options = {"dt": study.dt_s, "rng": data_rng, "path": study.path}
-            trials[name] = trial.build(vehicle, sections, nuisance, **options)
+            trials[name] = trial.build(vehicle, sections, study.nuisance | trial.nuisance, study.path)
     centre = vehicle.xi
     if study.prior.centre == "perturbed":
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
@@ -73,20 +72,16 @@ def _prepare(study: Study) -> Setup:
     xi[vehicle.equations.columns(fixed)] = list(fixed.values())
     free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
     noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
+    pose = partial(Problem, vehicle, free=free, prior=prior, xi=xi)
     problems = {}
-    for (name, trial), noise in zip(trials.items(), noises, strict=True):
+    for (name, section, sensors), noise in zip(study.each_trial(), noises, strict=True):
         with error_source(_label(name)):
-            problems[name] = Problem(
-                vehicle,
-                trial.manoeuvre,
-                trial.record,
-                free=free,
-                prior=prior,
-                nuisance=trial.nuisance,
-                noise=noise,
-                xi=xi,
-                dt=trial.truth.simulator.step if trial.truth else study.dt_s,
-            )
+            trial, step = trials[name], study.dt_s
+            given = {"nuisance": trial.nuisance, "noise": noise}
+            if step is None:  # the longest that the sensors do not notice, whatever they are going to read
+                step = pose(trial.manoeuvre, trial.record, **given).simulator.step
+            trials[name] = trial = section.flown(trial, vehicle, sensors, step, data_rng)
+            problems[name] = pose(trial.manoeuvre, trial.record, dt=step, **given)
     problem = problems[""] if study.trials is None else JointProblem(problems)
     return Setup(study, vehicle, trials, problem, *others)
 

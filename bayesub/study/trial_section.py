@@ -14,7 +14,7 @@ from bayesub.io.toml_files import Positive, Section
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.nuisance import BODY, INITIAL
 from bayesub.problem.priors import Prior
-from bayesub.sensors import observe
+from bayesub.sensors import observe, unread
 from bayesub.study.prior_section import PriorOfOne
 from bayesub.study.sensor_section import FAULTS, PRESETS, AnySensorSection, SensorSection
 
@@ -87,12 +87,9 @@ class TrialKeys(Section):
         vehicle: Vehicle,
         sections: Sequence[SensorSection],
         nuisance: dict[str, PriorOfOne],
-        *,
-        dt: float | None,
-        rng: np.random.Generator,
         path: Callable[[str], str],
     ) -> "Trial":
-        """Simulate and measure the trial, or read its log.
+        """Read the log of the trial; one that is to be simulated is not flown yet, and its record unread.
 
         Parameters
         ----------
@@ -102,10 +99,6 @@ class TrialKeys(Section):
             Its instruments.
         nuisance : dict of str to PriorOfOne
             Name -> prior of what else is unknown; those of the study and of the trial.
-        dt : float or None
-            Time step of the simulation, s.
-        rng : numpy.random.Generator
-            Of the noise.
         path : callable
             Gives the path of a file that the study names.
 
@@ -115,7 +108,7 @@ class TrialKeys(Section):
             For a file that does not fit and for faults of instruments that read a log.
         """
         if self.data is None:
-            return self._simulated(vehicle, sections, nuisance, dt, rng, path)
+            return self._unflown(vehicle, sections, nuisance, path)
         from bayesub.study.trial_log import read_trial
 
         for k, section in enumerate(sections):
@@ -139,19 +132,52 @@ class TrialKeys(Section):
             ignore=self.ignore or (),
         )
 
-    def _simulated(self, vehicle, sections, nuisance, dt, rng, path) -> "Trial":
+    def _unflown(self, vehicle, sections, nuisance, path) -> "Trial":
         from bayesub.model.manoeuvres import load_manoeuvre
-        from bayesub.model.simulate import simulate
         from bayesub.study.trial_log import Trial
 
         priors = {name: _prior(name, one) for name, one in nuisance.items()}
         manoeuvre = load_manoeuvre(path(self.manoeuvre), vehicle)
         if self.manoeuvre.lower().endswith(".csv"):  # which has no other name than its file's
             manoeuvre = replace(manoeuvre, name=Path(self.manoeuvre).stem)
-        truth = simulate(vehicle, manoeuvre, dt=dt)
+        return Trial(manoeuvre, unread([section.build() for section in sections], manoeuvre.duration), priors)
+
+    def flown(
+        self,
+        trial: "Trial",
+        vehicle: Vehicle,
+        sections: Sequence[SensorSection],
+        step: float,
+        rng: np.random.Generator,
+    ) -> "Trial":
+        """The trial of :meth:`build`, simulated and measured; that of a log is as it was.
+
+        Parameters
+        ----------
+        trial : Trial
+            Of :meth:`build`.
+        vehicle : Vehicle
+            The boat of the trial.
+        sections : sequence of SensorSection
+            Its instruments.
+        step : float
+            Of the fit, s; the truth is flown at a tenth of it.
+        rng : numpy.random.Generator
+            Of the noise.
+
+        Raises
+        ------
+        InputError
+            For a boat that does not complete the manoeuvre.
+        """
+        if self.data is not None:
+            return trial
+        from bayesub.model.simulate import simulate, true_step
+
+        truth = simulate(vehicle, trial.manoeuvre, dt=true_step(step, trial.manoeuvre))
         sensors = [section.build() for section in sections]
         record = observe(truth, sensors, rng, current_mps=self.truth.current_mps)
-        return Trial(manoeuvre, record, priors, truth)
+        return replace(trial, record=record, truth=truth)
 
 
 class TrialSection(TrialKeys):
