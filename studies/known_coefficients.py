@@ -30,7 +30,7 @@ ERROR = 0.01  # largest, of what is known
 PRIOR_SD = 0.25  # of what is not
 LEVEL = 0.9  # of the intervals
 CRITERIA = Criteria(rhat=1.05, ess=400.0, taus=10.0)
-STEP = 0.5  # s; truth and model have the same
+STEP = 0.5  # s, of the model
 SEED = 2003
 
 

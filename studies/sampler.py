@@ -75,9 +75,9 @@ def pose(vehicle, manoeuvre, variant):
         sensors = bs.sensors.thesis_rounding(
             interval_s=interval, velocity_sd_mps=velocity, acceleration_sd_mps2=acceleration
         )
-    record = bs.observe(bs.simulate(boat, flown), sensors, np.random.default_rng(SEED))
     prior = bs.priors.relative_uniform(0.75) if variant == "uniform" else bs.priors.relative_normal(0.25)
-    return bs.Problem(boat, flown, record, free=SUBPROBLEMS.get(manoeuvre, NAMES), prior=prior)
+    free, rng = SUBPROBLEMS.get(manoeuvre, NAMES), np.random.default_rng(SEED)
+    return cases.posed(boat, flown, sensors, rng, free=free, prior=prior)
 
 
 def draw(run, numbers):

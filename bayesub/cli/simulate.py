@@ -16,7 +16,7 @@ from bayesub.io.terminal import FAILED, say
 @click.argument("vehicle", **VEHICLE)
 @click.argument("manoeuvre", **MANOEUVRE)
 @click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write.")
-@click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, one good to 5 cm.")
+@click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, a tenth of one good to 5 cm.")
 @click.option(
     "--sample", type=float, metavar="S", help="Output interval in seconds; if left out, that of the controls."
 )

@@ -33,7 +33,7 @@ class Simulator:
     times : (n_times,) array
         Output times within the manoeuvre, s, which must not descend.
     dt : float, optional
-        Integration step, s; by default one is chosen (:func:`choose_step`).
+        Integration step, s; by default one that is good to 5 cm (:func:`choose_step`).
     controls : str
         "linear" interpolates the control history at the Runge-Kutta stages, "hold" takes the value at the start of each
         step (the convention of the thesis, first order).

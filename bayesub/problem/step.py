@@ -89,8 +89,8 @@ def sensed_step(
         return choose_step(vehicle, manoeuvre, forward.simulator.subproblem)
     worst = max(errors, key=errors.get, default="")
     raise InputError(
-        f"{manoeuvre.name}: no step down to {step:g} s keeps the error of '{worst}' below a tenth of its sd wherever the "
-        "prior reaches; give a step (dt; dt_s in a study)"
+        f"{manoeuvre.name}: no step down to {step:g} s keeps the error of '{worst}' below a tenth of its sd for all "
+        "boats of the prior; give a step (dt, in a study dt_s)"
     )
 
 

@@ -91,7 +91,8 @@ class Study(TrialKeys):
     seed : int
         Of everything random.
     dt_s : float or None
-        Time step; by default one that is good to 5 cm.
+        Time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth is
+        flown at a tenth of it.
     sensors : tuple of SensorSection
         Of the trial, and of those of `trials` that have none of their own.
     free : FreeSection

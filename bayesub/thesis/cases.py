@@ -13,13 +13,13 @@ import numpy as np
 from bayesub import baselines
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.coefficients import NAMES
-from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import Simulator, simulate
+from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
+from bayesub.model.simulate import Simulator, simulate, true_step
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sampling import Posterior, posterior_file, sample
-from bayesub.sensors import Track, observe
+from bayesub.sensors import Track, observe, unread
 
 VEHICLES = ("suboff", "auv690", "npsauv")
 MANOEUVRES = ("horizontal", "vertical", "coupled")
@@ -69,9 +69,10 @@ def track_problem(boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, 
 
     That cost is in the model manual, section 10.
     It is sampled every second and weighted ten-fold, for the thesis's every 0.1 s; times scale with length over speed.
+    Truth and model have the same step, so that without noise the true coefficients cost nothing.
     """
     flown = load_manoeuvre(manoeuvre, boat)
-    truth = simulate(boat, flown)
+    truth = Simulator(boat, flown, flown.times).trajectory(boat.xi)
     sensor = Track(sd / np.sqrt(WEIGHT), sd / np.sqrt(WEIGHT), time_scale(boat))
     record = observe(truth, sensor, rng)
     prior = priors.relative_normal(0.25, boat.xi if centre is None else centre)
@@ -118,6 +119,34 @@ def unseen(boat: Vehicle, n: int, *, first: int = 0):
             yield simulator
 
 
+def posed(
+    boat: Vehicle,
+    manoeuvre: Manoeuvre,
+    sensors,
+    rng: np.random.Generator | None,
+    *,
+    model: Vehicle | None = None,
+    orders: Manoeuvre | None = None,
+    **given,
+) -> Problem:
+    """The problem of a synthetic record: its step follows the sensors, and the boat is flown at a tenth of it.
+
+    Parameters
+    ----------
+    boat : the true one
+    manoeuvre : that it flies
+    sensors : what :func:`bayesub.sensors.observe` takes
+    rng : of the noise; None for exact readings
+    model : the boat that is fitted, if it is another
+    orders : the manoeuvre as that boat takes it, if it differs
+    **given : what else :class:`bayesub.problem.problem.Problem` takes
+    """
+    fitted = model or boat, orders or manoeuvre
+    step = Problem(*fitted, unread(sensors, manoeuvre.duration), **given).simulator.step
+    record = observe(simulate(boat, manoeuvre, dt=true_step(step, manoeuvre)), sensors, rng)
+    return Problem(*fitted, record, dt=step, **given)
+
+
 def trial(vehicle: str, manoeuvre: str, *, sd: float = 0.25, free=None) -> Problem:
     """What a tracking range makes of a case: every coefficient that is not zero, and the added masses, free.
 
@@ -125,11 +154,9 @@ def trial(vehicle: str, manoeuvre: str, *, sd: float = 0.25, free=None) -> Probl
     """
     boat = load_vehicle(vehicle)
     flown = load_manoeuvre(manoeuvre, boat)
-    truth = simulate(boat, flown)
     guess, noise = streams(vehicle, manoeuvre)
     prior = priors.relative_normal(sd, priors.perturbed(boat.xi, 0.15, guess))
-    record = observe(truth, tracking_range(boat), noise)
-    return Problem(boat, flown, record, free=free or NAMES, prior=prior, dt=truth.simulator.step)
+    return posed(boat, flown, tracking_range(boat), noise, free=free or NAMES, prior=prior)
 
 
 def sampled(problem: Problem, file: Path, *, max_steps: int = 20_000, progress: Progress = SILENT) -> Posterior:

@@ -127,7 +127,7 @@ def analyse(vehicle: str, manoeuvre: str, converged: float) -> Conditioning:
     at = problem.prior.mean
     systems, null = linear_systems(truth, free=problem.names), identifiability.null_space(problem, at)
     spectrum = identifiability.fisher(problem, at, null.vectors)
-    cost, fine = (noise_free(truth, names, 1.0, 1.0, COST_INTERVAL, dt=truth.simulator.step / n) for n in (1, 10))
+    cost, fine = (noise_free(truth, names, 1.0, 1.0, COST_INTERVAL, dt=problem.simulator.step / n) for n in (1, 10))
     unique = noise_free(truth, [name for name in problem.names if name not in null.pivots], size, 1.0, INTERVAL)
     sqp_cost, changes = stopped_set(unique, converged)
     surge = systems["X"]
@@ -155,13 +155,12 @@ def noise_free(truth: Trajectory, free, position_sd, attitude_sd, interval, dt=N
     position_sd : m, the weight of the readings of position
     attitude_sd : degrees, that of attitude
     interval : s on suboff, about
-    dt : time step of the simulation, s; by default that of the true motion
+    dt : time step of the simulation, s; by default that which the readings ask for
     """
     boat, flown = truth.simulator.vehicle, truth.simulator.manoeuvre
     interval = flown.duration / round(flown.duration / (interval * time_scale(boat)))
     record = observe(truth, Track(position_sd, attitude_sd, interval), np.random.default_rng(0))
-    prior, step = priors.relative_normal(PRIOR_SD), dt or truth.simulator.step
-    problem = Problem(boat, flown, record, free=free, prior=prior, dt=step)
+    problem = Problem(boat, flown, record, free=free, prior=priors.relative_normal(PRIOR_SD), dt=dt)
     return problem.with_readings(problem.predicted(problem.prior.mean)[0])
 
 

@@ -13,8 +13,7 @@ from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sampling import Posterior
-from bayesub.sensors import observe
-from bayesub.thesis.cases import time_scale, tracking_range
+from bayesub.thesis.cases import posed, time_scale, tracking_range
 from bayesub.thesis.other_equations import GUESS_SD, PRIOR_SD
 
 LEVELS = (0.5, 0.9)
@@ -89,7 +88,6 @@ def crossed_trial(track: Trajectory, boat: Vehicle, rng: np.random.Generator) ->
     """
     truth, flown = track.simulator.vehicle, track.simulator.manoeuvre
     manoeuvre = same_orders(flown, boat.equations)
-    record = observe(track, tracking_range(truth), rng)
     own, new = _sizes(track, truth, flown), _sizes(track, boat, manoeuvre)
     typical = {axis: np.median([s for n, s in own.items() if n[0] == axis and s > 0.0] or [0.0]) for axis in AXES}
     unit = _sizes(track, replace(boat, xi=np.ones(len(boat.xi))), manoeuvre)
@@ -97,7 +95,8 @@ def crossed_trial(track: Trajectory, boat: Vehicle, rng: np.random.Generator) ->
     unknown = [n for n, size in new.items() if size == 0.0 and unit[n] > 0.0 and typical[n[0]] > 0.0]
     given = {name: priors.normal(0.0, float(typical[name[0]] / unit[name])) for name in unknown}
     prior = priors.Given(priors.relative_normal(PRIOR_SD, guess), given)
-    return Problem(boat, manoeuvre, record, free=boat.equations.names, prior=prior, dt=track.simulator.step)
+    given = {"model": boat, "orders": manoeuvre, "free": boat.equations.names, "prior": prior}
+    return posed(truth, flown, tracking_range(truth), rng, **given)
 
 
 def _sizes(track: Trajectory, boat: Vehicle, manoeuvre: Manoeuvre) -> dict[str, float]:

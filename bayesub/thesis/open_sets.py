@@ -11,8 +11,6 @@ from bayesub.model.simulate import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.joint import JointProblem
-from bayesub.problem.problem import Problem
-from bayesub.sensors import observe
 from bayesub.thesis import cases
 
 PRIOR_SD = 0.25
@@ -44,9 +42,8 @@ def randomised(boat: Vehicle, simulators: Iterable[Simulator], rng: np.random.Ge
     prior = priors.Given(priors.relative_normal(PRIOR_SD), moved)
     problems = {}
     for simulator in simulators:
-        record = observe(simulator.trajectory(boat.xi), sensor, rng)
         manoeuvre = simulator.manoeuvre
-        problems[manoeuvre.name] = Problem(boat, manoeuvre, record, free=NAMES, prior=prior, dt=simulator.step)
+        problems[manoeuvre.name] = cases.posed(boat, manoeuvre, sensor, rng, free=NAMES, prior=prior)
     return JointProblem(problems)
 
 

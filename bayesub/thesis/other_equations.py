@@ -23,8 +23,8 @@ from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sampling import Posterior
-from bayesub.sensors import observe, presets
-from bayesub.thesis.cases import time_scale, tracking_range
+from bayesub.sensors import presets
+from bayesub.thesis.cases import posed, time_scale, tracking_range
 
 PRIOR_SD, GUESS_SD = 0.25, 0.15  # relative; the guess about which a prior of a trial is centred is a draw
 KNOWN, SHARPENED = 0.1, 0.9  # posterior sd over prior sd
@@ -109,9 +109,8 @@ def spectra(track: Trajectory) -> dict[str, dict]:
 def spectrum(track: Trajectory, sensors) -> Spectrum:
     """Spectrum at the truth, for a prior of 25 % about it; `sensors` is a function of the vehicle."""
     boat, manoeuvre = track.simulator.vehicle, track.simulator.manoeuvre
-    record = observe(track, sensors(boat), None)
     prior, free = priors.relative_normal(PRIOR_SD), boat.equations.names
-    problem = Problem(boat, manoeuvre, record, free=free, prior=prior, dt=track.simulator.step).naive()
+    problem = posed(boat, manoeuvre, sensors(boat), None, free=free, prior=prior).naive()
     return fisher(problem, problem.reference)
 
 
@@ -134,8 +133,7 @@ def trial(track: Trajectory, rng: np.random.Generator) -> Problem:
     """What a tracking range makes of a motion: every coefficient that is not zero is free, the guess 15 % off."""
     boat, manoeuvre = track.simulator.vehicle, track.simulator.manoeuvre
     prior = priors.relative_normal(PRIOR_SD, priors.perturbed(boat.xi, GUESS_SD, rng))
-    record, free = observe(track, tracking_range(boat), rng), boat.equations.names
-    return Problem(boat, manoeuvre, record, free=free, prior=prior, dt=track.simulator.step)
+    return posed(boat, manoeuvre, tracking_range(boat), rng, free=boat.equations.names, prior=prior)
 
 
 def sharpened(posterior: Posterior) -> dict:

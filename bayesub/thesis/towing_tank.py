@@ -6,7 +6,7 @@ import numpy as np
 
 from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import simulate
+from bayesub.model.simulate import simulate, true_step
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
@@ -32,11 +32,11 @@ def treatments(sensors, rng: np.random.Generator, *, error: float, prior_sd: flo
     rng : of the noise, of the values from the tank and of the guess of the others
     error : largest, relative, of the values from the tank
     prior_sd : of the other coefficients, relative to the truth
-    dt : integration step of truth and model, s
+    dt : integration step of the model, s; the truth is flown at a tenth of it
     """
     boat = load_vehicle("suboff")
     manoeuvre = load_manoeuvre("horizontal", boat)
-    record = observe(simulate(boat, manoeuvre, dt=dt), sensors, rng)
+    record = observe(simulate(boat, manoeuvre, dt=true_step(dt, manoeuvre)), sensors, rng)
     # The sd is of the truth, not of the guess: then the truth is a draw from its prior.
     sds = {n: (boat.xi[INDEX[n]], prior_sd * abs(boat.xi[INDEX[n]])) for n in unknown()}
     others = {n: priors.normal(value + sd * rng.standard_normal(), sd) for n, (value, sd) in sds.items()}

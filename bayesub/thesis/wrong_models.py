@@ -41,6 +41,7 @@ class Departure:
 
         Parameters
         ----------
+        motion : flown at a tenth of the step that the sensors ask for, or less
         sensors : what the problem knows of the sensors
         prior_sd : of the coefficients, relative to a guess that is off by as much
         """
@@ -63,7 +64,6 @@ class Departure:
             prior=relative_normal(prior_sd, centre=perturbed(boat.xi, prior_sd, rng)),
             noise=noise,
             xi=xi,
-            dt=motion.simulator.step,
         )
 
 

@@ -13,7 +13,7 @@ SENSORS = bs.sensors.Track(0.5, 0.1, interval_s=4.0, channels=("x", "y", "yaw"))
 @pytest.fixture(scope="module")
 def motion():
     boat = bs.load_vehicle("suboff")
-    return bs.simulate(boat, bs.load_manoeuvre("horizontal", boat), dt=2.0)
+    return bs.simulate(boat, bs.load_manoeuvre("horizontal", boat))
 
 
 def test_a_problem_knows_only_what_it_should(motion, rng):
