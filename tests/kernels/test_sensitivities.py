@@ -118,7 +118,7 @@ def test_against_differences_on_a_trial(name, manoeuvre):
     """On ten minutes of manoeuvring too, at output times between the steps, with either convention of the controls."""
     boat = bs.load_vehicle(name)
     trial = bs.load_manoeuvre(manoeuvre, boat)
-    step = bs.simulate(boat, trial, sample=trial.duration).simulator.step
+    step = Simulator(boat, trial, [trial.duration]).step
     times = np.linspace(0.37 * step, trial.duration, 101)
     for controls in ("linear", "hold"):
         simulator = Simulator(boat, trial, times, dt=step, controls=controls)
