@@ -27,6 +27,7 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.checks.coverage import standard_errors_off
+from bayesub.model.simulate import choose_step
 from bayesub.thesis import cases, rounded_readings, rounded_tables
 from bayesub.thesis.plots import intervals as plots
 from bayesub.thesis.prior_trials import PriorTrials
@@ -73,8 +74,14 @@ def compute(run):
 
 
 def all_free(vehicle, manoeuvre, sensors):
-    """Trials in which every coefficient is free."""
-    return PriorTrials(vehicle, manoeuvre, sensors, free=bs.coefficients.NAMES, prior=PRIOR)
+    """Trials in which every coefficient is free.
+
+    Truth and model have the same step: rounded accelerations ask for one of less than a millisecond.
+    """
+    boat = bs.load_vehicle(vehicle)
+    flown = bs.load_manoeuvre(manoeuvre, boat)
+    dt = choose_step(boat, flown, flown.subproblem)
+    return PriorTrials(vehicle, manoeuvre, sensors, free=bs.coefficients.NAMES, prior=PRIOR, dt=dt)
 
 
 def steps(ratio, interval):

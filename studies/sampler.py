@@ -22,6 +22,7 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.model.coefficients import NAMES, SUBPROBLEMS
+from bayesub.model.simulate import choose_step
 from bayesub.report import markdown
 from bayesub.thesis import cases, sampler_cost
 from bayesub.thesis.plots import sampler as plots
@@ -77,7 +78,12 @@ def pose(vehicle, manoeuvre, variant):
         )
     prior = bs.priors.relative_uniform(0.75) if variant == "uniform" else bs.priors.relative_normal(0.25)
     free, rng = SUBPROBLEMS.get(manoeuvre, NAMES), np.random.default_rng(SEED)
-    return cases.posed(boat, flown, sensors, rng, free=free, prior=prior)
+    if variant != "rounded":
+        return cases.posed(boat, flown, sensors, rng, free=free, prior=prior)
+    # Truth and model have the same step: rounded accelerations ask for one of half a millisecond.
+    step = choose_step(boat, flown, flown.subproblem)
+    record = bs.observe(bs.simulate(boat, flown, dt=step), sensors, rng)
+    return bs.Problem(boat, flown, record, free=free, prior=prior, dt=step)
 
 
 def draw(run, numbers):

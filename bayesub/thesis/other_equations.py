@@ -18,12 +18,12 @@ from bayesub.io.log_files import VELOCITIES
 from bayesub.model.equations.equation_set import Term
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import Trajectory, simulate
+from bayesub.model.simulate import Trajectory, choose_step, simulate
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sampling import Posterior
-from bayesub.sensors import presets
+from bayesub.sensors import observe, presets
 from bayesub.thesis.cases import posed, time_scale, tracking_range
 
 PRIOR_SD, GUESS_SD = 0.25, 0.15  # relative; the guess about which a prior of a trial is centred is a draw
@@ -110,7 +110,9 @@ def spectrum(track: Trajectory, sensors) -> Spectrum:
     """Spectrum at the truth, for a prior of 25 % about it; `sensors` is a function of the vehicle."""
     boat, manoeuvre = track.simulator.vehicle, track.simulator.manoeuvre
     prior, free = priors.relative_normal(PRIOR_SD), boat.equations.names
-    problem = posed(boat, manoeuvre, sensors(boat), None, free=free, prior=prior).naive()
+    # Without noise the step need not follow the sensors, of which rounded accelerations ask for half a millisecond.
+    step = choose_step(boat, manoeuvre, manoeuvre.subproblem)
+    problem = Problem(boat, manoeuvre, observe(track, sensors(boat), None), free=free, prior=prior, dt=step).naive()
     return fisher(problem, problem.reference)
 
 
