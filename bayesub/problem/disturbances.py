@@ -178,17 +178,19 @@ class Disturbances:
         """L (n_knots, n_knots) for a correlation time, s."""
         return projected_factor(self.knots, self.unknown.kind, time)
 
-    def _parts(self, values: np.ndarray):
-        """Sds (n_batch, n_axes) in N and N m, times (n_batch,) s, and w (n_batch, n_axes, n_knots) of own values."""
-        n_axes, own = len(self.unknown.axes), dict(zip(self.processes, values.T, strict=False))
-        n = len(values)
+    def process(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sds (n_batch, n_axes), N and N m, and times (n_batch,), s, of values (n_batch, n) that begin as its own."""
+        own, n = dict(zip(self.processes, values.T, strict=False)), len(values)
         scales = force_scales(self.vehicle, self.unknown.axes)
         given = {f"{_SD}{axis}": self.unknown.sds[axis] for axis in self.unknown.axes}
         sds = [np.broadcast_to(own.get(name, sd), n) for name, sd in given.items()]
         times = np.broadcast_to(own.get(CORRELATION_TIME, self.unknown.correlation_time_s), n)
-        white = values[:, len(self.processes) :]
-        white = white.reshape(n, n_axes, white.shape[1] // n_axes)
-        return np.stack(sds, axis=1) * scales, times, white
+        return np.stack(sds, axis=1) * scales, times
+
+    def _parts(self, values: np.ndarray):
+        """Sds (n_batch, n_axes) in N and N m, times (n_batch,) s, and w (n_batch, n_axes, n_knots) of own values."""
+        white = values[:, len(self.processes) :].reshape(len(values), len(self.unknown.axes), -1)
+        return *self.process(values), white
 
     def _weights(self, times: np.ndarray, slope: bool = False) -> np.ndarray:
         """(n_batch, n_nodes) of the table for L at times (n_batch,), or for its derivative by the time."""
@@ -217,7 +219,7 @@ class Disturbances:
 
     def factors(self, process: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots, n_knots) lower triangular; forces are they times w. Of (n_batch, n_process)."""
-        sds, times, _ = self._parts(process)
+        sds, times = self.process(process)
         table, *_ = self._table
         return sds[:, :, None, None] * np.tensordot(self._weights(times), table, axes=1)[:, None]
 

@@ -88,7 +88,7 @@ class TrialProblem(PosteriorDensity):
             return parameters[:, self.n_coefficients :]
         return np.repeat(self.fixed_nuisances[None], len(parameters), axis=0)
 
-    def _arguments(self, parameters) -> tuple[np.ndarray, np.ndarray]:
+    def arguments(self, parameters) -> tuple[np.ndarray, np.ndarray]:
         """Coefficient sets and nuisance values of parameters (n_batch, n_params), as the forward model takes them."""
         return self.coefficient_sets(parameters), self._nuisance_values(parameters)
 
@@ -97,7 +97,7 @@ class TrialProblem(PosteriorDensity):
 
         Headings of a log, which are known up to whole turns, are on the turn that is nearest to the reading.
         """
-        predicted, status = self.forward.predicted(*self._arguments(np.atleast_2d(parameters)))
+        predicted, status = self.forward.predicted(*self.arguments(np.atleast_2d(parameters)))
         self.forward.count(status)
         self.forward.measurement.to_nearest_turn(predicted, self.readings)
         return predicted
@@ -166,7 +166,7 @@ class TrialProblem(PosteriorDensity):
         """
         self.costs.jacobians += 1
         parameters = np.atleast_2d(parameters)
-        arguments = self._arguments(parameters)
+        arguments = self.arguments(parameters)
         # Known normal noise weighs the same wherever the prediction is, and needs no simulation for it.
         known = all(noise.is_normal and not unknown for noise, *_, unknown in self._channels(parameters))
         predicted = self.readings[None] if known else self.forward.predicted(*arguments)[0]
@@ -246,7 +246,7 @@ class TrialProblem(PosteriorDensity):
 
     def motion(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
-        return self.forward.states(*self._arguments(np.atleast_2d(parameters)))
+        return self.forward.states(*self.arguments(np.atleast_2d(parameters)))
 
     def forces(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots) unmodelled forces at the knots, N and N m, of parameters (n_batch, n_params)."""
@@ -254,7 +254,7 @@ class TrialProblem(PosteriorDensity):
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, of the body and start that are inferred."""
-        trajectory = self.forward.trajectory(*self._arguments(np.atleast_2d(parameters)))
+        trajectory = self.forward.trajectory(*self.arguments(np.atleast_2d(parameters)))
         return linear_systems(trajectory, free=self.names[: self.n_coefficients])
 
     def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
