@@ -2,10 +2,12 @@
 
 Those on the equations of motion take linear systems, one an axis: :func:`linear_least_squares`,
 :func:`total_least_squares`, :func:`linear_programme`. Those on the readings take a problem: :func:`sqp`,
-:func:`trust_region` and, with the prior, :func:`gauss_newton` and :func:`posterior_mode`.
+:func:`trust_region` and, with the prior, :func:`gauss_newton` and :func:`posterior_mode`. With unmodelled forces
+:func:`filter_error` takes a problem as a :class:`bayesub.problem.state_space.StateSpace`.
 """
 
 from bayesub.baselines.estimate import Estimate
+from bayesub.baselines.filter_error import filter_error
 from bayesub.baselines.gauss_newton import gauss_newton
 from bayesub.baselines.linear_least_squares import linear_least_squares, total_least_squares
 from bayesub.baselines.linear_programme import linear_programme
@@ -15,6 +17,7 @@ from bayesub.baselines.trust_region import trust_region
 
 __all__ = [
     "Estimate",
+    "filter_error",
     "gauss_newton",
     "linear_least_squares",
     "linear_programme",
