@@ -113,15 +113,17 @@ class Disturbance:
 
     def sample(self, times: np.ndarray, rng: np.random.Generator) -> ForceHistory:
         """A history at equidistant times (n,), whose covariance between these is exact."""
-        n = len(times)
-        steps = np.diff(times) / self.correlation_time_s
+        from scipy import signal  # takes a second to import
+
+        n, n_axes = len(times), len(self.axes)
+        step = (times[-1] - times[0]) / max(1, n - 1) / self.correlation_time_s
         if self.kind == "matern_3_2":
-            values = np.stack([_matern(steps, rng) for _ in self.axes], axis=1)
+            shocks, recursion = _matern(step, rng.standard_normal((n, 2, n_axes)))
         else:
-            rho = np.exp(-steps)
-            values = rng.standard_normal((n, len(self.axes)))
-            for k in range(1, n):
-                values[k] = rho[k - 1] * values[k - 1] + np.sqrt(1.0 - rho[k - 1] ** 2) * values[k]
+            rho = np.exp(-step)
+            shocks, recursion = rng.standard_normal((n, n_axes)), [1.0, -rho]
+            shocks[1:] *= np.sqrt(1.0 - rho**2)
+        values = signal.lfilter([1.0], recursion, shocks, axis=0)
         return ForceHistory(np.array(times), self.axes, values * np.asarray(self.sds))
 
 
@@ -133,20 +135,21 @@ def correlation(kind: str, lags: np.ndarray) -> np.ndarray:
     return np.exp(-lags)
 
 
-def _matern(steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """A Matern process of order 3/2 after steps (n - 1,), by the exact transitions of its value and derivative."""
+def _matern(step: float, white: np.ndarray) -> tuple[np.ndarray, list[float]]:
+    """Shocks (n, n_axes) and recursion of a Matern process of order 3/2, of white noise (n, 2, n_axes).
+
+    Its value and derivative x go by x_k = A x_k-1 + e_k over a step. A has a double eigenvalue d, so that
+    A^2 = 2 d A - d^2, and the value alone goes by y_k = 2 d y_k-1 - d^2 y_k-2 + e_k + (A - 2 d) e_k-1.
+    """
     rate = np.sqrt(3.0)
     stationary = np.diag([1.0, rate**2])
-    state = np.sqrt(np.diag(stationary)) * rng.standard_normal(2)
-    values = [state[0]]
-    for step in steps:
-        decay = np.exp(-rate * step)
-        transition = decay * np.array([[1.0 + rate * step, step], [-(rate**2) * step, 1.0 - rate * step]])
-        covariance = stationary - transition @ stationary @ transition.T
-        noise = np.linalg.cholesky(covariance + 1e-15 * np.eye(2)) @ rng.standard_normal(2)
-        state = transition @ state + noise
-        values.append(state[0])
-    return np.array(values)
+    decay = np.exp(-rate * step)
+    transition = decay * np.array([[1.0 + rate * step, step], [-(rate**2) * step, 1.0 - rate * step]])
+    noise = np.linalg.cholesky(stationary - transition @ stationary @ transition.T + 1e-15 * np.eye(2)) @ white
+    noise[0] = np.sqrt(stationary) @ white[0]
+    shocks = noise[:, 0].copy()
+    shocks[1:] += np.einsum("j,kja->ka", (transition - 2.0 * decay * np.eye(2))[0], noise[:-1])
+    return shocks, [1.0, -2.0 * decay, decay**2]
 
 
 def check_kind(kind: str) -> None:

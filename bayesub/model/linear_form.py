@@ -42,9 +42,9 @@ def linear_systems(
 ) -> dict[str, LinearSystem]:
     """The linear form of each axis from the states and accelerations of a motion.
 
-    The load is rigid-body inertia minus hydrostatics minus propulsion. Columns are the coefficients that play a part
-    (:meth:`bayesub.model.equations.EquationSet.active`). Columns that vanish throughout, such as those of planes
-    that do not move, are left out, and so are axes without columns.
+    The load is rigid-body inertia minus hydrostatics minus propulsion; forces that the equations leave out stay in it.
+    Columns are the coefficients that play a part (:meth:`bayesub.model.equations.EquationSet.active`). Columns that
+    vanish throughout, such as those of planes that do not move, are left out, and so are axes without columns.
 
     The regressors are exact functions of the given states but for round-off. Simulated accelerations come from the
     equations of motion at these very states, so that integration errors do not enter; their round-off is what the
@@ -88,6 +88,8 @@ def linear_systems(
         sizes = np.linalg.norm(accelerations, axis=0)
         noise = np.divide(errors, sizes, out=np.zeros(6), where=sizes > 0)
         noise = dict(zip(ACCELERATIONS, noise, strict=True))
+    if simulator.forces is not None:  # of which the equations know nothing
+        loads = loads + simulator.forces.at(trajectory.times)
 
     systems = {}
     for axis, block in columns.items():

@@ -8,7 +8,7 @@ from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.kernels import families, workspace
 from bayesub.kernels.variations import Variations, of_entries
-from bayesub.model.disturbance import ForceHistory, Knots, check_axes
+from bayesub.model.disturbance import Disturbance, ForceHistory, Knots, check_axes
 from bayesub.model.equations import AXES
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.sensitivity_columns import sensitivity_columns
@@ -120,19 +120,53 @@ class Simulator:
 
     def at(self, times: np.ndarray) -> "Simulator":
         """The same simulator with other output times."""
-        return Simulator(
-            self.vehicle,
-            self.manoeuvre,
-            times,
-            dt=self.step,
-            controls=self.convention,
-            subproblem=self.subproblem,
-            attitude=self.attitude,
-            varied=tuple(name for name in self.varied if name in self.vehicle.actuators.parameters),
-            changes=self.changes,
-            knots=self.knots,
-            forces=self.forces,
-        )
+        return self._changed(times=times)
+
+    @property
+    def undisturbed(self) -> "Simulator":
+        """The same simulator without the forces that the equations leave out."""
+        return self._changed(knots=None, forces=None) if self._disturbed else self
+
+    def disturbed(self, disturbance: Disturbance | ForceHistory, rng: np.random.Generator | None = None) -> "Simulator":
+        """The same simulator with forces that the equations leave out, for all members.
+
+        Parameters
+        ----------
+        disturbance : Disturbance or ForceHistory
+            The forces, or a process, of which a history is sampled at the beginning and end of each step.
+        rng : Generator, optional
+            Of that history.
+
+        Raises
+        ------
+        InputError
+            For a correlation time shorter than a step, and for a process without `rng`.
+        """
+        if isinstance(disturbance, Disturbance):
+            if rng is None:
+                raise InputError("disturbance: a history of it needs random numbers; give rng")
+            if not disturbance.correlation_time_s >= self.step:
+                raise InputError(
+                    f"disturbance: correlation_time_s is {disturbance.correlation_time_s:g} s, shorter than the time "
+                    f"step of {self.step:g} s; give a shorter step"
+                )
+            n_steps = int(np.ceil(self.manoeuvre.duration / self.step * (1.0 - 1e-12)))
+            disturbance = disturbance.sample(np.arange(n_steps + 1) * self.step, rng)
+        return self._changed(forces=disturbance)
+
+    def _changed(self, **changes) -> "Simulator":
+        arguments = {
+            "times": self.times,
+            "dt": self.step,
+            "controls": self.convention,
+            "subproblem": self.subproblem,
+            "attitude": self.attitude,
+            "varied": tuple(name for name in self.varied if name in self.vehicle.actuators.parameters),
+            "changes": self.changes,
+            "knots": self.knots,
+            "forces": self.forces,
+        }
+        return Simulator(self.vehicle, self.manoeuvre, **arguments | changes)
 
     def inputs_at(self, times: np.ndarray) -> np.ndarray:
         """(n, n_actuators) what the log says of the actuators at times (n,), linearly interpolated."""
@@ -348,6 +382,8 @@ def simulate(
     controls: str = "linear",
     subproblem: str | None = _UNSET,
     attitude: str = "euler",
+    disturbance: Disturbance | ForceHistory | None = None,
+    rng: np.random.Generator | None = None,
 ) -> Trajectory:
     """Simulate a manoeuvre.
 
@@ -370,6 +406,11 @@ def simulate(
         "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
     attitude : str
         "euler" or "quaternion".
+    disturbance : Disturbance or ForceHistory, optional
+        Forces that the equations leave out, for all members: a process, of which one history is sampled at the
+        integration step, or the history itself.
+    rng : Generator, optional
+        Of that history.
 
     Raises
     ------
@@ -394,7 +435,10 @@ def simulate(
     options = {"controls": controls, "subproblem": subproblem, "attitude": attitude}
     if dt is None:
         dt = true_step(Simulator(vehicle, manoeuvre, times, **options).step, manoeuvre)
-    return Simulator(vehicle, manoeuvre, times, dt=dt, **options).trajectory(xi)
+    simulator = Simulator(vehicle, manoeuvre, times, dt=dt, **options)
+    if disturbance is not None:
+        simulator = simulator.disturbed(disturbance, rng)
+    return simulator.trajectory(xi)
 
 
 def true_step(step: float, manoeuvre: Manoeuvre) -> float:

@@ -10,6 +10,7 @@ from bayesub.io import toml_files
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import files_of_equations
+from bayesub.study.disturbance_section import DisturbanceSection
 from bayesub.study.prior_section import AnyNoiseSection, PriorSection
 from bayesub.study.provenance import copy_name, environment, file_digest
 from bayesub.study.sensor_section import AnySensorSection
@@ -101,6 +102,8 @@ class Study(TrialKeys):
         What is known before.
     noise : dict of str to NoiseSection
         Column -> noise model, where it is not the one of the sensor.
+    disturbance : DisturbanceSection or None
+        Unmodelled forces, whose histories are inferred; the process is that of all trials.
     baselines : BaselinesSection
         Deterministic methods.
     sampler : SamplerSection
@@ -121,6 +124,7 @@ class Study(TrialKeys):
     free: FreeSection
     prior: PriorSection
     noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
+    disturbance: DisturbanceSection | None = None
     baselines: BaselinesSection = BaselinesSection()
     sampler: SamplerSection = SamplerSection()
     quick: dict = pydantic.Field(default_factory=dict)

@@ -15,6 +15,7 @@ from bayesub.model.vehicles import Vehicle
 from bayesub.problem.nuisance import BODY, INITIAL
 from bayesub.problem.priors import Prior
 from bayesub.sensors import observe, unread
+from bayesub.study.disturbance_section import TrueDisturbanceSection, true_parameters
 from bayesub.study.prior_section import PriorOfOne
 from bayesub.study.sensor_section import FAULTS, PRESETS, AnySensorSection, SensorSection
 
@@ -29,9 +30,12 @@ class TruthSection(Section):
     ----------
     current_mps : (float, float)
         Constant current to the north and to the east.
+    disturbance : TrueDisturbanceSection or None
+        Forces that the equations leave out.
     """
 
     current_mps: tuple[float, float] = (0.0, 0.0)
+    disturbance: TrueDisturbanceSection | None = None
 
 
 class TrialKeys(Section):
@@ -78,7 +82,7 @@ class TrialKeys(Section):
             for key in self.OF_DATA:
                 if getattr(self, key) is not None:
                     raise ValueError(f"{key} is for 'data'; leave it out")
-        if self.manoeuvre is None and any(self.truth.current_mps):
+        if self.manoeuvre is None and (any(self.truth.current_mps) or self.truth.disturbance is not None):
             raise ValueError(f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out")
         return self
 
@@ -176,7 +180,12 @@ class TrialKeys(Section):
 
         truth = simulate(vehicle, trial.manoeuvre, dt=true_step(step, trial.manoeuvre))
         sensors = [section.build() for section in sections]
+        parameters = {}
+        if self.truth.disturbance is not None:
+            truth, disturbance = self.truth.disturbance.flown(truth, rng)
+            parameters = true_parameters(disturbance, vehicle)
         record = observe(truth, sensors, rng, current_mps=self.truth.current_mps)
+        record = replace(record, nuisances=record.nuisances | parameters)
         return replace(trial, record=record, truth=truth)
 
 

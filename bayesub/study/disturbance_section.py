@@ -1,0 +1,259 @@
+"""Unmodelled forces in study files: those that a fit infers, and those that a simulated truth feels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+import pydantic
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError
+from bayesub.io.toml_files import Positive, Section
+from bayesub.model.disturbance import Disturbance, check_axes
+from bayesub.model.equations import AXES
+from bayesub.model.hull_forces import hull_force_rms
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem import priors
+from bayesub.problem.disturbances import CORRELATION_TIME, UnknownDisturbance, force_scales
+from bayesub.study.prior_section import LogSd
+
+if TYPE_CHECKING:  # the simulator needs numba, of which importing takes a second
+    from bayesub.model.simulate import Simulator
+    from bayesub.model.trajectory import Trajectory
+
+# Key -> the axes that it may be given for, and its largest value, far above anything that floats.
+WAYS = {"sd": (AXES, 1.0), "sd_n": (AXES[:3], 1e12), "sd_nm": (AXES[3:], 1e15), "share": (AXES, 10.0)}
+_MISPLACED = {"sd_n": "is in newton, and {axis} is a moment; give it in sd_nm"}
+_MISPLACED["sd_nm"] = "is in newton metre, and {axis} is a force; give it in sd_n"
+
+
+class LogNormalPrior(Section):
+    """The prior of a positive number.
+
+    Attributes
+    ----------
+    median : float
+    log_sd : float
+    """
+
+    median: Positive
+    log_sd: LogSd
+
+    def build(self, factor: float = 1.0) -> priors.Prior:
+        """The prior of `factor` times the number."""
+        return priors.log_normal(factor * self.median, self.log_sd)
+
+
+def _number_or_prior(value) -> str:
+    return "prior" if isinstance(value, dict | LogNormalPrior) else "number"
+
+
+Amount = Annotated[
+    Annotated[Positive, pydantic.Tag("number")] | Annotated[LogNormalPrior, pydantic.Tag("prior")],
+    pydantic.Discriminator(_number_or_prior),
+]
+
+
+class DisturbanceSection(Section):
+    """Unmodelled forces as random processes, whose histories are inferred.
+
+    Each axis has its own sd, in one of four ways. A number or a prior in place of a table is that of every axis that
+    the key is for.
+
+    Attributes
+    ----------
+    axes : tuple of str
+        Of X Y Z K M N.
+    sd : dict of str to number or prior, or None
+        Axis -> non-dimensional sd: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with the trial speed U.
+    sd_n, sd_nm : dict of str to number or prior, or None
+        Axis -> sd of a force, N, and of a moment, N m.
+    share : dict of str to number or prior, or None
+        Axis -> sd over the force of the hull on the manoeuvre (:func:`bayesub.model.hull_forces.hull_force_rms`).
+    correlation_time_s : number or prior
+    kind : str
+        As of :class:`bayesub.model.disturbance.Disturbance`.
+    knot_interval_s : float or None
+        Time between the forces that are inferred; by default as of
+        :class:`bayesub.problem.disturbances.UnknownDisturbance`.
+    """
+
+    axes: tuple[str, ...]
+    sd: dict[str, Amount] | None = None
+    sd_n: dict[str, Amount] | None = None
+    sd_nm: dict[str, Amount] | None = None
+    share: dict[str, Amount] | None = None
+    correlation_time_s: Amount
+    kind: Literal["ornstein_uhlenbeck", "matern_3_2"] = "ornstein_uhlenbeck"
+    knot_interval_s: Positive | None = None
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _by_axis(cls, content):
+        """A number or a prior of several axes is written out for each of them."""
+        axes = content.get("axes") if isinstance(content, dict) else None
+        if not isinstance(axes, list | tuple):
+            return content
+        single = {key: content[key] for key in WAYS if content.get(key) is not None and not _is_table(content[key])}
+        return content | {key: {a: value for a in axes if a in WAYS[key][0]} for key, value in single.items()}
+
+    @pydantic.field_validator("axes")
+    @classmethod
+    def _exist(cls, axes):
+        check_axes(axes)
+        return axes
+
+    @pydantic.model_validator(mode="after")
+    def _one_sd_for_each_axis(self):
+        for key, (suited, largest) in WAYS.items():
+            values = getattr(self, key)
+            if values is None:
+                continue
+            if not values:
+                raise ValueError(f"{key}: the axes {' '.join(self.axes)} have no {' '.join(suited)}; leave it out")
+            for axis, value in values.items():
+                if axis in self.axes and axis not in suited:
+                    raise ValueError(f"{key} {_MISPLACED[key].format(axis=axis)}")
+                if axis not in self.axes:
+                    raise ValueError(f"{key} has the axis '{axis}', and axes has {' '.join(self.axes)}")
+                number = value.median if isinstance(value, LogNormalPrior) else value
+                if number > largest:
+                    hint = "; a force in newton is sd_n, a moment in newton metre is sd_nm" if key == "sd" else ""
+                    raise ValueError(f"{key} of {axis} must be at most {largest:g}, found {number:g}{hint}")
+        for axis in self.axes:
+            keys = [key for key in WAYS if axis in (getattr(self, key) or {})]
+            if len(keys) != 1:
+                others = ", ".join(key for key, (suited, _) in WAYS.items() if axis in suited)
+                found = " and ".join(keys) or "none"
+                raise ValueError(f"axis {axis} has its sd in one of {others}; found {found}")
+        return self
+
+    def units(self, simulators: Sequence[Simulator]) -> np.ndarray:
+        """(n_axes,) what a unit of the number of each axis is, N or N m.
+
+        Parameters
+        ----------
+        simulators : sequence of Simulator
+            Of the trials.
+
+        Raises
+        ------
+        InputError
+            For an axis that does not move in a trial, and for a share of no force.
+        """
+        for simulator in simulators:
+            check_axes(self.axes, simulator.subproblem)
+        units = force_scales(simulators[0].vehicle, self.axes)
+        rms = hull_force_rms(simulators) if self.share else np.zeros(len(AXES))
+        for k, axis in enumerate(self.axes):
+            if axis in (self.sd_n or {}) or axis in (self.sd_nm or {}):
+                units[k] = 1.0
+            elif axis in (self.share or {}):
+                units[k] = _positive(rms[AXES.index(axis)], axis)
+        return units
+
+    def amount(self, axis: str) -> float | LogNormalPrior:
+        """The number or prior of an axis, in the unit of its key."""
+        return next(values[axis] for values in (getattr(self, key) or {} for key in WAYS) if axis in values)
+
+    def build(self, simulators: Sequence[Simulator]) -> UnknownDisturbance:
+        """The unmodelled forces that all trials share as a process.
+
+        Parameters
+        ----------
+        simulators : sequence of Simulator
+            Of the trials, all of one vehicle.
+
+        Raises
+        ------
+        InputError
+            As of :meth:`units`.
+        """
+        factors = self.units(simulators) / force_scales(simulators[0].vehicle, self.axes)
+        amounts = {axis: (self.amount(axis), factor) for axis, factor in zip(self.axes, factors, strict=True)}
+        sds = {axis: _built(amount, factor) for axis, (amount, factor) in amounts.items()}
+        return UnknownDisturbance(self.axes, sds, _built(self.correlation_time_s), self.kind, self.knot_interval_s)
+
+
+class TrueDisturbanceSection(DisturbanceSection):
+    """Unmodelled forces that a simulated truth feels: as those that are inferred, with numbers."""
+
+    @pydantic.model_validator(mode="after")
+    def _is_known(self):
+        if self.knot_interval_s is not None:
+            raise ValueError("knot_interval_s is of forces that are inferred; leave it out")
+        for key in ("correlation_time_s", *WAYS):
+            value = getattr(self, key)
+            amounts = value.values() if isinstance(value, dict) else (value,)
+            if any(isinstance(amount, LogNormalPrior) for amount in amounts):
+                raise ValueError(f"{key} is a prior, and what a simulated boat feels is known; give a number")
+        return self
+
+    def known(self, simulator: Simulator) -> Disturbance:
+        """The process on the manoeuvre of a simulator; InputError as of :meth:`units`."""
+        sds = np.array([self.amount(axis) for axis in self.axes]) * self.units([simulator])
+        return Disturbance(self.axes, sds, self.correlation_time_s, self.kind)
+
+    def flown(self, trajectory: Trajectory, rng: np.random.Generator) -> tuple[Trajectory, Disturbance]:
+        """The same trial with a history of the process, and the process.
+
+        The history has a stream of random numbers of its own, which `rng` spawns: the noise of readings is the same
+        with and without it.
+
+        Raises
+        ------
+        InputError
+            As of :meth:`units`, and for a correlation time shorter than the step.
+        """
+        simulator, (stream,) = trajectory.simulator, rng.spawn(1)
+        process = self.known(simulator)
+        return simulator.disturbed(process, stream).trajectory(trajectory.xi), process
+
+
+def true_parameters(disturbance: Disturbance, vehicle: Vehicle) -> dict[str, float]:
+    """Name of a parameter of the process (:mod:`bayesub.problem.disturbances`) -> its value in a truth."""
+    sds = disturbance.sds / force_scales(vehicle, disturbance.axes)
+    values = {f"sd_disturbance_{axis}": float(sd) for axis, sd in zip(disturbance.axes, sds, strict=True)}
+    return values | {CORRELATION_TIME: disturbance.correlation_time_s}
+
+
+def in_words(disturbance: Disturbance) -> str:
+    """Sds and correlation time, such as ``X 1.2 N, N 0.5 N m, correlation time 4 s``."""
+    sds = zip(disturbance.axes, disturbance.sds, strict=True)
+    parts = [f"{axis} {sd:.3g} {'N' if axis in AXES[:3] else 'N m'}" for axis, sd in sds]
+    return f"{', '.join(parts)}, correlation time {disturbance.correlation_time_s:g} s"
+
+
+class DisturbanceFile(Section):
+    """Unmodelled forces, for ``bayesub simulate --disturbance``.
+
+    Attributes
+    ----------
+    disturbance : TrueDisturbanceSection
+    """
+
+    disturbance: TrueDisturbanceSection
+
+
+def read_disturbance(path: str | Path) -> TrueDisturbanceSection:
+    """The unmodelled forces of a file."""
+    return toml_files.read_toml(Path(path), DisturbanceFile).disturbance
+
+
+def _is_table(value) -> bool:
+    """Whether a value is by axis, not a prior."""
+    return isinstance(value, dict) and not (value and set(value) <= set(LogNormalPrior.model_fields))
+
+
+def _built(amount: float | LogNormalPrior, factor: float = 1.0) -> float | priors.Prior:
+    return amount.build(factor) if isinstance(amount, LogNormalPrior) else factor * amount
+
+
+def _positive(rms: float, axis: str) -> float:
+    if not rms > 0.0:
+        way = "sd or sd_n" if axis in AXES[:3] else "sd or sd_nm"
+        raise InputError(f"disturbance: the hull makes no {axis} on the manoeuvre, so that it has no share; give {way}")
+    return rms
