@@ -8,7 +8,7 @@ import click
 
 from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
 from bayesub.cli.arguments import subproblem as subproblem_option
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, error_source
 from bayesub.io.terminal import FAILED, say
 
 
@@ -40,7 +40,14 @@ from bayesub.io.terminal import FAILED, say
 @click.option(
     "--perturb", type=float, metavar="SD", help="Fly coefficients that are off by this, relative to the file."
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of --sensors and --perturb.")
+@click.option("--disturbance", type=PATH, metavar="FILE", help="Fly with random forces that the equations leave out.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Of --sensors, --perturb and --disturbance.",
+)
 def simulate(
     vehicle: str,
     manoeuvre: str,
@@ -53,11 +60,13 @@ def simulate(
     plot: Path | None,
     sensors: str | None,
     perturb: float | None,
+    disturbance: Path | None,
     seed: int,
 ) -> None:
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
 
     With --sensors the output is the log of a trial, controls and readings with noise, which a study reads as its data.
+    The file of --disturbance has a section [disturbance]: axes, sd (or sd_n and sd_nm, or share), correlation_time_s.
     """
     import numpy as np
 
@@ -66,18 +75,25 @@ def simulate(
     from bayesub.model.vehicles import load_vehicle
     from bayesub.problem import priors
     from bayesub.sensors import observe
+    from bayesub.study.disturbance_section import in_words
     from bayesub.study.trial_section import read_instruments
 
+    instruments = None if sensors is None else read_instruments(sensors)
+    section = _disturbance(disturbance, instruments)
     boat = load_vehicle(vehicle)
     history = load_manoeuvre(manoeuvre, boat)
     rng = np.random.default_rng(seed)
     xi = boat.xi if perturb is None else priors.perturbed(boat.xi, perturb, rng)
     options = {"dt": dt, "sample": sample, "controls": controls, "attitude": attitude}
     trajectory = simulate_trial(boat, history, xi=xi, **options, **plane(subproblem))
-    if sensors is None:
+    forces = ""
+    if section is not None:
+        with error_source(str(disturbance or sensors)):
+            trajectory, process = section.flown(trajectory, rng)
+        forces = f"disturbed by {in_words(process)}, "
+    if instruments is None:
         trajectory.save(output)
     else:
-        instruments = read_instruments(sensors)
         parts = [section.build() for section in instruments.sensors]
         record = observe(trajectory, parts, rng, current_mps=instruments.truth.current_mps)
         record.save(output, trajectory)
@@ -90,10 +106,22 @@ def simulate(
     kind = trajectory.simulator.subproblem or "six degrees of freedom"
     say(
         f"{output}: {len(trajectory.times)} times, {boat.name} on {history.name} ({kind}), "
-        f"step {trajectory.simulator.step:g} s, {status}"
+        f"step {trajectory.simulator.step:g} s, {forces}{status}"
     )
     if status != "ok":
         raise click.exceptions.Exit(FAILED)
+
+
+def _disturbance(path: Path | None, instruments):
+    """The section of a file, or that of the truth in the file of the instruments; None if there is none."""
+    from bayesub.study.disturbance_section import read_disturbance
+
+    of_truth = None if instruments is None else instruments.truth.disturbance
+    if path is None:
+        return of_truth
+    if of_truth is not None:
+        raise InputError(f"{path}: the file of --sensors has a [truth.disturbance] too; give one of the two")
+    return read_disturbance(path)
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import numpy as np
 
 from bayesub.io import log_files
 from bayesub.io.log_files import positions
+from bayesub.model.equations import AXES
 from bayesub.plots import style
 
 X, Y, Z, PHI, THETA = positions("x", "y", "z", "phi", "theta")
@@ -98,12 +99,12 @@ def _draw_depth(axis, tracks, truth):
 
 
 def draw_simulated(path, trajectory, name: str) -> None:
-    """One simulated trial: the track from above, depth and pitch, speed, and the controls."""
+    """One simulated trial: the track from above, depth and pitch, speed, the controls, and unmodelled forces if any."""
     times, states = trajectory.times, trajectory.states[0]
-    with style.figure(path, 9.0, 5.0) as figure:
-        axes = figure.subplot_mosaic(
-            [["track", "depth"], ["track", "pitch"], ["track", "speed"], ["track", "planes"]], width_ratios=[1.0, 1.2]
-        )
+    forces = trajectory.simulator.forces
+    panels = ["depth", "pitch", "speed", "planes", *(() if forces is None else ("forces",))]
+    with style.figure(path, 9.0, 1.25 * len(panels)) as figure:
+        axes = figure.subplot_mosaic([["track", panel] for panel in panels], width_ratios=[1.0, 1.2])
         axes["track"].plot(states[:, Y], states[:, X], color=style.POSTERIOR)
         axes["track"].plot(states[0, Y], states[0, X], "o", color=style.TRUTH, ms=4)
         axes["track"].set_aspect("equal", adjustable="datalim")
@@ -117,10 +118,13 @@ def draw_simulated(path, trajectory, name: str) -> None:
         axes["speed"].plot(times, np.linalg.norm(states[:, VELOCITY], axis=1), color=style.POSTERIOR)
         axes["speed"].set_ylabel("speed (m/s)")
         _draw_actuators(axes["planes"], trajectory)
-        for key in ("pitch", "planes"):
+        if forces is not None:
+            _draw_forces(axes["forces"], times, forces)
+        axes[panels[-1]].set_xlabel("time (s)")
+        for key in ("pitch", *panels[3:]):
             if axes[key].get_legend_handles_labels()[0]:
                 axes[key].legend(loc="lower right", bbox_to_anchor=(1.0, 0.95), borderaxespad=0.0, fontsize=8, ncols=3)
-        for key in ("depth", "pitch", "speed"):
+        for key in panels[:-1]:
             axes[key].tick_params(labelbottom=False)
 
 
@@ -134,7 +138,7 @@ def _draw_actuators(axis, trajectory):
         if column.endswith("_deg") and np.any(values):
             label = column.removesuffix("_deg").replace("_", " ")
             axis.plot(trajectory.times, np.degrees(values), color=colour, label=label)
-    axis.set(ylabel="plane (deg)", xlabel="time (s)")
+    axis.set_ylabel("plane (deg)")
     others = [entry for entry in entries if not entry[0].endswith("_deg") and np.ptp(entry[1]) > 0.0]
     if others:
         right = axis.twinx()
@@ -143,3 +147,16 @@ def _draw_actuators(axis, trajectory):
             largest = np.abs(values).max()
             right.plot(trajectory.times, values / largest, color=colour)
             axis.plot([], [], color=colour, label=f"{style.with_unit(column)} / {largest:.3g}")
+
+
+def _draw_forces(axis, times, forces):
+    """Unmodelled forces on the left, moments on the right."""
+    values = forces.at(times)[:, [AXES.index(name) for name in forces.axes]]
+    colours = cycle((style.POSTERIOR, style.LINEAR, style.SQP, style.NULL, style.WEAK))
+    moments = [name for name in forces.axes if name in AXES[3:]]
+    right = axis.twinx() if moments and len(moments) < len(forces.axes) else axis
+    for name, history, colour in zip(forces.axes, values.T, colours, strict=False):
+        panel = right if name in moments else axis
+        panel.plot(times, history, color=colour, lw=0.8)
+        panel.set_ylabel("moment (N m)" if name in moments else "force (N)")
+        axis.plot([], [], color=colour, label=name)

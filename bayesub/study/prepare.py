@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from bayesub.io.errors import error_source
+from bayesub.model.simulate import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.joint import JointProblem
@@ -71,8 +72,11 @@ def _prepare(study: Study) -> Setup:
     xi = vehicle.xi.copy()
     xi[vehicle.equations.columns(fixed)] = list(fixed.values())
     free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
+    disturbance = (
+        None if study.disturbance is None else study.disturbance.build(_simulators(vehicle, trials, study.dt_s))
+    )
     noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
-    pose = partial(Problem, vehicle, free=free, prior=prior, xi=xi)
+    pose = partial(Problem, vehicle, free=free, prior=prior, xi=xi, disturbance=disturbance)
     problems = {}
     for (name, section, sensors), noise in zip(study.each_trial(), noises, strict=True):
         with error_source(_label(name)):
@@ -84,6 +88,14 @@ def _prepare(study: Study) -> Setup:
             problems[name] = pose(trial.manoeuvre, trial.record, dt=step, **given)
     problem = problems[""] if study.trials is None else JointProblem(problems)
     return Setup(study, vehicle, trials, problem, *others)
+
+
+def _simulators(vehicle: Vehicle, trials: dict[str, Trial], dt: float | None) -> list[Simulator]:
+    """What flies each trial: that of its truth, or one of the boat of the file on the controls of the log."""
+    return [
+        trial.truth.simulator if trial.truth else Simulator(vehicle, trial.manoeuvre, np.zeros(1), dt=dt)
+        for trial in trials.values()
+    ]
 
 
 def _label(name: str) -> str:
