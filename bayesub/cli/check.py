@@ -66,7 +66,7 @@ def examine(path: Path, controls: Sequence[str] = ()) -> tuple[str, Card | None]
             return describe(path)
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
-        "manoeuvre (no 'kind'), a study (no 'vehicle') nor instruments (no 'sensors')"
+        "manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors') nor a disturbance (no 'disturbance')"
     )
 
 
@@ -130,7 +130,15 @@ def _instruments(path: Path):
     return f"instruments that read {', '.join(sensor.column for sensor in channels)}", None
 
 
-# Key that only files of a kind have -> what a file of that kind is; a study has sensors too, and comes before them.
+def _disturbance_file(path: Path):
+    from bayesub.study.disturbance_section import read_disturbance
+
+    section = read_disturbance(path)
+    return f"disturbance on {' '.join(section.axes)}, correlation time {section.correlation_time_s:g} s", None
+
+
+# Key that only files of a kind have -> what a file of that kind is; a study has sensors and a
+# disturbance too, and comes before them.
 _KINDS = {
     "coefficients": _vehicle,
     "terms": _equations,
@@ -138,6 +146,7 @@ _KINDS = {
     "hull": _geometry,
     "kind": _manoeuvre,
     "sensors": _instruments,
+    "disturbance": _disturbance_file,
 }
 
 
@@ -177,7 +186,7 @@ def _cost(setup) -> str:
     each = problem.each_trial(problem.prior.mean)
     trials = "; ".join(_trial(name, p, setup.trials[name], centre) for name, p, centre in each)
     return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; "
+        f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; {_disturbance(setup.problem)}"
         f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
     )
 
@@ -189,8 +198,31 @@ def _trial(name: str, problem, trial, centre) -> str:
     left_out = f" ({trial.n_left_out} outside the controls left out)" if trial.n_left_out else ""
     return (
         f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
-        f"step {problem.simulator.step:g} s{_failure(problem, centre)}"
+        f"step {problem.simulator.step:g} s{_truth(trial.truth)}{_failure(problem, centre)}"
     )
+
+
+def _truth(truth) -> str:
+    forces = None if truth is None else truth.simulator.forces
+    return "" if forces is None else f", truth disturbed on {' '.join(forces.axes)}"
+
+
+def _disturbance(problem) -> str:
+    """The unmodelled forces that a study infers: sds in units of force and as shares, time and knots; or nothing."""
+    from bayesub.model.hull_forces import hull_force_rms
+    from bayesub.study.disturbance_section import central, in_words
+
+    trials = [p for _, p, _ in problem.each_trial(problem.prior.mean)]
+    if trials[0].forward.disturbances is None:
+        return ""
+    unknown = trials[0].forward.disturbances.unknown
+    try:
+        rms = hull_force_rms([p.simulator for p in trials])
+    except InputError:  # the boat of the file fails, and there is no share
+        rms = None
+    knots = ", ".join(str(len(p.simulator.knots.times)) for p in trials)
+    process, inferred = central(unknown, trials[0].vehicle)
+    return f"disturbance {in_words(process, rms, inferred)}, {knots} knots; "
 
 
 def _failure(problem, centre) -> str:

@@ -90,7 +90,7 @@ def simulate(
     if section is not None:
         with error_source(str(disturbance or sensors)):
             trajectory, process = section.flown(trajectory, rng)
-        forces = f"disturbed by {in_words(process)}, "
+        forces = f"disturbance {in_words(process)}, "
     if instruments is None:
         trajectory.save(output)
     else:

@@ -154,7 +154,10 @@ def _draw_forces(axis, times, forces):
     values = forces.at(times)[:, [AXES.index(name) for name in forces.axes]]
     colours = cycle((style.POSTERIOR, style.LINEAR, style.SQP, style.NULL, style.WEAK))
     moments = [name for name in forces.axes if name in AXES[3:]]
-    right = axis.twinx() if moments and len(moments) < len(forces.axes) else axis
+    right = axis
+    if moments and len(moments) < len(forces.axes):
+        right = axis.twinx()
+        right.grid(False)
     for name, history, colour in zip(forces.axes, values.T, colours, strict=False):
         panel = right if name in moments else axis
         panel.plot(times, history, color=colour, lw=0.8)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -17,6 +17,7 @@ from bayesub.model.equations import AXES
 from bayesub.model.hull_forces import hull_force_rms
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
+from bayesub.problem.distributions import Prior
 from bayesub.problem.disturbances import CORRELATION_TIME, UnknownDisturbance, force_scales
 from bayesub.study.prior_section import LogSd
 
@@ -220,11 +221,33 @@ def true_parameters(disturbance: Disturbance, vehicle: Vehicle) -> dict[str, flo
     return values | {CORRELATION_TIME: disturbance.correlation_time_s}
 
 
-def in_words(disturbance: Disturbance) -> str:
-    """Sds and correlation time, such as ``X 1.2 N, N 0.5 N m, correlation time 4 s``."""
-    sds = zip(disturbance.axes, disturbance.sds, strict=True)
-    parts = [f"{axis} {sd:.3g} {'N' if axis in AXES[:3] else 'N m'}" for axis, sd in sds]
-    return f"{', '.join(parts)}, correlation time {disturbance.correlation_time_s:g} s"
+def in_words(disturbance: Disturbance, rms: np.ndarray | None = None, inferred: Container[str] = ()) -> str:
+    """Sds and correlation time, such as ``sd X 1.2 N (1.5 % of the hull's), N about 0.5 N m, correlation time 4 s``.
+
+    Parameters
+    ----------
+    disturbance : Disturbance
+    rms : (6,) array or None
+        Forces of the hull, N and N m, of which the shares are given.
+    inferred : container of str
+        Axes, and "correlation_time_s", whose numbers are medians of priors.
+    """
+    parts = []
+    for axis, sd in zip(disturbance.axes, disturbance.sds, strict=True):
+        hull = 0.0 if rms is None else rms[AXES.index(axis)]
+        share = f" ({100.0 * sd / hull:.2g} % of the hull's)" if hull > 0.0 else ""
+        about = "about " if axis in inferred else ""
+        parts.append(f"{axis} {about}{sd:.3g} {'N' if axis in AXES[:3] else 'N m'}{share}")
+    about = "about " if "correlation_time_s" in inferred else ""
+    return f"sd {', '.join(parts)}, correlation time {about}{disturbance.correlation_time_s:g} s"
+
+
+def central(unknown: UnknownDisturbance, vehicle: Vehicle) -> tuple[Disturbance, tuple[str, ...]]:
+    """The process with the medians of its priors, and what has a prior: axes, and "correlation_time_s"."""
+    sds = np.array([unknown.sd(axis) for axis in unknown.axes]) * force_scales(vehicle, unknown.axes)
+    amounts = {**unknown.sds, "correlation_time_s": unknown.correlation_time_s}
+    inferred = tuple(key for key, amount in amounts.items() if isinstance(amount, Prior))
+    return Disturbance(unknown.axes, sds, unknown.time_s, unknown.kind), inferred
 
 
 class DisturbanceFile(Section):

@@ -7,6 +7,7 @@ import numpy as np
 from bayesub.io import log_files, templates
 from bayesub.io.errors import InputError
 from bayesub.model.equations import AXES
+from bayesub.model.equations.equation_set import PLANES
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem.nuisance import MOVING
 from bayesub.sensors.sensor import QUANTITIES
@@ -121,6 +122,7 @@ def _text(name, path, vehicle, **parts) -> str:
         file=path,
         vehicle=new_files.seen_from(path, vehicle),
         example=load_vehicle(vehicle).equations.names[0],
+        axes=", ".join(f'"{axis}"' for axis in PLANES.get(parts["free"], (AXES,))[0]),
         **parts,
     )
 
