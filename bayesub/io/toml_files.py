@@ -3,6 +3,7 @@
 import math
 import re
 import tomllib
+import types
 import typing
 import unicodedata
 from collections.abc import Iterator
@@ -190,16 +191,26 @@ def _wrong_kind(key: str, error: dict) -> str:
 
 
 def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:
-    """The keys of pydantic's `location`, without the tags of unions, and the keys valid where it ends, if not any."""
+    """The keys of pydantic's `location`, without the tags of unions, and the keys valid where it ends, if not any.
+
+    A tag is what is no key of a section; that of a number in a table of any keys is in brackets.
+    """
+    location = tuple(part for part in location if not str(part).startswith("("))
     keys, models, free = [], [model], False  # free: any key may follow
     for part in location[:-1]:
         fields = [] if free else [m.model_fields[part].annotation for m in models if part in m.model_fields]
         if fields or free or isinstance(part, int):
             keys.append(str(part))
-        free = any(typing.get_origin(annotation) is dict for annotation in fields)
+        free = any(_is_table(annotation) for annotation in fields)
         if fields:
             models = [section for annotation in fields for section in _sections(annotation)]
     return [*keys, *map(str, location[-1:])], [] if free else [key for m in models for key in m.model_fields]
+
+
+def _is_table(annotation) -> bool:
+    """Whether an annotation admits a table of any keys."""
+    parts = typing.get_args(annotation) if isinstance(annotation, types.UnionType) else (annotation,)
+    return any(typing.get_origin(part) is dict for part in parts)
 
 
 def _sections(annotation) -> list[type[Section]]:

@@ -49,11 +49,11 @@ class LogNormalPrior(Section):
 
 
 def _number_or_prior(value) -> str:
-    return "prior" if isinstance(value, dict | LogNormalPrior) else "number"
+    return "(prior)" if isinstance(value, dict | LogNormalPrior) else "(number)"
 
 
 Amount = Annotated[
-    Annotated[Positive, pydantic.Tag("number")] | Annotated[LogNormalPrior, pydantic.Tag("prior")],
+    Annotated[Positive, pydantic.Tag("(number)")] | Annotated[LogNormalPrior, pydantic.Tag("(prior)")],
     pydantic.Discriminator(_number_or_prior),
 ]
 
@@ -101,11 +101,13 @@ class DisturbanceSection(Section):
         single = {key: content[key] for key in WAYS if content.get(key) is not None and not _is_table(content[key])}
         return content | {key: {a: value for a in axes if a in WAYS[key][0]} for key, value in single.items()}
 
-    @pydantic.field_validator("axes")
-    @classmethod
-    def _exist(cls, axes):
-        check_axes(axes)
-        return axes
+    @pydantic.model_validator(mode="after")
+    def _axes_exist(self):
+        try:
+            check_axes(self.axes)
+        except InputError as error:
+            raise ValueError(str(error).removeprefix("disturbance: ")) from None
+        return self
 
     @pydantic.model_validator(mode="after")
     def _one_sd_for_each_axis(self):

@@ -1,0 +1,227 @@
+"""Unmodelled forces in study files: of a fit and of a truth."""
+
+import tomllib
+
+import numpy as np
+import pytest
+import tomli_w
+
+import bayesub as bs
+from bayesub.io.errors import InputError
+from bayesub.model.hull_forces import hull_force_rms
+from bayesub.problem.disturbances import force_scales
+from bayesub.study.disturbance_section import DisturbanceSection, TrueDisturbanceSection, central, in_words
+from bayesub.study.prepare import prepare
+from bayesub.study.study_file import Study, load_study
+
+STUDY = tomllib.loads("""
+name = "disturbed"
+vehicle = "auv690"
+manoeuvre = "horizontal"
+seed = 1
+dt_s = 0.4
+[[sensors]]
+kind = "track"
+channels = ["x", "y", "yaw"]
+position_sd_m = 0.1
+attitude_sd_deg = 0.1
+[free]
+coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
+[prior]
+kind = "relative_normal"
+sd = 0.25
+""")
+PROCESS = {"axes": ["X", "Y", "N"], "sd": 1e-5, "correlation_time_s": 4.0}
+PRIOR = {"median": 2e-5, "log_sd": 1.0}
+
+
+@pytest.fixture
+def posed(tmp_path):
+    """posed(sections): the setup of a study with further sections."""
+
+    def pose(**sections):
+        path = tmp_path / "study.toml"
+        path.write_text(tomli_w.dumps(STUDY | sections))
+        return prepare(load_study(path))
+
+    return pose
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    boat = bs.load_vehicle("auv690")
+    return bs.simulate(boat, bs.load_manoeuvre("horizontal", boat), dt=0.4).simulator
+
+
+def section(**changes):
+    content = PROCESS | changes
+    return DisturbanceSection.model_validate({key: value for key, value in content.items() if value is not None})
+
+
+def test_a_number_is_that_of_every_axis_and_a_table_has_them_one_by_one(simulator):
+    """Forces over (rho/2) l^2 U^2 and moments over (rho/2) l^3 U^2."""
+    boat = simulator.vehicle
+    unit = 0.5 * boat.water_density_kgm3 * boat.length_m**2 * boat.speed_mps**2
+    scales = np.array([unit, unit, unit * boat.length_m])
+    np.testing.assert_allclose(force_scales(boat, ("X", "Y", "N")), scales)
+    expected = {"X": 1e-5, "Y": 1e-5, "N": 1e-5}
+    for sd in (1e-5, expected):
+        assert section(sd=sd).build([simulator]).sds == pytest.approx(expected)
+    known = TrueDisturbanceSection.model_validate(PROCESS).known(simulator)
+    np.testing.assert_allclose(known.sds, 1e-5 * scales)
+    newton = section(sd=None, sd_n=2.0, sd_nm={"N": 0.5}).build([simulator])
+    assert newton.sds == pytest.approx({"X": 2.0 / scales[0], "Y": 2.0 / scales[1], "N": 0.5 / scales[2]})
+    rms = hull_force_rms([simulator])[[0, 1, 5]]
+    share = section(sd=None, share=0.015).build([simulator])
+    assert share.sds == pytest.approx(dict(zip("XYN", 0.015 * rms / scales, strict=True)))
+    mixed = section(sd={"X": 3e-5}, sd_n={"Y": 1.0}, share={"N": 0.01}).build([simulator])
+    assert mixed.sds == pytest.approx({"X": 3e-5, "Y": 1.0 / scales[1], "N": 0.01 * rms[2] / scales[2]})
+
+
+def test_a_prior_keeps_its_spread_in_every_unit(simulator):
+    """Its median is scaled, and each axis has a prior by itself."""
+    for key, changes in (("sd", {}), ("share", {"sd": None}), ("sd_n", {"sd": None, "axes": ["X", "Y"]})):
+        prior = {"median": 0.5, "log_sd": 0.7}
+        number = section(**{"sd": None} | changes | {key: 0.5}).build([simulator]).sds
+        for axis, built in section(**changes | {key: prior}).build([simulator]).sds.items():
+            low, middle = (built.quantiles(p)[0] for p in (0.15865525393145707, 0.5))
+            assert middle == pytest.approx(number[axis])
+            assert np.log(middle / low) == pytest.approx(0.7)
+    unknown = section(correlation_time_s={"median": 4.0, "log_sd": 0.5}, kind="matern_3_2", knot_interval_s=3.0)
+    built = unknown.build([simulator])
+    assert (built.time_s, built.kind, built.interval_s) == (pytest.approx(4.0), "matern_3_2", 3.0)
+
+
+def test_what_it_is_in_words(simulator):
+    built = section(sd={"X": 1e-5, "Y": PRIOR, "N": 1e-5}).build([simulator])
+    process, inferred = central(built, simulator.vehicle)
+    x, y, n = process.sds
+    rms = hull_force_rms([simulator])
+    assert in_words(process, rms, inferred) == (
+        f"sd X {x:.3g} N ({100 * x / rms[0]:.2g} % of the hull's), Y about {y:.3g} N ({100 * y / rms[1]:.2g} % of the "
+        f"hull's), N {n:.3g} N m ({100 * n / rms[5]:.2g} % of the hull's), correlation time 4 s"
+    )
+
+
+REFUSED = [
+    ({"axes": ["X", "Q"]}, "key 'disturbance': unknown axis 'Q': expected some of X Y Z K M N"),
+    ({"axes": ["X", "X"]}, "key 'disturbance': axis X is named twice"),
+    ({"axes": []}, "key 'disturbance': name at least one axis of X Y Z K M N"),
+    ({"axes": "XYN"}, "key 'disturbance.axes': input should be a list"),
+    ({"sd": 0}, "key 'disturbance.sd.X': input should be greater than 0"),
+    ({"sd": {"X": 1e-5, "Y": -1e-5, "N": 1e-5}}, "key 'disturbance.sd.Y': input should be greater than 0"),
+    ({"sd": {"X": 1e-5, "N": 1e-5}}, "key 'disturbance': axis Y has its sd in one of sd, sd_n, share; found none"),
+    ({"sd": {"X": 1e-5, "Y": 1e-5, "N": 1e-5, "Z": 1e-5}}, "sd has the axis 'Z', and axes has X Y N"),
+    ({"sd": 2.0}, "sd of X must be at most 1, found 2; a force in newton is sd_n, a moment in newton metre is sd_nm"),
+    ({"sd": "small"}, "key 'disturbance.sd.X': input should be a valid number, found 'small'"),
+    ({"sd": {"median": 1e-5}}, "key 'disturbance.sd.X.log_sd' is missing"),
+    ({"sd": {"X": PRIOR, "Y": PRIOR, "N": {"median": 0, "log_sd": 1}}}, "key 'disturbance.sd.N.median': input should"),
+    ({"sd": {"X": PRIOR, "Y": PRIOR, "N": {"mean": 1.0}}}, "unknown key 'disturbance.sd.N.mean'"),
+    ({"share": 0.01}, "axis X has its sd in one of sd, sd_n, share; found sd and share"),
+    ({"sd": {"X": 1e-5, "Y": 1e-5}, "sd_n": {"N": 1.0}}, "sd_n is in newton, and N is a moment; give it in sd_nm"),
+    ({"sd": {"X": 1e-5, "N": 1e-5}, "sd_nm": {"Y": 1}}, "sd_nm is in newton metre, and Y is a force; give it in sd_n"),
+    ({"axes": ["N"], "sd": 1e-5, "sd_n": 2.0}, "sd_n: the axes N have no X Y Z; leave it out"),
+    ({"sd": None, "sd_n": 2.0}, "axis N has its sd in one of sd, sd_nm, share; found none"),
+    ({"kind": "white"}, "key 'disturbance.kind': input should be 'ornstein_uhlenbeck' or 'matern_3_2', found 'white'"),
+    ({"correlation_time_s": 0.0}, "key 'disturbance.correlation_time_s': input should be greater than 0"),
+    ({"correlation_time_s": None}, "key 'disturbance.correlation_time_s' is missing"),
+    ({"correlation_times_s": 3.0}, "unknown key 'disturbance.correlation_times_s': did you mean 'correlation_time_s'?"),
+    ({"knot_interval_s": -1.0}, "key 'disturbance.knot_interval_s': input should be greater than 0"),
+    ({"axes": ["X", "Z"], "sd": 1e-5}, "disturbance: axis Z has no part in the horizontal sub-problem"),
+    ({"correlation_time_s": 0.1, "knot_interval_s": 5.0}, "disturbance: correlation_time_s is 0.1 s and the time step"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changes", "words"), REFUSED)
+def test_what_a_fit_cannot_be_given(posed, changes, words):
+    """Is refused in one line that begins with the file."""
+    content = {key: value for key, value in (PROCESS | changes).items() if value is not None}
+    with pytest.raises(InputError) as error:
+        posed(disturbance=content)
+    message = str(error.value)
+    assert message.split(": ")[0].endswith("study.toml")
+    assert words in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("truth", "words"),
+    [
+        (PROCESS | {"sd": PRIOR}, "sd is a prior, and what a simulated boat feels is known; give a number"),
+        (PROCESS | {"correlation_time_s": {"median": 4.0, "log_sd": 1.0}}, "correlation_time_s is a prior"),
+        (PROCESS | {"knot_interval_s": 2.0}, "knot_interval_s is of forces that are inferred; leave it out"),
+        (PROCESS | {"correlation_time_s": 1e-4}, "correlation_time_s is 0.0001 s, shorter than the time step of"),
+        ({**PROCESS, "axes": ["K"]}, "axis K has no part in the horizontal sub-problem"),
+        ({**PROCESS, "sd": -1.0}, "key 'truth.disturbance.sd.X': input should be greater than 0"),
+        ({**PROCESS, "axes": ["W"]}, "key 'truth.disturbance': unknown axis 'W'"),
+    ],
+)
+def test_what_a_truth_cannot_feel(posed, truth, words):
+    with pytest.raises(InputError) as error:
+        posed(truth={"disturbance": truth})
+    assert words in str(error.value)
+    assert "study.toml: " in str(error.value)
+
+
+def test_a_log_has_no_disturbance_of_its_own():
+    content = {key: value for key, value in STUDY.items() if key != "manoeuvre"} | {"data": "log.csv"}
+    with pytest.raises(ValueError, match="truth is what a simulated trial knows, and contradicts 'data'"):
+        Study.model_validate(content | {"truth": {"disturbance": PROCESS}})
+
+
+def test_a_truth_is_disturbed_and_its_noise_is_that_of_the_calm(posed):
+    """The forces are with the truth, their parameters with the record; the readings differ by the motion alone."""
+    calm, disturbed = (posed(**sections).trials[""] for sections in ({}, {"truth": {"disturbance": PROCESS}}))
+    forces = disturbed.truth.simulator.forces
+    assert calm.truth.simulator.forces is None
+    assert forces.axes == ("X", "Y", "N")
+    assert {key: value for key, value in disturbed.record.nuisances.items() if "disturbance" in key} == pytest.approx(
+        {"sd_disturbance_X": 1e-5, "sd_disturbance_Y": 1e-5, "sd_disturbance_N": 1e-5}
+        | {"correlation_time_disturbance_s": 4.0}
+    )
+    assert not any("disturbance" in key for key in calm.record.nuisances)
+    for name, channel, other in zip(("x", "y", "psi"), disturbed.record.channels, calm.record.channels, strict=True):
+        noise = [
+            one.values - trial.truth.resampled(one.times).outputs([name])[0, :, 0]
+            for one, trial in ((channel, disturbed), (other, calm))
+        ]
+        np.testing.assert_allclose(*noise, rtol=0, atol=1e-11)
+        assert np.abs(channel.values - other.values).max() > 2.0 * channel.sd
+    again = posed(truth={"disturbance": PROCESS}).trials[""]
+    np.testing.assert_array_equal(again.record.values, disturbed.record.values)
+
+
+def test_a_fit_has_the_histories_and_the_process_among_its_parameters(posed):
+    """Where the truth has the process too, that is their reference."""
+    setup = posed(disturbance=PROCESS | {"sd": PRIOR, "knot_interval_s": 20.0}, truth={"disturbance": PROCESS})
+    problem = setup.problem
+    n_knots = len(problem.simulator.knots.times)
+    assert problem.names[4:8] == ("sd_disturbance_X", "sd_disturbance_Y", "sd_disturbance_N", "disturbance_X_0")
+    assert problem.n_params == 4 + 3 + 3 * n_knots
+    np.testing.assert_allclose(problem.reference[4:7], 1e-5)
+    assert np.isfinite(problem.log_prob(problem.prior.mean[None])).all()
+    config = setup.study.config()
+    assert config["disturbance"]["sd"]["Y"] == PRIOR
+    assert config["truth"]["disturbance"]["kind"] == "ornstein_uhlenbeck"
+
+
+def test_a_study_without_disturbance_says_nothing_of_it(posed):
+    """So that earlier runs resume."""
+    config = posed().study.config()
+    assert "disturbance" not in config
+    assert "disturbance" not in config["truth"]
+
+
+def test_shares_are_of_forces_that_are_there(posed):
+    """Of a boat that fails there are none, and of a hull without sway force neither."""
+    share = {"axes": ["Y"], "share": 0.01, "correlation_time_s": 4.0}
+    with pytest.raises(
+        InputError, match="the hull makes no Y on the manoeuvre, so that it has no share; give sd or sd_n"
+    ):
+        posed(disturbance=share, manoeuvre="straight.csv")
+
+
+@pytest.fixture(autouse=True)
+def straight(tmp_path):
+    """A manoeuvre without rudder."""
+    (tmp_path / "straight.csv").write_text("time_s,rudder_deg\n0,0\n30,0\n60,0\n")
