@@ -69,8 +69,8 @@ def flown_by_its_actuators(path: Path) -> None:
     flown(path.parent, path, history)
 
 
-def flown(folder: Path, vehicle, manoeuvre) -> None:
-    status, out = bayesub("simulate", vehicle, manoeuvre, "-o", folder / "track.csv")
+def flown(folder: Path, vehicle, manoeuvre, *options) -> None:
+    status, out = bayesub("simulate", vehicle, manoeuvre, "-o", folder / "track.csv", *options)
     if status and not ("diverged" in out or "left_envelope" in out):
         raise Defect(f"status {status} without a word: {out}")
     if not status:
@@ -99,6 +99,8 @@ def drive(kind: str, path: Path) -> None:
         flown_by_its_actuators(path)
     elif kind in ("manoeuvre", "history"):
         flown(folder, "auv690", path)
+    elif kind == "disturbance":
+        flown(folder, "auv690", "horizontal", "--disturbance", path)
     elif kind == "geometry":
         made = folder / "made.toml"
         made.unlink(missing_ok=True)

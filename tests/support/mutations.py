@@ -103,6 +103,25 @@ coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
 kind = "relative_normal"
 sd = 0.25
 """
+DISTURBANCE = """[disturbance]
+axes = ["X", "Y", "N"]
+sd = { N = 1e-5 }
+sd_n = { Y = 2.0 }
+share = { X = 0.015 }
+correlation_time_s = 4.0
+kind = "matern_3_2"
+"""
+DISTURBED = (
+    STUDY.replace("[truth]\n", DISTURBANCE.replace("[disturbance]", "[truth.disturbance]") + "[truth]\n")
+    + """
+[disturbance]
+axes = ["X", "Y", "N"]
+sd = { N = { median = 1e-5, log_sd = 1.0 }, Y = 2e-5 }
+share = { X = 0.015 }
+correlation_time_s = { median = 4.0, log_sd = 0.5 }
+knot_interval_s = 16.0
+"""
+)
 _SOURCE = LOGGED[LOGGED.index("data") : LOGGED.index("seed")]
 TRIALS = (
     LOGGED.replace(_SOURCE, "")
@@ -199,8 +218,9 @@ def corpus() -> list[tuple[str, str, str]]:
         ("vehicle", FINNED),
     ]
     files += [("geometry", text) for text in (TORPEDO, ELLIPSOID, OFFSETS)] + [
-        ("study", text) for text in (STUDY, STUDY, LOGGED, TRIALS)
+        ("study", text) for text in (STUDY, DISTURBED, LOGGED, TRIALS)
     ]
+    files.append(("disturbance", DISTURBANCE))
     tables = [("history", history()), ("history", history(3)), ("log", log()), ("log", log(5)), ("table", TABLE)]
     tables.append(("trial", trial()))
     return [(kind, ".toml", text) for kind, text in files] + [(kind, ".csv", text) for kind, text in tables]
