@@ -30,6 +30,7 @@ CORRELATION_TIME = "correlation_time_disturbance_s"
 _SD, _HISTORY = "sd_disturbance_", "disturbance_"
 KNOTS_A_TIME = 2.0  # knots in a correlation time, if no interval is given
 _FINE = 16  # points of an interval for the integrals
+_ROUND_OFF = 1e-12  # variance, far below any that matters; of a force that hardly changes the covariance is singular
 _TAILS = 1e-6  # probability of correlation times beyond the range in which L is tabulated, on each side
 _DEGREES, _TOLERANCE = (8, 12, 16, 24, 32, 48), 1e-6  # of polynomials of the logarithm of the time; error of L
 
@@ -130,11 +131,15 @@ class Disturbances:
     vehicle: Vehicle
     duration: float
 
+    @property
+    def n_knots(self) -> float:
+        """How many knots there are, or would be."""
+        return max(1.0, float(np.ceil(self.duration / self.unknown.interval_s * (1.0 - 1e-9)))) + 1.0
+
     @cached_property
     def knots(self) -> Knots:
         """Equidistant, the last one at the end of the readings."""
-        n = max(1, int(np.ceil(self.duration / self.unknown.interval_s * (1.0 - 1e-9))))
-        return Knots(np.linspace(0.0, self.duration, n + 1), self.unknown.axes)
+        return Knots(np.linspace(0.0, self.duration, int(self.n_knots)), self.unknown.axes)
 
     @cached_property
     def processes(self) -> dict[str, Prior]:
@@ -272,12 +277,19 @@ class History:
 
 def projected_factor(knots: Knots, kind: str, time: float) -> np.ndarray:
     """(n_knots, n_knots) Cholesky factor of the covariance of the projection on hats of a process of unit sd."""
-    n, interval = len(knots.times), knots.interval
-    fine = interval * (np.arange((n - 1) * _FINE) + 0.5) / _FINE  # midpoints
-    rows, hats, weights = knots.hats(fine)
-    phi = np.zeros((n, len(fine)))
-    phi[hats, rows] = weights
-    gram = phi @ phi.T
-    onto = np.linalg.solve(gram, phi)
-    covariance = correlation(kind, np.abs(fine[:, None] - fine) / time)
-    return np.linalg.cholesky(onto @ covariance @ onto.T)
+    n, interval = len(knots.times) - 1, knots.interval
+    places = (np.arange(_FINE) + 0.5) / _FINE  # midpoints in an interval
+    ramps = np.stack([1.0 - places, places])  # of the hats before and after an interval
+    lags = np.abs(_FINE * np.arange(n)[:, None, None] + np.arange(_FINE) - np.arange(_FINE)[:, None])
+    correlations = correlation(kind, lags * (interval / _FINE / time))
+    products = np.einsum("as,dst,bt->dab", ramps, correlations, ramps)  # of ramps that are d intervals apart
+    later = np.arange(n) - np.arange(n)[:, None]
+    blocks = products[np.abs(later)]
+    blocks = np.where((later >= 0)[..., None, None], blocks, blocks.swapaxes(2, 3))
+    covariance, gram = np.zeros((2, n + 1, n + 1))
+    for first in (0, 1):
+        for second in (0, 1):
+            covariance[first : n + first, second : n + second] += blocks[..., first, second]
+            gram[first : n + first, second : n + second] += ramps[first] @ ramps[second] * np.eye(n)
+    covariance = np.linalg.solve(gram, np.linalg.solve(gram, covariance).T)
+    return np.linalg.cholesky(covariance + _ROUND_OFF * np.eye(n + 1))

@@ -102,13 +102,12 @@ def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:
     check_axes(disturbance.axes, vehicle.equations.subproblem(manoeuvre.subproblem))
     duration = max(float(channel.times[-1]) for channel in record.channels)
     disturbances = Disturbances(disturbance, vehicle, duration)
-    n_forces = len(disturbance.axes) * len(disturbances.knots.times)
     n_readings = sum(len(channel.times) for channel in record.channels)
-    if n_forces > n_readings:
+    if len(disturbance.axes) * disturbances.n_knots > n_readings:
         raise InputError(
-            f"disturbance: {len(disturbances.knots.times)} knots on each of {len(disturbance.axes)} axes are more "
+            f"disturbance: {disturbances.n_knots:.6g} knots on each of {len(disturbance.axes)} axes are more "
             f"forces than the {n_readings} readings inform; give a longer knot_interval_s than "
-            f"{disturbances.knots.interval:.3g} s, or fewer axes"
+            f"{disturbance.interval_s:.3g} s, or fewer axes"
         )
     return disturbances
 

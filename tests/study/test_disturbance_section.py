@@ -129,6 +129,7 @@ REFUSED = [
     ({"knot_interval_s": -1.0}, "key 'disturbance.knot_interval_s': input should be greater than 0"),
     ({"axes": ["X", "Z"], "sd": 1e-5}, "disturbance: axis Z has no part in the horizontal sub-problem"),
     ({"correlation_time_s": 0.1, "knot_interval_s": 5.0}, "disturbance: correlation_time_s is 0.1 s and the time step"),
+    ({"knot_interval_s": 1e-9}, "disturbance: 1.76e+11 knots on each of 3 axes are more forces than the 528 readings"),
 ]  # fmt: skip
 
 
@@ -203,6 +204,14 @@ def test_a_fit_has_the_histories_and_the_process_among_its_parameters(posed):
     config = setup.study.config()
     assert config["disturbance"]["sd"]["Y"] == PRIOR
     assert config["truth"]["disturbance"]["kind"] == "ornstein_uhlenbeck"
+
+
+@pytest.mark.parametrize("kind", ["ornstein_uhlenbeck", "matern_3_2"])
+def test_a_force_that_hardly_changes_can_be_posed(posed, kind):
+    """With a correlation time far beyond the trial the covariance of the knots is singular but for round-off."""
+    time = {"median": 1e8, "log_sd": 3.0}
+    problem = posed(disturbance=PROCESS | {"kind": kind, "correlation_time_s": time, "knot_interval_s": 20.0}).problem
+    assert np.isfinite(problem.log_prob(problem.prior.mean[None])).all()
 
 
 def test_a_study_without_disturbance_says_nothing_of_it(posed):
