@@ -5,12 +5,14 @@ from .model.coefficients import regressors
 from .model.equations import EquationSet, load_equations
 from .model.vehicles import Vehicle, load_vehicle
 from .model.manoeuvres import Manoeuvre, load_manoeuvre, random_manoeuvre
+from .model.disturbance import Disturbance
 from .model.trajectory import Trajectory
 from .model.simulate import accelerations, simulate
 from .model.linear_form import linear_systems
 from . import sensors
 from .sensors import Record, observe
 from .problem import likelihoods, priors
+from .problem.disturbances import UnknownDisturbance
 from .problem.problem import Problem
 from .problem.joint import JointProblem
 from . import baselines, identifiability
@@ -26,6 +28,7 @@ __version__: str
 __all__ = [
     "Criteria",
     "CrossCheck",
+    "Disturbance",
     "EquationSet",
     "InputError",
     "JointProblem",
@@ -36,6 +39,7 @@ __all__ = [
     "Study",
     "StudyResult",
     "Trajectory",
+    "UnknownDisturbance",
     "Vehicle",
     "accelerations",
     "baselines",

@@ -40,6 +40,14 @@ def motions(boat: bs.Vehicle, manoeuvre: bs.Manoeuvre) -> bs.Trajectory:
     return truth
 
 
+def disturbances(boat: bs.Vehicle, manoeuvre: bs.Manoeuvre) -> bs.UnknownDisturbance:
+    """Forces that the equations leave out, of a truth and of a problem."""
+    gusts: bs.Disturbance = bs.Disturbance(("Y",), np.ones(1), correlation_time_s=4.0)
+    truth: bs.Trajectory = bs.simulate(boat, manoeuvre, disturbance=gusts, rng=np.random.default_rng(1))
+    print(truth.status)
+    return bs.UnknownDisturbance(("Y",), {"Y": bs.priors.log_normal(1e-4, 1.0)}, correlation_time_s=4.0)
+
+
 def records(truth: bs.Trajectory) -> bs.Record:
     """What sensors read."""
     sensors = [
