@@ -23,11 +23,13 @@ FILES = {
     "manoeuvre.toml": next(t for k, suffix, t in mutations.corpus() if k == "manoeuvre" and suffix == ".toml"),
     "hull.toml": mutations.TORPEDO,
     "instruments.toml": '[[sensors]]\nkind = "dvl"\nsd_mps = 0.01\n',
+    "gusts.toml": mutations.DISTURBANCE,
     "script.py": SCRIPT,
 }
 WRONG = {
     "bad_study.toml": mutations.STUDY.replace("seed = 3", "sead = 3"),
     "bad_prior.toml": mutations.STUDY.replace("[prior]", "[prior]\nfoo = 1"),
+    "bad_disturbance.toml": mutations.DISTURBED.replace("[disturbance]", "[disturbance]\nfoo = 1"),
     "bad_vehicle.toml": "name = 'x'\n[coefficients]\nXuu = 1.0\n",
     "bad_manoeuvre.toml": "kind = 'steps'\n",
     "broken.toml": "kind = [\n",

@@ -15,6 +15,7 @@ from bayesub.io.errors import LONGEST
 from bayesub.model.equations import load_equations
 from bayesub.model.hulls import load_hull
 from bayesub.model.manoeuvre_files import read_manoeuvre
+from bayesub.study.disturbance_section import read_disturbance
 from bayesub.study.study_file import load_study
 
 READERS = {
@@ -23,6 +24,7 @@ READERS = {
     "manoeuvre": read_manoeuvre,
     "geometry": load_hull,
     "study": load_study,
+    "disturbance": read_disturbance,
 }
 
 

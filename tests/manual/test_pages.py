@@ -23,6 +23,7 @@ from bayesub.model.equations.regressors import SYMBOLS
 from bayesub.model.hull_files import HullFile
 from bayesub.model.manoeuvre_files import KINDS
 from bayesub.model.vehicle_files import VehicleFile
+from bayesub.study.disturbance_section import DisturbanceFile
 from bayesub.study.study_file import Study
 from bayesub.study.trial_section import InstrumentsFile
 
@@ -161,7 +162,7 @@ def models(kind, found):
 
 def test_every_key_of_every_file_is_in_the_reference():
     words = set(re.findall(r"`([\w.]+)`", page("files")))
-    files = (VehicleFile, EquationFile, HullFile, InstrumentsFile, Study, *KINDS.values())
+    files = (VehicleFile, EquationFile, HullFile, InstrumentsFile, DisturbanceFile, Study, *KINDS.values())
     keys = {key for file in files for section in models(file, []) for key in section.model_fields}
     containers = {"trial", "body", "propulsion", "actuators", "coefficients", "time_scale", "demands", "autopilot"}
     containers |= {"hull", "fins", "sensors", "truth", "free", "prior", "given", "noise", "nuisance", "baselines"}
