@@ -9,6 +9,7 @@ from bayesub.io.errors import error_source
 from bayesub.model.simulate import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
+from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
 from bayesub.study.prior_section import noise_models
@@ -72,9 +73,7 @@ def _prepare(study: Study) -> Setup:
     xi = vehicle.xi.copy()
     xi[vehicle.equations.columns(fixed)] = list(fixed.values())
     free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
-    disturbance = (
-        None if study.disturbance is None else study.disturbance.build(_simulators(vehicle, trials, study.dt_s))
-    )
+    disturbance = _disturbance(study, vehicle, trials)
     noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
     pose = partial(Problem, vehicle, free=free, prior=prior, xi=xi, disturbance=disturbance)
     problems = {}
@@ -90,12 +89,13 @@ def _prepare(study: Study) -> Setup:
     return Setup(study, vehicle, trials, problem, *others)
 
 
-def _simulators(vehicle: Vehicle, trials: dict[str, Trial], dt: float | None) -> list[Simulator]:
-    """What flies each trial: that of its truth, or one of the boat of the file on the controls of the log."""
-    return [
-        trial.truth.simulator if trial.truth else Simulator(vehicle, trial.manoeuvre, np.zeros(1), dt=dt)
-        for trial in trials.values()
-    ]
+def _disturbance(study: Study, vehicle: Vehicle, trials: dict[str, Trial]) -> UnknownDisturbance | None:
+    """The unmodelled forces that a study infers, of which shares are of the forces of the hull in all trials."""
+    if study.disturbance is None:
+        return None
+    at_start = np.zeros(1)
+    simulators = [Simulator(vehicle, trial.manoeuvre, at_start, dt=study.dt_s) for trial in trials.values()]
+    return study.disturbance.build(simulators)
 
 
 def _label(name: str) -> str:
