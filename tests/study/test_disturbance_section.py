@@ -227,10 +227,11 @@ def test_shares_are_of_forces_that_are_there(posed):
     with pytest.raises(
         InputError, match="the hull makes no Y on the manoeuvre, so that it has no share; give sd or sd_n"
     ):
-        posed(disturbance=share, manoeuvre="straight.csv")
+        posed(disturbance=share, manoeuvre="straight.toml")
 
 
 @pytest.fixture(autouse=True)
 def straight(tmp_path):
     """A manoeuvre without rudder."""
-    (tmp_path / "straight.csv").write_text("time_s,rudder_deg\n0,0\n30,0\n60,0\n")
+    text = 'name = "straight"\nkind = "steps"\nsubproblem = "horizontal"\nduration_s = 60.0\n'
+    (tmp_path / "straight.toml").write_text(text + "[demands]\ntime_s = [0.0]\nrudder_deg = [0.0]\n")
