@@ -235,3 +235,24 @@ def straight(tmp_path):
     """A manoeuvre without rudder."""
     text = 'name = "straight"\nkind = "steps"\nsubproblem = "horizontal"\nduration_s = 60.0\n'
     (tmp_path / "straight.toml").write_text(text + "[demands]\ntime_s = [0.0]\nrudder_deg = [0.0]\n")
+
+
+def test_trials_share_the_process_and_have_histories_of_their_own(posed, monkeypatch):
+    """One truth is disturbed, the other calm; sds and time are one parameter each."""
+    trials = [
+        {"name": "calm", "manoeuvre": "horizontal"},
+        {"name": "gusty", "manoeuvre": "turning_circle", "truth": {"disturbance": PROCESS}},
+    ]
+    monkeypatch.delitem(STUDY, "manoeuvre")
+    time = {"median": 4.0, "log_sd": 0.5}
+    setup = posed(
+        trials=trials, disturbance=PROCESS | {"sd": PRIOR, "correlation_time_s": time, "knot_interval_s": 20.0}
+    )
+    assert [trial.truth.simulator.forces is not None for trial in setup.trials.values()] == [False, True]
+    names = setup.problem.names
+    process = [name for name in names if name.startswith(("sd_disturbance", "correlation_time_disturbance"))]
+    assert process == [*(f"sd_disturbance_{axis}" for axis in "XYN"), "correlation_time_disturbance_s"]
+    knots = {name: len(problem.simulator.knots.times) for name, problem in setup.problem.problems.items()}
+    for trial, n in knots.items():
+        assert sum(name.endswith(f"[{trial}]") for name in names) == 3 * n
+    assert np.isfinite(setup.problem.log_prob(setup.problem.prior.mean[None])).all()
