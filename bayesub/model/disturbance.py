@@ -171,5 +171,5 @@ def check_axes(axes: Iterable[str], subproblem: str | None = None) -> None:
         if subproblem is not None and axis not in PLANES[subproblem][0]:
             moving = " ".join(PLANES[subproblem][0])
             raise InputError(
-                f"disturbance: axis {axis} has no part in the {subproblem} sub-problem, which has {moving}; leave it out"
+                f"disturbance: axis {axis} has no part in the {subproblem} sub-problem, of {moving}; leave it out"
             )

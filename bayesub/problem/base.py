@@ -65,7 +65,7 @@ class PosteriorDensity:
 
     @property
     def histories(self) -> tuple:
-        """Forces with unknown histories, which enter almost linearly (:class:`bayesub.problem.disturbances.History`)."""
+        """Forces with unknown histories (:class:`bayesub.problem.disturbances.History`)."""
         return ()
 
     @property

@@ -7,9 +7,9 @@ import numpy as np
 from bayesub.io.errors import InputError
 from bayesub.model.linear_form import LinearSystem, stacked
 from bayesub.problem.base import Costs, PosteriorDensity
-from bayesub.problem.nuisance import of_boat
 from bayesub.problem.distributions import joined
 from bayesub.problem.disturbances import History
+from bayesub.problem.nuisance import of_boat
 from bayesub.problem.trial_problem import TrialProblem, coefficient_names
 
 

@@ -114,7 +114,7 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
 
 
 def of_boat(name: str, vehicle: Vehicle) -> bool:
-    """Whether a nuisance parameter is of the boat or of the random process that disturbs it: then all trials share it."""
+    """Whether all trials share a nuisance parameter: it is of the boat, or of the process that disturbs it."""
     return name in BODY or name in vehicle.actuators.parameters or of_process(name)
 
 

@@ -40,17 +40,25 @@ class _Part:
         self.history, self.rows, self.columns = history, history.rows, history.columns
         (self.factors,) = history.factors(centre[None])
         self.n_axes, self.n_knots = self.factors.shape[:2]
-        self.active = self.squares = self.terms = self.products = None
+        self.known = not len(history.process)
+        self.squares = self.terms = self.products = None
 
     def by_v(self, jacobian, parameters):
         """(n_rows, n_white) derivatives by v, of a Jacobian by all parameters (n_all,)."""
-        ratio = self.ratios(parameters[None])[0]
-        by_white = jacobian[self.rows][:, self.columns].reshape(-1, self.n_axes, self.n_knots)
+        by_white = jacobian[self.rows][:, self.columns]
+        if self.known:
+            return by_white
+        (ratio,), by_white = self.ratios(parameters[None]), by_white.reshape(-1, self.n_axes, self.n_knots)
         solved = [linalg.solve_triangular(r, by_white[:, a].T, lower=True, trans=1).T for a, r in enumerate(ratio)]
         return np.hstack(solved)
 
     def ratios(self, parameters):
-        """(n, n_axes, n_knots, n_knots) R with v = R w, lower triangular, of all parameters (n, n_all)."""
+        """(n, n_axes, n_knots, n_knots) R with v = R w, lower triangular, of all parameters (n, n_all).
+
+        None if the process is known, so that v is w.
+        """
+        if self.known:
+            return None
         factors = self.history.factors(parameters)
         return np.stack(
             [
@@ -62,13 +70,11 @@ class _Part:
             ]
         )
 
-    def expand(self, middle, plus, minus):
-        """Take the terms of G, from its values at the centre and to both sides (n_active, n_rows, n_white)."""
-        curvatures = 0.5 * (plus + minus) - middle
-        lower = np.linalg.cholesky(middle.T @ middle + np.eye(middle.shape[1]))
-        sizes = [np.linalg.norm(linalg.solve_triangular(lower, c.T, lower=True)) for c in curvatures]
-        self.squares = np.flatnonzero(np.array(sizes) > _ACTIVE)
-        self.terms = np.concatenate([middle[None], 0.5 * (plus - minus), curvatures[self.squares]])
+    def expand(self, middle, slopes, curvatures):
+        """Take the terms of G at the centre, and of first and second order (n, n_rows, n_white) from there."""
+        sizes = np.linalg.norm(_relative(middle, curvatures), axis=(1, 2)) if len(curvatures) else np.zeros(0)
+        self.squares = np.flatnonzero(sizes > _ACTIVE)
+        self.terms = np.concatenate([middle[None], slopes, curvatures[self.squares]])
         first, second = np.triu_indices(len(self.terms))
         twice = np.where(first == second, 0.5, 1.0)
         products = np.stack(
@@ -94,6 +100,8 @@ class Collapsed:
         With histories.
     centre : (n_all,) array
         Parameters near the mode.
+    curved : bool
+        Whether G has terms of second order, which cost twice as many Jacobians.
 
     Attributes
     ----------
@@ -103,7 +111,7 @@ class Collapsed:
         Of these.
     """
 
-    def __init__(self, problem, centre: np.ndarray):
+    def __init__(self, problem, centre: np.ndarray, *, curved: bool = True):
         self.problem, self.centre = problem, np.asarray(centre, dtype=float)
         columns = np.concatenate([history.columns for history in problem.histories])
         self.white = np.sort(columns)
@@ -113,7 +121,7 @@ class Collapsed:
         process = np.unique(np.concatenate([h.process for h in problem.histories]))
         self._moving = ~np.isin(self.others, process)
         self._parts = [_Part(history, self.centre) for history in problem.histories]
-        self._expand()
+        self._expand(curved)
 
     @property
     def n_params(self) -> int:
@@ -132,7 +140,7 @@ class Collapsed:
         jacobian[:, self.others] = self.prior.scaled_chain(jacobian[:, self.others], x)
         return jacobian
 
-    def _expand(self):
+    def _expand(self, curved):
         """Take the derivatives at the centre, and to both sides along the directions in which they change."""
         self._x = self.prior.scaled(self.centre[self.others])
         jacobian = self._jacobian(self.centre)
@@ -151,21 +159,26 @@ class Collapsed:
         values, vectors = np.linalg.eigh(covariance)
         self._axes = vectors * np.sqrt(values)  # of x; column j is a standard deviation along the jth
         onto = vectors / np.sqrt(values)
+        slopes = [side - by_v for side, by_v in zip(self._sides(self._axes.T), middles, strict=True)]
         changes = np.zeros((len(values), len(values)))
-        sides = self._sides(self._axes.T)
-        for by_v, side in zip(middles, sides, strict=True):
-            lower = np.linalg.cholesky(by_v.T @ by_v + np.eye(by_v.shape[1]))
-            seen = [linalg.solve_triangular(lower, (one - by_v).T, lower=True).ravel() for one in side]
-            changes += np.array(seen) @ np.array(seen).T
+        for by_v, slope in zip(middles, slopes, strict=True):
+            seen = _relative(by_v, slope).reshape(len(values), -1)
+            changes += seen @ seen.T
         values, vectors = np.linalg.eigh(changes)
         active = vectors[:, values > _ACTIVE**2]
         self._onto = onto @ active
-        steps = (self._axes @ active).T
-        for part, by_v, plus, minus in zip(self._parts, middles, self._sides(steps), self._sides(-steps), strict=True):
-            part.expand(by_v, plus, minus)
+        curvatures = [slope[:0] for slope in slopes]
+        slopes = [np.tensordot(active.T, slope, axes=1) for slope in slopes]
+        if curved:
+            steps = (self._axes @ active).T
+            sides = list(zip(self._sides(steps), self._sides(-steps), strict=True))
+            slopes = [0.5 * (plus - minus) for plus, minus in sides]
+            curvatures = [0.5 * (plus + minus) - by_v for by_v, (plus, minus) in zip(middles, sides, strict=True)]
+        for part, *terms in zip(self._parts, middles, slopes, curvatures, strict=True):
+            part.expand(*terms)
 
     def _sides(self, steps):
-        """For each part G (n_steps, n_rows, n_white) after steps (n_steps, n_moving) of x; at the centre if it fails."""
+        """For each part G (n_steps, n_rows, n_white) after steps (n_steps, n_moving) of x, or at the centre."""
         x = np.tile(self._x, (len(steps), 1))
         x[:, self._moving] += steps
         places, _ = self._centred(self.prior.unscaled(x))
@@ -180,7 +193,7 @@ class Collapsed:
                 for part, side in zip(self._parts, sides, strict=True)]  # fmt: skip
 
     def _centred(self, others):
-        """All parameters (n, n_all) at the centres of the histories, of others (n, n_params); v (n, n_white) by part."""
+        """All parameters (n, n_all) at the centres of the histories, of others (n, n_params), and their v by part."""
         full = np.empty((len(others), self.problem.n_params))
         full[:, self.others] = others
         offset = self.prior.scaled(others) - self._x
@@ -221,17 +234,20 @@ class Collapsed:
             for k, precision in enumerate(precisions):
                 if not (np.isfinite(forces[k]).all() and np.isfinite(precision).all()):
                     continue
-                # The prior of v is normal with covariance R R'.
-                inverses = [linalg.solve_triangular(r, np.eye(len(r)), lower=True) for r in ratios[k]]
-                for a, inverse in enumerate(inverses):
-                    block = slice(a * len(inverse), (a + 1) * len(inverse))
-                    of_prior = inverse.T @ inverse
-                    precision[block, block] += of_prior
-                    forces[k, block] += of_prior @ v[first + k, block]
+                if ratios is None:
+                    precision[np.diag_indices(n_white)] += 1.0
+                    forces[k] += v[first + k]
+                else:  # the prior of v is normal with covariance R R'
+                    inverses = [linalg.solve_triangular(r, np.eye(len(r)), lower=True) for r in ratios[k]]
+                    for a, inverse in enumerate(inverses):
+                        block = slice(a * len(inverse), (a + 1) * len(inverse))
+                        of_prior = inverse.T @ inverse
+                        precision[block, block] += of_prior
+                        forces[k, block] += of_prior @ v[first + k, block]
+                        log_determinants[first + k] -= 2.0 * np.log(np.diag(inverse)).sum()
                 factor = linalg.cholesky(precision, lower=True, overwrite_a=True, check_finite=False)
                 steps[k] = -linalg.cho_solve((factor, True), forces[k], check_finite=False)
                 log_determinants[first + k] += 2.0 * np.log(np.diag(factor)).sum()
-                log_determinants[first + k] -= 2.0 * sum(np.log(np.diag(inverse)).sum() for inverse in inverses)
                 if y is not None:
                     steps[k] += linalg.solve_triangular(
                         factor, y[first + k, white], lower=True, trans=1, check_finite=False
@@ -251,7 +267,7 @@ class Collapsed:
 
     def residuals_about(self, centre: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`residuals`, with the noise as it is at `centre` (n_params,)."""
-        full_centre = self._centred(np.atleast_2d(centre))[0]
+        full_centre, _ = self._centred(np.atleast_2d(centre))
         parameters = np.atleast_2d(parameters)
         *_, log_determinants, full = self._solved(parameters)
         rows = self.problem.residuals_about(full_centre, full)
@@ -308,6 +324,8 @@ class Collapsed:
 
 def _of_ratios(ratios, v):
     """w (n, n_white) of v (n, n_white), with R (n, n_axes, n_knots, n_knots)."""
+    if ratios is None:
+        return v
     n, n_axes, n_knots, _ = ratios.shape
     of_axes = v.reshape(n, n_axes, n_knots)
     white = [
@@ -315,3 +333,9 @@ def _of_ratios(ratios, v):
         for member in zip(ratios, of_axes, strict=True)
     ]
     return np.reshape(white, (n, -1))
+
+
+def _relative(by_v, changes):
+    """(n, n_white, n_rows) changes (n, n_rows, n_white) of G in standard deviations of v, where G is by_v."""
+    lower = np.linalg.cholesky(by_v.T @ by_v + np.eye(by_v.shape[1]))
+    return np.stack([linalg.solve_triangular(lower, change.T, lower=True) for change in changes])

@@ -102,7 +102,7 @@ def marginal_mode(problem, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
     """The collapsed problem, expanded about its own mode, and that (n_params,), from all parameters near the mode."""
     centre = np.asarray(mode, dtype=float)
     for _ in range(_EXPANSIONS):
-        collapsed = Collapsed(problem, centre)
+        collapsed = Collapsed(problem, centre, curved=False)
         estimate = gauss_newton(collapsed, centre[collapsed.others])
         centre = collapsed.full(estimate.values)
         lower = np.linalg.cholesky(estimate.covariance)

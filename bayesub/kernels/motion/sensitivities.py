@@ -332,7 +332,8 @@ def _emit(before, slope_before, now, slope, begin, end, late, step, rows, result
 
 @jit(parallel=True)
 def sensitivities(
-    coefficients, body, history, stages, variations, slots, step, times, parameters, sources, factors, axes, initial, rows
+    coefficients, body, history, stages, variations, slots, step, times,
+    parameters, sources, factors, axes, initial, rows,
 ):  # fmt: skip
     """Derivatives of the motion of one member by the parameters of `n` columns.
 
