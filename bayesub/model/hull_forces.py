@@ -18,10 +18,11 @@ _N_TIMES = 2001  # of a flight, equidistant
 
 
 def hull_forces(trajectory: Trajectory, member: int = 0) -> np.ndarray:
-    """Hydrodynamic forces and moments along a motion, by the terms of velocities and controls.
+    """Hydrodynamic forces and moments along a motion, by the terms of velocities.
 
-    Added masses, hydrostatics, propulsion and the forces of actuators from outside are left out, and so are the terms
-    of the rigid body unless they are in the coefficients of the equation set.
+    Rudder, planes and propeller are left out: in a steady turn the rudder balances the moment of the hull. So are added
+    masses, hydrostatics and the forces of actuators from outside, and the terms of the rigid body unless they are in
+    the coefficients of the equation set.
 
     Parameters
     ----------
@@ -39,7 +40,9 @@ def hull_forces(trajectory: Trajectory, member: int = 0) -> np.ndarray:
     controls = simulator.controls_at(trajectory.times)[:, : len(equations.controls) + 1]
     resting = np.zeros((len(trajectory.times), len(AXES)))  # accelerations
     blocks = equations.regressors(trajectory.states[member], resting, controls, vehicle.constants)
-    (dimensional,) = simulator.dimensional(trajectory.xi[member])
+    commands = {control.symbol for control in equations.controls} | {"uc", "duc"}
+    steered = [bool(term.symbols & commands) for term in equations.terms]
+    dimensional = np.where(steered, 0.0, simulator.dimensional(trajectory.xi[member])[0])
     return np.stack([blocks[axis] @ dimensional[equations.columns(equations.names_of_axis(axis))] for axis in AXES], 1)
 
 

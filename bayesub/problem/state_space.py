@@ -20,9 +20,10 @@ from bayesub.io.errors import InputError
 from bayesub.io.log_files import STATES
 from bayesub.model.disturbance import KINDS
 from bayesub.model.segments import Segment
+from bayesub.problem.distributions import joined
 from bayesub.problem.disturbances import of_history
 from bayesub.problem.nuisance import MOVING
-from bayesub.problem.trial_problem import TrialProblem, joined
+from bayesub.problem.trial_problem import TrialProblem
 from bayesub.sensors.measurement import MeasurementModel
 
 _STATE_STEP, _FORCE_STEP = 1e-5, 1e-2  # of differences: of a length, a radian and the trial speed; of the sd of a force

@@ -30,7 +30,7 @@ from scipy import linalg
 
 _BATCH = 8  # members whose G'G are in memory at once in a thread
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
-_ACTIVE = 0.05  # change of G for a posterior standard deviation of psi, in those of w, that is worth a term
+_ACTIVE = 0.15  # change of G for a posterior standard deviation of psi, in those of w, that is worth a term
 
 
 class _Part:
