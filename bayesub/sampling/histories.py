@@ -17,6 +17,7 @@ from bayesub.sampling.surrogate import walks as walks_of_others
 
 _EXPANSIONS, _NEAR = 4, 0.5  # about the mode found about the one before; posterior sd from it that is near
 _STEPS = (0.3, 0.6, 1.0)  # of Crank-Nicolson in y
+_TOLERANCE = 0.1  # posterior sd, of the search for the mode, which only has to be near
 
 
 class HistoryGeometry:
@@ -103,7 +104,7 @@ def marginal_mode(problem, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
     centre = np.asarray(mode, dtype=float)
     for _ in range(_EXPANSIONS):
         collapsed = Collapsed(problem, centre, curved=False)
-        estimate = gauss_newton(collapsed, centre[collapsed.others])
+        estimate = gauss_newton(collapsed, centre[collapsed.others], tolerance=_TOLERANCE)
         centre = collapsed.full(estimate.values)
         lower = np.linalg.cholesky(estimate.covariance)
         moved = np.linalg.solve(lower, estimate.values - collapsed.centre[collapsed.others])

@@ -29,6 +29,8 @@ DISTURBED = ("X", "Y", "N")
 FINER = 10  # steps of the truth in one of the fit
 _DRAWS, _ROUNDS, _WIDENED = 150, (2, 8), 1.3  # of importance sampling; factor of the sd of the first proposal
 _ENOUGH, _TOO_FEW = 100.0, 20.0  # effective draws
+_FREEDOM = 8.0  # of the t distributions that propose
+_ADAPTED = 3.0  # effective draws for each parameter, of which the next proposal has the moments
 _LEAST_CORRELATED = 0.1  # correlation of neighbouring residuals that is slow noise
 _REFITS = 2  # of slow noise to the residuals of the fit before
 
@@ -162,7 +164,8 @@ def slow_noise(problem: Problem, pose, estimate: Estimate) -> Estimate:
 def integrated(problem: Problem, xi: np.ndarray, start: np.ndarray, rng: np.random.Generator) -> dict:
     """:func:`judged` of the posterior with the histories integrated out, by importance sampling.
 
-    The proposal is normal, first about the marginal mode and then with the moments of the draws so far.
+    The proposals have t distributions, first about the marginal mode and then with the moments of the draws so far,
+    whose weights are tempered while few are effective (mixtures: Cornuet et al. 2012).
 
     Parameters
     ----------
@@ -178,18 +181,21 @@ def integrated(problem: Problem, xi: np.ndarray, start: np.ndarray, rng: np.rand
     for n in range(_ROUNDS[1]):
         lower = np.linalg.cholesky(covariance)
         proposals.append((centre, lower))
-        x = centre + rng.standard_normal((_DRAWS, len(centre))) @ lower.T
+        tails = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (_DRAWS, 1)))
+        x = centre + tails * (rng.standard_normal((_DRAWS, len(centre))) @ lower.T)
         draws.append(x)
         density = collapsed.log_likelihood(collapsed.prior.unscaled(x)) + collapsed.prior.scaled_log_density(x)
         targets.append(density)
         x, target = np.concatenate(draws), np.concatenate(targets)
-        mixture = special.logsumexp([_log_normal(x, *proposal) for proposal in proposals], axis=0)
-        weights = special.softmax(target - mixture)
+        ratios = target - special.logsumexp([_log_t(x, *proposal) for proposal in proposals], axis=0)
+        weights = special.softmax(ratios)
         effective = float(1.0 / np.sum(weights**2))
         if n + 1 >= _ROUNDS[0] and effective > _ENOUGH:
             break
-        centre = weights @ x
-        covariance = (x - centre).T @ ((x - centre) * weights[:, None]) + 0.02 * covariance
+        powers = [special.softmax(power * ratios) for power in 0.8 ** np.arange(12)]
+        wide = next((w for w in powers if 1.0 / np.sum(w**2) > _ADAPTED * len(centre)), powers[-1])
+        centre = wide @ x
+        covariance = (x - centre).T @ ((x - centre) * wide[:, None])
     n = problem.n_coefficients
     coefficients = collapsed.prior.unscaled(x)[:, :n]
     means = weights @ coefficients
@@ -200,9 +206,10 @@ def integrated(problem: Problem, xi: np.ndarray, start: np.ndarray, rng: np.rand
     return judged(problem, xi, means, sds, below) | {"failed": failed, "effective": effective, "process": values}
 
 
-def _log_normal(x, centre, lower):
-    z = np.linalg.solve(lower, (x - centre).T)
-    return -0.5 * np.sum(z**2, axis=0) - np.log(np.diag(lower)).sum()
+def _log_t(x, centre, lower):
+    """Log densities (n,) of x (n, n_params) but for a constant."""
+    squares = np.sum(np.linalg.solve(lower, (x - centre).T) ** 2, axis=0)
+    return -0.5 * (_FREEDOM + x.shape[1]) * np.log1p(squares / _FREEDOM) - np.log(np.diag(lower)).sum()
 
 
 def filtered(problem: Problem, xi: np.ndarray, start: np.ndarray, rng: np.random.Generator) -> dict:
