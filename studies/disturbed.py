@@ -14,7 +14,6 @@ from functools import partial
 import numpy as np
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
 from bayesub.thesis import disturbed_tables as tables
 from bayesub.thesis.disturbed_trials import (
     FINER,
@@ -24,7 +23,6 @@ from bayesub.thesis.disturbed_trials import (
     integrated,
     normal,
     slow_noise,
-    with_histories,
 )
 
 SEED, PRIOR_SD = 20, 0.25
@@ -82,12 +80,12 @@ def boat(sensors, k):
     start = dict(zip(plain.names, mode.values, strict=True))
     if truth.share:
         known = pose(disturbance=trials.known(truth))
-        result["histories"] = fitted(integrated, known, xi, best_start(known, start), rng)
+        result["histories"] = fitted(integrated, known, xi, start, rng)
         if sensors == "log":
             result["filter error"] = fitted(filtered, known, xi, mode.values, rng)
     if sensors == "log" and k // len(SHARES) % INFERRED[truth.share] == 0:
         inferred = pose(disturbance=trials.guessed(**GUESS))
-        result["inferred"] = fitted(integrated, inferred, xi, best_start(inferred, start), rng)
+        result["inferred"] = fitted(integrated, inferred, xi, start, rng)
     return result
 
 
@@ -106,14 +104,8 @@ def wrong_boat(name, k):
         "share": truth.share,
         "boats_drawn_again": n_failed,
         "noise only": normal(plain, xi, mode),
-        "inferred": fitted(integrated, inferred, xi, best_start(inferred, start), rng),
+        "inferred": fitted(integrated, inferred, xi, start, rng),
     }
-
-
-def best_start(problem, coefficients):
-    """The end of the search that begins at the mode for noise alone, or at the prior's, whichever is better."""
-    starts = [with_histories(problem, coefficients), None]
-    return min((gauss_newton(problem, start) for start in starts), key=lambda estimate: estimate.costs[0]).values
 
 
 def timed(work, *arguments, **options):

@@ -14,7 +14,7 @@ and the correlation time are, and independent. Where readings do not tell the fo
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -158,6 +158,13 @@ class Disturbances:
     def held(self) -> np.ndarray:
         """(n_own,) prior medians: no forces."""
         return np.array([_middle(prior) for prior in self.priors.values()])
+
+    def with_known_process(self) -> "Disturbances":
+        """The same histories, of a process that is known to be at its prior medians."""
+        known = {axis: self.unknown.sd(axis) for axis in self.unknown.axes}
+        interval = self.unknown.interval_s
+        unknown = replace(self.unknown, sds=known, correlation_time_s=self.unknown.time_s, knot_interval_s=interval)
+        return replace(self, unknown=unknown)
 
     @cached_property
     def _table(self) -> tuple[np.ndarray, float, float]:

@@ -50,6 +50,16 @@ class ForwardModel:
         self.simulator = Simulator(vehicle, manoeuvre, self.measurement.times, dt=dt, varied=varied, knots=knots)
         self.costs = Costs(failures=dict.fromkeys(STATUS[1:], 0))
 
+    def with_known_process(self) -> "ForwardModel":
+        """The same model, and the same counter, with the process of the disturbance at its prior medians."""
+        names = self.disturbances.processes
+        parameters = [parameter for parameter in self.nuisances.parameters if parameter.name not in names]
+        disturbances = self.disturbances.with_known_process()
+        step = self.simulator.step
+        model = ForwardModel(self.vehicle, self.manoeuvre, self.record, parameters, step, disturbances)
+        model.costs = self.costs
+        return model
+
     def count(self, status) -> None:
         """Count simulations by their status codes (n_batch,)."""
         self.costs.simulations += len(status)

@@ -156,6 +156,10 @@ class JointProblem(PosteriorDensity):
         """As :meth:`bayesub.problem.trial_problem.TrialProblem.smoothed`."""
         return JointProblem({trial: problem.smoothed(share) for trial, problem in self.problems.items()})
 
+    def with_known_process(self) -> "JointProblem":
+        """As :meth:`bayesub.problem.trial_problem.TrialProblem.with_known_process`."""
+        return JointProblem({trial: problem.with_known_process() for trial, problem in self.problems.items()})
+
     def naive(self) -> "JointProblem":
         """As :meth:`bayesub.problem.trial_problem.TrialProblem.naive`."""
         return JointProblem({trial: problem.naive() for trial, problem in self.problems.items()})

@@ -222,6 +222,14 @@ class TrialProblem(PosteriorDensity):
             return self
         return self._view(noises=tuple(noise.smoothed(share) for noise in self.noises))
 
+    def with_known_process(self) -> "TrialProblem":
+        """The same problem with the process of the disturbance, if it has one, at its prior medians."""
+        if not self.histories or not self.forward.disturbances.processes:
+            return self
+        forward = self.forward.with_known_process()
+        priors = {name: prior for name, prior in self.nuisance_priors.items() if not of_process(name)}
+        return TrialProblem(forward, self.columns, self.xi, self.spread, priors, self.noises, readings=self.readings)
+
     def with_readings(self, readings: np.ndarray) -> "TrialProblem":
         """The same problem with other readings (n_readings,), SI units, such as replicated ones."""
         return self._view(readings=np.asarray(readings, dtype=float))

@@ -99,6 +99,17 @@ def _normal(y):
     return -0.5 * np.einsum("ij,ij->i", y, y)
 
 
+def with_process(problem, mode) -> np.ndarray:
+    """(n_all,) all parameters, of the mode (an estimate) of the problem with a known process, and the prior medians.
+
+    There is no mode of the process and the histories together: with ever larger sds the latter need ever less.
+    """
+    values = problem.prior.parameters(np.zeros(problem.n_params))
+    places = {name: k for k, name in enumerate(problem.names)}
+    values[[places[name] for name in mode.names]] = mode.values
+    return values
+
+
 def marginal_mode(problem, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
     """The collapsed problem, expanded about its own mode, and that (n_params,), from all parameters near the mode."""
     centre = np.asarray(mode, dtype=float)

@@ -243,10 +243,10 @@ def straightened(problem, rng: np.random.Generator, progress=None) -> tuple[Geom
         progress.update(0, 1, note="posterior mode")
     searches, surrogates = rng.spawn(2)
     smooth = problem.smoothed(SMOOTH)
-    mode = posterior_mode(problem, rng=searches).values
     if problem_histories(problem):
-        return histories.straightened(smooth, mode, surrogates, progress)
-    geometry = Geometry.whitened(smooth, mode)
+        mode = posterior_mode(problem.with_known_process(), rng=searches)
+        return histories.straightened(smooth, histories.with_process(problem, mode), surrogates, progress)
+    geometry = Geometry.whitened(smooth, posterior_mode(problem, rng=searches).values)
     surrogate, draws = learn(smooth, geometry, surrogates, progress)
     return geometry, surrogate, draws
 

@@ -22,15 +22,15 @@ from bayesub.problem.disturbances import UnknownDisturbance, force_scales
 from bayesub.problem.likelihoods import AR1
 from bayesub.problem.problem import Problem
 from bayesub.problem.state_space import StateSpace
-from bayesub.sampling.histories import marginal_mode
+from bayesub.sampling.histories import marginal_mode, with_process
 from bayesub.sensors import observe
 
 DISTURBED = ("X", "Y", "N")
 FINER = 10  # steps of the truth in one of the fit
-_DRAWS, _ROUNDS, _WIDENED = 150, (2, 8), 1.3  # of importance sampling; factor of the sd of the first proposal
+_DRAWS, _ROUNDS = 200, (2, 12)  # of importance sampling
 _ENOUGH, _TOO_FEW = 100.0, 20.0  # effective draws
 _FREEDOM = 8.0  # of the t distributions that propose
-_ADAPTED = 3.0  # effective draws for each parameter, of which the next proposal has the moments
+_FEW = 3.0  # effective draws for each parameter, with which the next proposal is half theirs
 _LEAST_CORRELATED = 0.1  # correlation of neighbouring residuals that is slow noise
 _REFITS = 2  # of slow noise to the residuals of the fit before
 
@@ -161,22 +161,24 @@ def slow_noise(problem: Problem, pose, estimate: Estimate) -> Estimate:
     return estimate
 
 
-def integrated(problem: Problem, xi: np.ndarray, start: np.ndarray, rng: np.random.Generator) -> dict:
+def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, float], rng: np.random.Generator) -> dict:
     """:func:`judged` of the posterior with the histories integrated out, by importance sampling.
 
     The proposals have t distributions, first about the marginal mode and then with the moments of the draws so far,
-    whose weights are tempered while few are effective (mixtures: Cornuet et al. 2012).
+    as far as these are many (adaptive multiple importance sampling: Cornuet et al. 2012).
 
     Parameters
     ----------
-    start : (n_all,) array
-        Where the search for the mode begins.
+    coefficients : dict of str to float
+        Where one search for the mode begins; the other begins in the middle of the prior.
     """
-    search = gauss_newton(problem, start)
-    collapsed, mode = marginal_mode(problem, search.values)
+    known = problem.with_known_process()
+    searches = [gauss_newton(known, start) for start in (with_histories(known, coefficients), None)]
+    search = min(searches, key=lambda estimate: estimate.costs[0])
+    collapsed, mode = marginal_mode(problem, with_process(problem, search))
     centre = collapsed.prior.scaled(mode)
     jacobian = collapsed.prior.scaled_chain(collapsed.jacobian(mode), centre)
-    covariance = np.linalg.inv(jacobian.T @ jacobian + np.eye(len(centre))) * _WIDENED**2
+    covariance = laplace = np.linalg.inv(jacobian.T @ jacobian + np.eye(len(centre)))
     draws, targets, proposals = [], [], []
     for n in range(_ROUNDS[1]):
         lower = np.linalg.cholesky(covariance)
@@ -184,26 +186,24 @@ def integrated(problem: Problem, xi: np.ndarray, start: np.ndarray, rng: np.rand
         tails = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (_DRAWS, 1)))
         x = centre + tails * (rng.standard_normal((_DRAWS, len(centre))) @ lower.T)
         draws.append(x)
-        density = collapsed.log_likelihood(collapsed.prior.unscaled(x)) + collapsed.prior.scaled_log_density(x)
-        targets.append(density)
+        targets.append(collapsed.log_likelihood(collapsed.prior.unscaled(x)) + collapsed.prior.scaled_log_density(x))
         x, target = np.concatenate(draws), np.concatenate(targets)
         ratios = target - special.logsumexp([_log_t(x, *proposal) for proposal in proposals], axis=0)
         weights = special.softmax(ratios)
         effective = float(1.0 / np.sum(weights**2))
         if n + 1 >= _ROUNDS[0] and effective > _ENOUGH:
             break
-        powers = [special.softmax(power * ratios) for power in 0.8 ** np.arange(12)]
-        wide = next((w for w in powers if 1.0 / np.sum(w**2) > _ADAPTED * len(centre)), powers[-1])
-        centre = wide @ x
-        covariance = (x - centre).T @ ((x - centre) * wide[:, None])
+        share = effective / (effective + _FEW * len(centre))
+        centre = share * (weights @ x) + (1.0 - share) * centre
+        covariance = share * (x - centre).T @ ((x - centre) * weights[:, None]) + (1.0 - share) * laplace
     n = problem.n_coefficients
-    coefficients = collapsed.prior.unscaled(x)[:, :n]
-    means = weights @ coefficients
-    sds = np.sqrt(weights @ (coefficients - means) ** 2)
-    below = np.sum(weights[:, None] * (coefficients < xi[problem.columns]), axis=0)
-    values = dict(zip(collapsed.names[n:], (weights @ collapsed.prior.unscaled(x)[:, n:]).tolist(), strict=True))
-    failed = not search.statuses[0].startswith("converged") or effective < _TOO_FEW
-    return judged(problem, xi, means, sds, below) | {"failed": failed, "effective": effective, "process": values}
+    parameters = collapsed.prior.unscaled(x)
+    means = weights @ parameters[:, :n]
+    sds = np.sqrt(weights @ (parameters[:, :n] - means) ** 2)
+    below = np.sum(weights[:, None] * (parameters[:, :n] < xi[problem.columns]), axis=0)
+    process = dict(zip(collapsed.names[n:], (weights @ parameters[:, n:]).tolist(), strict=True))
+    outcome = {"failed": effective < _TOO_FEW, "effective": effective, "process": process}
+    return judged(problem, xi, means, sds, below) | outcome
 
 
 def _log_t(x, centre, lower):
