@@ -169,7 +169,7 @@ class Collapsed:
         self._onto = onto @ active
         curvatures = [slope[:0] for slope in slopes]
         slopes = [np.tensordot(active.T, slope, axes=1) for slope in slopes]
-        if curved:
+        if curved and active.shape[1]:
             steps = (self._axes @ active).T
             sides = list(zip(self._sides(steps), self._sides(-steps), strict=True))
             slopes = [0.5 * (plus - minus) for plus, minus in sides]

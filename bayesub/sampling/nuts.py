@@ -9,11 +9,14 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from bayesub.baselines import posterior_mode
 from bayesub.checks import convergence
 from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.io.errors import InputError
+from bayesub.sampling.geometry import Geometry
+from bayesub.sampling.histories import marginal_mode, with_process
 from bayesub.sampling.posterior import Posterior
-from bayesub.sampling.sampler import straightened
+from bayesub.sampling.sampler import SMOOTH, problem_histories, straightened
 
 FALSE_ALARMS = 0.01  # probability that two samplers of one posterior are said to disagree
 LEAST_ESS = 400.0  # of every parameter, for standard errors to mean what they say
@@ -194,7 +197,7 @@ def require_nutpie():
 def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tuple[np.ndarray, int, int]:
     """Draws (n_chains, n_draws, n_params) of NUTS, divergent trajectories among them, and gradients taken."""
     nutpie = require_nutpie()
-    geometry, *_ = straightened(problem, rng, progress)
+    geometry = _geometry(problem, rng, progress)
     n = problem.n_params
     counts = {"draws": 0, "gradients": 0}
 
@@ -240,3 +243,13 @@ def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tu
     )
     divergences = int(np.count_nonzero(trace.sample_stats["diverging"].values))
     return np.asarray(trace.posterior["parameters"].values), divergences, counts["gradients"]
+
+
+def _geometry(problem, rng, progress):
+    """Sampling coordinates; with histories those whitened at the mode, in which they are nearly normal as it is."""
+    if not problem_histories(problem):
+        return straightened(problem, rng, progress)[0]
+    mode = posterior_mode(problem.with_known_process(), rng=rng)
+    smooth = problem.smoothed(SMOOTH)
+    collapsed, others = marginal_mode(smooth, with_process(problem, mode))
+    return Geometry.whitened(smooth, collapsed.full(others))

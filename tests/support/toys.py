@@ -1,9 +1,12 @@
 """Problems with a known posterior, and the check that judges draws against it."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from bayesub.checks import convergence
 from bayesub.problem.base import Costs
+from bayesub.problem.distributions import WHITE, LogNormal, joined
 from bayesub.problem.priors import Normal
 
 
@@ -149,3 +152,74 @@ def standardised(chain, mean, covariance):
     scale = np.sqrt(np.diag(covariance))
     factor = np.linalg.cholesky(covariance / np.outer(scale, scale))
     return np.linalg.solve(factor, ((chain - mean) / scale)[..., None])[..., 0]
+
+
+@dataclass(frozen=True)
+class ToyHistory:
+    """White coordinates that are forces of sd `s`, the second parameter."""
+
+    rows: slice
+    columns: np.ndarray
+    process: np.ndarray
+
+    def factors(self, parameters):
+        return parameters[:, 1, None, None, None] * np.eye(len(self.columns))
+
+
+class Pushed(Toy):
+    """Readings ``theta c + (H0 + theta H1) s w`` with unit noise, white w and unknown sd s of the forces s w."""
+
+    N_READINGS, N_WHITE = 30, 8
+
+    def __init__(self, seed=3, sd=1.0, known=False):
+        rng = np.random.default_rng(seed)
+        self.c, self.sd, self.known = 3.0 * rng.standard_normal(self.N_READINGS), sd, known
+        self.h0, self.h1 = rng.standard_normal((2, self.N_READINGS, self.N_WHITE)) * [[[4.0]], [[2.0]]]
+        theta, s, w = 0.4, 1.5, rng.standard_normal(self.N_WHITE)
+        noise = rng.standard_normal(self.N_READINGS)
+        self.readings = theta * self.c + (self.h0 + theta * self.h1) @ (s * w) + noise
+        of_theta, of_s, white = Normal(np.zeros(1), np.ones(1)), LogNormal(np.ones(1), 0.5 * np.ones(1)), [WHITE] * 8
+        self.prior_of_others = joined(of_theta, {} if known else {"s": of_s})
+        super().__init__(joined(of_theta, dict(enumerate([*([] if known else [of_s]), *white]))))
+        first = len(self.prior_of_others.mean)
+        self.histories = (
+            ToyHistory(slice(0, self.N_READINGS), np.arange(first, self.n_params), np.arange(1, first)),
+        )
+
+    def with_known_process(self):
+        toy = Pushed(sd=self.sd, known=True)
+        toy.names = (self.names[0], *self.names[2:])
+        return toy
+
+    def _parts(self, parameters):
+        if self.known:
+            parameters = np.insert(parameters, 1, 1.0, axis=1)
+        theta, s, w = parameters[:, :1], parameters[:, 1:2], parameters[:, 2:]
+        return theta, s, w, self.h0 + theta[:, :, None] * self.h1
+
+    def residuals(self, parameters):
+        self.costs.simulations += len(parameters)
+        theta, s, w, h = self._parts(parameters)
+        return (theta * self.c + np.einsum("nij,nj->ni", h, s * w) - self.readings) / self.sd
+
+    def slopes(self, parameters):
+        _, s, w, h = self._parts(np.atleast_2d(parameters))
+        by_theta, by_s = self.c + self.h1 @ (s[0] * w[0]), h[0] @ w[0]
+        return np.column_stack([by_theta, *([] if self.known else [by_s]), s[0] * h[0]]) / self.sd
+
+    def marginal(self, theta, s):
+        """Log density of the readings given theta and s, but for a constant."""
+        h = s * (self.h0 + theta * self.h1)
+        covariance = self.sd**2 * np.eye(self.N_READINGS) + h @ h.T
+        off = self.readings - theta * self.c
+        return -0.5 * (off @ np.linalg.solve(covariance, off) + np.linalg.slogdet(covariance)[1])
+
+    def moments(self, n=161):
+        """Means and variances of theta and log s by quadrature."""
+        theta, log_s = np.linspace(-1.5, 2.0, n), np.linspace(-1.8, 2.2, n)
+        logs = np.array([[self.marginal(t, np.exp(x)) - 0.5 * t**2 - 2.0 * x**2 for x in log_s] for t in theta])
+        weights = np.exp(logs - logs.max())
+        weights /= weights.sum()
+        of_theta, of_s = weights.sum(axis=1), weights.sum(axis=0)
+        means = of_theta @ theta, of_s @ log_s
+        return means, (of_theta @ (theta - means[0]) ** 2, of_s @ (log_s - means[1]) ** 2)
