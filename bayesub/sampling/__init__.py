@@ -19,6 +19,9 @@ y, straight ``z_B = q_B(z_after) + L_B y_B``: each decade  as z, if it is bent  
             that follow
 =========== ============================================== ================================ ===========================
 
+With histories of forces these are the coordinates of all other parameters, and those of the histories follow them
+(:mod:`bayesub.sampling.histories`).
+
 Searches (:func:`bayesub.baselines.gauss_newton`) work in t. The sampler works in y, and its log densities are those in
 x, from which z and y differ by a constant.
 """

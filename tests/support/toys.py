@@ -182,9 +182,7 @@ class Pushed(Toy):
         self.prior_of_others = joined(of_theta, {} if known else {"s": of_s})
         super().__init__(joined(of_theta, dict(enumerate([*([] if known else [of_s]), *white]))))
         first = len(self.prior_of_others.mean)
-        self.histories = (
-            ToyHistory(slice(0, self.N_READINGS), np.arange(first, self.n_params), np.arange(1, first)),
-        )
+        self.histories = (ToyHistory(slice(0, self.N_READINGS), np.arange(first, self.n_params), np.arange(1, first)),)
 
     def with_known_process(self):
         toy = Pushed(sd=self.sd, known=True)

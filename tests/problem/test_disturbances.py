@@ -1,0 +1,159 @@
+"""Unknown histories of forces: their prior, how they enter the readings, and what is refused."""
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.io.errors import InputError
+from bayesub.model.disturbance import Disturbance, Knots
+from bayesub.problem.disturbances import Disturbances, UnknownDisturbance, of_history, of_process, projected_factor
+from bayesub.problem.joint import JointProblem
+
+AXES = ("X", "N")
+FREE = ("Xuu", "Yuv", "Nuv", "Nuu_dr")
+PRIOR = bs.priors.relative_normal(0.25)
+
+
+@pytest.fixture(scope="module")
+def boat():
+    return bs.load_vehicle("suboff")
+
+
+def record(boat, seed=1):
+    manoeuvre = bs.load_manoeuvre("horizontal", boat)
+    truth = bs.simulate(boat, manoeuvre, dt=1.0)
+    sensors = bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw"))
+    return manoeuvre, bs.observe(truth, sensors, np.random.default_rng(seed))
+
+
+def pose(boat, disturbance, seed=1, **options):
+    manoeuvre, readings = record(boat, seed)
+    return bs.Problem(boat, manoeuvre, readings, free=FREE, prior=PRIOR, dt=2.0, disturbance=disturbance, **options)
+
+
+def unknown(**changes):
+    sds = {axis: bs.priors.log_normal(1e-4, 0.7) for axis in AXES}
+    values = {"axes": AXES, "sds": sds, "correlation_time_s": bs.priors.log_normal(60.0, 0.5), "knot_interval_s": 40.0}
+    return UnknownDisturbance(**values | changes)
+
+
+@pytest.fixture(scope="module")
+def problem(boat):
+    return pose(boat, unknown())
+
+
+@pytest.mark.parametrize("kind", ["ornstein_uhlenbeck", "matern_3_2"])
+def test_forces_at_knots_are_projections_of_the_process(kind):
+    """Sampled finely and projected on hats by least squares, histories have the covariance of the prior."""
+    knots, time, n = Knots(np.linspace(0.0, 30.0, 7), ("Y",)), 8.0, 4000
+    fine = np.linspace(0.0, 30.0, 481)
+    process = Disturbance(("Y",), np.ones(1), time, kind)
+    rng = np.random.default_rng(3)
+    histories = np.array([process.sample(fine, rng).values[:, 0] for _ in range(n)])
+    hats = np.zeros((len(fine), 7))
+    rows, places, weights = knots.hats(fine)
+    hats[rows, places] = weights
+    found = np.linalg.lstsq(hats, histories.T)[0]
+    factor = projected_factor(knots, kind, time)
+    standard = np.linalg.solve(factor, found)
+    covariance = standard @ standard.T / n
+    # Standard errors of the entries are 1/sqrt(n), on the diagonal sqrt(2) times as much; 28 entries.
+    assert np.abs(covariance - np.eye(7)).max() < 4.0 * np.sqrt(2.0 / n) + 0.02
+
+
+def test_the_factor_between_nodes_is_that_of_the_time(problem):
+    """Tabulated for unknown correlation times, it is what these have by themselves."""
+    disturbances = problem.forward.disturbances
+    for time in (12.0, 33.0, 61.0, 230.0):
+        values = np.array([[1e-4, 2e-4, time]])
+        exact = projected_factor(disturbances.knots, "ornstein_uhlenbeck", time)
+        factors = disturbances.factors(values)[0]
+        np.testing.assert_allclose(factors[1] / factors[1, 0, 0], exact / exact[0, 0], atol=5e-6)
+
+
+def test_the_jacobian_is_that_of_the_readings(problem):
+    """By coefficients, sds, the correlation time and white coordinates, against central differences."""
+    values = problem.prior.parameters(np.random.default_rng(4).standard_normal(problem.n_params) * 0.5)
+    jacobian = problem.jacobian(values)
+    picked = [*range(8), problem.n_params - 20, problem.n_params - 1]
+    for k in picked:
+        step = np.zeros(problem.n_params)
+        step[k] = 1e-4 * problem.prior.sd[k]
+        plus, minus = problem.residuals(np.array([values + step, values - step]))
+        difference = (plus - minus) / (2.0 * step[k])
+        assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(difference).max(), problem.names[k]
+
+
+def test_no_forces_change_nothing(boat, problem):
+    """With white coordinates of zero the readings are those of the problem without a disturbance."""
+    plain = pose(boat, None)
+    values = problem.prior.parameters(np.zeros(problem.n_params))
+    np.testing.assert_allclose(
+        problem.predicted(values), plain.predicted(values[: plain.n_params]), rtol=1e-12, atol=1e-12
+    )
+
+
+def test_names_say_whose_a_parameter_is(problem):
+    """The process first, then the history axis after axis; all else is neither."""
+    rest = problem.names[problem.n_coefficients :]
+    assert rest[:3] == ("sd_disturbance_X", "sd_disturbance_N", "correlation_time_disturbance_s")
+    assert all(map(of_process, rest[:3]))
+    assert all(map(of_history, rest[3:]))
+    assert not any(of_process(name) or of_history(name) for name in (*FREE, "sd_yaw_deg", "correlation_time_yaw_s"))
+    n_knots = len(problem.forward.disturbances.knots.times)
+    assert problem.forces(problem.prior.mean).shape == (1, 2, n_knots)
+    assert len(rest) == 3 + 2 * n_knots
+
+
+def test_trials_share_the_process_and_not_the_history(boat):
+    """The parameters of the process once, histories for each trial; its rows and columns are those of the trial."""
+    joint = JointProblem({"a": pose(boat, unknown(), 1), "b": pose(boat, unknown(), 2)})
+    assert sum(map(of_process, joint.names)) == 3
+    first, second = joint.histories
+    assert {joint.names[k].partition("[")[2] for k in second.columns} == {"b]"}
+    assert second.rows.start == first.rows.stop
+    np.testing.assert_array_equal(first.process, second.process)
+    values = joint.prior.sample(np.random.default_rng(1), 1)
+    jacobian = joint.jacobian(values[0])
+    assert not jacobian[first.rows][:, second.columns].any()
+
+
+def test_a_known_process_has_the_medians(problem):
+    """The view without parameters of the process has the same histories and the same counter."""
+    known = problem.with_known_process()
+    assert not any(map(of_process, known.names))
+    assert known.costs is problem.costs
+    values = problem.prior.parameters(np.zeros(problem.n_params))
+    values[-5:] = 1.0
+    held = np.delete(values, [problem.names.index(name) for name in problem.names if of_process(name)])
+    np.testing.assert_allclose(known.forces(held), problem.forces(values), rtol=1e-5)
+    plain = pose_without = known.naive()
+    assert plain.histories == ()
+    assert pose_without.with_known_process() is plain
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"axes": ("X", "Z"), "sds": {"X": 1e-4, "Z": 1e-4}}, "axis Z has no part in the horizontal"),
+        ({"knot_interval_s": 2.0}, "more forces than the"),
+        ({"correlation_time_s": 1.0, "knot_interval_s": 40.0}, "shorter step"),
+        ({"sds": {"X": 0.0, "N": 1e-4}}, "the sd of X must be positive"),
+        ({"sds": {"X": 1e-4}}, "give an sd for each"),
+        ({"kind": "pink"}, "unknown kind 'pink'"),
+    ],
+)
+def test_bad_input_is_one_line(boat, changes, words):
+    """Names the key, and what to do."""
+    with pytest.raises(InputError, match=words) as error:
+        pose(boat, unknown(**changes))
+    assert "\n" not in str(error.value)
+
+
+def test_knots_end_with_the_readings(boat):
+    """The last knot is at the last reading, and no interval is longer than what was asked for."""
+    disturbances = Disturbances(unknown(correlation_time_s=60.0), boat, 590.0)
+    times = disturbances.knots.times
+    assert times[0] == 0.0
+    assert times[-1] == 590.0
+    assert np.all(np.diff(times) <= 40.0 + 1e-9)
