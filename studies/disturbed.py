@@ -9,6 +9,7 @@ Cost: an hour and a half.
 """
 
 import time
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -41,6 +42,15 @@ SENSORS = {
     ),
     "track": (bs.sensors.Track(0.5 * LENGTH, 0.1, interval_s=1.0, channels=("x", "y", "yaw")),),
 }
+KNOTS = (15, 30, 60, 90)  # on each of three axes
+NUISANCE = {  # mean and sd of the prior, in the unit of the name
+    "u0_mps": (1.75, 0.02),
+    "v0_mps": (0.0, 0.01),
+    "r0_degps": (0.0, 0.1),
+    "current_north_mps": (0.0, 0.05),
+    "current_east_mps": (0.0, 0.05),
+    "bias_yaw_deg": (0.0, 0.5),
+}
 GUESS = {"share": 0.015, "log_sd": 1.0, "time_s": TIME_S, "log_sd_of_time": 0.5}
 WRONG = {
     "white": Truth(0.015 * np.sqrt(TIME_S / 0.1), 0.1),  # as much impulse as the slow one
@@ -59,7 +69,33 @@ def compute(run):
         run.progress.stage(name)
         file = name.replace(" ", "_")
         trials[name] = run.repeat(file, partial(wrong_boat, name), 1 if run.quick else N_WRONG)
-    return tables.summaries(trials, SHARES, np.random.default_rng(SEED))
+    numbers = tables.summaries(trials, SHARES, np.random.default_rng(SEED))
+    run.progress.stage("cost of sampling")
+    return {"trials": numbers, "cost": run.repeat("cost", cost, 1 if run.quick else len(KNOTS))}
+
+
+def cost(k):
+    """What sampling takes with so many knots on three axes, and 26 parameters besides."""
+    rng = np.random.default_rng([SEED, 10])
+    truth = Truth(SHARES[2], TIME_S)
+    trials = DisturbedTrials("auv690", SENSORS["log"], PRIOR_SD)
+    _, record, _ = trials.boat_and_record(truth, STEP["log"] / FINER, rng)
+    interval = trials.manoeuvre.duration / (KNOTS[k] - 1)
+    disturbance = replace(trials.known(truth), knot_interval_s=interval)
+    nuisance = {name: bs.priors.normal(value, sd) for name, (value, sd) in NUISANCE.items()}
+    problem = trials.problem(record, dt=STEP["log"], disturbance=disturbance, nuisance=nuisance)
+    posterior = bs.sample(problem, rng=rng, max_steps=4000)
+    return {
+        "n_knots": KNOTS[k],
+        "n_params": problem.n_params,
+        "converged": posterior.converged,
+        "seconds": posterior.seconds,
+        "simulations": posterior.evaluations,
+        "jacobians": posterior.jacobians,
+        "work_per_effective_sample": posterior.work_per_effective_sample,
+        "longest_tau": float(posterior.tau.max()),
+        "acceptance": posterior.acceptance,
+    }
 
 
 def boat(sensors, k):

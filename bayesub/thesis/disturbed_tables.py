@@ -12,6 +12,7 @@ from bayesub.thesis.plots import disturbed as plots
 LIKELIHOODS = ("noise only", "slow noise", "filter error", "histories", "inferred")
 HONEST = ("histories", "inferred")
 HELD, FALSE_ALARMS = (0.87, 0.93), 0.01
+MOST_WORK = 60.0  # simulations an effective sample
 _ERRORS = 3.0  # standard errors by which coverage may miss, where boats are few
 _RIGHT = 0.85  # coverage from which widths of intervals are compared
 
@@ -80,8 +81,15 @@ def rows(numbers: dict) -> Iterator[dict]:
                 yield result | {"group": name, "share": share, "likelihood": likelihood}
 
 
+COST = """
+Sampling of one trial of the log with a known process: knots on each of three axes, parameters in all, seconds on one core,
+and simulations an effective sample of the worst parameter, Jacobians counted as the simulations that they take as long as.
+"""
+
+
 def draw(run, numbers: dict) -> None:
-    """The figure and the table."""
+    """The figure and the tables."""
+    costs, numbers = numbers["cost"], numbers["trials"]
     plots.draw(run.figure("disturbed"), numbers)
     cells = {
         "sensors, or what is wrong": itemgetter("group"),
@@ -107,7 +115,23 @@ def draw(run, numbers: dict) -> None:
         for name, group in numbers.items()
         for likelihood, result in group["ranks"].items()
     ]
-    run.page([CAPTION, *markdown.columns(rows(numbers), cells), "", *markdown.columns(lines, of_ranks)])
+    of_cost = {
+        "knots": itemgetter("n_knots"),
+        "parameters": itemgetter("n_params"),
+        "converged": lambda r: "yes" if r["converged"] else "no",
+        "seconds": lambda r: f"{r['seconds']:.0f}",
+        "simulations": itemgetter("simulations"),
+        "Jacobians": itemgetter("jacobians"),
+        "simulations an effective sample": lambda r: f"{r['work_per_effective_sample']:.0f}",
+        "acceptance": lambda r: f"{r['acceptance']:.0%}",
+    }
+    tables = (
+        markdown.columns(rows(numbers), cells),
+        markdown.columns(lines, of_ranks),
+        markdown.columns(costs, of_cost),
+    )
+    held, uniform, sampled = tables
+    run.page([CAPTION, *held, "", *uniform, COST, *sampled])
 
 
 def covered(coverage: dict) -> str:
@@ -117,6 +141,11 @@ def covered(coverage: dict) -> str:
 
 def claims(numbers: dict) -> Iterator[tuple[bool, str]]:
     """Intervals with histories hold what they say, no search fails, and they are no wider than need be."""
+    for r in numbers["cost"]:
+        yield r["converged"], f"{r['n_knots']} knots: not converged"
+        work = r["work_per_effective_sample"]
+        yield work <= MOST_WORK, f"{r['n_knots']} knots: {work:.0f} simulations an effective sample"
+    numbers = numbers["trials"]
     for r in rows(numbers):
         if r["likelihood"] not in HONEST or r["group"] not in ("log", "track"):
             continue
