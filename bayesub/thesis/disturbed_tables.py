@@ -82,8 +82,8 @@ def rows(numbers: dict) -> Iterator[dict]:
 
 
 COST = """
-Sampling of one trial of the log with a known process: knots on each of three axes, parameters in all, seconds on one core,
-and simulations an effective sample of the worst parameter, Jacobians counted as the simulations that they take as long as.
+Sampling of one trial of the log with a known process: knots on each of three axes, parameters in all, seconds on one
+core, and simulations an effective sample of the worst parameter, a Jacobian counted as those that take as long.
 """
 
 
