@@ -29,7 +29,7 @@ class Spectrum:
         largest entry positive
     prior_sd : (n_params,)
     n_null : directions, the last ones, that are null whatever the sensors
-    values : (n_params,) where the Jacobian was taken
+    values : (n_params,) where the Jacobian was taken, histories of forces left out
     """
 
     names: tuple[str, ...]
@@ -130,6 +130,9 @@ def fisher(
 ) -> Spectrum:
     """Spectrum of a problem at a parameter vector, with its null directions last.
 
+    Histories of forces are integrated out: the spectrum is that of all other parameters, and an effect on the readings
+    that the forces may have had as well tells little of them.
+
     Parameters
     ----------
     at : Estimate or parameter vector (n_params,)
@@ -139,6 +142,24 @@ def fisher(
         their word.
     """
     parameters = parameter_vector(at)
-    basis = null_basis(problem.names, null_vectors(problem, parameters, null), problem.prior.sd)
-    _, s, vt = split_svd(problem.jacobian(parameters) * problem.prior.sd, basis)
-    return Spectrum(problem.names, s, signed(vt), problem.prior.sd, len(basis), parameters)
+    white = [history.columns for history in getattr(problem, "histories", ())]
+    whitened, sd = problem.jacobian(parameters) * problem.prior.sd, problem.prior.sd
+    others = np.arange(problem.n_params)
+    if white:
+        others = np.delete(others, np.concatenate(white))
+        whitened = _integrated(whitened[:, others], whitened[:, np.concatenate(white)])
+    names, sd = tuple(problem.names[k] for k in others), sd[others]
+    basis = null_basis(names, null_vectors(problem, parameters, null), sd)
+    _, s, vt = split_svd(whitened, basis)
+    return Spectrum(names, s, signed(vt), sd, len(basis), parameters[others])
+
+
+def _integrated(by_others, by_white) -> np.ndarray:
+    """Jacobian (n_rows + n_white, n_others) whose information is that of (n_rows, n_others) with the others unknown.
+
+    ``A'A - A'B (B'B + 1)^-1 B'A``, for B (n_rows, n_white) by standard normal unknowns.
+    """
+    n_white = by_white.shape[1]
+    basis = np.linalg.qr(np.vstack([by_white, np.eye(n_white)]))[0]
+    stacked = np.vstack([by_others, np.zeros((n_white, by_others.shape[1]))])
+    return stacked - basis @ (basis.T @ stacked)

@@ -9,6 +9,7 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 
+_FINE = 64  # points of an interval between knots in sums over a history
 KINDS = ("ornstein_uhlenbeck", "matern_3_2")
 
 
@@ -71,6 +72,17 @@ class Knots:
         rows = np.tile(np.arange(len(place)), 2)
         knots, weights = np.concatenate([first, first + 1]), np.concatenate([1.0 - after, after])
         return rows[weights > 0], knots[weights > 0], weights[weights > 0]
+
+
+    def projection(self, forces: ForceHistory) -> np.ndarray:
+        """(n_knots, n_axes) values of the broken line that is nearest to a history in least squares, N and N m."""
+        n = _FINE * (len(self.times) - 1)
+        middles = (np.arange(n) + 0.5) * self.interval / _FINE
+        rows, knots, weights = self.hats(middles)
+        hats = np.zeros((n, len(self.times)))
+        hats[rows, knots] = weights
+        values = forces.at(middles)[:, [AXES.index(axis) for axis in self.axes]]
+        return np.linalg.lstsq(hats, values, rcond=None)[0]
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,15 @@ class PosteriorDensity:
         return ()
 
     @property
+    def others(self) -> np.ndarray:
+        """(n_others,) positions of the parameters that are not white coordinates of histories.
+
+        Tables and figures of parameters are of these; there is a white coordinate for every knot and axis.
+        """
+        white = [history.columns for history in self.histories]
+        return np.delete(np.arange(self.n_params), np.concatenate(white) if white else [])
+
+    @property
     def prior_of_others(self) -> Prior:
         """The prior of the parameters that are not white coordinates of histories."""
         others = {name: prior for name, prior in self.nuisance_priors.items() if prior is not WHITE}

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from bayesub.io.errors import InputError
-from bayesub.model.disturbance import KINDS, Knots, check_axes, check_kind, correlation
+from bayesub.model.disturbance import KINDS, ForceHistory, Knots, check_axes, check_kind, correlation
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import WHITE, Prior
@@ -234,6 +234,14 @@ class Disturbances:
         sds, times = self.process(process)
         table, *_ = self._table
         return sds[:, :, None, None] * np.tensordot(self._weights(times), table, axes=1)[:, None]
+
+    def nearest(self, values: np.ndarray, forces: ForceHistory) -> np.ndarray:
+        """Own parameters (n_own,) with the white coordinates whose forces are nearest to given ones in least squares."""
+        values, n = np.array(values), len(self.processes)
+        (factors,) = self.factors(values[None, :n])
+        projection = self.knots.projection(forces).T  # (n_axes, n_knots)
+        values[n:] = np.concatenate([np.linalg.solve(f, at) for f, at in zip(factors, projection, strict=True)])
+        return values
 
     def slopes(self, values: np.ndarray) -> np.ndarray:
         """(n_axes n_knots, n_own) derivatives of the forces of one member (1, n_own) by its parameters."""

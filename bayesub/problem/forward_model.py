@@ -77,6 +77,13 @@ class ForwardModel:
         knots = self.simulator.knots
         return ForceHistory(knots.times, knots.axes, self.forces(values)[0].T)
 
+    def with_history(self, values, forces: ForceHistory) -> np.ndarray:
+        """Values (n_nuisances,) of the nuisance parameters whose forces are nearest to given ones."""
+        values = values.copy()
+        if self.disturbances is not None:
+            values[self._histories] = self.disturbances.nearest(values[self._histories], forces)
+        return values
+
     def _amounts(self, values):
         """(n_batch, n_varied) by how much what the simulator varies differs, or None if it varies nothing."""
         amounts = self.nuisances.amounts(values)
@@ -97,11 +104,16 @@ class ForwardModel:
         The readings are not a number where the simulation failed.
         """
         outputs, status = self._run(sets, values, self.measurement.measured)
+        predicted = self._read(outputs, values)
+        predicted[status != 0] = np.nan
+        return predicted, status
+
+    def _read(self, outputs, values) -> np.ndarray:
+        """(n_batch, n_readings) of outputs (n_batch, n_times, n_measured) in the water."""
         predicted = self.measurement.of(outputs, self.nuisances.currents(values))
         for channel, k, factor in self.nuisances.biases(self.record.channels):
             predicted[:, self.measurement.slices[channel]] += factor * values[:, k : k + 1]
-        predicted[status != 0] = np.nan
-        return predicted, status
+        return predicted
 
     def slopes(self, sets, values, names, *, of_nuisances: bool = True) -> np.ndarray:
         """Derivatives of the readings of one member, SI units.
@@ -152,21 +164,39 @@ class ForwardModel:
     def states(self, sets, values) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings."""
         states, _ = self._run(sets, values, log_files.STATES)
+        return self._over_ground(states, values)
+
+    def _over_ground(self, states, values) -> np.ndarray:
         currents = self.nuisances.currents(values)
         if currents is None:
             return states
         pairs = zip(states, currents, strict=True)
         return np.stack([over_ground(member, self.simulator.times, current) for member, current in pairs])
 
-    def trajectory(self, sets, values) -> Trajectory:
-        """The motion through the water of one member, (1, n_terms) and (1, n_nuisances), of its own body and start."""
+    def disturbed(self, sets, values, forces: ForceHistory | None) -> tuple[np.ndarray, np.ndarray]:
+        """Noise-free readings (n_readings,) and states over the ground (n_times, 12) of one member under given forces."""
+        trajectory = self.trajectory(sets, values, forces)
+        (readings,) = self._read(trajectory.outputs(self.measurement.measured), values)
+        return readings, self._over_ground(trajectory.states, values)[0]
+
+    def trajectory(self, sets, values, forces: ForceHistory | None = None) -> Trajectory:
+        """The motion through the water of one member, of its own body and start.
+
+        Parameters
+        ----------
+        sets : (1, n_terms) array
+        values : (1, n_nuisances) array
+        forces : ForceHistory, optional
+            That the equations leave out; by default those of `values`.
+        """
         body, initial = self.nuisances.body(values), self.nuisances.initial(values)
         amounts = self.nuisances.amounts(values)
-        if body is None and initial is None and amounts is None and self.disturbances is None:
+        forces = self.history(values) if forces is None else forces
+        if body is None and initial is None and amounts is None and forces is None:
             return self.simulator.trajectory(sets)
         vehicle = self.simulator.vehicle if body is None else replace(self.simulator.vehicle, body=body[0])
         manoeuvre = self.manoeuvre if initial is None else replace(self.manoeuvre, initial_state=initial[0])
         changes = {} if amounts is None else dict(zip(self.nuisances.varied, amounts[0], strict=True))
-        options = {"dt": self.simulator.step, "changes": changes, "forces": self.history(values)}
+        options = {"dt": self.simulator.step, "changes": changes, "forces": forces}
         simulator = Simulator(vehicle, manoeuvre, self.simulator.times, **options)
         return simulator.trajectory(sets)

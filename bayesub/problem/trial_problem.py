@@ -1,6 +1,7 @@
 """The posterior density of one trial: a forward model, noise models and priors."""
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -238,12 +239,30 @@ class TrialProblem(PosteriorDensity):
     def reference(self) -> np.ndarray:
         """(n_params,) the truth behind a synthetic record, otherwise the values of the vehicle and the manoeuvre.
 
-        Of parameters of the noise that nobody knows it is the value given with the noise model.
+        Of parameters of the noise that nobody knows it is the value given with the noise model. Histories of forces
+        are those of the truth between the knots, as near as they come to it.
         """
         xi = self.vehicle.xi if self.record.truth is None else self.record.truth
-        nuisances = zip(self.names[self.n_coefficients :], self.forward.nuisances.held, strict=False)
-        values = [self.record.nuisances.get(name, value) for name, value in nuisances]
-        return np.concatenate([xi[self.columns], values])
+        return np.concatenate([xi[self.columns], self._true_nuisances[: self.n_params - self.n_coefficients]])
+
+    @cached_property
+    def _true_nuisances(self) -> np.ndarray:
+        """(n_nuisances,) of the truth behind a synthetic record, or where they are held."""
+        held = zip(self.forward.nuisances.names, self.forward.nuisances.held, strict=True)
+        values = np.array([self.record.nuisances.get(name, value) for name, value in held])
+        if self.record.forces is not None:
+            values = self.forward.with_history(values, self.record.forces)
+        return values
+
+    def truth(self) -> tuple[np.ndarray, np.ndarray]:
+        """Noise-free readings (n_readings,) and states over the ground (n_times, 12) behind a synthetic record.
+
+        The boat feels the forces of the truth, on whichever axes the problem infers any.
+        """
+        xi = self.vehicle.xi if self.record.truth is None else self.record.truth
+        readings, states = self.forward.disturbed(xi[None], self._true_nuisances[None], self.record.forces)
+        self.forward.measurement.to_nearest_turn(readings[None], self.readings)
+        return readings, states
 
     def trajectory(self, parameters: np.ndarray) -> Trajectory:
         """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params).

@@ -45,21 +45,21 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
     ----------
     results : bayesub.report.report.Results
         Everything that a report is about.
-    reference : ndarray of shape (n_params,)
-        Values that ratios refer to.
+    reference : ndarray of shape (n_others,)
+        Values that ratios refer to, histories of forces left out.
     word : str
         What they are.
     baselines : list of dict
         Numbers of the baselines, for what the captions say of them.
     """
-    problem, sample, n = results.problem, results.posterior, results.problem.n_coefficients
-    equations = problem.equations
+    problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
+    equations, prior = problem.equations, problem.prior_of_others
     yield ReportFigure(
         "coefficients",
         f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. "
         + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
         + "A blue bar as long as the grey one means that the data said nothing.",
-        lambda path: coefficients.draw(path, sample, problem.prior, reference[:n], results.estimates, word, equations),
+        lambda path: coefficients.draw(path, sample, prior, reference[:n], results.estimates, word, equations),
     )
     for trial in problem.each_trial(results.draws):
         yield _track(*trial, synthetic=word == "truth")
@@ -80,7 +80,7 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
         "corner",
         "Joint marginals (50 % and 90 %) of the best known coefficients (blue labels) and the worst known (yellow), "
         f"as ratios to the {word} (orange lines). Dashed curves are the prior.",
-        lambda path: posterior.draw_corner(path, sample, problem.prior, reference[:n], equations),
+        lambda path: posterior.draw_corner(path, sample, prior, reference[:n], equations),
     )
     if results.residuals:
         yield ReportFigure(
@@ -92,12 +92,12 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
             "fit.",
             lambda path: fit.draw(path, results.criticism, results.residuals, results.times),
         )
-    if n < problem.n_params:
+    if n < len(sample.names):
         yield ReportFigure(
             "nuisance",
             "What else the readings depend on. Blue: posterior. Dashed: prior. Orange: the truth behind a synthetic "
             "record or the value of the vehicle, manoeuvre and noise model.",
-            lambda path: posterior.draw_nuisance(path, sample, problem.prior, reference, n),
+            lambda path: posterior.draw_nuisance(path, sample, prior, reference, n),
         )
     if results.check is not None:
         yield ReportFigure(
@@ -105,7 +105,7 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
             "Above, mean and sd of each coefficient by the two samplers. Below, the differences of means, sds and "
             "correlations in Monte Carlo standard errors of both; a correlation shows at both of its coefficients. The "
             "grey band holds all of them in 99 of 100 comparisons of equal posteriors.",
-            partial(cross_check.draw, check=results.check, equations=equations),
+            partial(cross_check.draw, check=results.check.part(sample.names), equations=equations),
         )
 
 
@@ -113,8 +113,7 @@ def _track(name: str, problem: Problem, draws: np.ndarray, *, synthetic: bool) -
     """The track of a trial of name "" or several."""
 
     def draw(path):
-        true = problem.reference
-        motion = (problem.predicted(true)[0], problem.motion(true)[0]) if synthetic else None
+        motion = problem.truth() if synthetic else None
         track.draw(path, problem.record, problem.predicted(draws), problem.motion(draws[:TRACKS]), motion)
 
     return ReportFigure(

@@ -33,10 +33,11 @@ def collect(
     null_space : NullSpace
         That of the spectrum, axis by axis.
     """
+    summary = posterior.part(problem.others)
     trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
     n = problem.n_coefficients
-    rows = _parameters(problem, posterior)
-    coefficient_pairs, nuisance_pairs = _trade_offs(posterior, n)
+    rows = _parameters(problem, summary)
+    coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
     return {
         "vehicle": problem.vehicle.name,
         "coefficients": _units(problem.equations),
@@ -56,7 +57,7 @@ def collect(
             "n_sharpened": spectrum.n_informed,
         },
         "ranks": {axis: rank.summary() for axis, rank in null_space.ranks.items()},
-        "null_contraction": _null_contraction(spectrum, posterior),
+        "null_contraction": _null_contraction(spectrum, summary),
         "trade_offs": coefficient_pairs,
         "nuisance_trade_offs": nuisance_pairs,
         "baselines": [_baseline(problem, estimate) for estimate in estimates],
@@ -80,7 +81,7 @@ def _parameters(problem, posterior) -> list[dict]:
     units = {term.name: term.unit for term in problem.equations.terms}
     q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
     columns = {
-        "reference": problem.reference,
+        "reference": problem.reference[problem.others],
         "prior_mean": posterior.prior_mean,
         "prior_sd": posterior.prior_sd,
         "mean": posterior.mean,
@@ -116,6 +117,7 @@ def _trial(name, problem, best) -> dict:
 def _convergence(posterior) -> dict:
     return {
         "converged": posterior.converged,
+        "n_parameters": len(posterior.names),
         "shortcomings": list(posterior.shortcomings),
         "criteria": vars(posterior.criteria),
         "max_rhat": float(posterior.rhat.max()),

@@ -62,6 +62,11 @@ class Results:
     rng: np.random.Generator
 
     @cached_property
+    def summary(self) -> Posterior:
+        """The posterior of the parameters that tables and figures are of."""
+        return self.posterior.part(self.problem.others)
+
+    @cached_property
     def draws(self) -> np.ndarray:
         """(PREDICTIVE_DRAWS, n_params) of the posterior, at which motions and residuals are looked at."""
         return self.posterior.draws[self.rng.choice(len(self.posterior.draws), PREDICTIVE_DRAWS)]
@@ -84,7 +89,9 @@ class Results:
     @cached_property
     def null_space(self) -> NullSpace:
         """The directions that leave the motion the same, where the spectrum was taken."""
-        return null_space(self.problem, self.spectrum.values)
+        at = self.posterior.best.copy()
+        at[self.problem.others] = self.spectrum.values
+        return null_space(self.problem, at)
 
 
 def write_report(
@@ -144,7 +151,7 @@ def write_report(
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
     numbers["seconds"] = dict(seconds or {})
-    reference, word = problem.reference, findings.reference_word(numbers)
+    reference, word = problem.reference[problem.others], findings.reference_word(numbers)
     suffixes = (".png", ".pdf") if pdf else (".png",)
     folder = Path(folder)
     with writing(folder):

@@ -5,7 +5,8 @@ decides what is drawn: no moves, no ensembles, no stopping rule.
 """
 
 import warnings
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -60,6 +61,20 @@ class CrossCheck:
     ess: float
     divergences: int
     gradients: int
+
+    def part(self, names: Sequence[str]) -> "CrossCheck":
+        """The comparison of some parameters, by name, in their order here."""
+        members = np.isin(self.names, list(names))
+        rows, columns = np.triu_indices(len(self.names), 1)
+        return replace(
+            self,
+            names=tuple(np.array(self.names)[members].tolist()),
+            means=self.means[:, members],
+            sds=self.sds[:, members],
+            mean_z=self.mean_z[members],
+            sd_z=self.sd_z[members],
+            correlation_z=self.correlation_z[members[rows] & members[columns]],
+        )
 
     @property
     def pairs(self) -> list[tuple[str, str]]:

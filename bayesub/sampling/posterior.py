@@ -94,6 +94,25 @@ class Posterior:
         chain, log_prob = self.chain[:, first::every], self.log_prob[:, first::every]
         return replace(self, chain=chain, log_prob=log_prob, thin=every * self.thin)
 
+    def part(self, positions: np.ndarray) -> "Posterior":
+        """The posterior of some parameters, with the convergence of each as it was judged among all.
+
+        Parameters
+        ----------
+        positions : (n,) array of int
+            Of the parameters, such as those that are no forces at knots: ``posterior.part(problem.others)``.
+        """
+        result = replace(
+            self,
+            names=tuple(self.names[k] for k in positions),
+            chain=self.chain[..., positions],
+            prior_mean=self.prior_mean[positions],
+            prior_sd=self.prior_sd[positions],
+        )
+        judged = {key: getattr(self, key)[..., positions] for key in ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")}
+        vars(result).update(judged, n_steps=self.n_steps)
+        return result
+
     @property
     def draws(self) -> np.ndarray:
         """(n_draws, n_params) all draws."""

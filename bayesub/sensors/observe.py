@@ -56,7 +56,8 @@ def observe(
         sensor.read(at, truth[part], rng) for sensor, at, part in zip(sensors, times, model.slices, strict=True)
     ]
     channels = [replace(c, times=at, values=values) for c, (at, values) in zip(channels, readings, strict=True)]
-    return Record(tuple(channels), truth=trajectory.xi[member], nuisances=_true_nuisances(sensors, current_mps))
+    known = _true_nuisances(sensors, current_mps)
+    return Record(tuple(channels), trajectory.xi[member], known, trajectory.simulator.forces)
 
 
 def unread(sensors: Sensor | Instrument | Iterable, duration: float) -> Record:

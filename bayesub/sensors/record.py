@@ -8,6 +8,7 @@ import numpy as np
 
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
+from bayesub.model.disturbance import ForceHistory
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.trajectory import Trajectory
 from bayesub.sensors.lever_arm import TURNING
@@ -96,11 +97,14 @@ class Record:
     nuisances : dict of str to float
         What else is known of a synthetic record: name of a nuisance parameter (:mod:`bayesub.problem.nuisance`) -> true
         value in the unit of the name.
+    forces : ForceHistory or None
+        That the boat of a synthetic record felt and that no equations have.
     """
 
     channels: tuple[Channel, ...]
     truth: np.ndarray | None = None
     nuisances: dict[str, float] = field(default_factory=dict)
+    forces: ForceHistory | None = None
 
     def __post_init__(self):
         names = [channel.name for channel in self.channels]
