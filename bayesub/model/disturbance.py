@@ -9,7 +9,7 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 
-_FINE = 64  # points of an interval between knots in sums over a history
+_FINE = 32  # points of an interval between knots in sums over a history
 KINDS = ("ornstein_uhlenbeck", "matern_3_2")
 
 
@@ -74,15 +74,22 @@ class Knots:
         return rows[weights > 0], knots[weights > 0], weights[weights > 0]
 
 
-    def projection(self, forces: ForceHistory) -> np.ndarray:
-        """(n_knots, n_axes) values of the broken line that is nearest to a history in least squares, N and N m."""
+    @property
+    def fine_times(self) -> np.ndarray:
+        """(n_fine,) equidistant times, in the middles of parts of the intervals, s."""
         n = _FINE * (len(self.times) - 1)
-        middles = (np.arange(n) + 0.5) * self.interval / _FINE
-        rows, knots, weights = self.hats(middles)
-        hats = np.zeros((n, len(self.times)))
+        return (np.arange(n) + 0.5) * self.interval / _FINE
+
+    def projection(self, values: np.ndarray) -> np.ndarray:
+        """Values (n_knots, n) at the knots of the broken lines nearest in least squares to (n_fine, n) of all times."""
+        rows, knots, weights = self.hats(self.fine_times)
+        hats = np.zeros((len(values), len(self.times)))
         hats[rows, knots] = weights
-        values = forces.at(middles)[:, [AXES.index(axis) for axis in self.axes]]
         return np.linalg.lstsq(hats, values, rcond=None)[0]
+
+    def projected(self, forces: ForceHistory) -> np.ndarray:
+        """(n_knots, n_axes) of a history, N and N m."""
+        return self.projection(forces.at(self.fine_times)[:, [AXES.index(axis) for axis in self.axes]])
 
 
 @dataclass(frozen=True)

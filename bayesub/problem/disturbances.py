@@ -239,7 +239,7 @@ class Disturbances:
         """Own parameters (n_own,) with the white coordinates whose forces are nearest to given ones in least squares."""
         values, n = np.array(values), len(self.processes)
         (factors,) = self.factors(values[None, :n])
-        projection = self.knots.projection(forces).T  # (n_axes, n_knots)
+        projection = self.knots.projected(forces).T  # (n_axes, n_knots)
         values[n:] = np.concatenate([np.linalg.solve(f, at) for f, at in zip(factors, projection, strict=True)])
         return values
 
