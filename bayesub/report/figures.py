@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.plots import coefficients, cross_check, fit, posterior, spectrum, track
+from bayesub.plots import coefficients, cross_check, disturbance, fit, posterior, spectrum, track
 from bayesub.problem.problem import Problem
+from bayesub.report import disturbances
 
 TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
@@ -63,6 +64,8 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
     )
     for trial in problem.each_trial(results.draws):
         yield _track(*trial, synthetic=word == "truth")
+    for forces in results.forces:
+        yield _disturbance(forces)
     yield ReportFigure(
         "spectrum",
         "Singular values of the Jacobian in prior standard deviations. Above one the data are sharper than the prior; "
@@ -122,6 +125,22 @@ def _track(name: str, problem: Problem, draws: np.ndarray, *, synthetic: bool) -
         "the left. On the right the readings minus the posterior mean: pure noise if the model fits. The blue band is "
         "the posterior's own uncertainty of the track, far thinner than the noise, whatever the coefficients do.",
         draw,
+    )
+
+
+def _disturbance(forces: disturbances.InferredForces) -> ReportFigure:
+    """The unmodelled forces of a trial of name "" or several."""
+    trial = forces.trial
+    truth = "Black: the truth, linear between the same knots. " if forces.truth is not None else ""
+    return ReportFigure(
+        f"disturbance_{trial}" if trial else "disturbance",
+        f"Forces {f'in the trial {trial} ' if trial else ''}that the equations leave out, beside those of the hull. Left, "
+        f"median, 50 and 90 % of the posterior of the history on each axis. {truth}Right, in orange, the force of the "
+        "hull along the posterior mean of the motion, terms of velocities and controls, on a scale of its own. Grey: "
+        "where the boat turns faster than half of the time. A band as wide everywhere as the process itself means that "
+        "the sensors do not see the force; a history that repeats the shape of the hull's force or comes with the turns "
+        "is a term that is missing or held at a wrong value.",
+        partial(disturbance.draw, forces=forces, unit=disturbances.unit),
     )
 
 

@@ -18,7 +18,7 @@ from bayesub.identifiability import NullSpace, Spectrum, null_space
 from bayesub.io.atomic import write_text, writing
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
-from bayesub.report import findings, remedies
+from bayesub.report import disturbances, findings, remedies
 from bayesub.report.figures import figures
 from bayesub.sampling import CrossCheck, Posterior
 
@@ -70,6 +70,11 @@ class Results:
     def draws(self) -> np.ndarray:
         """(PREDICTIVE_DRAWS, n_params) of the posterior, at which motions and residuals are looked at."""
         return self.posterior.draws[self.rng.choice(len(self.posterior.draws), PREDICTIVE_DRAWS)]
+
+    @cached_property
+    def forces(self) -> list[disturbances.InferredForces]:
+        """Histories of unmodelled forces, of each trial that has them."""
+        return list(disturbances.inferred_forces(self.problem, self.posterior.draws))
 
     @cached_property
     def residuals(self) -> dict[str, np.ndarray]:
@@ -171,7 +176,9 @@ def numbers_of(results: Results) -> dict:
         results.problem, results.estimates, results.spectrum, results.posterior, results.null_space
     )
     numbers["criticism"] = results.criticism.to_json()
-    numbers["verdict"] = {"fit": remedies.sentence(results.criticism, results.problem)} | findings.sentences(numbers)
+    numbers["disturbance"] = disturbances.numbers(results.problem, results.posterior.draws, results.forces)
+    numbers["verdict"] = {"fit": remedies.sentence(results.criticism, results.problem)}
+    numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | findings.sentences(numbers)
     if results.check is not None:
         numbers["cross_check"] = results.check.to_json()
         numbers["verdict"]["cross_check"] = results.check.sentence
