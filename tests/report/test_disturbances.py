@@ -28,7 +28,7 @@ def posed(seed):
     unknown = bs.UnknownDisturbance(("X", "Y"), SD, log_normal(8.0, 0.5), knot_interval_s=8.0)
     record = bs.observe(truth, SENSORS, rng)
     prior = bs.priors.relative_normal(0.25)
-    return bs.Problem(BOAT, SPIRAL, record, free=FREE, prior=prior, dt=0.4, disturbance=unknown)
+    return bs.Problem(BOAT, SPIRAL, record, free=FREE, prior=prior, dt=0.8, disturbance=unknown)
 
 
 def posterior_of(problem, rng):
@@ -83,7 +83,7 @@ def test_the_truth_is_that_of_the_record_and_the_reference_its_nearest_history(p
 
 
 def test_without_unknown_forces_the_truth_is_disturbed_all_the_same(problem):
-    plain = bs.Problem(BOAT, SPIRAL, problem.record, free=FREE, prior=bs.priors.relative_normal(0.25), dt=0.4)
+    plain = bs.Problem(BOAT, SPIRAL, problem.record, free=FREE, prior=bs.priors.relative_normal(0.25), dt=0.8)
     assert plain.truth()[0] == pytest.approx(problem.truth()[0], rel=1e-12)
     assert plain.record.forces is problem.record.forces
 
