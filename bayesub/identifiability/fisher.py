@@ -147,17 +147,27 @@ def fisher(
     others = np.arange(problem.n_params)
     if white:
         others = np.delete(others, np.concatenate(white))
-        whitened = _integrated(whitened[:, others], whitened[:, np.concatenate(white)])
+        whitened = integrated_out(whitened[:, others], whitened[:, np.concatenate(white)])
     names, sd = tuple(problem.names[k] for k in others), sd[others]
     basis = null_basis(names, null_vectors(problem, parameters, null), sd)
     _, s, vt = split_svd(whitened, basis)
     return Spectrum(names, s, signed(vt), sd, len(basis), parameters[others])
 
 
-def _integrated(by_others, by_white) -> np.ndarray:
-    """Jacobian (n_rows + n_white, n_others) whose information is that of (n_rows, n_others) with the others unknown.
+def integrated_out(by_others: np.ndarray, by_white: np.ndarray) -> np.ndarray:
+    """Jacobian of the same information on some parameters if others, standard normal, are integrated out.
 
-    ``A'A - A'B (B'B + 1)^-1 B'A``, for B (n_rows, n_white) by standard normal unknowns.
+    With A and B the derivatives by both, the information is ``A'A - A'B (B'B + 1)^-1 B'A``.
+
+    Parameters
+    ----------
+    by_others : (n_rows, n_others) array
+    by_white : (n_rows, n_white) array
+        By those that are integrated out.
+
+    Returns
+    -------
+    (n_rows + n_white, n_others) array
     """
     n_white = by_white.shape[1]
     basis = np.linalg.qr(np.vstack([by_white, np.eye(n_white)]))[0]

@@ -73,7 +73,6 @@ class Knots:
         knots, weights = np.concatenate([first, first + 1]), np.concatenate([1.0 - after, after])
         return rows[weights > 0], knots[weights > 0], weights[weights > 0]
 
-
     @property
     def fine_times(self) -> np.ndarray:
         """(n_fine,) equidistant times, in the middles of parts of the intervals, s."""

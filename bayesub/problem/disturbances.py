@@ -236,7 +236,7 @@ class Disturbances:
         return sds[:, :, None, None] * np.tensordot(self._weights(times), table, axes=1)[:, None]
 
     def nearest(self, values: np.ndarray, forces: ForceHistory) -> np.ndarray:
-        """Own parameters (n_own,) with the white coordinates whose forces are nearest to given ones in least squares."""
+        """Own parameters (n_own,) with those white coordinates whose forces are nearest to given ones."""
         values, n = np.array(values), len(self.processes)
         (factors,) = self.factors(values[None, :n])
         projection = self.knots.projected(forces).T  # (n_axes, n_knots)

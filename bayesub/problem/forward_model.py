@@ -174,7 +174,7 @@ class ForwardModel:
         return np.stack([over_ground(member, self.simulator.times, current) for member, current in pairs])
 
     def disturbed(self, sets, values, forces: ForceHistory | None) -> tuple[np.ndarray, np.ndarray]:
-        """Noise-free readings (n_readings,) and states over the ground (n_times, 12) of one member under given forces."""
+        """Noise-free readings (n_readings,) and states over the ground (n_times, 12) of one member under forces."""
         trajectory = self.trajectory(sets, values, forces)
         (readings,) = self._read(trajectory.outputs(self.measurement.measured), values)
         return readings, self._over_ground(trajectory.states, values)[0]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.checks import convergence
+from bayesub.identifiability.fisher import integrated_out
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.model.equations import EquationSet
@@ -77,7 +78,7 @@ class DataCard:
     equations : EquationSet
         Of the vehicle.
     names : tuple of str
-        The n_params parameters.
+        The n_params parameters, forces at knots not among them.
     n_coefficients : int
         How many of them are coefficients; they come first.
     channels : tuple of ChannelCard
@@ -147,7 +148,7 @@ def check(problem, title: str) -> DataCard:
         If the simulation fails there, or readings weigh more than can be squared.
     """
     channels, rows, durations = [], [], {}
-    positions = np.arange(problem.n_params)
+    positions, others = np.arange(problem.n_params), problem.others
     for trial, part, places in problem.each_trial(positions):
         with np.errstate(over="ignore", invalid="ignore"):
             whitened = part.jacobian(problem.prior.mean[places]) * problem.prior.sd[places]
@@ -163,24 +164,29 @@ def check(problem, title: str) -> DataCard:
         durations[trial] = part.manoeuvre.duration
         for channel in part.record.channels:
             name = f"{channel.name}[{trial}]" if trial else channel.name
-            channels.append(_channel(name, channel, whole[part.rows[channel.name]]))
-    informed = _information(np.concatenate(rows))
-    n = problem.n_coefficients
-    return DataCard(title, problem.equations, problem.names, n, tuple(channels), durations, *informed)
+            channels.append(_channel(name, channel, whole[part.rows[channel.name]], others))
+    informed = _information(np.concatenate(rows), others)
+    n, names = problem.n_coefficients, tuple(problem.names[k] for k in others)
+    return DataCard(title, problem.equations, names, n, tuple(channels), durations, *informed)
 
 
-def _channel(name, channel, whitened) -> ChannelCard:
+def _channel(name, channel, whitened, others) -> ChannelCard:
     times = channel.times
     steps = np.diff(times)
     interval = float(np.median(steps)) if len(steps) else 0.0
     gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
     outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
     column = log_files.HEADERS[channel.quantity]
-    return ChannelCard(name, column, times, interval, gaps, outliers, *_information(whitened))
+    return ChannelCard(name, column, times, interval, gaps, outliers, *_information(whitened, others))
 
 
-def _information(whitened) -> tuple[int, np.ndarray]:
-    """Directions sharper than the prior, and posterior sd over prior sd (n,), of a whitened Jacobian (n_rows, n)."""
+def _information(whitened, others) -> tuple[int, np.ndarray]:
+    """Directions sharper than the prior, and posterior sd over prior sd (n_others,), of a whitened Jacobian.
+
+    Its other columns are of forces at knots, which are integrated out.
+    """
+    if len(others) < whitened.shape[1]:
+        whitened = integrated_out(whitened[:, others], np.delete(whitened, others, axis=1))
     _, s, vt = np.linalg.svd(whitened, full_matrices=False)
     gained = vt**2 * (s**2 / (1.0 + s**2))[:, None]
     return int(np.count_nonzero(s > 1.0)), np.sqrt(np.clip(1.0 - gained.sum(axis=0), 0.0, 1.0))

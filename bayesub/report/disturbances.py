@@ -1,4 +1,4 @@
-"""What a posterior says of unmodelled forces: their histories beside the forces of the hull, in numbers and sentences."""
+"""What a posterior says of unmodelled forces: their histories beside the forces of the hull, in numbers and words."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from bayesub.io.log_files import positions
 from bayesub.model.equations import AXES
 from bayesub.model.hull_forces import hull_forces
-from bayesub.problem.disturbances import CORRELATION_TIME, force_scales
 from bayesub.problem.distributions import Prior
-from bayesub.report.missing_terms import FALSE_ALARMS, FollowedRegressor, Scores, followed, scores
+from bayesub.problem.disturbances import CORRELATION_TIME, force_scales
+from bayesub.report.missing_terms import FALSE_ALARMS, FollowedRegressor, followed, scores
 
 MOTIONS = dict(zip(AXES, ("surge", "sway", "heave", "roll", "pitch", "yaw"), strict=True))
 UNSEEN = 0.9  # posterior sd over prior sd
@@ -147,7 +147,10 @@ def numbers(problem, draws: np.ndarray, forces: list[InferredForces]) -> dict:
         "knot_interval_s": first.disturbances.knots.interval,
         "correlation_time_s": _of_process(problem, draws, CORRELATION_TIME, unknown.correlation_time_s, 1.0),
         "sds": [
-            {"axis": a, f"sd_{_suffix(a)}": _of_process(problem, draws, f"sd_disturbance_{a}", unknown.sds[a], scales[a])}
+            {
+                "axis": a,
+                f"sd_{_suffix(a)}": _of_process(problem, draws, f"sd_disturbance_{a}", unknown.sds[a], scales[a]),
+            }
             for a in unknown.axes
         ],
         "trials": [{"name": one.trial, "axes": _axes(one)} for one in forces],
@@ -220,11 +223,11 @@ def sentences(numbers: dict) -> dict[str, str]:
     """What is said of :func:`numbers`, by topic; of none nothing is said."""
     if not numbers:
         return {}
-    parts = [_trial_sentence(trial, numbers) for trial in numbers["trials"]]
+    parts = [_trial_sentence(trial) for trial in numbers["trials"]]
     return {"disturbance": " ".join([*parts, _process_sentence(numbers)]), "missing_terms": _terms_sentence(numbers)}
 
 
-def _trial_sentence(trial, numbers) -> str:
+def _trial_sentence(trial) -> str:
     texts = [_axis_text(row) for row in trial["axes"]]
     return f"{trial['name'] + ': ' if trial['name'] else ''}{'; '.join(texts)}."
 

@@ -1,4 +1,4 @@
-"""Regressors that inferred histories of forces follow: a term that the equations lack, or that is held at a wrong value.
+"""Regressors that inferred histories of forces follow: a term that the equations lack, or that is held wrongly.
 
 To the random process of an axis, f = sd L w with white coordinates w, one adds a force b x(t), x a regressor along the
 motion. With e = L^-1 x / sd the derivative of the log density of the readings by b at zero is e' E[w], of posterior

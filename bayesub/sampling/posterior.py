@@ -109,7 +109,9 @@ class Posterior:
             prior_mean=self.prior_mean[positions],
             prior_sd=self.prior_sd[positions],
         )
-        judged = {key: getattr(self, key)[..., positions] for key in ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")}
+        judged = {
+            key: getattr(self, key)[..., positions] for key in ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")
+        }
         vars(result).update(judged, n_steps=self.n_steps)
         return result
 

@@ -6,6 +6,7 @@ from support.toys import Linear
 
 from bayesub.identifiability import fisher
 from bayesub.identifiability.directions import null_basis, split_svd
+from bayesub.identifiability.fisher import integrated_out
 from bayesub.problem.priors import Normal
 
 N = 6
@@ -126,3 +127,10 @@ def test_directions_have_their_largest_entry_positive(unique):
     s = fisher(unique, unique.mean)
     largest = np.argmax(np.abs(s.directions), axis=1)
     assert np.all(s.directions[np.arange(N), largest] > 0.0)
+
+
+def test_standard_normal_unknowns_are_integrated_out(rng):
+    by_others, by_white = rng.standard_normal((30, 4)), rng.standard_normal((30, 50))
+    jacobian = integrated_out(by_others, by_white)
+    exact = by_others.T @ np.linalg.solve(np.eye(30) + by_white @ by_white.T, by_others)
+    assert jacobian.T @ jacobian == pytest.approx(exact, rel=1e-10)

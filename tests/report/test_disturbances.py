@@ -24,7 +24,9 @@ SD = {"X": 4.0 / 76900.0, "Y": log_normal(1e-5, 1.0)}  # X in N over the unit of
 
 def posed(seed):
     rng = np.random.default_rng(seed)
-    truth = bs.simulate(BOAT, SPIRAL, dt=0.1, disturbance=bs.Disturbance(("X", "Y"), np.array([4.0, 1.0]), 8.0), rng=rng)
+    truth = bs.simulate(
+        BOAT, SPIRAL, dt=0.1, disturbance=bs.Disturbance(("X", "Y"), np.array([4.0, 1.0]), 8.0), rng=rng
+    )
     unknown = bs.UnknownDisturbance(("X", "Y"), SD, log_normal(8.0, 0.5), knot_interval_s=8.0)
     record = bs.observe(truth, SENSORS, rng)
     prior = bs.priors.relative_normal(0.25)
@@ -96,7 +98,7 @@ def test_forces_at_knots_are_in_no_table_and_no_figure_of_parameters(problem, re
     text = str({key: value for key, value in numbers.items() if key != "convergence"})
     assert "disturbance_X_" not in text
     assert "disturbance_Y_" not in text.replace("sd_disturbance_Y", "")
-    page = report.page(numbers, {name: ("What it is.", b"") for name in PICTURES})
+    page = report.page(numbers, dict.fromkeys(PICTURES, ("What it is.", b"")))
     assert f"Every one of {problem.n_params} parameters" in page or "NOT CONVERGED" in page
     assert "Unmodelled forces" in page
     assert "disturbance_X_1" not in page.replace("&", "").split("NOT CONVERGED")[0]
@@ -141,7 +143,12 @@ def test_what_sensors_do_not_see_and_what_is_missing_is_said(numbers):
     rows = [row | {"posterior_over_prior_sd": 0.97}, row | {"axis": "Y", "largest": "in the turns"}]
     held = {"regressor": "v*nu", "name": "Yv_absnu", "free": False, "change": -0.03, "change_sd": 0.004, "unit": None}
     followed = [
-        {"axis": "Y", "terms": [held | {"held_at": 0.1}, {"regressor": "v*v", "name": None}], "rms_n": 1.7, "p_value": 0.0},
+        {
+            "axis": "Y",
+            "terms": [held | {"held_at": 0.1}, {"regressor": "v*v", "name": None}],
+            "rms_n": 1.7,
+            "p_value": 0.0,
+        },
         {"axis": "X", "terms": [{"regressor": "v*v", "name": None}], "rms_n": 2.0, "p_value": 2e-3},
         {"axis": "Y", "terms": [held | {"free": True}], "rms_n": 1.7, "p_value": 1e-3},
     ]

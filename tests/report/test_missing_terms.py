@@ -8,8 +8,8 @@ from support.toys import Linear
 import bayesub as bs
 from bayesub.baselines import gauss_newton
 from bayesub.model.equations import load_equations
-from bayesub.problem.disturbances import Disturbances, History, UnknownDisturbance
 from bayesub.problem.distributions import joined
+from bayesub.problem.disturbances import Disturbances, History, UnknownDisturbance
 from bayesub.problem.priors import normal
 from bayesub.report import missing_terms
 from bayesub.sampling.histories import marginal_mode

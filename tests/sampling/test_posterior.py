@@ -124,3 +124,14 @@ def test_a_sampler_that_stops_early_says_so():
     assert shortcomings(max_steps=30) == ("only 23 steps were kept; raise max_steps",)
     assert "500 are needed" in shortcomings(max_steps=100, criteria=Criteria(taus=500.0))[0]
     assert "only 2 independent ensembles" in shortcomings(n_ensembles=2, max_steps=100)[0]
+
+
+def test_a_part_keeps_the_convergence_that_was_judged_among_all(chain):
+    whole = posterior(chain)
+    part = whole.part(np.array([2, 0]))
+    assert part.names == ("c2", "c0")
+    assert np.array_equal(part.draws, whole.draws[:, [2, 0]])
+    for key in ("rhat", "bulk_ess", "tail_ess", "tau"):
+        assert np.array_equal(getattr(part, key), getattr(whole, key)[..., [2, 0]])
+    assert part.n_steps == whole.n_steps
+    assert list(part.summary().index) == ["c2", "c0"]
