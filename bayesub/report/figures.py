@@ -136,7 +136,7 @@ def _disturbance(forces: disturbances.InferredForces) -> ReportFigure:
         f"disturbance_{trial}" if trial else "disturbance",
         f"Forces {f'in the trial {trial} ' if trial else ''}that the equations leave out, beside those of the hull. "
         f"Left, median, 50 and 90 % of the posterior of the history on each axis. {truth}Right, in orange, the force "
-        "of the hull of which shares are, along the posterior mean of the motion, on a scale of its own. Grey: where the "
+        "of the hull of which shares are, along the posterior mean of the motion, on its own scale. Grey: where the "
         "boat turns faster than half of the time. A band as wide everywhere as the process itself means that the "
         "sensors do not see the force; a history that has the shape of the hull's force or comes with the turns may be "
         "a term that is missing or held at a wrong value.",

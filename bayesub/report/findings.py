@@ -270,7 +270,7 @@ def _search(numbers) -> dict[str, str]:
     search = searches[-1]
     fits = search["chi_square_per_reading"]
     held = ", which holds nuisance parameters at their prior means," if numbers["nuisance"] else ""
-    if numbers["disturbance"]:
+    if numbers.get("disturbance"):
         held = ", which knows no other force than those of the equations,"
     return {
         "sqp": f"SQP{held} from {search['n_starts']} starts reaches a chi-square per reading of {min(fits):.3f} to "
