@@ -133,3 +133,11 @@ def _nutpie_or_skip():
         module.require_nutpie()
     except bs.InputError:
         pytest.skip("nutpie is not installed")
+
+
+def test_a_part_is_the_comparison_of_some_parameters(problem, rng):
+    check = module.compare(ensemble(problem, rng), exact(problem, rng))
+    part = check.part([check.names[3], check.names[1]])
+    assert part.names == (check.names[1], check.names[3])
+    assert np.array_equal(part.mean_z, check.mean_z[[1, 3]])
+    assert part.correlation_z == pytest.approx([check.correlation_z[check.pairs.index(part.pairs[0])]])
