@@ -45,11 +45,14 @@ class Candidate:
         As the equations write it.
     term : Term or None
         Of the equations on this axis.
+    free : bool
+        Whether the coefficient of the term is inferred.
     """
 
     axis: str
     regressor: str
     term: Term | None
+    free: bool = False
 
 
 @dataclass(frozen=True)
@@ -119,7 +122,7 @@ class FollowedRegressor:
     Attributes
     ----------
     candidates : tuple of Candidate
-        The best of the terms of the axis first, if there is one.
+        Terms of the axis first, those that are held before those that are inferred, the best of them first.
     factors, sds : tuple of float
         By how much the coefficient of each would be off if it were the one, and the standard deviation of that.
     rms : float
@@ -141,7 +144,8 @@ def followed(scores: Scores) -> list[FollowedRegressor]:
     while scores.candidates and len(results) < _MOST and (p_value := scores.p_value()) <= FALSE_ALARMS:
         best = int(np.argmax(np.abs(scores.z)))
         alike = [k for k in np.argsort(-np.abs(scores.z)) if scores.alike[best, k]]
-        alike.sort(key=lambda k: scores.candidates[k].term is None)  # stable: the best term of the axis first
+        # A term that is held is more likely wrong than one that is inferred; the sort is stable.
+        alike.sort(key=lambda k: (scores.candidates[k].term is None, scores.candidates[k].free))
         information = np.diag(scores.information)[alike]
         factors = scores.values[alike] / information
         sds = np.sqrt(np.diag(scores.covariance)[alike]) / information
@@ -235,6 +239,7 @@ def _candidates(problem, values, knots) -> tuple[list[Candidate], np.ndarray]:
         for canonical, term in {term.parsed.canonical: term for term in reversed(active)}.items():
             of_axis = own.get(canonical)
             factor = 1.0 if of_axis is None else vehicle.dimensional_factors[equations.index[of_axis.name]]
-            candidates.append(Candidate(axis, term.regressor, of_axis))
+            free = of_axis is not None and of_axis.name in problem.names
+            candidates.append(Candidate(axis, term.regressor, of_axis, free))
             columns.append(factor * flat[term.name])
     return candidates, np.column_stack(columns)

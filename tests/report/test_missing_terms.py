@@ -141,3 +141,4 @@ def test_a_boat_that_lacks_a_term_has_it_named(missing, names):
     found = missing_terms.followed(missing_terms.scores(problem, draws[np.isfinite(draws).all(axis=1)]))
     assert names <= {c.term.name for one in found for c in one.candidates if c.term}
     assert bool(found) == bool(names)
+    assert all(not found[0].candidates[0].free for _ in names)  # the term that is held, before free ones like it
