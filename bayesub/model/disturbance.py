@@ -97,7 +97,7 @@ class Disturbance:
 
     The correlation at a lag is ``exp(-lag / time)`` for the Ornstein-Uhlenbeck process, which is rough, and
     ``(1 + sqrt(3) lag / time) exp(-sqrt(3) lag / time)`` for the Matern process of order 3/2, which has a derivative
-    (Rasmussen and Williams 2006, section 4.2.1). At a lag of one correlation time they are 0.37 and 0.48.
+    (Rasmussen & Williams 2006, section 4.2.1). At a lag of one correlation time they are 0.37 and 0.48.
 
     Attributes
     ----------
@@ -189,5 +189,6 @@ def check_axes(axes: Iterable[str], subproblem: str | None = None) -> None:
         if subproblem is not None and axis not in PLANES[subproblem][0]:
             moving = " ".join(PLANES[subproblem][0])
             raise InputError(
-                f"disturbance: axis {axis} has no part in the {subproblem} sub-problem, of {moving}; leave it out"
+                f"disturbance: axis {axis} has no part in the {subproblem} sub-problem, which has {moving}; "
+                "leave it out"
             )
