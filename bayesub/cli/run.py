@@ -111,7 +111,8 @@ def tell(result) -> None:
     for shortcoming in result.shortcomings:
         say(f"not converged: {shortcoming}")
     for topic, sentence in result.sentences.items():
-        say(f"{topic.replace('_', ' ')}: {sentence}")
+        gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
+        say(f"{topic.replace('_', ' ')}:{gap}{sentence}")
     say(f"report: {result.report}" if result.report else f"figures and numbers: {result.folder}")
     say(result.verdict.upper() + (f": {result.text}" if result.text else ""))
 

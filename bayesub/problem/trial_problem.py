@@ -168,24 +168,41 @@ class TrialProblem(PosteriorDensity):
         self.costs.jacobians += 1
         parameters = np.atleast_2d(parameters)
         arguments = self.arguments(parameters)
-        # Known normal noise weighs the same wherever the prediction is, and needs no simulation for it.
-        known = all(noise.is_normal and not unknown for noise, *_, unknown in self._channels(parameters))
-        predicted = self.readings[None] if known else self.forward.predicted(*arguments)[0]
         names = self.names[: self.n_coefficients]
+        predicted = self._weighing(parameters)
         slopes = self.forward.slopes(*arguments, names, of_nuisances=self.fixed_nuisances is None)
-        weighed, rows = [], []
+        jacobian = self._weighed(parameters, predicted, slopes)
+        row = len(self.readings)
         for channel, (noise, times, part, unknown) in zip(
             self.record.channels, self._channels(parameters), strict=True
         ):
-            readings = self.readings[part]
-            numbers = {attribute: values[0] for attribute, values in unknown.items()}
-            weighed.append(noise.weigh(slopes[part], predicted[0, part], readings, times, **numbers))
             if unknown:
-                _, (by_logarithms,) = scale_rows(noise, predicted[:, part], readings, times, unknown)
+                _, (by_logarithms,) = scale_rows(noise, predicted[:, part], self.readings[part], times, unknown)
                 places = [self.n_coefficients + k for _, k, _ in self.forward.nuisances.of_noise(channel)]
-                rows.append(np.zeros((len(places), self.n_params)))
-                rows[-1][:, places] = by_logarithms / parameters[0, places]
-        return np.concatenate(weighed + rows)
+                jacobian[row : row + len(places), places] = by_logarithms / parameters[0, places]
+                row += len(places)
+        return jacobian
+
+    def weighed(self, parameters: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+        """(n_rows, k) derivatives of the residuals at parameters (n_params,), of those of the readings (n_readings, k).
+
+        They are zero in the rows of parameters of the noise.
+        """
+        parameters = np.atleast_2d(parameters)
+        return self._weighed(parameters, self._weighing(parameters), slopes)
+
+    def _weighing(self, parameters):
+        """(1, n_readings) predictions by which derivatives are weighed."""
+        # Known normal noise weighs the same wherever the prediction is, and needs no simulation for it.
+        known = all(noise.is_normal and not unknown for noise, *_, unknown in self._channels(parameters))
+        return self.readings[None] if known else self.forward.predicted(*self.arguments(parameters))[0]
+
+    def _weighed(self, parameters, predicted, slopes):
+        rows = np.zeros((self.n_rows, slopes.shape[1]))
+        for noise, times, part, unknown in self._channels(parameters):
+            numbers = {attribute: values[0] for attribute, values in unknown.items()}
+            rows[part] = noise.weigh(slopes[part], predicted[0, part], self.readings[part], times, **numbers)
+        return rows
 
     def _channels(self, parameters):
         """Noise model, times, slice and unknown attributes (n_batch,) of the noise of each channel."""

@@ -1,15 +1,27 @@
 """What to do if the residuals say that the model is wrong, in sentences and in the words of a study file."""
 
+from collections.abc import Sequence
+
+from bayesub.checks.explanations import Explanation
 from bayesub.checks.fit import OUTLIER, Criticism, expected_outliers
 from bayesub.io import log_files
 from bayesub.problem import likelihoods
 from bayesub.problem.nuisance import CURRENTS
+from bayesub.report import proposals
 
 _LISTED = 6  # channels in a sentence
 
 
-def sentence(criticism: Criticism, problem) -> str:
-    """Whether the model of a problem fits, and if not what is wrong with which channels and what to do about it."""
+def sentence(criticism: Criticism, problem, explanations: Sequence[Explanation] = ()) -> str:
+    """Whether the model of a problem fits, and if not what is wrong with which channels and what to do about it.
+
+    Parameters
+    ----------
+    criticism : Criticism
+    problem : Problem or JointProblem
+    explanations : sequence of Explanation
+        Of correlated residuals, best first.
+    """
     if not criticism.checks:
         return "Readings without noise have no residuals to judge the model by."
     chance = f"{criticism.n_tests} tests, {100 * criticism.false_alarms:g} % false alarms in all"
@@ -21,12 +33,20 @@ def sentence(criticism: Criticism, problem) -> str:
     conclusion = "The noise is smaller than its model says, and the intervals are too wide"
     if suspects.keys() != {"small"}:
         conclusion = "The model does not fit, and then the intervals are too narrow"
-    details = [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]
+    if explanations and "correlated" in suspects:
+        details = [f"{_neighbours(suspects.pop('correlated'))}. {proposals.sentence(explanations)}"]
+    else:
+        details = []
+    details += [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]
     return f"{conclusion} ({chance}). {' '.join(details)}"
 
 
-def _correlated(checks, problem):
+def _neighbours(checks):
     neighbours = _listed({name: f"{check.correlations[0]:.2f}" for name, check in checks.items()})
+    return f"Residuals follow from those before them, with correlation of neighbours {neighbours}"
+
+
+def _correlated(checks, problem):
     remedies = []
     currents = [name for name in CURRENTS if not _inferred(name, problem)]
     if currents and any(problem.channels[name][0].over_ground for name in checks):
@@ -40,8 +60,7 @@ def _correlated(checks, problem):
         f"; or the noise itself is slow ({_noise('ar1', white, problem)}, with a correlation_time_s)" if white else ""
     )
     return (
-        f"Residuals follow from those before them, with correlation of neighbours {neighbours}: something slow "
-        f"is missing, such as {', '.join(remedies)}{slow}."
+        f"{_neighbours(checks)}: something slow is missing, such as {', '.join(remedies)}{slow}."
     )
 
 

@@ -13,14 +13,17 @@ import jinja2
 import numpy as np
 
 from bayesub.baselines import Estimate
+from bayesub.checks.explanations import Explanation, explanations
 from bayesub.checks.fit import Criticism, criticise
 from bayesub.identifiability import NullSpace, Spectrum, null_space
 from bayesub.io.atomic import write_text, writing
+from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
-from bayesub.report import disturbances, findings, remedies
+from bayesub.report import disturbances, findings, proposals, remedies
 from bayesub.report.figures import figures
 from bayesub.sampling import CrossCheck, Posterior
+from bayesub.sampling.sampler import SMOOTH
 
 PREDICTIVE_DRAWS = 100
 _STREAM = 5  # of the study's seed; the run itself takes those before
@@ -90,6 +93,14 @@ class Results:
     def criticism(self) -> Criticism:
         """What the residuals say of the model."""
         return criticise(self.residuals, self.times)
+
+    @cached_property
+    def explanations(self) -> list[Explanation]:
+        """Why residuals are correlated, best first; empty if they are not."""
+        if not any("correlated" in check.faults for check in self.criticism.suspects.values()):
+            return []
+        smooth = self.problem.smoothed(SMOOTH)
+        return explanations(LeftOut(smooth), smooth.prior.standard(self.posterior.best))
 
     @cached_property
     def null_space(self) -> NullSpace:
@@ -176,8 +187,12 @@ def numbers_of(results: Results) -> dict:
         results.problem, results.estimates, results.spectrum, results.posterior, results.null_space
     )
     numbers["criticism"] = results.criticism.to_json()
+    reasons = results.explanations
+    numbers["criticism"]["explanations"] = [reason.to_json() for reason in reasons]
     numbers["disturbance"] = disturbances.numbers(results.problem, results.posterior.draws, results.forces)
-    numbers["verdict"] = {"fit": remedies.sentence(results.criticism, results.problem)}
+    numbers["verdict"] = {"fit": remedies.sentence(results.criticism, results.problem, reasons)}
+    if reasons:
+        numbers["verdict"]["lines_to_add"] = proposals.lines(reasons[0], results.problem)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | findings.sentences(numbers)
     if results.check is not None:
         numbers["cross_check"] = results.check.to_json()

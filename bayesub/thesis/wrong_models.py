@@ -9,10 +9,16 @@ from bayesub.baselines import gauss_newton
 from bayesub.checks.coverage import RepeatedTrials
 from bayesub.checks.fit import Criticism, criticise
 from bayesub.model.coefficients import HORIZONTAL, INDEX
+from bayesub.model.disturbance import Disturbance
+from bayesub.model.equations import AXES
+from bayesub.model.equations.equation_set import PLANES
+from bayesub.model.hull_forces import hull_force_rms
 from bayesub.model.simulate import Trajectory
 from bayesub.problem.priors import perturbed, relative_normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors import modified, observe
+
+FORCE_TIME = 2.0  # correlation time of unmodelled forces, in lengths over trial speed
 
 
 @dataclass(frozen=True)
@@ -26,6 +32,7 @@ class Departure:
     known_noise : whether the problem knows that noise model
     current_mps : in which the boat flies, north and east
     held : coefficient -> factor by which its fixed value is off
+    disturbance : share of the force of the hull that forces on the axes that move have, of 2 l / U correlation time
     right : whether the problem is right all the same
     """
 
@@ -34,6 +41,7 @@ class Departure:
     known_noise: bool = False
     current_mps: tuple[float, float] = (0.0, 0.0)
     held: dict[str, float] = field(default_factory=dict)
+    disturbance: float = 0.0
     right: bool = False
 
     def problem(self, motion: Trajectory, sensors, prior_sd: float, rng: np.random.Generator) -> Problem:
@@ -46,6 +54,8 @@ class Departure:
         prior_sd : of the coefficients, relative to a guess that is off by as much
         """
         boat = motion.simulator.vehicle
+        if self.disturbance:
+            motion = self._disturbed(motion, rng)
         used = modified(sensors, **self.sensors)
         record = observe(motion, used, None if self.noise else rng, current_mps=self.current_mps)
         noise = {}
@@ -65,6 +75,15 @@ class Departure:
             noise=noise,
             xi=xi,
         )
+
+    def _disturbed(self, motion, rng):
+        """The motion with forces that the equations leave out."""
+        simulator, boat = motion.simulator, motion.simulator.vehicle
+        axes = PLANES[simulator.subproblem][0]
+        rms = hull_force_rms([simulator])[[AXES.index(axis) for axis in axes]]
+        time = FORCE_TIME * boat.length_m / boat.speed_mps
+        process = Disturbance(tuple(axes), self.disturbance * rms, time)
+        return simulator.disturbed(process, rng).trajectory(boat.xi)
 
 
 def warnings(problems, rng: np.random.Generator, interval: float) -> dict:
