@@ -137,11 +137,12 @@ class _WithAmounts:
 
     def split(self, values):
         """Standard coordinates of the parameters, and amounts."""
-        return values[: self._n], {key: self._roots[key] @ values[part] for key, part in self._parts.items()}
+        amounts = {key: values[..., part] @ self._roots[key].T for key, part in self._parts.items()}
+        return values[..., : self._n], amounts
 
     def misfit(self, batch):
         """Residuals (n, n_rows) and deviances (n,)."""
-        rows = np.array([self._left_out.residuals(*self.split(values)) for values in batch])
+        rows = self._left_out.residuals(*self.split(batch))
         deviances = np.einsum("ij,ij->i", rows, rows)
         return rows, np.where(np.isfinite(deviances), deviances, np.inf)
 

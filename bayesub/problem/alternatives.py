@@ -129,10 +129,10 @@ class LeftOut:
         return Alternatives(residuals, standard, jacobian, effects, forces, self._factors if forces else {})
 
     def residuals(self, standard: np.ndarray, amounts: Amounts) -> np.ndarray:
-        """(n_rows,) residuals there, not a number where the simulation fails."""
+        """(n, n_rows) residuals at coordinates (n, n_params) and amounts (n, k), not a number where it fails."""
         parameters = self.problem.prior.parameters(standard)
         trials = self._trials if any(kind == "disturbance" for kind, _ in amounts) else self._still
-        return np.concatenate([t.at(parameters, n, amounts).residuals() for n, t in enumerate(trials)])
+        return np.hstack([trial.residuals(parameters, number, amounts) for number, trial in enumerate(trials)])
 
     def slow_noises(self, alternatives: Alternatives) -> dict[str, SlowNoise]:
         """Channel -> what it is if its noise is slow, of channels whose noise is not."""
@@ -151,18 +151,6 @@ class LeftOut:
     @cached_property
     def _factors(self) -> dict[float, np.ndarray]:
         return _factors(self._trials)
-
-
-@dataclass(frozen=True)
-class _Place:
-    """The problem of a trial with all that is left out, and its parameters (n_all,)."""
-
-    whole: TrialProblem
-    parameters: np.ndarray
-
-    def residuals(self):
-        """(n_rows,)."""
-        return self.whole.residuals(self.parameters[None])[0]
 
 
 class _Trial:
@@ -198,6 +186,7 @@ class _Trial:
             else:
                 key = "disturbance", nuisance.name.split("_")[1]
             self._positions[key] = np.append(self._positions.get(key, np.zeros(0, dtype=int)), place)
+        self._whole = self._problem(problem.xi)
         self._factor = self.factor(self.disturbances.unknown.time_s) if self.disturbances else None
 
     def _disturbances(self) -> Disturbances:
@@ -216,34 +205,53 @@ class _Trial:
         """(n_knots, n_knots) of the covariance of forces of unit sd."""
         return projected_factor(self.disturbances.knots, self.disturbances.unknown.kind, time)
 
-    def at(self, parameters, number, amounts) -> _Place:
-        """The place of all parameters (n_params,) and amounts, of which those of the trial of a `number` count."""
-        problem, xi = self.problem, self.problem.xi.copy()
-        full = np.concatenate([parameters[self.places], np.zeros(sum(map(len, self._positions.values())))])
+    def _problem(self, xi) -> TrialProblem:
+        """The problem of this trial with all that is left out."""
+        problem = self.problem
+        parts = self._forward, problem.columns, xi, problem.spread, self._priors, problem.noises
+        return TrialProblem(*parts, readings=problem.readings)
+
+    def _at(self, parameters, number, amounts):
+        """Coefficient sets and parameters (n, n_all) at all parameters (n, n_params) and amounts (n, k).
+
+        Of the amounts those of the trial of a `number` count.
+        """
+        left_out = sum(map(len, self._positions.values()))
+        full = np.hstack([parameters[:, self.places], np.zeros((len(parameters), left_out))])
+        sets = self.problem.coefficient_sets(full)
         for (kind, name), values in amounts.items():
             if kind == "coefficient" and name in self._held:
-                xi[self._held[name]] *= 1.0 + values[0]
+                sets[:, self._held[name]] *= 1.0 + values[:, 0]
             elif (kind, name) in self._positions:
                 own = self._positions[kind, name]
-                part = values[number * len(own) : (number + 1) * len(own)]
-                full[own] = np.linalg.solve(self._factor, part) if kind == "disturbance" else part
-        parts = self._forward, problem.columns, xi, problem.spread, self._priors, problem.noises
-        return _Place(TrialProblem(*parts, readings=problem.readings), full)
+                part = values[:, number * len(own) : (number + 1) * len(own)]
+                full[:, own] = np.linalg.solve(self._factor, part.T).T if kind == "disturbance" else part
+        return sets, full
+
+    def residuals(self, parameters, number, amounts):
+        """(n, n_rows) there."""
+        sets, full = self._at(parameters, number, amounts)
+        predicted, _ = self._forward.predicted(sets, full[:, self.problem.n_coefficients :])
+        self._forward.measurement.to_nearest_turn(predicted, self.problem.readings)
+        return self._whole.residuals_of(full, predicted)
 
     def about(self, parameters, number, amounts):
-        """Residuals (n_rows,), Jacobian (n_rows, n_own) and columns by kind and name at such a place."""
-        problem, place = self.problem, self.at(parameters, number, amounts)
-        full, jacobian, columns = place.parameters, place.whole.jacobian(place.parameters), {}
+        """Residuals (n_rows,), Jacobian (n_rows, n_own) and columns by kind and name at one such place."""
+        problem, amounts = self.problem, {key: values[None] for key, values in amounts.items()}
+        sets, full = self._at(parameters[None], number, amounts)
+        whole = self._problem(sets[0])
+        jacobian, columns = whole.jacobian(full[0]), {}
         for key, own in self._positions.items():
             columns[key] = jacobian[:, own]
             if key[0] == "disturbance":
                 columns[key] = np.linalg.solve(self._factor.T, columns[key].T).T
         if self._held:
-            slopes = self._forward.slopes(*place.whole.arguments(full[None]), list(self._held), of_nuisances=False)
-            rows = place.whole.weighed(full, slopes)
+            slopes = self._forward.slopes(*whole.arguments(full), list(self._held), of_nuisances=False)
+            rows = whole.weighed(full[0], slopes)
             for j, (name, k) in enumerate(self._held.items()):
                 columns["coefficient", name] = rows[:, [j]] * problem.xi[k]
-        return place.residuals(), jacobian[:, : len(problem.names)], columns
+        residuals = self.residuals(parameters[None], number, amounts)[0]
+        return residuals, jacobian[:, : len(problem.names)], columns
 
 
 def _factors(trials) -> dict[float, np.ndarray]:

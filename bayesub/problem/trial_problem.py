@@ -136,6 +136,10 @@ class TrialProblem(PosteriorDensity):
         parameters = np.atleast_2d(parameters)
         return self._residuals(parameters, self.predicted(parameters), parameters)
 
+    def residuals_of(self, parameters: np.ndarray, predicted: np.ndarray) -> np.ndarray:
+        """(n_batch, n_rows) residuals of predictions (n_batch, n_readings), with the noise as at the parameters."""
+        return self._residuals(parameters, predicted, parameters)
+
     def residuals_about(self, centre: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_rows) residuals with the noise as it is at `centre` (n_params,), for emulation.
 

@@ -40,7 +40,7 @@ class LinearToy:
     def residuals(self, standard, amounts):
         columns = {("disturbance", axis): part for axis, part in self.forces.items()}
         columns |= {(kind, name): c for kind, parts in self.effects.items() for name, c in parts.items()}
-        return self.offset + self.slopes @ standard + sum(columns[key] @ amount for key, amount in amounts.items())
+        return self.offset + standard @ self.slopes.T + sum(amount @ columns[key].T for key, amount in amounts.items())
 
     def about(self, standard, amounts=None, *, forced=True):  # noqa: ARG002
         return SimpleNamespace(
