@@ -59,9 +59,7 @@ def _correlated(checks, problem):
     slow = (
         f"; or the noise itself is slow ({_noise('ar1', white, problem)}, with a correlation_time_s)" if white else ""
     )
-    return (
-        f"{_neighbours(checks)}: something slow is missing, such as {', '.join(remedies)}{slow}."
-    )
+    return f"{_neighbours(checks)}: something slow is missing, such as {', '.join(remedies)}{slow}."
 
 
 def _outliers(checks, problem):

@@ -1,5 +1,7 @@
 """Records of a motion, made as a model says or otherwise, and the problem that takes the model for granted."""
 
+import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -7,6 +9,7 @@ import numpy as np
 
 from bayesub.baselines import gauss_newton
 from bayesub.checks.coverage import RepeatedTrials
+from bayesub.checks.explanations import explanations
 from bayesub.checks.fit import Criticism, criticise
 from bayesub.model.coefficients import HORIZONTAL, INDEX
 from bayesub.model.disturbance import Disturbance
@@ -14,6 +17,7 @@ from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 from bayesub.model.hull_forces import hull_force_rms
 from bayesub.model.simulate import Trajectory
+from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.priors import perturbed, relative_normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors import modified, observe
@@ -81,8 +85,8 @@ class Departure:
         simulator, boat = motion.simulator, motion.simulator.vehicle
         axes = PLANES[simulator.subproblem][0]
         rms = hull_force_rms([simulator])[[AXES.index(axis) for axis in axes]]
-        time = FORCE_TIME * boat.length_m / boat.speed_mps
-        process = Disturbance(tuple(axes), self.disturbance * rms, time)
+        correlation_time = FORCE_TIME * boat.length_m / boat.speed_mps
+        process = Disturbance(tuple(axes), self.disturbance * rms, correlation_time)
         return simulator.disturbed(process, rng).trajectory(boat.xi)
 
 
@@ -119,6 +123,39 @@ def warnings(problems, rng: np.random.Generator, interval: float) -> dict:
         "coverage": coverage,
         "coverage_error": error,
     }
+
+
+NONE, UNCORRELATED, FITS = "nothing", "not correlated", "fits"
+
+
+def proposals(problems, rng: np.random.Generator) -> dict:
+    """What the residuals of problems of one kind are explained by, as JSON types.
+
+    Returns
+    -------
+    dict
+        ``n_records``; ``first``: kind of explanation, or "nothing", "not correlated" or "fits" -> number of records of
+        which it is the first; ``second``: the same of the second explanations, only where there are two;
+        ``seconds``: median time of an explanation; and ``sizes``: of proposed disturbances, axis -> list of sds.
+    """
+    first, second, seconds, sizes = Counter(), Counter(), [], {}
+    for problem in problems:
+        mode = gauss_newton(problem, gauss_newton(problem.naive()).values)
+        criticism = _criticism(problem, mode.values, rng)
+        if criticism.fits or not any("correlated" in check.faults for check in criticism.suspects.values()):
+            first[FITS if criticism.fits else UNCORRELATED] += 1
+            continue
+        began = time.perf_counter()
+        kinds = explanations(LeftOut(problem), problem.prior.standard(mode.values))
+        seconds.append(time.perf_counter() - began)
+        first[kinds[0].kind if kinds else NONE] += 1
+        if len(kinds) > 1:
+            second[kinds[1].kind] += 1
+        if kinds and kinds[0].kind == "disturbance":
+            for axis, size in kinds[0].sizes.items():
+                sizes.setdefault(axis, []).append(size)
+    counts = {"n_records": sum(first.values()), "first": dict(sorted(first.items())), "second": dict(second)}
+    return counts | {"seconds": float(np.median(seconds)) if seconds else None, "sizes": sizes}
 
 
 def _criticism(problem: Problem, parameters, rng: np.random.Generator) -> Criticism:

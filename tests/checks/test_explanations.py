@@ -59,7 +59,9 @@ class LinearToy:
             own, times = whole[rows], np.array([1.0, 3.0, 9.0])
             whitened = np.array([AR1(1.0, t).weigh(own, own, np.zeros(N), TIMES) for t in times])
             covariances = [np.exp(-np.abs(TIMES[:, None] - TIMES) / t) for t in times]
-            noises[name] = SlowNoise(rows, times, whitened, np.array([0.5 * np.linalg.slogdet(c)[1] for c in covariances]))
+            noises[name] = SlowNoise(
+                rows, times, whitened, np.array([0.5 * np.linalg.slogdet(c)[1] for c in covariances])
+            )
         return noises
 
 
