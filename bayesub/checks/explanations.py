@@ -105,7 +105,10 @@ def _expanded(left_out, method, fit, alone) -> _Fit:
         problem = _WithAmounts(left_out, len(start), fit.roots)
         begin = np.concatenate([start, problem.white(fit.amounts) if fit.expanded else np.zeros(problem.n_white)])
         n_iterations = _OF_FORCES if problem.forced else _ITERATIONS
-        estimate = gauss_newton(problem, begin, tolerance=_NEAR, max_iterations=n_iterations)
+        try:
+            estimate = gauss_newton(problem, begin, tolerance=_NEAR, max_iterations=n_iterations)
+        except ValueError:  # the simulation fails without what an earlier expansion had chosen
+            break
         start, amounts = problem.split(estimate.values)
         expansion = left_out.about(start, amounts)
         if expansion is None:
