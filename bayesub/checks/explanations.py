@@ -287,8 +287,14 @@ def _slow_noise(a, noises) -> Explanation:
     """Slow noise of the channels where it pays, one channel after the other until nothing changes."""
     prior = np.column_stack([np.eye(len(a.standard)), a.standard])
     whole, n = np.column_stack([a.jacobian, a.residuals]), len(a.residuals)
+    # In coordinates in which the information is one, about the mode: as they are, inner products lose the digits.
+    upper = triangle(np.vstack([whole, prior]))
+    upper[-1] = np.eye(len(upper))[-1]
+    turned = linalg.solve_triangular(upper, np.eye(len(upper)))
+    prior, whole = prior @ turned, whole @ turned
     white = {name: whole[slow.rows].T @ whole[slow.rows] for name, slow in noises.items()}
-    slowed = {name: slow.whitened.transpose(0, 2, 1) @ slow.whitened for name, slow in noises.items()}
+    slowed = {name: slow.whitened @ turned for name, slow in noises.items()}
+    slowed = {name: whitened.transpose(0, 2, 1) @ whitened for name, whitened in slowed.items()}
     total = prior.T @ prior + whole.T @ whole
     alone, parts, own, chosen = _log_densities(total), dict(white), dict.fromkeys(white, 0.0), {}
     for _ in range(_SWEEPS):

@@ -11,7 +11,7 @@ from bayesub.baselines import gauss_newton
 from bayesub.checks.explanations import Explanation, explanations
 from bayesub.checks.fit import criticise
 from bayesub.problem.alternatives import LeftOut
-from bayesub.report import proposals, report
+from bayesub.report import proposals
 from bayesub.sampling.histories import marginal_mode
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
@@ -104,11 +104,9 @@ def test_sentences_name_the_second_where_it_is_near():
 
 
 def test_several_trials_share_the_process_and_biases_are_of_each(tmp_path):
-    """About the truth of one trial flown twice, the gain of two is that of one twice, less one penalty."""
-    text = (
-        STUDY.format(sensor="") + FREE + '[truth.disturbance]\naxes = ["X"]\nshare = 0.05\ncorrelation_time_s = 4.0\n'
-    )
-    problem = posed(tmp_path / "one.toml", text)
+    """The forces of one trial do not move the readings of the other."""
+    truth = '[truth.disturbance]\naxes = ["X"]\nshare = 0.05\ncorrelation_time_s = 4.0\n'
+    problem = posed(tmp_path / "one.toml", STUDY.format(sensor="") + FREE + truth)
     joint = bs.JointProblem({"a": problem, "b": problem})
     mode = gauss_newton(joint).values
     about = LeftOut(joint).about(joint.prior.standard(mode))
