@@ -134,9 +134,11 @@ def test_flights_that_cannot_be_disturbed(suboff, spiral, rng):
 
 
 def test_hull_forces_are_what_mass_times_acceleration_lacks_without_them(suboff, spiral_track):
-    """The kernels fly the boat with added masses only: what they then lack are the velocity and control terms."""
+    """The kernels fly the boat with added masses and controls only: what they then lack are the velocity terms."""
     equations, simulator = suboff.equations, spiral_track.simulator
-    bare = np.where(np.isin(equations.names, equations.added_masses), suboff.xi, 0.0)
+    commands = {control.symbol for control in equations.controls} | {"uc", "duc"}
+    kept = [term.is_added_mass or bool(term.symbols & commands) for term in equations.terms]
+    bare = np.where(kept, suboff.xi, 0.0)
     without = simulator.accelerations(bare, spiral_track.states)[0]
     lacking = (spiral_track.accelerations[0] - without) @ simulator.vehicle.mass_matrix.T
     forces = hull_forces(spiral_track)
