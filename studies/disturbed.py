@@ -5,7 +5,7 @@ slow noise, a filter, or forces with unknown histories make honest intervals?
 Claim: with histories of forces, whether their process is known or inferred, 90 % intervals hold 87 to 93 % of the
 coefficients of boats from the prior at any disturbance, no search fails, and they are no wider than with slow noise
 where that holds the truth.
-Cost: an hour and a half.
+Cost: forty minutes.
 """
 
 import time
@@ -30,7 +30,7 @@ SEED, PRIOR_SD = 20, 0.25
 STEP = {"log": 0.2, "track": 0.2}  # of the fits, s; the truth is flown at a tenth
 TIME_S = 4.0
 SHARES = (0.0, 0.005, 0.015, 0.05)
-N_BOATS, QUICK_BOATS = 200, 4  # dealt to the shares one after the other
+N_BOATS, QUICK_BOATS = 100, 4  # of each set of sensors, dealt to the shares one after the other
 N_WRONG = 12
 INFERRED = {0.0: 2, 0.005: 4, 0.015: 4, 0.05: 4}  # of boats of a share one in so many has its process inferred too
 LENGTH = 6.9 / 102.0  # of auv690 over that of suboff, to which half a metre belongs

@@ -29,6 +29,7 @@ from bayesub.problem.distributions import WHITE, Prior
 CORRELATION_TIME = "correlation_time_disturbance_s"
 _SD, _HISTORY = "sd_disturbance_", "disturbance_"
 KNOTS_A_TIME = 2.0  # knots in a correlation time, if no interval is given
+_WIDE = 0.99  # probability of sds below the one with which searches begin
 _FINE = 16  # points of an interval for the integrals
 _ROUND_OFF = 1e-12  # variance, far below any that matters; of a force that hardly changes the covariance is singular
 _TAILS = 1e-6  # probability of correlation times beyond the range in which L is tabulated, on each side
@@ -159,11 +160,20 @@ class Disturbances:
         """(n_own,) prior medians: no forces."""
         return np.array([_middle(prior) for prior in self.priors.values()])
 
-    def with_known_process(self) -> "Disturbances":
-        """The same histories, of a process that is known to be at its prior medians."""
-        known = {axis: self.unknown.sd(axis) for axis in self.unknown.axes}
-        interval = self.unknown.interval_s
-        unknown = replace(self.unknown, sds=known, correlation_time_s=self.unknown.time_s, knot_interval_s=interval)
+    @property
+    def wide_process(self) -> dict[str, float]:
+        """Unknown parameter of the process -> value for searches: a large sd, so that histories follow any motion."""
+        return {
+            name: float(prior.quantiles(0.5 if name == CORRELATION_TIME else _WIDE)[0])
+            for name, prior in self.processes.items()
+        }
+
+    def with_wide_process(self) -> "Disturbances":
+        """The same histories, of a process that is known to be the :attr:`wide_process`."""
+        wide = self.wide_process
+        sds = {axis: wide.get(f"{_SD}{axis}", sd) for axis, sd in self.unknown.sds.items()}
+        time, interval = self.unknown.time_s, self.unknown.interval_s
+        unknown = replace(self.unknown, sds=sds, correlation_time_s=time, knot_interval_s=interval)
         return replace(self, unknown=unknown)
 
     @cached_property

@@ -50,11 +50,11 @@ class ForwardModel:
         self.simulator = Simulator(vehicle, manoeuvre, self.measurement.times, dt=dt, varied=varied, knots=knots)
         self.costs = Costs(failures=dict.fromkeys(STATUS[1:], 0))
 
-    def with_known_process(self) -> "ForwardModel":
-        """The same model, and the same counter, with the process of the disturbance at its prior medians."""
+    def with_wide_process(self) -> "ForwardModel":
+        """The same model, and the same counter, with a known and wide process of the disturbance."""
         names = self.disturbances.processes
         parameters = [parameter for parameter in self.nuisances.parameters if parameter.name not in names]
-        disturbances = self.disturbances.with_known_process()
+        disturbances = self.disturbances.with_wide_process()
         step = self.simulator.step
         model = ForwardModel(self.vehicle, self.manoeuvre, self.record, parameters, step, disturbances)
         model.costs = self.costs

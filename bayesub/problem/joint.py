@@ -156,9 +156,9 @@ class JointProblem(PosteriorDensity):
         """As :meth:`bayesub.problem.trial_problem.TrialProblem.smoothed`."""
         return JointProblem({trial: problem.smoothed(share) for trial, problem in self.problems.items()})
 
-    def with_known_process(self) -> "JointProblem":
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.with_known_process`."""
-        return JointProblem({trial: problem.with_known_process() for trial, problem in self.problems.items()})
+    def with_wide_process(self) -> "JointProblem":
+        """As :meth:`bayesub.problem.trial_problem.TrialProblem.with_wide_process`."""
+        return JointProblem({trial: problem.with_wide_process() for trial, problem in self.problems.items()})
 
     def naive(self) -> "JointProblem":
         """As :meth:`bayesub.problem.trial_problem.TrialProblem.naive`."""

@@ -244,11 +244,11 @@ class TrialProblem(PosteriorDensity):
             return self
         return self._view(noises=tuple(noise.smoothed(share) for noise in self.noises))
 
-    def with_known_process(self) -> "TrialProblem":
-        """The same problem with the process of the disturbance, if it has one, at its prior medians."""
+    def with_wide_process(self) -> "TrialProblem":
+        """The same problem with a known and wide process of the disturbance, if it has one that is not known."""
         if not self.histories or not self.forward.disturbances.processes:
             return self
-        forward = self.forward.with_known_process()
+        forward = self.forward.with_wide_process()
         priors = {name: prior for name, prior in self.nuisance_priors.items() if not of_process(name)}
         return TrialProblem(forward, self.columns, self.xi, self.spread, priors, self.noises, readings=self.readings)
 

@@ -100,13 +100,16 @@ def _normal(y):
 
 
 def with_process(problem, mode) -> np.ndarray:
-    """(n_all,) all parameters, of the mode (an estimate) of the problem with a known process, and the prior medians.
+    """(n_all,) all parameters, of the mode (an estimate) of the problem with a wide process, and that process.
 
-    There is no mode of the process and the histories together: with ever larger sds the latter need ever less.
+    There is no mode of the process and the histories together: with ever larger sds the latter need ever less. And with
+    too small ones a search ends at local modes, because the histories cannot follow the motion.
     """
     values = problem.prior.parameters(np.zeros(problem.n_params))
     places = {name: k for k, name in enumerate(problem.names)}
     values[[places[name] for name in mode.names]] = mode.values
+    for history in problem.histories:
+        values[history.process] = list(history.disturbances.wide_process.values())
     return values
 
 

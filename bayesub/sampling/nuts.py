@@ -264,7 +264,7 @@ def _geometry(problem, rng, progress):
     """Sampling coordinates; with histories those whitened at the mode, in which they are nearly normal as it is."""
     if not problem_histories(problem):
         return straightened(problem, rng, progress)[0]
-    mode = posterior_mode(problem.with_known_process(), rng=rng)
+    mode = posterior_mode(problem.with_wide_process(), rng=rng)
     smooth = problem.smoothed(SMOOTH)
     collapsed, others = marginal_mode(smooth, with_process(problem, mode))
     return Geometry.whitened(smooth, collapsed.full(others))

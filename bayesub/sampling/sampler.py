@@ -244,7 +244,7 @@ def straightened(problem, rng: np.random.Generator, progress=None) -> tuple[Geom
     searches, surrogates = rng.spawn(2)
     smooth = problem.smoothed(SMOOTH)
     if problem_histories(problem):
-        mode = posterior_mode(problem.with_known_process(), rng=searches)
+        mode = posterior_mode(problem.with_wide_process(), rng=searches)
         return histories.straightened(smooth, histories.with_process(problem, mode), surrogates, progress)
     geometry = Geometry.whitened(smooth, posterior_mode(problem, rng=searches).values)
     surrogate, draws = learn(smooth, geometry, surrogates, progress)

@@ -172,7 +172,7 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     coefficients : dict of str to float
         Where one search for the mode begins; the other begins in the middle of the prior.
     """
-    known = problem.with_known_process()
+    known = problem.with_wide_process()
     searches = [gauss_newton(known, start) for start in (with_histories(known, coefficients), None)]
     search = min(searches, key=lambda estimate: estimate.costs[0])
     collapsed, mode = marginal_mode(problem, with_process(problem, search))

@@ -118,18 +118,22 @@ def test_trials_share_the_process_and_not_the_history(boat):
     assert not jacobian[first.rows][:, second.columns].any()
 
 
-def test_a_known_process_has_the_medians(problem):
+def test_searches_know_a_wide_process(problem):
     """The view without parameters of the process has the same histories and the same counter."""
-    known = problem.with_known_process()
-    assert not any(map(of_process, known.names))
-    assert known.costs is problem.costs
+    wide = problem.with_wide_process()
+    assert not any(map(of_process, wide.names))
+    assert wide.costs is problem.costs
+    process = problem.forward.disturbances.wide_process
+    assert process["sd_disturbance_X"] == pytest.approx(1e-4 * np.exp(0.7 * 2.3263), rel=1e-4)
+    assert process["correlation_time_disturbance_s"] == pytest.approx(60.0)
     values = problem.prior.parameters(np.zeros(problem.n_params))
     values[-5:] = 1.0
-    held = np.delete(values, [problem.names.index(name) for name in problem.names if of_process(name)])
-    np.testing.assert_allclose(known.forces(held), problem.forces(values), rtol=1e-5)
-    plain = pose_without = known.naive()
+    values[[problem.names.index(name) for name in process]] = list(process.values())
+    held = np.delete(values, [problem.names.index(name) for name in process])
+    np.testing.assert_allclose(wide.forces(held), problem.forces(values), rtol=1e-5)
+    plain = wide.naive()
     assert plain.histories == ()
-    assert pose_without.with_known_process() is plain
+    assert plain.with_wide_process() is plain
 
 
 @pytest.mark.parametrize(

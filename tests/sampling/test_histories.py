@@ -23,7 +23,7 @@ def toy():
 @pytest.fixture(scope="module")
 def collapsed(toy):
     """Expanded in all directions, however little the response changes along them."""
-    mode = posterior_mode(toy.with_known_process(), rng=np.random.default_rng(1))
+    mode = posterior_mode(toy.with_wide_process(), rng=np.random.default_rng(1))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("bayesub.sampling.collapsed._ACTIVE", 0.0)
         return marginal_mode(toy, with_process(toy, mode))[0]

@@ -1,6 +1,7 @@
 """Problems with a known posterior, and the check that judges draws against it."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -162,7 +163,13 @@ class ToyHistory:
     columns: np.ndarray
     process: np.ndarray
 
+    @property
+    def disturbances(self):
+        return SimpleNamespace(wide_process={"s": 1.0} if len(self.process) else {})
+
     def factors(self, parameters):
+        if not len(self.process):
+            return np.tile(np.eye(len(self.columns)), (len(parameters), 1, 1, 1))
         return parameters[:, 1, None, None, None] * np.eye(len(self.columns))
 
 
@@ -184,7 +191,7 @@ class Pushed(Toy):
         first = len(self.prior_of_others.mean)
         self.histories = (ToyHistory(slice(0, self.N_READINGS), np.arange(first, self.n_params), np.arange(1, first)),)
 
-    def with_known_process(self):
+    def with_wide_process(self):
         toy = Pushed(sd=self.sd, known=True)
         toy.names = (self.names[0], *self.names[2:])
         return toy
