@@ -245,7 +245,11 @@ class Collapsed:
                         precision[block, block] += of_prior
                         forces[k, block] += of_prior @ v[first + k, block]
                         log_determinants[first + k] -= 2.0 * np.log(np.diag(inverse)).sum()
-                factor = linalg.cholesky(precision, lower=True, overwrite_a=True, check_finite=False)
+                try:
+                    factor = linalg.cholesky(precision, lower=True, overwrite_a=True, check_finite=False)
+                except linalg.LinAlgError:  # so far out that G'G is round-off
+                    log_determinants[first + k] = np.nan
+                    continue
                 steps[k] = -linalg.cho_solve((factor, True), forces[k], check_finite=False)
                 log_determinants[first + k] += 2.0 * np.log(np.diag(factor)).sum()
                 if y is not None:

@@ -110,3 +110,12 @@ def test_nuts_agrees(toy):
     posterior = bs.sample(toy, rng=np.random.default_rng(5), n_walkers=16, criteria=criteria, max_steps=4000)
     check = nuts.cross_check(toy, posterior, rng=np.random.default_rng(6), n_draws=1500)
     assert check.verdict == "agree", check.sentence
+
+
+def test_places_that_are_too_far_have_no_density(collapsed, monkeypatch):
+    """Where G'G is round-off, here made so, the density is zero and no error stops a search."""
+    (part,) = collapsed._parts
+    monkeypatch.setattr(part, "products", -part.products)
+    assert not np.isfinite(collapsed.log_likelihood(PLACES)).any()
+    assert np.isinf(collapsed.misfit(PLACES)[1]).all()
+    assert not np.isfinite(collapsed.residuals(PLACES)[:, -1]).any()
