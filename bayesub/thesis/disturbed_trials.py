@@ -22,7 +22,6 @@ from bayesub.problem.disturbances import UnknownDisturbance, force_scales
 from bayesub.problem.likelihoods import AR1
 from bayesub.problem.problem import Problem
 from bayesub.problem.state_space import StateSpace
-from bayesub.sampling import Criteria, sample
 from bayesub.sampling.histories import marginal_mode, with_process
 from bayesub.sensors import observe
 
@@ -30,7 +29,6 @@ DISTURBED = ("X", "Y", "N")
 FINER = 10  # steps of the truth in one of the fit
 _DRAWS, _ROUNDS = 200, (2, 12)  # of importance sampling
 _ENOUGH, _TOO_FEW = 100.0, 20.0  # effective draws
-_STEPS, _LOOSE = 3000, Criteria(rhat=1.05, ess=100.0)  # where importance sampling does not do
 _FREEDOM = 8.0  # of the t distributions that propose
 _FEW = 3.0  # effective draws for each parameter, with which the next proposal is half theirs
 _LEAST_CORRELATED = 0.1  # correlation of neighbouring residuals that is slow noise
@@ -167,8 +165,7 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     """:func:`judged` of the posterior with the histories integrated out, by importance sampling.
 
     The proposals have t distributions, first about the marginal mode and then with the moments of the draws so far,
-    as far as these are many (adaptive multiple importance sampling: Cornuet et al. 2012). If few draws are effective in
-    the end, the posterior is sampled.
+    as far as these are many (adaptive multiple importance sampling: Cornuet et al. 2012).
 
     Parameters
     ----------
@@ -199,19 +196,14 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
         share = effective / (effective + _FEW * len(centre))
         centre = share * (weights @ x) + (1.0 - share) * centre
         covariance = share * (x - centre).T @ ((x - centre) * weights[:, None]) + (1.0 - share) * laplace
-    parameters = collapsed.prior.unscaled(x)
-    outcome = {"failed": False, "effective": effective, "sampled": effective < _TOO_FEW}
-    if outcome["sampled"]:
-        posterior = sample(problem, rng=rng, max_steps=_STEPS, criteria=_LOOSE)
-        parameters = posterior.draws[:, collapsed.others]
-        weights = np.full(len(parameters), 1.0 / len(parameters))
-        outcome["failed"] = not posterior.converged
     n = problem.n_coefficients
+    parameters = collapsed.prior.unscaled(x)
     means = weights @ parameters[:, :n]
     sds = np.sqrt(weights @ (parameters[:, :n] - means) ** 2)
     below = np.sum(weights[:, None] * (parameters[:, :n] < xi[problem.columns]), axis=0)
     process = dict(zip(collapsed.names[n:], (weights @ parameters[:, n:]).tolist(), strict=True))
-    return judged(problem, xi, means, sds, below) | outcome | {"process": process}
+    outcome = {"failed": effective < _TOO_FEW, "effective": effective, "process": process}
+    return judged(problem, xi, means, sds, below) | outcome
 
 
 def _log_t(x, centre, lower):
