@@ -37,7 +37,7 @@ def test_a_disturbed_track(fly, tmp_path):
     status, message, first = fly("--disturbance", "forces.toml", "--plot", "track.png")
     assert status == 0
     assert "disturbance" not in calm_message
-    assert "step 0.4 s, disturbance sd X 3.0" in message
+    assert "step 0.4 s, disturbance sd X 2.81" in message
     assert message.endswith("N m, correlation time 4 s, ok\n")
     assert (tmp_path / "track.png").stat().st_size > 10_000
     _, _, again = fly("--disturbance", "forces.toml")
@@ -59,7 +59,7 @@ def test_the_noise_of_the_readings_is_that_of_the_calm_trial(fly, tmp_path):
         np.testing.assert_allclose(noise[k], calm[k], rtol=0, atol=1e-9)
     (tmp_path / "both.toml").write_text(INSTRUMENTS + FILE.replace("[disturbance]", "[truth.disturbance]"))
     status, message, log = fly("--sensors", "both.toml")
-    assert "disturbance sd X 3.0" in message
+    assert "disturbance sd X 2.81" in message
     np.testing.assert_array_equal(log["x"], logs[1]["x"])
     status, message, _ = fly("--sensors", "both.toml", "--disturbance", "forces.toml")
     assert status == 2
@@ -109,7 +109,7 @@ def test_check_says_what_a_disturbance_is(bayesub, tmp_path):
     fitted = FILE.replace("share = 0.02", "share = { median = 0.02, log_sd = 1.0 }").replace("4.0", "20.0")
     study.write_text(text + fitted + FILE.replace("[disturbance]", "[truth.disturbance]"))
     out = bayesub("check", study)[1]
-    assert ", truth disturbed on X Y N; disturbance sd X about 3.0" in out
+    assert ", truth disturbed on X Y N; disturbance sd X about 2.81" in out
     assert " N m (2 % of the hull's), correlation time 20 s, 19 knots; " in out
 
 
