@@ -28,6 +28,8 @@ import numba
 import numpy as np
 from scipy import linalg
 
+from bayesub.identifiability.fisher import integrated_out
+
 _BATCH = 8  # members whose G'G are in memory at once in a thread
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
 _ACTIVE = 0.15  # change of G for a posterior standard deviation of psi, in those of w, that is worth a term
@@ -148,10 +150,9 @@ class Collapsed:
         precision = np.eye(self.n_params)
         self._following, self._v = [], []
         for part, by_v in zip(self._parts, middles, strict=True):
-            of_trial = by_others[part.rows]
-            following = -np.linalg.solve(by_v.T @ by_v + np.eye(by_v.shape[1]), by_v.T @ of_trial)  # of v* by x
-            rows = np.vstack([of_trial + by_v @ following, following])
+            rows = integrated_out(by_others[part.rows], by_v)
             precision += rows.T @ rows
+            following = rows[len(by_v) :]  # of v* by x
             following[:, ~self._moving] = 0.0  # the forces do not follow their own process
             self._following.append(following)
             self._v.append(self.centre[part.columns])
@@ -181,7 +182,7 @@ class Collapsed:
         """For each part G (n_steps, n_rows, n_white) after steps (n_steps, n_moving) of x, or at the centre."""
         x = np.tile(self._x, (len(steps), 1))
         x[:, self._moving] += steps
-        places, _ = self._centred(self.prior.unscaled(x))
+        places, *_ = self._centred(self.prior.unscaled(x))
         sides = [[] for _ in self._parts]
         for parameters in places:
             jacobian = self.problem.jacobian(parameters)
@@ -193,31 +194,29 @@ class Collapsed:
                 for part, side in zip(self._parts, sides, strict=True)]  # fmt: skip
 
     def _centred(self, others):
-        """All parameters (n, n_all) at the centres of the histories, of others (n, n_params), and their v by part."""
+        """All parameters (n, n_all) at the centres of the histories, of others (n, n_params); v and ratios by part."""
         full = np.empty((len(others), self.problem.n_params))
         full[:, self.others] = others
         offset = self.prior.scaled(others) - self._x
-        positions = []
+        positions, ratios = [], []
         for part, following, at_centre in zip(self._parts, self._following, self._v, strict=True):
             v = at_centre + offset @ following.T
-            full[:, part.columns] = _of_ratios(part.ratios(full), v)
             positions.append(v)
-        return full, positions
+            ratios.append(part.ratios(full))
+            full[:, part.columns] = _of_ratios(ratios[-1], v)
+        return full, positions, ratios
 
     def _solved(self, others, y=None):
-        """Residuals at w* in first order (n, n_rows), log determinants (n,), all parameters (n, n_all) at w* or y."""
-        full, positions = self._centred(others)
+        """Log determinants (n,) and all parameters (n, n_all) at w*, or at y from there."""
+        full, positions, ratios = self._centred(others)
         residuals = self.problem.residuals(full)
         z = (self.prior.scaled(others) - self._x)[:, self._moving] @ self._onto
         log_determinants = np.zeros(len(others))
-        result = residuals.copy()
-        for part, v in zip(self._parts, positions, strict=True):
-            self._solve_part(part, v, residuals, z, y, full, result, log_determinants)
-        failed = ~np.isfinite(residuals).all(axis=1)
-        result[failed] = np.nan
-        return result, log_determinants, full
+        for part, v, ratio in zip(self._parts, positions, ratios, strict=True):
+            self._solve_part(part, v, ratio, residuals, z, y, full, log_determinants)
+        return log_determinants, full
 
-    def _solve_part(self, part, v, residuals, z, y, full, result, log_determinants):
+    def _solve_part(self, part, v, ratios, residuals, z, y, full, log_determinants):
         """What :meth:`_solved` does for the history of one trial, in place; v (n, n_white) are the centres."""
         terms, products = part.features(z)
         n_white = v.shape[1]
@@ -229,16 +228,17 @@ class Collapsed:
             rows, weights = residuals[some, part.rows], terms[some]
             forces = (weights[:, :, None] * rows[:, None, :]).reshape(len(rows), -1) @ stacked
             precisions = np.tensordot(products[some], part.products, axes=1)
-            ratios = part.ratios(full[some])
+            own = None if ratios is None else ratios[some]
             steps = np.zeros_like(forces)
             for k, precision in enumerate(precisions):
                 if not (np.isfinite(forces[k]).all() and np.isfinite(precision).all()):
+                    log_determinants[first + k] = np.nan
                     continue
-                if ratios is None:
+                if own is None:
                     precision[np.diag_indices(n_white)] += 1.0
                     forces[k] += v[first + k]
                 else:  # the prior of v is normal with covariance R R'
-                    inverses = [linalg.solve_triangular(r, np.eye(len(r)), lower=True) for r in ratios[k]]
+                    inverses = [linalg.solve_triangular(r, np.eye(len(r)), lower=True) for r in own[k]]
                     for a, inverse in enumerate(inverses):
                         block = slice(a * len(inverse), (a + 1) * len(inverse))
                         of_prior = inverse.T @ inverse
@@ -256,40 +256,36 @@ class Collapsed:
                     steps[k] += linalg.solve_triangular(
                         factor, y[first + k, white], lower=True, trans=1, check_finite=False
                     )
-            if y is None:
-                moved = (steps @ stacked.T).reshape(len(rows), weights.shape[1], -1)
-                result[some, part.rows] += np.einsum("nt,ntr->nr", weights, moved)
-            full[some, part.columns] = _of_ratios(ratios, v[some] + steps)
+            full[some, part.columns] = _of_ratios(own, v[some] + steps)
 
         with ThreadPoolExecutor(numba.get_num_threads()) as threads:
             list(threads.map(solve, range(0, len(v), _BATCH)))
 
+    def _rows(self, residuals, log_determinants, full) -> np.ndarray:
+        return np.hstack([residuals, full[:, self.white], np.sqrt(log_determinants)[:, None]])
+
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_rows + n_white + 1) of the others (n_batch, n_params): r*, w* and rho."""
-        result, log_determinants, full = self._solved(np.atleast_2d(parameters))
-        return np.hstack([result, full[:, self.white], np.sqrt(log_determinants)[:, None]])
+        solved = self._solved(np.atleast_2d(parameters))
+        return self._rows(self.problem.residuals(solved[1]), *solved)
 
     def residuals_about(self, centre: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`residuals`, with the noise as it is at `centre` (n_params,)."""
-        full_centre, _ = self._centred(np.atleast_2d(centre))
-        parameters = np.atleast_2d(parameters)
-        *_, log_determinants, full = self._solved(parameters)
-        rows = self.problem.residuals_about(full_centre, full)
-        return np.hstack([rows, full[:, self.white], np.sqrt(log_determinants)[:, None]])
+        full_centre, *_ = self._centred(np.atleast_2d(centre))
+        solved = self._solved(np.atleast_2d(parameters))
+        return self._rows(self.problem.residuals_about(full_centre, solved[1]), *solved)
 
     def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and deviances (n_batch,), infinite where a simulation failed."""
-        parameters = np.atleast_2d(parameters)
-        *_, log_determinants, full = self._solved(parameters)
+        log_determinants, full = self._solved(np.atleast_2d(parameters))
         rows, deviances = self.problem.misfit(full)
         white = full[:, self.white]
         deviances = deviances + np.einsum("ij,ij->i", white, white) + log_determinants
-        residuals = np.hstack([rows, white, np.sqrt(log_determinants)[:, None]])
-        return residuals, np.where(np.isfinite(deviances), deviances, np.inf)
+        return self._rows(rows, log_determinants, full), np.where(np.isfinite(deviances), deviances, np.inf)
 
     def log_likelihood(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log densities of the readings given the others (n_batch, n_params), but for a constant."""
-        *_, log_determinants, full = self._solved(np.atleast_2d(parameters))
+        log_determinants, full = self._solved(np.atleast_2d(parameters))
         return self._log_density(self.problem, full, log_determinants)
 
     def _log_density(self, problem, full, log_determinants):
@@ -308,21 +304,16 @@ class Collapsed:
         by_parameters = self.prior.scaled_chain(np.eye(self.n_params), x)
         return np.linalg.solve(by_parameters.T, by_scaled.T).T
 
-    def smoothed(self, share: float) -> "Collapsed":
-        """As of the problem: the same, as channels without noise are smoothed before."""
-        del share
-        return self
-
     def full(self, parameters: np.ndarray) -> np.ndarray:
         """All parameters (n_all,) at the minimum w*, of the others (n_params,)."""
-        return self._solved(np.asarray(parameters)[None])[2][0]
+        return self._solved(np.asarray(parameters)[None])[1][0]
 
     def density(self, problem, parameters: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log density (n_batch,) of readings and histories in y (n_batch, n_white), given the others (n_batch, ..).
 
         And all parameters (n_batch, n_all) there. The readings are those of `problem`, which need not be smooth.
         """
-        *_, log_determinants, full = self._solved(parameters, y)
+        log_determinants, full = self._solved(parameters, y)
         return self._log_density(problem, full, log_determinants), full
 
 

@@ -192,6 +192,8 @@ class Pushed(Toy):
         self.histories = (ToyHistory(slice(0, self.N_READINGS), np.arange(first, self.n_params), np.arange(1, first)),)
 
     def with_wide_process(self):
+        if self.known:
+            return self
         toy = Pushed(sd=self.sd, known=True)
         toy.names = (self.names[0], *self.names[2:])
         return toy
