@@ -15,7 +15,8 @@ from bayesub.sampling.moves import crank_nicolson
 from bayesub.sampling.surrogate import Surrogate, learn
 from bayesub.sampling.surrogate import walks as walks_of_others
 
-_EXPANSIONS, _NEAR = 4, 0.5  # about the mode found about the one before; posterior sd from it that is near
+_EXPANSIONS, _HALVINGS = 12, 6  # on the way to the mode, and of a step
+_NEAR = 0.5  # posterior sd from the mode, a parameter
 _STEPS = (0.3, 0.6, 1.0)  # of Crank-Nicolson in y
 _TOLERANCE = 0.1  # posterior sd, of the search for the mode, which only has to be near
 
@@ -114,17 +115,36 @@ def with_process(problem, mode) -> np.ndarray:
 
 
 def marginal_mode(problem, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
-    """The collapsed problem, expanded about its own mode, and that (n_params,), from all parameters near the mode."""
-    centre = np.asarray(mode, dtype=float)
+    """The collapsed problem, expanded near its own mode, and that (n_params,), from all parameters near the mode.
+
+    Far from where it was expanded a collapsed density is wrong, and its mode may be far away. Therefore each place on
+    the way is judged by the expansion about itself, and a step that leads to less is halved.
+    """
+    collapsed = Collapsed(problem, mode)
+    x = collapsed.prior.scaled(collapsed.centre[collapsed.others])
+    height, share = _log_density(collapsed, x), 1.0
     for _ in range(_EXPANSIONS):
-        collapsed = Collapsed(problem, centre, curved=False)
-        estimate = gauss_newton(collapsed, centre[collapsed.others], tolerance=_TOLERANCE)
-        centre = collapsed.full(estimate.values)
+        estimate = gauss_newton(collapsed, collapsed.prior.unscaled(x), tolerance=_TOLERANCE)
         lower = np.linalg.cholesky(estimate.covariance)
-        moved = np.linalg.solve(lower, estimate.values - collapsed.centre[collapsed.others])
+        moved = np.linalg.solve(lower, estimate.values - collapsed.prior.unscaled(x))
         if np.linalg.norm(moved) < _NEAR * np.sqrt(len(moved)):
+            return collapsed, estimate.values
+        step = collapsed.prior.scaled(estimate.values) - x
+        for share in min(1.0, 2.0 * share) * 0.5 ** np.arange(_HALVINGS):  # noqa: B020
+            there = Collapsed(problem, collapsed.full(collapsed.prior.unscaled(x + share * step)))
+            reached = _log_density(there, x + share * step)
+            if reached > height:
+                break
+        else:
             break
-    return Collapsed(problem, centre), estimate.values
+        collapsed, x, height = there, x + share * step, reached
+    return collapsed, collapsed.prior.unscaled(x)
+
+
+def _log_density(collapsed, x) -> float:
+    """Log posterior density at scaled coordinates x (n_params,), minus infinity where it cannot be computed."""
+    log_likelihood = collapsed.log_likelihood(collapsed.prior.unscaled(x[None]))
+    return float((log_likelihood + collapsed.prior.scaled_log_density(x[None]))[0])
 
 
 def straightened(problem, mode, rng, progress) -> tuple[HistoryGeometry, HistorySurrogate, np.ndarray]:

@@ -11,7 +11,6 @@ from bayesub.thesis.plots import disturbed as plots
 
 LIKELIHOODS = ("noise only", "slow noise", "filter error", "histories", "inferred")
 HONEST = ("histories", "inferred")
-INFERRED = (0.005, 0.015)  # shares at which importance sampling does for an unknown process
 HELD, FALSE_ALARMS = (0.87, 0.93), 0.01
 MOST_WORK = 60.0  # simulations an effective sample
 _ERRORS = 3.0  # standard errors by which coverage may miss, where boats are few
@@ -149,8 +148,6 @@ def claims(numbers: dict) -> Iterator[tuple[bool, str]]:
     numbers = numbers["trials"]
     for r in rows(numbers):
         if r["likelihood"] not in HONEST or r["group"] not in ("log", "track"):
-            continue
-        if r["likelihood"] == "inferred" and float(r["share"]) not in INFERRED:
             continue
         coverage = r["coverage"]["90 %"]
         miss = max(HELD[0] - coverage["mean"], coverage["mean"] - HELD[1], 0.0)

@@ -27,7 +27,7 @@ from bayesub.sensors import observe
 
 DISTURBED = ("X", "Y", "N")
 FINER = 10  # steps of the truth in one of the fit
-_DRAWS, _ROUNDS = 200, (2, 12)  # of importance sampling
+_DRAWS, _ROUNDS = 200, (2, 30)  # of importance sampling
 _ENOUGH, _TOO_FEW = 100.0, 20.0  # effective draws
 _FREEDOM = 8.0  # of the t distributions that propose
 _FEW = 3.0  # effective draws for each parameter, with which the next proposal is half theirs
