@@ -220,7 +220,7 @@ def _disturbance(problem) -> str:
         rms = hull_force_rms([p.simulator for p in trials])
     except InputError:  # the boat of the file fails, and there is no share
         rms = None
-    knots = ", ".join(str(len(p.simulator.knots.times)) for p in trials)
+    knots = ", ".join(str(len(p.forward.disturbances.knots.times)) for p in trials)
     process, inferred = central(unknown, trials[0].vehicle)
     return f"disturbance {in_words(process, rms, inferred)}, {knots} knots; "
 

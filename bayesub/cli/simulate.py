@@ -66,10 +66,12 @@ def simulate(
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
 
     With --sensors the output is the log of a trial, controls and readings with noise, which a study reads as its data.
-    The file of --disturbance has a section [disturbance]: axes, sd (or sd_n and sd_nm, or share), correlation_time_s.
+    The file of --disturbance has a section [disturbance]: axes, sd (or sd_n and sd_nm, or share; of a
+    current sd_mps), correlation_time_s.
     """
     import numpy as np
 
+    from bayesub.model.disturbance import CURRENTS
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.simulate import simulate as simulate_trial
     from bayesub.model.vehicles import load_vehicle
@@ -90,6 +92,10 @@ def simulate(
     if section is not None:
         with error_source(str(disturbance or sensors)):
             trajectory, process = section.flown(trajectory, rng)
+            if instruments is None and set(process.axes) & set(CURRENTS):
+                raise InputError(
+                    "disturbance: a current shows in what instruments read; give --sensors, or leave it out"
+                )
         forces = f"disturbance {in_words(process)}, "
     if instruments is None:
         trajectory.save(output)

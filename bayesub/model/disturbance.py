@@ -1,4 +1,10 @@
-"""Forces that the equations of motion leave out, as histories in time and as random processes."""
+"""What the equations of motion leave out, as histories in time and as random processes: forces, and a current.
+
+A current that is the same all around the boat enters the readings only. The equations hold in the water. Where that
+speeds up, its pressure moves a boat that weighs what it displaces along with it, so that the motion through the water
+stays the same; what is left is the lever of the centre of gravity about that of buoyancy, times the acceleration of
+the water, which is small beside gravity.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,21 +16,26 @@ from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 
 _FINE = 32  # points of an interval between knots in sums over a history
-KINDS = ("ornstein_uhlenbeck", "matern_3_2")
+SMOOTH = "matern_3_2"
+KINDS = ("ornstein_uhlenbeck", SMOOTH)
+CURRENTS = ("north", "east")
+DISTURBED = (*AXES, *CURRENTS)
+_PLANES = {None: DISTURBED, "horizontal": (*PLANES["horizontal"][0], *CURRENTS)}
+_PLANES["vertical"] = (*PLANES["vertical"][0], "north")
 
 
 @dataclass(frozen=True)
 class ForceHistory:
-    """Forces and moments on the boat over time, linear between the times and constant outside of them.
+    """Forces and moments on the boat, and the current, over time: linear between the times and constant outside.
 
     Attributes
     ----------
     times : (n,) array
         Ascending, s.
     axes : tuple of str
-        Of X Y Z K M N.
+        Of X Y Z K M N, north and east.
     values : (n, n_axes) array
-        N and N m.
+        N and N m; m/s of the current.
     """
 
     times: np.ndarray
@@ -33,10 +44,34 @@ class ForceHistory:
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """(m, 6) forces and moments X Y Z K M N at times (m,), N and N m."""
-        forces = np.zeros((len(times), len(AXES)))
-        for axis, values in zip(self.axes, self.values.T, strict=True):
-            forces[:, AXES.index(axis)] = np.interp(times, self.times, values)
-        return forces
+        return self._values(AXES, times)
+
+    def current(self, times: np.ndarray) -> np.ndarray:
+        """(m, 2) velocity of the water to the north and to the east at times (m,), m/s."""
+        return self._values(CURRENTS, times)
+
+    def _values(self, axes, times):
+        values = np.zeros((len(times), len(axes)))
+        for axis, history in zip(self.axes, self.values.T, strict=True):
+            if axis in axes:
+                values[:, axes.index(axis)] = np.interp(times, self.times, history)
+        return values
+
+    @property
+    def of_forces(self) -> "ForceHistory | None":
+        """The forces alone, or None if there are none."""
+        return self._part(AXES)
+
+    @property
+    def of_current(self) -> "ForceHistory | None":
+        """The current alone, or None if there is none."""
+        return self._part(CURRENTS)
+
+    def _part(self, axes):
+        members = [k for k, axis in enumerate(self.axes) if axis in axes]
+        if not members:
+            return None
+        return ForceHistory(self.times, tuple(self.axes[k] for k in members), self.values[:, members])
 
 
 @dataclass(frozen=True)
@@ -48,11 +83,16 @@ class Knots:
     times : (n_knots,) array
         Equidistant from zero, s.
     axes : tuple of str
-        Of X Y Z K M N.
+        Of X Y Z K M N, north and east.
     """
 
     times: np.ndarray
     axes: tuple[str, ...]
+
+    def part(self, axes: tuple[str, ...]) -> "Knots | None":
+        """The same knots of those axes that are among the given ones, or None if there are none."""
+        members = tuple(axis for axis in self.axes if axis in axes)
+        return Knots(self.times, members) if members else None
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -79,21 +119,37 @@ class Knots:
         n = _FINE * (len(self.times) - 1)
         return (np.arange(n) + 0.5) * self.interval / _FINE
 
+    def interpolation(self, times: np.ndarray) -> np.ndarray:
+        """(m, n_knots) weights of the knots in values at times (m,)."""
+        weights = np.zeros((len(times), len(self.times)))
+        rows, knots, entries = self.hats(times)
+        weights[rows, knots] = entries
+        return weights
+
+    def integration(self, times: np.ndarray) -> np.ndarray:
+        """(m, n_knots) weights of the knots in integrals from zero to times (m,), s."""
+        ends = self.interpolation(self.times)
+        halves = 0.5 * self.interval * (ends[1:] + ends[:-1])
+        whole = np.vstack([np.zeros(len(self.times)), np.cumsum(halves, axis=0)])
+        times = np.asarray(times, dtype=float)
+        first = np.clip((times / self.interval).astype(int), 0, len(self.times) - 2)
+        part = times - self.times[first]
+        middle = self.interpolation(self.times[first] + 0.5 * part)
+        return whole[first] + part[:, None] * middle
+
     def projection(self, values: np.ndarray) -> np.ndarray:
         """Values (n_knots, n) at the knots of the broken lines nearest in least squares to (n_fine, n) of all times."""
-        rows, knots, weights = self.hats(self.fine_times)
-        hats = np.zeros((len(values), len(self.times)))
-        hats[rows, knots] = weights
-        return np.linalg.lstsq(hats, values, rcond=None)[0]
+        return np.linalg.lstsq(self.interpolation(self.fine_times), values, rcond=None)[0]
 
     def projected(self, forces: ForceHistory) -> np.ndarray:
-        """(n_knots, n_axes) of a history, N and N m."""
-        return self.projection(forces.at(self.fine_times)[:, [AXES.index(axis) for axis in self.axes]])
+        """(n_knots, n_axes) of a history, N, N m and m/s."""
+        histories = np.hstack([forces.at(self.fine_times), forces.current(self.fine_times)])
+        return self.projection(histories[:, [DISTURBED.index(axis) for axis in self.axes]])
 
 
 @dataclass(frozen=True)
 class Disturbance:
-    """Stationary random forces and moments of mean zero, independent of each other.
+    """Stationary random forces, moments and currents of mean zero, independent of each other.
 
     The correlation at a lag is ``exp(-lag / time)`` for the Ornstein-Uhlenbeck process, which is rough, and
     ``(1 + sqrt(3) lag / time) exp(-sqrt(3) lag / time)`` for the Matern process of order 3/2, which has a derivative
@@ -102,12 +158,14 @@ class Disturbance:
     Attributes
     ----------
     axes : tuple of str
-        Of X Y Z K M N.
+        Of X Y Z K M N, north and east.
     sds : (n_axes,) array
-        Standard deviations, N and N m.
+        Standard deviations, N, N m and m/s.
     correlation_time_s : float
     kind : str
-        "ornstein_uhlenbeck" or "matern_3_2".
+        "ornstein_uhlenbeck" or "matern_3_2", of the forces; a current is of the latter kind.
+    correlation_time_current_s : float or None
+        Correlation time of the current, if it is not that of the forces.
 
     Raises
     ------
@@ -119,6 +177,7 @@ class Disturbance:
     sds: np.ndarray
     correlation_time_s: float
     kind: str = KINDS[0]
+    correlation_time_current_s: float | None = None
 
     def __post_init__(self):
         check_axes(self.axes)
@@ -126,28 +185,57 @@ class Disturbance:
         for axis, sd in zip(self.axes, self.sds, strict=True):
             if not (np.isfinite(sd) and sd > 0):
                 raise InputError(f"disturbance: the sd of {axis} must be positive, found {sd:g}; leave the axis out")
-        if not (np.isfinite(self.correlation_time_s) and self.correlation_time_s > 0):
-            raise InputError(f"disturbance: correlation_time_s must be positive, found {self.correlation_time_s:g}")
+        for key in ("correlation_time_s", "correlation_time_current_s"):
+            time = getattr(self, key)
+            if time is not None and not (np.isfinite(time) and time > 0):
+                raise InputError(f"disturbance: {key} must be positive, found {time:g}")
+
+    @property
+    def shortest_s(self) -> float:
+        """The shorter of the correlation times, s."""
+        return min(self.correlation_time_s, self.correlation_time_current_s or np.inf)
 
     def sample(self, times: np.ndarray, rng: np.random.Generator) -> ForceHistory:
         """A history at equidistant times (n,), whose covariance between these is exact."""
-        from scipy import signal  # takes a second to import
-
-        n, n_axes = len(times), len(self.axes)
-        step = (times[-1] - times[0]) / max(1, n - 1) / self.correlation_time_s
-        if self.kind == "matern_3_2":
-            shocks, recursion = _matern(step, rng.standard_normal((n, 2, n_axes)))
-        else:
-            rho = np.exp(-step)
-            shocks, recursion = rng.standard_normal((n, n_axes)), [1.0, -rho]
-            shocks[1:] *= np.sqrt(1.0 - rho**2)
-        values = signal.lfilter([1.0], recursion, shocks, axis=0)
+        n = len(times)
+        values = np.empty((n, len(self.axes)))
+        for time, members, kind in by_time(
+            self.axes, self.kind, self.correlation_time_s, self.correlation_time_current_s
+        ):
+            step = (times[-1] - times[0]) / max(1, n - 1) / time
+            white = rng.standard_normal((n, 2, len(members)) if kind == SMOOTH else (n, len(members)))
+            values[:, members] = _path(kind, step, white)
         return ForceHistory(np.array(times), self.axes, values * np.asarray(self.sds))
+
+
+def by_time(axes: tuple[str, ...], kind: str, of_all, of_currents) -> list[tuple]:
+    """The correlation time, positions and kind of the axes that are forces, and of those that are currents.
+
+    The time of currents may be None, if it is that of all. Currents are smooth: a bottom track reads their velocity,
+    which in a rough process changes between knots by more than such a log errs.
+    """
+    forces = [k for k, axis in enumerate(axes) if axis in AXES]
+    currents = [k for k, axis in enumerate(axes) if axis in CURRENTS]
+    groups = (of_all, forces, kind), (of_all if of_currents is None else of_currents, currents, SMOOTH)
+    return [group for group in groups if group[1]]
+
+
+def _path(kind, step, white) -> np.ndarray:
+    """(n, n_axes) of a process of unit sd at multiples of a step, in correlation times, of its white noise."""
+    from scipy import signal  # takes a second to import
+
+    if kind == SMOOTH:
+        shocks, recursion = _matern(step, white)
+    else:
+        rho = np.exp(-step)
+        shocks, recursion = white, [1.0, -rho]
+        shocks[1:] *= np.sqrt(1.0 - rho**2)
+    return signal.lfilter([1.0], recursion, shocks, axis=0)
 
 
 def correlation(kind: str, lags: np.ndarray) -> np.ndarray:
     """Correlation of a process of unit correlation time at lags >= 0."""
-    if kind == "matern_3_2":
+    if kind == SMOOTH:
         lags = np.sqrt(3.0) * lags
         return (1.0 + lags) * np.exp(-lags)
     return np.exp(-lags)
@@ -170,6 +258,11 @@ def _matern(step: float, white: np.ndarray) -> tuple[np.ndarray, list[float]]:
     return shocks, [1.0, -2.0 * decay, decay**2]
 
 
+def unit(axis: str) -> str:
+    """N, N m or m/s."""
+    return "m/s" if axis in CURRENTS else "N" if axis in "XYZ" else "N m"
+
+
 def check_kind(kind: str) -> None:
     """Raise InputError for a process that does not exist."""
     if kind not in KINDS:
@@ -180,15 +273,14 @@ def check_axes(axes: Iterable[str], subproblem: str | None = None) -> None:
     """Raise InputError for an axis that does not exist, is named twice, or does not move in a sub-problem."""
     axes = tuple(axes)
     if not axes:
-        raise InputError(f"disturbance: name at least one axis of {' '.join(AXES)}")
+        raise InputError(f"disturbance: name at least one axis of {' '.join(DISTURBED)}")
     for axis in axes:
-        if axis not in AXES:
-            raise InputError(f"disturbance: unknown axis '{axis}': expected some of {' '.join(AXES)}")
+        if axis not in DISTURBED:
+            raise InputError(f"disturbance: unknown axis '{axis}': expected some of {' '.join(DISTURBED)}")
         if axes.count(axis) > 1:
             raise InputError(f"disturbance: axis {axis} is named twice")
-        if subproblem is not None and axis not in PLANES[subproblem][0]:
-            moving = " ".join(PLANES[subproblem][0])
+        if axis not in _PLANES[subproblem]:
             raise InputError(
-                f"disturbance: axis {axis} has no part in the {subproblem} sub-problem, which has {moving}; "
-                "leave it out"
+                f"disturbance: axis {axis} has no part in the {subproblem} sub-problem, which has "
+                f"{' '.join(_PLANES[subproblem])}; leave it out"
             )

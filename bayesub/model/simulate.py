@@ -50,7 +50,8 @@ class Simulator:
         Where each member has forces of its own that the equations leave out; they vary after the parameters of
         actuators.
     forces : ForceHistory, optional
-        Forces that the equations leave out, for all members.
+        Forces that the equations leave out, for all members. A current among them moves the boat over the ground, and
+        not in the water, in which all states here are.
 
     Raises
     ------
@@ -87,7 +88,8 @@ class Simulator:
         for axes in (() if part is None else part.axes for part in (knots, forces)):
             if axes:
                 check_axes(axes, subproblem)
-        self._disturbed = knots is not None or forces is not None
+        felt = None if forces is None else forces.of_forces
+        self._disturbed = knots is not None or felt is not None
         self._folder = vehicle.kernel_folder(subproblem, external=self._disturbed)
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
@@ -125,7 +127,7 @@ class Simulator:
     @property
     def undisturbed(self) -> "Simulator":
         """The same simulator without the forces that the equations leave out."""
-        return self._changed(knots=None, forces=None) if self._disturbed else self
+        return self._changed(knots=None, forces=None) if self._disturbed or self.forces is not None else self
 
     def disturbed(self, disturbance: Disturbance | ForceHistory, rng: np.random.Generator | None = None) -> "Simulator":
         """The same simulator with forces that the equations leave out, for all members.
@@ -145,9 +147,9 @@ class Simulator:
         if isinstance(disturbance, Disturbance):
             if rng is None:
                 raise InputError("disturbance: a history of it needs random numbers; give rng")
-            if not disturbance.correlation_time_s >= self.step:
+            if not disturbance.shortest_s >= self.step:
                 raise InputError(
-                    f"disturbance: correlation_time_s is {disturbance.correlation_time_s:g} s, shorter than the time "
+                    f"disturbance: correlation_time_s is {disturbance.shortest_s:g} s, shorter than the time "
                     f"step of {self.step:g} s; give a shorter step"
                 )
             n_steps = int(np.ceil(self.manoeuvre.duration / self.step * (1.0 - 1e-12)))
@@ -184,7 +186,7 @@ class Simulator:
             controls = controls + amount * actuators.variation(parameter, inputs, self.subproblem)
         if self._disturbed and not actuators.external:
             controls = np.hstack([controls, np.zeros((len(controls), 2 * len(AXES)))])
-        if self.forces is not None:
+        if self._disturbed and self.forces is not None:
             controls[:, self._first_force : self._first_force + len(AXES)] += self.forces.at(times)
         return controls
 

@@ -2,13 +2,16 @@
 
 import numpy as np
 
+from bayesub.model.disturbance import CURRENTS, unit
 from bayesub.plots import style
 
 BANDS = ((0.05, 0.95, 0.25), (0.25, 0.75, 0.45))  # quantiles, and how dark
 
 
-def draw(path, forces, unit) -> None:
+def draw(path, forces) -> None:
     """A row for each disturbed axis: the inferred history on the left, the force of the hull on the right.
+
+    Of a current the velocity of the boat in the water is on the right.
 
     Parameters
     ----------
@@ -16,8 +19,6 @@ def draw(path, forces, unit) -> None:
         One or several, as :func:`bayesub.plots.style.figure` takes them.
     forces
         :class:`bayesub.report.disturbances.InferredForces` of one trial.
-    unit
-        Gives the unit of the force on an axis.
     """
     n_axes = len(forces.axes)
     margins = (0.85, 0.15, 0.5, 0.62)
@@ -37,9 +38,13 @@ def draw(path, forces, unit) -> None:
             _draw_history(left, forces, k)
             left.locator_params(axis="x", nbins=10)
             right.locator_params(axis="x", nbins=5)
-            right.plot(forces.fine_times, forces.hull[k], color=style.SQP, lw=1.0, label="force of the hull")
-        rows[0, 0].set_title("unmodelled force", fontsize=9)
-        rows[0, 1].set_title("force of the hull, on its own scale", fontsize=9)
+            right.plot(forces.fine_times, forces.hull[k], color=style.SQP, lw=1.0)
+        currents = [axis in CURRENTS for axis in forces.axes]
+        forced = not all(currents)
+        left = " or ".join(["unmodelled force"] * forced + ["current"] * any(currents))
+        right = " or ".join(["force of the hull"] * forced + ["velocity in the water"] * any(currents))
+        rows[0, 0].set_title(left, fontsize=9)
+        rows[0, 1].set_title(f"{right}, on its own scale", fontsize=9)
         for panel in rows[-1]:
             panel.set_xlabel("time (s)")
         handles, words = rows[0, 0].get_legend_handles_labels()

@@ -6,7 +6,7 @@ import numpy as np
 
 from bayesub.io import log_files
 from bayesub.io.log_files import positions
-from bayesub.model.equations import AXES
+from bayesub.model.disturbance import unit
 from bayesub.plots import style
 
 X, Y, Z, PHI, THETA = positions("x", "y", "z", "phi", "theta")
@@ -119,7 +119,7 @@ def draw_simulated(path, trajectory, name: str) -> None:
         axes["speed"].set_ylabel("speed (m/s)")
         _draw_actuators(axes["planes"], trajectory)
         if forces is not None:
-            _draw_forces(axes["forces"], times, forces)
+            _draw_forces(axes["forces"], forces)
         axes[panels[-1]].set_xlabel("time (s)")
         for key in ("pitch", *panels[3:]):
             if axes[key].get_legend_handles_labels()[0]:
@@ -149,17 +149,18 @@ def _draw_actuators(axis, trajectory):
             axis.plot([], [], color=colour, label=f"{style.with_unit(column)} / {largest:.3g}")
 
 
-def _draw_forces(axis, times, forces):
-    """Unmodelled forces on the left, moments on the right."""
-    values = forces.at(times)[:, [AXES.index(name) for name in forces.axes]]
+def _draw_forces(axis, forces):
+    """Unmodelled forces and currents, one unit on the left and the others on the right, each with its label."""
     colours = cycle((style.POSTERIOR, style.LINEAR, style.SQP, style.NULL, style.WEAK))
-    moments = [name for name in forces.axes if name in AXES[3:]]
-    right = axis
-    if moments and len(moments) < len(forces.axes):
-        right = axis.twinx()
-        right.grid(False)
-    for name, history, colour in zip(forces.axes, values.T, colours, strict=False):
-        panel = right if name in moments else axis
-        panel.plot(times, history, color=colour, lw=0.8)
-        panel.set_ylabel("moment (N m)" if name in moments else "force (N)")
+    panels = {}
+    for name in forces.axes:
+        if unit(name) not in panels:
+            panels[unit(name)] = axis.twinx() if panels else axis
+    for k, (kind, panel) in enumerate(panels.items()):
+        panel.set_ylabel({"N": "force (N)", "N m": "moment (N m)", "m/s": "current (m/s)"}[kind])
+        if k:
+            panel.grid(False)
+            panel.spines["right"].set_position(("axes", 1.0 + 0.16 * (k - 1)))
+    for name, history, colour in zip(forces.axes, forces.values.T, colours, strict=False):
+        panels[unit(name)].plot(forces.times, history, color=colour, lw=0.8)
         axis.plot([], [], color=colour, label=name)

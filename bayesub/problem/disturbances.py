@@ -21,12 +21,22 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from bayesub.io.errors import InputError
-from bayesub.model.disturbance import KINDS, ForceHistory, Knots, check_axes, check_kind, correlation
-from bayesub.model.equations import AXES
+from bayesub.model.disturbance import (
+    CURRENTS,
+    DISTURBED,
+    KINDS,
+    ForceHistory,
+    Knots,
+    by_time,
+    check_axes,
+    check_kind,
+    correlation,
+)
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import WHITE, Prior
 
 CORRELATION_TIME = "correlation_time_disturbance_s"
+CURRENT_TIME = "correlation_time_current_s"
 _SD, _HISTORY = "sd_disturbance_", "disturbance_"
 KNOTS_A_TIME = 2.0  # knots in a correlation time, if no interval is given
 _WIDE = 0.99  # probability of sds below the one with which searches begin
@@ -38,19 +48,20 @@ _DEGREES, _TOLERANCE = (8, 12, 16, 24, 32, 48), 1e-6  # of polynomials of the lo
 
 def of_process(name: str) -> bool:
     """Whether a parameter belongs to the random process, which all trials share."""
-    return name == CORRELATION_TIME or (name.startswith(_SD) and name[len(_SD) :] in AXES)
+    return name in (CORRELATION_TIME, CURRENT_TIME) or (name.startswith(_SD) and name[len(_SD) :] in DISTURBED)
 
 
 def of_history(name: str) -> bool:
     """Whether a parameter is a white coordinate of a history of forces."""
     axis, _, knot = name.partition("[")[0].removeprefix(_HISTORY).partition("_")
-    return name.startswith(_HISTORY) and axis in AXES and knot.isdigit()
+    return name.startswith(_HISTORY) and axis in DISTURBED and knot.isdigit()
 
 
 def force_scales(vehicle: Vehicle, axes: tuple[str, ...]) -> np.ndarray:
-    """(n_axes,) N or N m of a unit non-dimensional force or moment at the trial speed."""
+    """(n_axes,) N or N m of a unit non-dimensional force or moment at the trial speed; one, m/s, of a current."""
     force = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2 * vehicle.speed_mps**2
-    return np.array([force * (vehicle.length_m if axis in "KMN" else 1.0) for axis in axes])
+    scales = dict.fromkeys("XYZ", force) | dict.fromkeys("KMN", force * vehicle.length_m) | dict.fromkeys(CURRENTS, 1.0)
+    return np.array([scales[axis] for axis in axes])
 
 
 @dataclass(frozen=True)
@@ -60,16 +71,18 @@ class UnknownDisturbance:
     Attributes
     ----------
     axes : tuple of str
-        Of X Y Z K M N.
+        Of X Y Z K M N, and north and east for a current that varies.
     sds : dict of str to float or Prior
         Axis -> standard deviation, non-dimensional: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with
-        the trial speed U; or the prior of it.
+        the trial speed U; of a current in m/s; or the prior of it.
     correlation_time_s : float or Prior
         Of all axes.
     kind : str
         As of :class:`bayesub.model.disturbance.Disturbance`.
     knot_interval_s : float or None
-        By default half of the correlation time, or of its prior median.
+        By default half of the shortest correlation time, or of its prior median.
+    correlation_time_current_s : float, Prior or None
+        Correlation time of the current, if it is not that of the forces.
 
     Raises
     ------
@@ -82,6 +95,7 @@ class UnknownDisturbance:
     correlation_time_s: float | Prior
     kind: str = KINDS[0]
     knot_interval_s: float | None = None
+    correlation_time_current_s: float | Prior | None = None
 
     def __post_init__(self):
         check_axes(self.axes)
@@ -90,6 +104,7 @@ class UnknownDisturbance:
             raise InputError(f"disturbance: give an sd for each of {', '.join(self.axes)}; found {', '.join(self.sds)}")
         numbers = {f"the sd of {axis}": sd for axis, sd in self.sds.items()}
         numbers |= {"correlation_time_s": self.correlation_time_s, "knot_interval_s": self.knot_interval_s}
+        numbers |= {"correlation_time_current_s": self.correlation_time_current_s}
         for key, value in numbers.items():
             if value is None:
                 continue
@@ -97,10 +112,27 @@ class UnknownDisturbance:
             if not (np.isfinite(least) and least > 0):
                 raise InputError(f"disturbance: {key} must be positive, found {least:g}")
 
+    @cached_property
+    def groups(self) -> list[tuple[str, float | Prior, list[int], str]]:
+        """Name and value or prior of the correlation time, positions and kind of forces, and of currents."""
+        of_current = self.correlation_time_current_s
+        named = None if of_current is None else (CURRENT_TIME, of_current)
+        parts = by_time(self.axes, self.kind, (CORRELATION_TIME, self.correlation_time_s), named)
+        return [(*time, members, kind) for time, members, kind in parts]
+
+    @property
+    def times(self) -> dict[str, float | Prior]:
+        """Name of each correlation time -> its value or prior."""
+        return {name: time for name, time, *_ in self.groups}
+
+    def time(self, name: str) -> float | None:
+        """A correlation time, or its prior median, s; None if there is no such one."""
+        return _middle(self.times[name]) if name in self.times else None
+
     @property
     def time_s(self) -> float:
-        """The correlation time, or its prior median, s."""
-        return _middle(self.correlation_time_s)
+        """The shortest correlation time, or its prior median, s."""
+        return min(map(_middle, self.times.values()))
 
     @property
     def interval_s(self) -> float:
@@ -146,7 +178,7 @@ class Disturbances:
     def processes(self) -> dict[str, Prior]:
         """Priors of the parameters of the process that are not known."""
         priors = {f"{_SD}{axis}": self.unknown.sds[axis] for axis in self.unknown.axes}
-        priors[CORRELATION_TIME] = self.unknown.correlation_time_s
+        priors |= self.unknown.times
         return {name: prior for name, prior in priors.items() if isinstance(prior, Prior)}
 
     @cached_property
@@ -164,7 +196,7 @@ class Disturbances:
     def wide_process(self) -> dict[str, float]:
         """Unknown parameter of the process -> value for searches: a large sd, so that histories follow any motion."""
         return {
-            name: float(prior.quantiles(0.5 if name == CORRELATION_TIME else _WIDE)[0])
+            name: float(prior.quantiles(_WIDE if name.startswith(_SD) else 0.5)[0])
             for name, prior in self.processes.items()
         }
 
@@ -172,78 +204,55 @@ class Disturbances:
         """The same histories, of a process that is known to be the :attr:`wide_process`."""
         wide = self.wide_process
         sds = {axis: wide.get(f"{_SD}{axis}", sd) for axis, sd in self.unknown.sds.items()}
-        time, interval = self.unknown.time_s, self.unknown.interval_s
-        unknown = replace(self.unknown, sds=sds, correlation_time_s=time, knot_interval_s=interval)
+        unknown = replace(
+            self.unknown,
+            sds=sds,
+            correlation_time_s=self.unknown.time(CORRELATION_TIME) or self.unknown.time_s,
+            correlation_time_current_s=self.unknown.time(CURRENT_TIME),
+            knot_interval_s=self.unknown.interval_s,
+        )
         return replace(self, unknown=unknown)
 
+    def members(self, axes: tuple[str, ...]) -> list[int]:
+        """Positions of those axes that are among the given ones."""
+        return [k for k, axis in enumerate(self.unknown.axes) if axis in axes]
+
     @cached_property
-    def _table(self) -> tuple[np.ndarray, float, float]:
-        """Coefficients (n_nodes, n_knots, n_knots) of L in the logarithm of the time, and its middle and half range."""
-        time = self.unknown.correlation_time_s
-        if not isinstance(time, Prior):
-            return self._factor(time)[None], np.log(time), 1.0
-        first, last = (np.log(time.quantiles(p)[0]) for p in (_TAILS, 1.0 - _TAILS))
-        middle, half = 0.5 * (first + last), 0.5 * (last - first)
-        for degree in _DEGREES:
-            nodes = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
-            factors = np.array([self._factor(np.exp(middle + half * x)) for x in nodes])
-            table = np.linalg.solve(chebyshev.chebvander(nodes, degree), factors.reshape(degree + 1, -1))
-            error = 0.0
-            for x in (-0.99, -0.7, 0.1, 0.8, 0.97):
-                exact = self._factor(np.exp(middle + half * x))
-                error = max(error, np.abs(chebyshev.chebvander(x, degree) @ table - exact.ravel()).max())
-            if error < _TOLERANCE:
-                break
-        return table.reshape(factors.shape), middle, half
+    def _factors(self) -> list[tuple[str, "_Factor", list[int]]]:
+        """Name of each correlation time, L for it, and the positions of its axes."""
+        return [(name, _Factor(self.knots, kind, time), members) for name, time, members, kind in self.unknown.groups]
 
-    def _factor(self, time: float) -> np.ndarray:
-        """L (n_knots, n_knots) for a correlation time, s."""
-        return projected_factor(self.knots, self.unknown.kind, time)
-
-    def process(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sds (n_batch, n_axes), N and N m, and times (n_batch,), s, of values (n_batch, n) that begin as its own."""
+    def process(self, values: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Sds (n_batch, n_axes), N, N m, m/s, and times (n_batch,), s, of values (n_batch, n) that begin as its own."""
         own, n = dict(zip(self.processes, values.T, strict=False)), len(values)
         scales = force_scales(self.vehicle, self.unknown.axes)
         given = {f"{_SD}{axis}": self.unknown.sds[axis] for axis in self.unknown.axes}
         sds = [np.broadcast_to(own.get(name, sd), n) for name, sd in given.items()]
-        times = np.broadcast_to(own.get(CORRELATION_TIME, self.unknown.correlation_time_s), n)
+        times = {name: np.broadcast_to(own.get(name, time), n) for name, time in self.unknown.times.items()}
         return np.stack(sds, axis=1) * scales, times
 
     def _parts(self, values: np.ndarray):
-        """Sds (n_batch, n_axes) in N and N m, times (n_batch,) s, and w (n_batch, n_axes, n_knots) of own values."""
+        """Sds (n_batch, n_axes), correlation times by name, and w (n_batch, n_axes, n_knots) of own values."""
         white = values[:, len(self.processes) :].reshape(len(values), len(self.unknown.axes), -1)
         return *self.process(values), white
 
-    def _weights(self, times: np.ndarray, slope: bool = False) -> np.ndarray:
-        """(n_batch, n_nodes) of the table for L at times (n_batch,), or for its derivative by the time."""
-        table, middle, half = self._table
-        with np.errstate(invalid="ignore", divide="ignore"):
-            x = np.clip(np.nan_to_num((np.log(times) - middle) / half, nan=-1.0), -1.0, 1.0)
-        if not slope:
-            return chebyshev.chebvander(x, len(table) - 1)
-        units = np.eye(len(table))
-        by_x = np.stack([chebyshev.chebval(x, chebyshev.chebder(unit)) for unit in units], axis=1)
-        return by_x / (half * times)[:, None]
-
-    def _rows(self, white, weights):
-        """(n_batch, n_axes, n_knots) L w."""
-        table, *_ = self._table
-        if len(table) == 1:
-            return white @ table[0].T
-        n_batch, n_axes, n = white.shape
-        products = white.reshape(-1, n) @ table.transpose(2, 0, 1).reshape(n, -1)
-        return np.einsum("bj,bajk->bak", weights, products.reshape(n_batch, n_axes, len(table), n))
-
     def forces(self, values: np.ndarray) -> np.ndarray:
-        """(n_batch, n_axes, n_knots) forces at the knots, N and N m, of own parameters (n_batch, n_own)."""
+        """(n_batch, n_axes, n_knots) at the knots, N, N m and m/s, of own parameters (n_batch, n_own)."""
         sds, times, white = self._parts(values)
-        return sds[:, :, None] * self._rows(white, self._weights(times))
+        rows = np.empty_like(white)
+        for name, factor, members in self._factors:
+            rows[:, members] = factor.rows(white[:, members], factor.weights(times[name]))
+        return sds[:, :, None] * rows
 
     def factors(self, process: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots, n_knots) lower triangular; forces are they times w. Of (n_batch, n_process)."""
         sds, times = self.process(process)
-        table, *_ = self._table
-        return sds[:, :, None, None] * np.tensordot(self._weights(times), table, axes=1)[:, None]
+        n_knots = len(self.knots.times)
+        factors = np.empty((*sds.shape, n_knots, n_knots))
+        for name, factor, members in self._factors:
+            unit = np.tensordot(factor.weights(times[name]), factor.table, axes=1)
+            factors[:, members] = sds[:, members, None, None] * unit[:, None]
+        return factors
 
     def nearest(self, values: np.ndarray, forces: ForceHistory) -> np.ndarray:
         """Own parameters (n_own,) with those white coordinates whose forces are nearest to given ones."""
@@ -254,25 +263,72 @@ class Disturbances:
         return values
 
     def slopes(self, values: np.ndarray) -> np.ndarray:
-        """(n_axes n_knots, n_own) derivatives of the forces of one member (1, n_own) by its parameters."""
+        """(n_axes, n_knots, n_own) derivatives of the histories of one member (1, n_own) by its parameters."""
         sds, times, white = self._parts(values)
         n_axes, n_knots = white.shape[1:]
-        table, *_ = self._table
-        factor = np.einsum("j,jkl->kl", self._weights(times)[0], table)
-        columns = []
-        for name in self.processes:
-            if name == CORRELATION_TIME:
-                column = sds[0, :, None] * self._rows(white, self._weights(times, slope=True))[0]
-            else:
-                column = np.zeros((n_axes, n_knots))
-                a = self.unknown.axes.index(name[len(_SD) :])
-                column[a] = force_scales(self.vehicle, self.unknown.axes)[a] * factor @ white[0, a]
-            columns.append(column.reshape(-1, 1))
-        blocks = np.zeros((n_axes * n_knots, n_axes * n_knots))
-        for a in range(n_axes):
-            own = slice(a * n_knots, (a + 1) * n_knots)
-            blocks[own, own] = sds[0, a] * factor
-        return np.hstack([*columns, blocks])
+        names = list(self.processes)
+        slopes = np.zeros((n_axes, n_knots, len(names) + n_axes * n_knots))
+        scales = force_scales(self.vehicle, self.unknown.axes)
+        for name, factor, members in self._factors:
+            unit = np.einsum("j,jkl->kl", factor.weights(times[name])[0], factor.table)
+            if name in names:
+                rows = factor.rows(white[:, members], factor.weights(times[name], slope=True))[0]
+                slopes[members, :, names.index(name)] = sds[0, members, None] * rows
+            for a in members:
+                sd = f"{_SD}{self.unknown.axes[a]}"
+                if sd in names:
+                    slopes[a, :, names.index(sd)] = scales[a] * unit @ white[0, a]
+                first = len(names) + a * n_knots
+                slopes[a, :, first : first + n_knots] = sds[0, a] * unit
+        return slopes
+
+
+class _Factor:
+    """L for a correlation time, or for any that a prior of it allows: a table of polynomials in the logarithm of time.
+
+    Attributes
+    ----------
+    table : (n_nodes, n_knots, n_knots) array
+        Coefficients of Chebyshev polynomials.
+    """
+
+    def __init__(self, knots: Knots, kind: str, time: float | Prior):
+        if not isinstance(time, Prior):
+            self.table, self._middle, self._half = projected_factor(knots, kind, time)[None], np.log(time), 1.0
+            return
+        first, last = (np.log(time.quantiles(p)[0]) for p in (_TAILS, 1.0 - _TAILS))
+        self._middle, self._half = 0.5 * (first + last), 0.5 * (last - first)
+
+        def at(x):
+            return projected_factor(knots, kind, np.exp(self._middle + self._half * x))
+
+        for degree in _DEGREES:
+            nodes = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+            factors = np.array([at(x) for x in nodes])
+            table = np.linalg.solve(chebyshev.chebvander(nodes, degree), factors.reshape(degree + 1, -1))
+            self.table, error = table.reshape(factors.shape), 0.0
+            for x in (-0.99, -0.7, 0.1, 0.8, 0.97):
+                error = max(error, np.abs(chebyshev.chebvander(x, degree) @ table - at(x).ravel()).max())
+            if error < _TOLERANCE:
+                break
+
+    def weights(self, times: np.ndarray, slope: bool = False) -> np.ndarray:
+        """(n_batch, n_nodes) of the table for L at times (n_batch,), or for its derivative by the time."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            x = np.clip(np.nan_to_num((np.log(times) - self._middle) / self._half, nan=-1.0), -1.0, 1.0)
+        if not slope:
+            return chebyshev.chebvander(x, len(self.table) - 1)
+        units = np.eye(len(self.table))
+        by_x = np.stack([chebyshev.chebval(x, chebyshev.chebder(unit)) for unit in units], axis=1)
+        return by_x / (self._half * times)[:, None]
+
+    def rows(self, white: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) L w."""
+        if len(self.table) == 1:
+            return white @ self.table[0].T
+        n_batch, n_axes, n = white.shape
+        products = white.reshape(-1, n) @ self.table.transpose(2, 0, 1).reshape(n, -1)
+        return np.einsum("bj,bajk->bak", weights, products.reshape(n_batch, n_axes, len(self.table), n))
 
 
 @dataclass(frozen=True)

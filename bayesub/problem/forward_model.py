@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from bayesub.io import log_files
+from bayesub.model.disturbance import CURRENTS as WATER
 from bayesub.model.disturbance import ForceHistory
+from bayesub.model.equations import AXES
 from bayesub.model.simulate import STATUS, Simulator, Trajectory
 from bayesub.problem.base import Costs
 from bayesub.problem.nuisance import CURRENTS, Nuisances
-from bayesub.sensors.current import over_ground
+from bayesub.sensors.current import Water, over_ground
 from bayesub.sensors.measurement import MeasurementModel
 
 
@@ -37,7 +39,9 @@ class ForwardModel:
 
     def __init__(self, vehicle, manoeuvre, record, parameters, dt, disturbances=None):
         self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
-        current = any(parameter.name in CURRENTS for parameter in parameters)
+        water = None if disturbances is None else disturbances.knots.part(WATER)
+        true = record.forces is not None and record.forces.of_current is not None
+        current = true or water is not None or any(parameter.name in CURRENTS for parameter in parameters)
         self.measurement = MeasurementModel(record.channels, current=current)
         self.nuisances = Nuisances(tuple(parameters), vehicle.restricted(manoeuvre.subproblem), manoeuvre)
         self.disturbances = disturbances
@@ -45,9 +49,13 @@ class ForwardModel:
         knots = None
         if disturbances is not None:
             first = self.nuisances.names.index(next(iter(disturbances.priors)))
-            self._histories, knots = slice(first, first + len(disturbances.priors)), disturbances.knots
+            self._histories = slice(first, first + len(disturbances.priors))
+            knots = disturbances.knots.part(AXES)
+        times = self.measurement.times
+        self._by_water = None if water is None else Water(water.interpolation(times), water.integration(times))
         varied = self.nuisances.varied
         self.simulator = Simulator(vehicle, manoeuvre, self.measurement.times, dt=dt, varied=varied, knots=knots)
+        self._steady = Water(np.ones((len(times), 1)), times[:, None])  # by a constant current
         self.costs = Costs(failures=dict.fromkeys(STATUS[1:], 0))
 
     def with_wide_process(self) -> "ForwardModel":
@@ -67,14 +75,14 @@ class ForwardModel:
             self.costs.failures[word] += int(np.count_nonzero(status == code))
 
     def forces(self, values) -> np.ndarray:
-        """(n_batch, n_axes, n_knots) forces at the knots, N and N m."""
+        """(n_batch, n_axes, n_knots) at the knots: forces, N and N m, and the current, m/s."""
         return self.disturbances.forces(values[:, self._histories])
 
     def history(self, values) -> ForceHistory | None:
         """The forces of one member (1, n_nuisances), or None if there are none."""
         if self.disturbances is None:
             return None
-        knots = self.simulator.knots
+        knots = self.disturbances.knots
         return ForceHistory(knots.times, knots.axes, self.forces(values)[0].T)
 
     def with_history(self, values, forces: ForceHistory) -> np.ndarray:
@@ -87,9 +95,9 @@ class ForwardModel:
     def _amounts(self, values):
         """(n_batch, n_varied) by how much what the simulator varies differs, or None if it varies nothing."""
         amounts = self.nuisances.amounts(values)
-        if self.disturbances is None:
+        if self.simulator.knots is None:
             return amounts
-        forces = self.forces(values).reshape(len(values), -1)
+        forces = self.forces(values)[:, self.disturbances.members(AXES)].reshape(len(values), -1)
         return forces if amounts is None else np.hstack([amounts, forces])
 
     def _run(self, sets, values, outputs):
@@ -108,9 +116,38 @@ class ForwardModel:
         predicted[status != 0] = np.nan
         return predicted, status
 
-    def _read(self, outputs, values) -> np.ndarray:
+    def water(self, values, history: ForceHistory | None = None) -> Water | None:
+        """How the water moves at the times of the readings, (n_batch, n_times, 2) each; None without a current.
+
+        Parameters
+        ----------
+        values : (n_batch, n_nuisances) array
+        history : ForceHistory, optional
+            Of the current, by default that of the values.
+        """
+        currents, times = self.nuisances.currents(values), self.measurement.times
+        steady = None if currents is None else Water.steady(currents, times)
+        if history is not None:
+            varying = Water.varying(history, times)
+            varying = Water(varying.velocity[None], varying.displacement[None])
+        elif self._by_water is not None:
+            knots = np.zeros((len(values), len(WATER), self._by_water.velocity.shape[1]))
+            members = self.disturbances.members(WATER)
+            knots[:, self._towards()] = self.forces(values)[:, members]
+            parts = self._by_water.velocity, self._by_water.displacement
+            varying = Water(*(np.einsum("tk,bak->bta", part, knots) for part in parts))
+        else:
+            return steady
+        return varying if steady is None else steady + varying
+
+    def _towards(self) -> list[int]:
+        """0 for north or 1 for east, of each axis of the disturbance that is a current."""
+        axes = self.disturbances.unknown.axes
+        return [WATER.index(axis) for axis in axes if axis in WATER]
+
+    def _read(self, outputs, values, history: ForceHistory | None = None) -> np.ndarray:
         """(n_batch, n_readings) of outputs (n_batch, n_times, n_measured) in the water."""
-        predicted = self.measurement.of(outputs, self.nuisances.currents(values))
+        predicted = self.measurement.of(outputs, self.water(values, history))
         for channel, k, factor in self.nuisances.biases(self.record.channels):
             predicted[:, self.measurement.slices[channel]] += factor * values[:, k : k + 1]
         return predicted
@@ -129,24 +166,29 @@ class ForwardModel:
         (n_readings, n_coefficients), followed by n_nuisances columns if asked
         """
         of = self.nuisances
-        body, initial, amounts, current = (
-            None if rows is None else rows[0]
-            for rows in (of.body(values), of.initial(values), self._amounts(values), of.currents(values))
+        body, initial, amounts = (
+            None if rows is None else rows[0] for rows in (of.body(values), of.initial(values), self._amounts(values))
         )
+        water = self.water(values)
+        water = None if water is None else water.member(0)
         moved, effects = self._on_motion(values) if of_nuisances else ((), None)
-        moving = current is not None or self.measurement.displaced
+        moving = water is not None or self.measurement.displaced
         outputs = self._run(sets, values, self.measurement.measured)[0][0] if moving else None
         sensitivities = self.simulator.sensitivities(
             sets[0], (*names, *moved), self.measurement.measured, body=body, initial=initial, amounts=amounts
         )
-        slopes = self.measurement.slopes(sensitivities, outputs, current)
+        slopes = self.measurement.slopes(sensitivities, outputs, water)
         if not of_nuisances or not len(self.nuisances):
             return slopes
         by_nuisances = np.zeros((len(slopes), len(self.nuisances)))
         if moved:
             by_nuisances += slopes[:, len(names) :] @ effects
         for k, towards in self.nuisances.current_columns():
-            by_nuisances[:, k] += self.measurement.current_slopes(outputs)[:, towards]
+            by_nuisances[:, k] += self.measurement.current_slopes(outputs, self._steady)[:, towards, 0]
+        if self._by_water is not None:
+            by_knots = self.measurement.current_slopes(outputs, self._by_water)[:, self._towards()]
+            own = self._history_slopes(values, WATER)
+            by_nuisances[:, self._histories] += by_knots.reshape(len(slopes), -1) @ own
         for channel, k, factor in self.nuisances.biases(self.record.channels):
             by_nuisances[self.measurement.slices[channel], k] += factor
         return np.hstack([slopes[:, : len(names)], by_nuisances])
@@ -154,30 +196,33 @@ class ForwardModel:
     def _on_motion(self, values):
         """As :meth:`bayesub.problem.nuisance.Nuisances.on_motion`, with the forces at the knots."""
         moved, effects = self.nuisances.on_motion()
-        if self.disturbances is None:
+        if self.simulator.knots is None:
             return moved, effects
         parameters = self.simulator.knots.parameters
         of_forces = np.zeros((len(parameters), len(self.nuisances)))
-        of_forces[:, self._histories] = self.disturbances.slopes(values[:, self._histories])
+        of_forces[:, self._histories] = self._history_slopes(values, AXES)
         return (*moved, *parameters), np.vstack([effects, of_forces])
+
+    def _history_slopes(self, values, axes) -> np.ndarray:
+        """(n_members n_knots, n_own) derivatives of the histories of those axes that are among the given ones."""
+        slopes = self.disturbances.slopes(values[:, self._histories])
+        return slopes[self.disturbances.members(axes)].reshape(-1, slopes.shape[-1])
 
     def states(self, sets, values) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings."""
         states, _ = self._run(sets, values, log_files.STATES)
         return self._over_ground(states, values)
 
-    def _over_ground(self, states, values) -> np.ndarray:
-        currents = self.nuisances.currents(values)
-        if currents is None:
-            return states
-        pairs = zip(states, currents, strict=True)
-        return np.stack([over_ground(member, self.simulator.times, current) for member, current in pairs])
+    def _over_ground(self, states, values, history: ForceHistory | None = None) -> np.ndarray:
+        water = self.water(values, history)
+        return states if water is None else over_ground(states, self.simulator.times, water)
 
     def disturbed(self, sets, values, forces: ForceHistory | None) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings (n_readings,) and states over the ground (n_times, 12) of one member under forces."""
         trajectory = self.trajectory(sets, values, forces)
-        (readings,) = self._read(trajectory.outputs(self.measurement.measured), values)
-        return readings, self._over_ground(trajectory.states, values)[0]
+        current = None if forces is None else forces.of_current
+        (readings,) = self._read(trajectory.outputs(self.measurement.measured), values, current)
+        return readings, self._over_ground(trajectory.states, values, current)[0]
 
     def trajectory(self, sets, values, forces: ForceHistory | None = None) -> Trajectory:
         """The motion through the water of one member, of its own body and start.

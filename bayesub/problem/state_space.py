@@ -18,12 +18,13 @@ import numpy as np
 
 from bayesub.io.errors import InputError
 from bayesub.io.log_files import STATES
-from bayesub.model.disturbance import KINDS
+from bayesub.model.disturbance import CURRENTS, KINDS
 from bayesub.model.segments import Segment
 from bayesub.problem.distributions import joined
 from bayesub.problem.disturbances import of_history
 from bayesub.problem.nuisance import MOVING
 from bayesub.problem.trial_problem import TrialProblem
+from bayesub.sensors.current import Water
 from bayesub.sensors.measurement import MeasurementModel
 
 _STATE_STEP, _FORCE_STEP = 1e-5, 1e-2  # of differences: of a length, a radian and the trial speed; of the sd of a force
@@ -92,6 +93,8 @@ class StateSpace:
         unknown = None if forward.disturbances is None else forward.disturbances.unknown
         if unknown is not None and unknown.kind != KINDS[0]:
             raise InputError(f"disturbance: the filter-error estimate takes kind '{KINDS[0]}', found '{unknown.kind}'")
+        if unknown is not None and forward.disturbances.members(CURRENTS):
+            raise InputError("disturbance: the filter-error estimate takes forces, found a current; leave it out")
         for channel in problem.record.channels:
             for _, k, _ in forward.nuisances.of_noise(channel):
                 raise InputError(
@@ -163,7 +166,8 @@ class Members:
         self._sds, self._correlation_times = np.zeros((n, 0)), np.ones(n)
         if space.axes:
             first = of.names.index(next(iter(forward.disturbances.priors)))
-            self._sds, self._correlation_times = forward.disturbances.process(values[:, first:])
+            self._sds, times = forward.disturbances.process(values[:, first:])
+            (self._correlation_times,) = times.values()
         self.states = np.hstack([self._initial[:, space.moving], np.zeros((n, len(space.axes)))])
         uncertain = np.arange(self.states.shape[1]) >= len(space.moving)
         self.covariances = np.repeat(np.diag(uncertain.astype(float))[None], n, axis=0)
@@ -213,7 +217,8 @@ class Members:
         parts = [outputs[:, :n_moving], flat[:, n_moving + n_axes :]]
         if time.measurement is not None:
             measured = [space.outputs.index(name) for name in time.measurement.measured]
-            parts.append(time.measurement.of(outputs[:, None, measured], self._currents))
+            water = None if self._currents is None else Water.steady(self._currents, time.measurement.times)
+            parts.append(time.measurement.of(outputs[:, None, measured], water))
         return np.hstack(parts).reshape(*shape, -1)
 
 

@@ -7,25 +7,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.io.log_files import positions
+from bayesub.io.log_files import ANGLES, positions
+from bayesub.model.disturbance import CURRENTS, DISTURBED, unit
 from bayesub.model.equations import AXES
 from bayesub.model.hull_forces import hull_forces
 from bayesub.problem.distributions import Prior
-from bayesub.problem.disturbances import CORRELATION_TIME, force_scales
+from bayesub.problem.disturbances import force_scales
 from bayesub.report.missing_terms import FALSE_ALARMS, FollowedRegressor, followed, scores
+from bayesub.sensors.current import seen
 
 MOTIONS = dict(zip(AXES, ("surge", "sway", "heave", "roll", "pitch", "yaw"), strict=True))
+MOTIONS |= {axis: f"current to the {axis}" for axis in CURRENTS}
 UNSEEN = 0.9  # posterior sd over prior sd
 _DRAWS = 1000  # of the histories
 _SCORED = 200  # of the scores, each with some tens of simulations
 _LARGER = 0.95  # of random histories are less uneven than one that is said to be largest somewhere
 _PRIOR_DRAWS = 1000
 _QUANTILES = {"q5": 0.05, "median": 0.5, "q95": 0.95}
-
-
-def unit(axis: str) -> str:
-    """N or N m."""
-    return "N" if axis in "XYZ" else "N m"
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,7 @@ class InferredForces:
         s.
     axes : tuple of str
     draws : (n_draws, n_axes, n_knots) array
-        N and N m.
+        N, N m, and m/s of a current.
     factors : (n_axes, n_knots, n_knots) array
         Of the process at the posterior mean, N and N m; a random history is a factor times a standard normal one.
     truth : (n_axes, n_knots) array or None
@@ -48,7 +46,8 @@ class InferredForces:
     fine_times : (n_fine,) array
         s.
     hull : (n_axes, n_fine) array
-        Forces of the hull along the posterior mean of the motion, N and N m.
+        Along the posterior mean of the motion: forces of the hull, N and N m; for a current the velocity of the boat in
+        the water to the same side, m/s.
     turning : (n_fine,) array of bool
         Whether the boat turns faster than half of the time.
     """
@@ -65,7 +64,7 @@ class InferredForces:
 
     @property
     def hull_rms(self) -> np.ndarray:
-        """(n_axes,) N and N m."""
+        """(n_axes,) N, N m and m/s."""
         return np.sqrt(np.mean(self.hull**2, axis=1))
 
     @property
@@ -103,7 +102,7 @@ def inferred_forces(problem, draws: np.ndarray) -> Iterator[InferredForces]:
         for history in trial.histories:
             knots, mean = history.disturbances.knots, values.mean(axis=0)[None]
             motion = trial.forward.trajectory(*trial.arguments(mean)).resampled(knots.fine_times)
-            members = [AXES.index(axis) for axis in knots.axes]
+            members = [DISTURBED.index(axis) for axis in knots.axes]
             turn = np.linalg.norm(motion.states[0][:, positions("p", "q", "r")], axis=1)
             true = trial.record.forces
             yield InferredForces(
@@ -114,9 +113,16 @@ def inferred_forces(problem, draws: np.ndarray) -> Iterator[InferredForces]:
                 factors=history.factors(mean)[0],
                 truth=None if true is None else knots.projected(true).T,
                 fine_times=knots.fine_times,
-                hull=hull_forces(motion)[:, members].T,
+                hull=np.hstack([hull_forces(motion), _velocity(motion.states[0])])[:, members].T,
                 turning=turn > np.median(turn),
             )
+
+
+def _velocity(states) -> np.ndarray:
+    """(n, 2) velocities to the north and to the east of states (n, 12), m/s."""
+    attitude, velocity = states[:, positions(*ANGLES)], states[:, positions("u", "v", "w")]
+    parts = np.stack([seen(name, attitude) for name in "uvw"], axis=-1)  # the rotation matrix, of which these are rows
+    return np.einsum("nik,nk->ni", parts, velocity)
 
 
 def _spread(draws, n) -> np.ndarray:
@@ -142,10 +148,14 @@ def numbers(problem, draws: np.ndarray, forces: list[InferredForces]) -> dict:
     unknown = first.disturbances.unknown
     scales = dict(zip(unknown.axes, force_scales(problem.vehicle, unknown.axes).tolist(), strict=True))
     all_scores = scores(problem, _spread(draws, _SCORED))
+    times = {
+        name.replace("_disturbance", ""): _of_process(problem, draws, name, time, 1.0)
+        for name, time in unknown.times.items()
+    }
     return {
         "kind": unknown.kind,
         "knot_interval_s": first.disturbances.knots.interval,
-        "correlation_time_s": _of_process(problem, draws, CORRELATION_TIME, unknown.correlation_time_s, 1.0),
+        **times,
         "sds": [
             {
                 "axis": a,
@@ -162,7 +172,7 @@ def numbers(problem, draws: np.ndarray, forces: list[InferredForces]) -> dict:
 
 
 def _suffix(axis) -> str:
-    return unit(axis).replace(" ", "").lower()
+    return unit(axis).replace(" ", "").replace("m/s", "mps").lower()
 
 
 def _quantiles(values) -> dict[str, float]:
@@ -182,8 +192,9 @@ def _axes(forces: InferredForces) -> list[dict]:
     columns = zip(forces.axes, forces.hull_rms.tolist(), forces.posterior_over_prior.tolist(), strict=True)
     for k, (axis, hull, contraction) in enumerate(columns):
         sizes, suffix = rms(forces.draws[:, k]), _suffix(axis)
-        row = {"axis": axis, f"rms_{suffix}": _quantiles(sizes), f"hull_rms_{suffix}": hull}
-        row["share"] = _quantiles(sizes / hull) if hull > 0.0 else None
+        row = {"axis": axis, f"rms_{suffix}": _quantiles(sizes)}
+        row[f"{'boat' if axis in CURRENTS else 'hull'}_rms_{suffix}"] = hull
+        row["share"] = _quantiles(sizes / hull) if hull > 0.0 and axis in AXES else None
         row["posterior_over_prior_sd"] = contraction
         row["turning_over_elsewhere"], row["largest"] = None, None
         if 0 < np.count_nonzero(forces.turning) < len(forces.turning):
@@ -251,8 +262,12 @@ def _axis_text(row) -> str:
 
 
 def _process_sentence(numbers) -> str:
-    time = numbers["correlation_time_s"]
-    texts = [f"Correlated over {_interval(time, 's')}"]
+    texts = [
+        f"{words} over {_interval(numbers[name], 's')}"
+        for name, words in (("correlation_time_s", "Correlated"), ("correlation_time_current_s", "the current"))
+        if name in numbers
+    ]
+    texts[0] = texts[0][0].upper() + texts[0][1:]
     for entry in numbers["sds"]:
         axis = entry["axis"]
         sd = entry[f"sd_{_suffix(axis)}"]
@@ -271,6 +286,8 @@ def _interval(number, unit) -> str:
 
 
 def _terms_sentence(numbers) -> str:
+    if not numbers["regressors_tried"]:
+        return ""
     if not numbers["followed"]:
         return (
             f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "

@@ -140,7 +140,7 @@ def _disturbance(forces: disturbances.InferredForces) -> ReportFigure:
         "boat turns faster than half of the time. A band as wide everywhere as the process itself means that the "
         "sensors do not see the force; a history that has the shape of the hull's force or comes with the turns may be "
         "a term that is missing or held at a wrong value.",
-        partial(disturbance.draw, forces=forces, unit=disturbances.unit),
+        partial(disturbance.draw, forces=forces),
     )
 
 

@@ -183,6 +183,8 @@ def scores(problem, draws: np.ndarray) -> Scores:
             squares.setdefault(candidate, []).append(np.mean(force**2))
         for axis, own in zip(knots.axes, columns, strict=True):
             members[axis] = np.append(members.get(axis, np.array([], dtype=int)), own)
+    if not effects:  # of a current alone
+        return Scores((), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0))
     matrix = np.array(list(effects.values()))
     along = matrix @ directions.T
     information = (along * (sizes**2 / (1.0 + sizes**2))) @ along.T
@@ -234,7 +236,7 @@ def _candidates(problem, values, knots) -> tuple[list[Candidate], np.ndarray]:
     active = [equations.term(name) for name in equations.active(None, problem.manoeuvre, simulator.subproblem)]
     active = [term for term in active if not term.symbols & set(ACCELERATIONS) and np.abs(flat[term.name]).max() > 0.0]
     candidates, columns = [], []
-    for axis in knots.axes:
+    for axis in (axis for axis in knots.axes if axis in AXES):
         own = {term.parsed.canonical: term for term in active if term.axis == axis}
         for canonical, term in {term.parsed.canonical: term for term in reversed(active)}.items():
             of_axis = own.get(canonical)
@@ -242,4 +244,4 @@ def _candidates(problem, values, knots) -> tuple[list[Candidate], np.ndarray]:
             free = of_axis is not None and of_axis.name in problem.names
             candidates.append(Candidate(axis, term.regressor, of_axis, free))
             columns.append(factor * flat[term.name])
-    return candidates, np.column_stack(columns)
+    return candidates, np.reshape(columns, (len(columns), len(knots.fine_times))).T

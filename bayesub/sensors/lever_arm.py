@@ -14,7 +14,7 @@ Attitude and rates are the same all over the body.
 
 import numpy as np
 
-from bayesub.sensors.current import carried
+from bayesub.sensors.current import seen
 
 # State -> what turns the lever arm into it.
 TURNING = dict.fromkeys("xyz", ("phi", "theta", "psi")) | dict.fromkeys("uvw", ("p", "q", "r"))
@@ -53,4 +53,4 @@ def _row_of_rotation(state, attitude):
         phi, theta, _ = np.moveaxis(attitude, -1, 0)
         return np.stack([-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)], axis=-1)
     # A current along an axis adds to each body velocity the cosine between the two.
-    return np.stack([carried(axis, None, attitude)[..., "xy".index(state)] for axis in "uvw"], axis=-1)
+    return np.stack([seen(axis, attitude)[..., "xy".index(state)] for axis in "uvw"], axis=-1)

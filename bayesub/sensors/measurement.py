@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayesub.io.log_files import ANGLES
-from bayesub.sensors.current import carried, carried_slopes
+from bayesub.sensors.current import Water, seen, seen_slopes
 from bayesub.sensors.lever_arm import TURNING, displaced, displaced_slopes
 from bayesub.sensors.record import TURN, Channel
 
@@ -86,23 +86,24 @@ class MeasurementModel:
         ]
         self._wrapped = [part for c, part, *_ in places if c.modulo_turn]
 
-    def of(self, outputs: np.ndarray, currents: np.ndarray | None = None) -> np.ndarray:
+    def of(self, outputs: np.ndarray, water: Water | None = None) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units.
 
         Parameters
         ----------
         outputs : (n_batch, n_times, n_measured) array
             The :attr:`measured` outputs in the water.
-        currents : (n_batch, 2) array, optional
-            To the north and to the east, m/s; for a model with a current.
+        water : Water, optional
+            Of (n_batch or 1, n_times, 2) each; for a model with a current.
         """
         # The kernels are imported where they compute, because importing numba takes a second.
         from bayesub.kernels.noise import gathered
 
         readings = gathered(outputs.reshape(len(outputs), -1), self._position)
-        if currents is not None:
-            for place, by_current in self._by_current(outputs):
-                readings[:, place.part] += (by_current @ currents[:, :, None])[..., 0]
+        if water is not None:
+            for place, parts in self._seen(outputs):
+                moved = water.behind(place.channel.state)[:, place.rows]
+                readings[:, place.part] += np.sum(parts * moved, axis=-1)
         for place in self._at_lever_arms:
             channel = place.channel
             readings[:, place.part] += displaced(channel.state, channel.lever_arm_m, place.causes(outputs))
@@ -125,7 +126,7 @@ class MeasurementModel:
             predicted[:, part] -= TURN * np.round((predicted[:, part] - readings[part]) / TURN)
 
     def slopes(
-        self, sensitivities: np.ndarray, outputs: np.ndarray | None = None, current: np.ndarray | None = None
+        self, sensitivities: np.ndarray, outputs: np.ndarray | None = None, water: Water | None = None
     ) -> np.ndarray:
         """(n_readings, n_params) derivatives of the readings of one member.
 
@@ -135,17 +136,17 @@ class MeasurementModel:
             Derivatives of the :attr:`measured` outputs.
         outputs : (n_times, n_measured) array, optional
             The outputs, needed if there is a current or a lever arm.
-        current : (2,) array, optional
-            To the north and to the east, m/s; for a model with a current.
+        water : Water, optional
+            Of (n_times, 2) each; for a model with a current.
         """
         slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
         if outputs is None:
             return slopes
-        if current is not None:
+        if water is not None:
             for place in self._in_current:
                 if place.columns:
-                    channel, (attitude,) = place.channel, place.causes(outputs[None])
-                    by_attitude = carried_slopes(channel.state, channel.times, attitude, current)
+                    (attitude,) = place.causes(outputs[None])
+                    by_attitude = seen_slopes(place.channel.state, attitude, water.velocity[place.rows])
                     slopes[place.part] += self._chained(by_attitude, sensitivities, place)
         for place in self._at_lever_arms:
             channel, (turning,) = place.channel, place.causes(outputs[None])
@@ -157,20 +158,28 @@ class MeasurementModel:
     def _chained(by_causes, sensitivities, place) -> np.ndarray:
         return np.einsum("ik,ikn->in", by_causes, sensitivities[place.rows][:, place.columns])
 
-    def current_slopes(self, outputs: np.ndarray) -> np.ndarray:
-        """(n_readings, 2) derivatives of one member's readings by the current to the north and to the east.
+    def current_slopes(self, outputs: np.ndarray, by_current: Water) -> np.ndarray:
+        """Derivatives of one member's readings by parameters of the current.
 
         Parameters
         ----------
         outputs : (n_times, n_measured) array
+        by_current : Water
+            Derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the east.
+
+        Returns
+        -------
+        (n_readings, 2, n) array
+            For parameters of the current to the north, and of that to the east.
         """
-        slopes = np.zeros((self.n_readings, 2))
-        for place, (by_current,) in self._by_current(outputs[None]):
-            slopes[place.part] = by_current
+        slopes = np.zeros((self.n_readings, 2, by_current.velocity.shape[1]))
+        for place, (parts,) in self._seen(outputs[None]):
+            moved = by_current.behind(place.channel.state)[place.rows]
+            slopes[place.part] = parts[:, :, None] * moved[:, None, :]
         return slopes
 
-    def _by_current(self, outputs) -> Iterator[tuple[_Place, np.ndarray]]:
-        """Each channel in a current, with its derivatives (n_batch or 1, n, 2) by the current."""
+    def _seen(self, outputs) -> Iterator[tuple[_Place, np.ndarray]]:
+        """Each channel in a current, with what (n_batch or 1, n, 2) it sees of the water to the north and east."""
         for place in self._in_current:
             attitude = place.causes(outputs) if place.columns else np.zeros((1, len(place.rows), 3))
-            yield place, carried(place.channel.state, place.channel.times, attitude)
+            yield place, seen(place.channel.state, attitude)

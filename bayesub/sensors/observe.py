@@ -8,6 +8,7 @@ import numpy as np
 from bayesub.io.errors import InputError
 from bayesub.io.log_files import HEADERS, si_factor
 from bayesub.model.trajectory import Trajectory
+from bayesub.sensors.current import Water
 from bayesub.sensors.instruments import Instrument
 from bayesub.sensors.measurement import MeasurementModel
 from bayesub.sensors.record import Record, channel_of
@@ -34,7 +35,8 @@ def observe(
     member : int
         Which of the batch.
     current_mps : (float, float)
-        A constant current in which the boat moves, to the north and to the east.
+        A constant current in which the boat moves, to the north and to the east, besides that of the disturbance of
+        the trajectory.
 
     Raises
     ------
@@ -49,15 +51,20 @@ def observe(
     sensors, duration = flat(sensors), trajectory.times[-1]
     channels = unread(sensors, duration).channels
     times = [channel.times for channel in channels]
-    model = MeasurementModel(channels, current=any(current_mps))
+    forces = trajectory.simulator.forces
+    history = None if forces is None else forces.of_current
+    model = MeasurementModel(channels, current=any(current_mps) or history is not None)
     outputs = trajectory.resampled(np.minimum(model.times, duration)).outputs(model.measured)[member]
-    (truth,) = model.of(outputs[None], np.array([current_mps]))
+    water = Water.steady(np.array(current_mps), model.times)
+    if history is not None:
+        water += Water.varying(history, model.times)
+    (truth,) = model.of(outputs[None], Water(water.velocity[None], water.displacement[None]))
     readings = [
         sensor.read(at, truth[part], rng) for sensor, at, part in zip(sensors, times, model.slices, strict=True)
     ]
     channels = [replace(c, times=at, values=values) for c, (at, values) in zip(channels, readings, strict=True)]
     known = _true_nuisances(sensors, current_mps)
-    return Record(tuple(channels), trajectory.xi[member], known, trajectory.simulator.forces)
+    return Record(tuple(channels), trajectory.xi[member], known, forces)
 
 
 def unread(sensors: Sensor | Instrument | Iterable, duration: float) -> Record:

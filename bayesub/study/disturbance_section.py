@@ -12,13 +12,13 @@ import pydantic
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.io.toml_files import Positive, Section
-from bayesub.model.disturbance import Disturbance, check_axes
+from bayesub.model.disturbance import CURRENTS, Disturbance, by_time, check_axes, unit
 from bayesub.model.equations import AXES
 from bayesub.model.hull_forces import hull_force_rms
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.distributions import Prior
-from bayesub.problem.disturbances import CORRELATION_TIME, UnknownDisturbance, force_scales
+from bayesub.problem.disturbances import CORRELATION_TIME, CURRENT_TIME, UnknownDisturbance, force_scales
 from bayesub.study.prior_section import LogSd
 
 if TYPE_CHECKING:  # the simulator needs numba, of which importing takes a second
@@ -27,8 +27,8 @@ if TYPE_CHECKING:  # the simulator needs numba, of which importing takes a secon
 
 # Key -> the axes that it may be given for, and its largest value, far above anything that floats.
 WAYS = {"sd": (AXES, 1.0), "sd_n": (AXES[:3], 1e12), "sd_nm": (AXES[3:], 1e15), "share": (AXES, 10.0)}
-_MISPLACED = {"sd_n": "is in newton, and {axis} is a moment; give it in sd_nm"}
-_MISPLACED["sd_nm"] = "is in newton metre, and {axis} is a force; give it in sd_n"
+WAYS |= {"sd_mps": (CURRENTS, 100.0)}
+_UNITS = {"sd_n": "in newton", "sd_nm": "in newton metre", "sd_mps": "in m/s"}
 
 
 class LogNormalPrior(Section):
@@ -46,6 +46,14 @@ class LogNormalPrior(Section):
     def build(self, factor: float = 1.0) -> priors.Prior:
         """The prior of `factor` times the number."""
         return priors.log_normal(factor * self.median, self.log_sd)
+
+
+_SUITED = dict.fromkeys("XYZ", "sd_n") | dict.fromkeys("KMN", "sd_nm") | dict.fromkeys(CURRENTS, "sd_mps")
+
+
+def what(axis: str) -> str:
+    """What acts on an axis: a force, a moment or a current."""
+    return "a current" if axis in CURRENTS else "a force" if axis in "XYZ" else "a moment"
 
 
 def _number_or_prior(value) -> str:
@@ -67,16 +75,20 @@ class DisturbanceSection(Section):
     Attributes
     ----------
     axes : tuple of str
-        Of X Y Z K M N.
+        Of X Y Z K M N, and north and east for a current that varies in time.
     sd : dict of str to number or prior, or None
         Axis -> non-dimensional sd: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with the trial speed U.
     sd_n, sd_nm : dict of str to number or prior, or None
         Axis -> sd of a force, N, and of a moment, N m.
     share : dict of str to number or prior, or None
         Axis -> sd over the force of the hull on the manoeuvre (:func:`bayesub.model.hull_forces.hull_force_rms`).
+    sd_mps : dict of str to number or prior, or None
+        Axis -> sd of the current, m/s.
     correlation_time_s : number or prior
+    correlation_time_current_s : number, prior or None
+        Of the current, if it is not that of the forces.
     kind : str
-        As of :class:`bayesub.model.disturbance.Disturbance`.
+        Of the forces, as of :class:`bayesub.model.disturbance.Disturbance`.
     knot_interval_s : float or None
         Time between the forces that are inferred; by default as of
         :class:`bayesub.problem.disturbances.UnknownDisturbance`.
@@ -87,7 +99,9 @@ class DisturbanceSection(Section):
     sd_n: dict[str, Amount] | None = None
     sd_nm: dict[str, Amount] | None = None
     share: dict[str, Amount] | None = None
+    sd_mps: dict[str, Amount] | None = None
     correlation_time_s: Amount
+    correlation_time_current_s: Amount | None = None
     kind: Literal["ornstein_uhlenbeck", "matern_3_2"] = "ornstein_uhlenbeck"
     knot_interval_s: Positive | None = None
 
@@ -119,7 +133,8 @@ class DisturbanceSection(Section):
                 raise ValueError(f"{key}: the axes {' '.join(self.axes)} have no {' '.join(suited)}; leave it out")
             for axis, value in values.items():
                 if axis in self.axes and axis not in suited:
-                    raise ValueError(f"{key} {_MISPLACED[key].format(axis=axis)}")
+                    of = _UNITS.get(key, "of a force")
+                    raise ValueError(f"{key} is {of}, and {axis} is {what(axis)}; give it in {_SUITED[axis]}")
                 if axis not in self.axes:
                     raise ValueError(f"{key} has the axis '{axis}', and axes has {' '.join(self.axes)}")
                 number = value.median if isinstance(value, LogNormalPrior) else value
@@ -132,10 +147,16 @@ class DisturbanceSection(Section):
                 others = ", ".join(key for key, (suited, _) in WAYS.items() if axis in suited)
                 found = " and ".join(keys) or "none"
                 raise ValueError(f"axis {axis} has its sd in one of {others}; found {found}")
+        currents = [axis for axis in self.axes if axis in CURRENTS]
+        if self.correlation_time_current_s is not None and len(currents) in (0, len(self.axes)):
+            raise ValueError(
+                f"correlation_time_current_s is that of a current besides forces, and axes has {' '.join(self.axes)}; "
+                "give correlation_time_s alone"
+            )
         return self
 
     def units(self, simulators: Sequence[Simulator]) -> np.ndarray:
-        """(n_axes,) what a unit of the number of each axis is, N or N m.
+        """(n_axes,) what a unit of the number of each axis is, N, N m or m/s.
 
         Parameters
         ----------
@@ -178,7 +199,9 @@ class DisturbanceSection(Section):
         factors = self.units(simulators) / force_scales(simulators[0].vehicle, self.axes)
         amounts = {axis: (self.amount(axis), factor) for axis, factor in zip(self.axes, factors, strict=True)}
         sds = {axis: _built(amount, factor) for axis, (amount, factor) in amounts.items()}
-        return UnknownDisturbance(self.axes, sds, _built(self.correlation_time_s), self.kind, self.knot_interval_s)
+        of_current = None if self.correlation_time_current_s is None else _built(self.correlation_time_current_s)
+        time = _built(self.correlation_time_s)
+        return UnknownDisturbance(self.axes, sds, time, self.kind, self.knot_interval_s, of_current)
 
 
 class TrueDisturbanceSection(DisturbanceSection):
@@ -188,7 +211,7 @@ class TrueDisturbanceSection(DisturbanceSection):
     def _is_known(self):
         if self.knot_interval_s is not None:
             raise ValueError("knot_interval_s is of forces that are inferred; leave it out")
-        for key in ("correlation_time_s", *WAYS):
+        for key in ("correlation_time_s", "correlation_time_current_s", *WAYS):
             value = getattr(self, key)
             amounts = value.values() if isinstance(value, dict) else (value,)
             if any(isinstance(amount, LogNormalPrior) for amount in amounts):
@@ -198,7 +221,8 @@ class TrueDisturbanceSection(DisturbanceSection):
     def known(self, simulator: Simulator) -> Disturbance:
         """The process on the manoeuvre of a simulator; InputError as of :meth:`units`."""
         sds = np.array([self.amount(axis) for axis in self.axes]) * self.units([simulator])
-        return Disturbance(self.axes, sds, self.correlation_time_s, self.kind)
+        times = self.correlation_time_s, self.correlation_time_current_s
+        return Disturbance(self.axes, sds, times[0], self.kind, times[1])
 
     def flown(self, trajectory: Trajectory, rng: np.random.Generator) -> tuple[Trajectory, Disturbance]:
         """The same trial with a history of the process, and the process.
@@ -216,11 +240,18 @@ class TrueDisturbanceSection(DisturbanceSection):
         return simulator.disturbed(process, stream).trajectory(trajectory.xi), process
 
 
+def correlation_times(disturbance: Disturbance) -> dict[str, float]:
+    """Name of a correlation time (:mod:`bayesub.problem.disturbances`) -> its value, s."""
+    time, of_current = disturbance.correlation_time_s, disturbance.correlation_time_current_s
+    named = None if of_current is None else (CURRENT_TIME, of_current)
+    return dict(pair for pair, *_ in by_time(disturbance.axes, disturbance.kind, (CORRELATION_TIME, time), named))
+
+
 def true_parameters(disturbance: Disturbance, vehicle: Vehicle) -> dict[str, float]:
     """Name of a parameter of the process (:mod:`bayesub.problem.disturbances`) -> its value in a truth."""
     sds = disturbance.sds / force_scales(vehicle, disturbance.axes)
     values = {f"sd_disturbance_{axis}": float(sd) for axis, sd in zip(disturbance.axes, sds, strict=True)}
-    return values | {CORRELATION_TIME: disturbance.correlation_time_s}
+    return values | correlation_times(disturbance)
 
 
 def in_words(disturbance: Disturbance, rms: np.ndarray | None = None, inferred: Container[str] = ()) -> str:
@@ -232,24 +263,29 @@ def in_words(disturbance: Disturbance, rms: np.ndarray | None = None, inferred: 
     rms : (6,) array or None
         Forces of the hull, N and N m, of which the shares are given.
     inferred : container of str
-        Axes, and "correlation_time_s", whose numbers are medians of priors.
+        Axes, and names of correlation times, whose numbers are medians of priors.
     """
     parts = []
     for axis, sd in zip(disturbance.axes, disturbance.sds, strict=True):
-        hull = 0.0 if rms is None else rms[AXES.index(axis)]
+        hull = 0.0 if rms is None or axis in CURRENTS else rms[AXES.index(axis)]
         share = f" ({100.0 * sd / hull:.2g} % of the hull's)" if hull > 0.0 else ""
         about = "about " if axis in inferred else ""
-        parts.append(f"{axis} {about}{sd:.3g} {'N' if axis in AXES[:3] else 'N m'}{share}")
-    about = "about " if "correlation_time_s" in inferred else ""
-    return f"sd {', '.join(parts)}, correlation time {about}{disturbance.correlation_time_s:g} s"
+        parts.append(f"{axis} {about}{sd:.3g} {unit(axis)}{share}")
+    times = [
+        f"correlation time {'of the current ' if name == CURRENT_TIME else ''}{'about ' if name in inferred else ''}"
+        f"{time:g} s"
+        for name, time in correlation_times(disturbance).items()
+    ]
+    return f"sd {', '.join(parts)}, {', '.join(times)}"
 
 
 def central(unknown: UnknownDisturbance, vehicle: Vehicle) -> tuple[Disturbance, tuple[str, ...]]:
-    """The process with the medians of its priors, and what has a prior: axes, and "correlation_time_s"."""
+    """The process with the medians of its priors, and what has a prior: axes, and names of correlation times."""
     sds = np.array([unknown.sd(axis) for axis in unknown.axes]) * force_scales(vehicle, unknown.axes)
-    amounts = {**unknown.sds, "correlation_time_s": unknown.correlation_time_s}
+    amounts = {**unknown.sds, **unknown.times}
     inferred = tuple(key for key, amount in amounts.items() if isinstance(amount, Prior))
-    return Disturbance(unknown.axes, sds, unknown.time_s, unknown.kind), inferred
+    time, of_current = unknown.time(CORRELATION_TIME), unknown.time(CURRENT_TIME)
+    return Disturbance(unknown.axes, sds, time or of_current, unknown.kind, of_current), inferred
 
 
 class DisturbanceFile(Section):

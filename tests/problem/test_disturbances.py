@@ -19,15 +19,15 @@ def boat():
     return bs.load_vehicle("suboff")
 
 
-def record(boat, seed=1):
+def record(boat, seed=1, sensors=None):
     manoeuvre = bs.load_manoeuvre("horizontal", boat)
     truth = bs.simulate(boat, manoeuvre, dt=1.0)
-    sensors = bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw"))
+    sensors = sensors or bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw"))
     return manoeuvre, bs.observe(truth, sensors, np.random.default_rng(seed))
 
 
-def pose(boat, disturbance, seed=1, **options):
-    manoeuvre, readings = record(boat, seed)
+def pose(boat, disturbance, seed=1, sensors=None, **options):
+    manoeuvre, readings = record(boat, seed, sensors)
     return bs.Problem(boat, manoeuvre, readings, free=FREE, prior=PRIOR, dt=2.0, disturbance=disturbance, **options)
 
 
@@ -71,11 +71,24 @@ def test_the_factor_between_nodes_is_that_of_the_time(problem):
         np.testing.assert_allclose(factors[1] / factors[1, 0, 0], exact / exact[0, 0], atol=5e-6)
 
 
-def test_the_jacobian_is_that_of_the_readings(problem):
+@pytest.fixture(scope="module")
+def carried(boat):
+    """In a yaw moment and a current that vary, each with a time of its own, and a constant current besides."""
+    axes = ("N", "east", "north")
+    sds = {"N": 1e-6, "east": bs.priors.log_normal(0.2, 0.7), "north": 0.1}
+    time = bs.priors.log_normal(100.0, 0.5)
+    disturbance = unknown(axes=axes, sds=sds, correlation_time_s=40.0, correlation_time_current_s=time)
+    sensors = [bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw")), bs.sensors.DVL(0.01, 10.0)]
+    return pose(boat, disturbance, sensors=sensors, nuisance={"current_north_mps": bs.priors.normal(0.0, 0.3)})
+
+
+@pytest.mark.parametrize("name", ["problem", "carried"])
+def test_the_jacobian_is_that_of_the_readings(name, request):
     """By coefficients, sds, the correlation time and white coordinates, against central differences."""
+    problem = request.getfixturevalue(name)
     values = problem.prior.parameters(np.random.default_rng(4).standard_normal(problem.n_params) * 0.5)
     jacobian = problem.jacobian(values)
-    picked = [*range(8), problem.n_params - 20, problem.n_params - 1]
+    picked = [*range(9), len(FREE) + 12, problem.n_params - 50, problem.n_params - 20, problem.n_params - 1]
     for k in picked:
         step = np.zeros(problem.n_params)
         step[k] = 1e-4 * problem.prior.sd[k]
@@ -91,6 +104,30 @@ def test_no_forces_change_nothing(boat, problem):
     np.testing.assert_allclose(
         problem.predicted(values), plain.predicted(values[: plain.n_params]), rtol=1e-12, atol=1e-12
     )
+
+
+def test_a_current_enters_the_readings_and_not_the_motion(carried):
+    """The readings are those that a boat in that history of the water makes, and a constant current adds to it."""
+    rng = np.random.default_rng(6)
+    values = carried.prior.parameters(0.5 * rng.standard_normal(carried.n_params))
+    sets, nuisances = carried.arguments(values[None])
+    history = carried.forward.history(nuisances)
+    motion = carried.forward.trajectory(sets, nuisances)
+    sensors = [bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw")), bs.sensors.DVL(0.01, 10.0)]
+    north = values[carried.names.index("current_north_mps")]
+    assert history.of_current.axes == ("east", "north")
+    assert motion.simulator.forces.of_forces.axes == ("N",)
+    truth = bs.observe(motion, sensors, None, current_mps=(north, 0.0))
+    np.testing.assert_allclose(carried.predicted(values[None])[0], truth.values, rtol=1e-9, atol=1e-9)
+
+
+def test_a_current_alone_leaves_the_kernels_without_forces(boat):
+    """No forces are flown where only the water varies."""
+    current = pose(boat, unknown(axes=("north",), sds={"north": 0.1}))
+    assert current.simulator.knots is None
+    assert current.simulator.kernels is pose(boat, None).simulator.kernels
+    jacobian = current.jacobian(current.prior.mean)
+    assert np.abs(jacobian[:, current.histories[0].columns]).max() > 0.0
 
 
 def test_names_say_whose_a_parameter_is(problem):

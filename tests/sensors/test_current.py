@@ -1,4 +1,6 @@
-"""A constant current."""
+"""Currents."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,7 +9,9 @@ from scipy.spatial.transform import Rotation
 
 import bayesub as bs
 from bayesub.io.log_files import STATES
+from bayesub.model.disturbance import ForceHistory
 from bayesub.sensors import ADCP, DVL, Sensor, Track, over_ground
+from bayesub.sensors.current import Water
 
 CURRENT = (0.37, -0.52)
 SPACING = 1 / 16
@@ -77,6 +81,35 @@ def test_only_what_is_over_the_ground_feels_the_current(flown):
             np.testing.assert_allclose(after.values - before.values, expected, rtol=0, atol=1e-10)
         else:
             np.testing.assert_array_equal(after.values, before.values)
+
+
+def test_a_current_that_varies_carries_the_boat_by_its_integral(flown):
+    """With knots of its own: the way over the ground is the integral, a bottom log reads what the current is then."""
+    history = ForceHistory(
+        np.array([0.0, 7.0, 20.0]), ("east", "north"), np.array([[0.0, 0.4], [0.3, -0.2], [0.1, 0.5]])
+    )
+    times = np.linspace(0.0, 26.0, 105)
+    water = Water.varying(history, times)
+    fine = np.linspace(0.0, 26.0, 26001)
+    way = np.stack([np.interp(fine, history.times, history.values[:, k]) for k in (1, 0)], axis=1)
+    exact = np.vstack([np.zeros(2), np.cumsum(0.5 * (way[1:] + way[:-1]), axis=0) * 1e-3])
+    np.testing.assert_allclose(water.displacement, exact[::250], atol=1e-9)
+    np.testing.assert_allclose(water.velocity, way[::250], atol=1e-12)
+    states = flown.resampled(times).states
+    ground = over_ground(states, times, water)
+    np.testing.assert_allclose(ground[0, :, :2] - states[0, :, :2], exact[::250], atol=1e-9)
+    added = np.linalg.norm(ground[0, :, 6:9] - states[0, :, 6:9], axis=-1)
+    np.testing.assert_allclose(added, np.linalg.norm(way[::250], axis=1), rtol=1e-12)
+
+
+def test_a_constant_history_is_a_constant_current(flown):
+    """Readings of a boat in a history that does not change are those in a current of that size."""
+    history = ForceHistory(np.array([0.0, 10.0]), ("north", "east"), np.tile(CURRENT, (2, 1)))
+    moved = replace(flown, simulator=flown.simulator.disturbed(history))
+    sensors = [Track(1e-9, 1e-9, channels=("x", "y", "z", "yaw")), DVL(sd_mps=1e-9), ADCP(sd_mps=1e-9)]
+    varying = bs.observe(moved, sensors, np.random.default_rng(3))
+    steady = bs.observe(flown, sensors, np.random.default_rng(3), current_mps=CURRENT)
+    np.testing.assert_allclose(varying.values, steady.values, rtol=1e-13, atol=1e-11)
 
 
 @pytest.mark.parametrize("current", [(np.nan, 0.0), (1.0,), (0.1, 0.2, 0.3)])
