@@ -21,6 +21,7 @@ from bayesub.thesis.disturbed_trials import (
     DisturbedTrials,
     Truth,
     filtered,
+    guessed_current,
     integrated,
     normal,
     slow_noise,
@@ -55,6 +56,7 @@ GUESS = {"share": 0.015, "log_sd": 1.0, "time_s": TIME_S, "log_sd_of_time": 0.5}
 WRONG = {
     "white": Truth(0.015 * np.sqrt(TIME_S / 0.1), 0.1),  # as much impulse as the slow one
     "missing Yv_absr": Truth(0.0, TIME_S, removed="Yv_absr"),
+    "current": Truth(0.0, 40.0, current_mps=0.05),
 }
 
 
@@ -126,7 +128,7 @@ def boat(sensors, k):
 
 
 def wrong_boat(name, k):
-    """What noise alone, and an inferred process, make of a boat whose forces are of another kind."""
+    """What noise alone, and an inferred process, make of a boat with other forces, or in a current that varies."""
     rng = np.random.default_rng([SEED, 2 + list(WRONG).index(name), k])
     truth = WRONG[name]
     trials = DisturbedTrials("auv690", SENSORS["log"], PRIOR_SD)
@@ -134,7 +136,7 @@ def wrong_boat(name, k):
     pose = partial(trials.problem, record, truth.removed, dt=STEP["log"])
     plain = pose()
     mode = bs.baselines.posterior_mode(plain, rng=rng)
-    inferred = pose(disturbance=trials.guessed(**GUESS))
+    inferred = pose(disturbance=guessed_current() if truth.current_mps else trials.guessed(**GUESS))
     start = dict(zip(plain.names, mode.values, strict=True))
     return {
         "share": truth.share,

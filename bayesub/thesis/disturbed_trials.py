@@ -11,7 +11,7 @@ from bayesub.baselines import filter_error, gauss_newton
 from bayesub.baselines.estimate import Estimate
 from bayesub.checks.calibration import N_DRAWS
 from bayesub.model.coefficients import HORIZONTAL
-from bayesub.model.disturbance import Disturbance
+from bayesub.model.disturbance import CURRENTS, Disturbance
 from bayesub.model.equations import AXES
 from bayesub.model.hull_forces import hull_force_rms
 from bayesub.model.manoeuvres import load_manoeuvre
@@ -47,11 +47,14 @@ class Truth:
         Correlation time.
     removed : str
         Coefficient that the fit holds at zero.
+    current_mps : float
+        Sd of the current to the north and to the east, in which a boat moves that no force disturbs.
     """
 
     share: float
     time_s: float
     removed: str = ""
+    current_mps: float = 0.0
 
 
 class DisturbedTrials:
@@ -83,11 +86,15 @@ class DisturbedTrials:
         """Coefficients (n_terms,) of a boat of the prior and the record of its trial, and how many boats failed."""
         end = self.manoeuvre.duration
         times, columns, n_failed = np.arange(0.0, end + step, step), [self._place(n) for n in self.free], 0
-        sds = truth.share * self.hull
+        process = None
+        if truth.share:
+            process = Disturbance(DISTURBED, truth.share * self.hull, truth.time_s)
+        elif truth.current_mps:
+            process = Disturbance(CURRENTS, np.full(len(CURRENTS), truth.current_mps), truth.time_s)
         while True:
             xi = self.boat.xi.copy()
             (xi[columns],) = self.prior.on(np.array(columns), xi, self.boat.equations.names).sample(rng, 1)
-            forces = Disturbance(DISTURBED, sds, truth.time_s).sample(times, rng) if truth.share else None
+            forces = None if process is None else process.sample(times, rng)
             simulator = Simulator(self.boat, self.manoeuvre, self.manoeuvre.times, dt=step, forces=forces)
             motion = simulator.trajectory(xi)
             if motion.status[0] == "ok":
@@ -112,6 +119,12 @@ class DisturbedTrials:
         sds = share * self.hull / force_scales(self.boat, DISTURBED)
         spread = {axis: priors.log_normal(float(sd), log_sd) for axis, sd in zip(DISTURBED, sds, strict=True)}
         return UnknownDisturbance(DISTURBED, spread, priors.log_normal(time_s, log_sd_of_time))
+
+
+def guessed_current() -> UnknownDisturbance:
+    """A current of which only the order of magnitude is known."""
+    sds = {axis: priors.log_normal(0.03, 1.0) for axis in CURRENTS}
+    return UnknownDisturbance(CURRENTS, sds, priors.log_normal(30.0, 0.5))
 
 
 def judged(problem: Problem, xi: np.ndarray, means, sds, probabilities=None) -> dict:
