@@ -15,6 +15,7 @@ from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, complain, console
 COMMANDS = {
     "list": "bayesub.cli.listing:list_",
     "new": "bayesub.cli.new:new",
+    "convert": "bayesub.cli.convert:convert",
     "check": "bayesub.cli.check:check",
     "simulate": "bayesub.cli.simulate:simulate",
     "rank": "bayesub.cli.rank:rank",

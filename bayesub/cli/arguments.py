@@ -24,6 +24,7 @@ def _names(kind: str) -> Callable[..., list[CompletionItem]]:
 EQUATIONS = {"metavar": "SET", "shell_complete": _names("equations")}
 VEHICLE = {"metavar": "VEHICLE", "shell_complete": _names("vehicles")}
 MANOEUVRE = {"metavar": "MANOEUVRE", "shell_complete": _names("manoeuvres")}
+KIND = {"metavar": "KIND", "type": click.Choice(list(toml_files.built_in("maps")))}
 
 subproblem = click.option(
     "--subproblem",

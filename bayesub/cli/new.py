@@ -1,17 +1,17 @@
-"""The commands `new equations`, `new vehicle`, `new geometry` and `new study`."""
+"""The commands `new equations`, `new vehicle`, `new geometry`, `new map` and `new study`."""
 
 from pathlib import Path
 
 import click
 
-from bayesub.cli.arguments import EQUATIONS, MANOEUVRE, PATH, VEHICLE
+from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import say
 
 
 @click.group(epilog="Example: bayesub new vehicle myboat")
 def new() -> None:
-    """Write a commented template: equations, a vehicle of your own, the geometry of its hull, or a study."""
+    """Write a commented template: equations, a vehicle of your own, the geometry of its hull, the map of a log, or a study."""
 
 
 @new.command(epilog="Example: bayesub new equations mine --from booth")
@@ -62,6 +62,18 @@ def geometry(name: str, output: Path | None) -> None:
 
     path = output or Path(f"{name}_hull.toml")
     _write(path, new_vehicle.geometry(name), f"fill it in, then bayesub new vehicle {name} --geometry {path}")
+
+
+@new.command("map", epilog="Example: bayesub new map ros --data run1.mcap -o map.toml")
+@click.argument("kind", **KIND)
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; KIND_map.toml if left out.")
+@click.option("--data", type=PATH, metavar="LOG", help="List the signals of this log in it.")
+def map_(kind: str, output: Path | None, data: Path | None) -> None:
+    """Write a map for `bayesub convert KIND`: which signal of a vehicle's log becomes which column, with an example."""
+    from bayesub.study import new_map
+
+    path = output or Path(f"{kind}_map.toml")
+    _write(path, new_map.example(kind, path, data), f"change it, then bayesub convert {kind} FILE -o log.csv --map {path}")
 
 
 @new.command(epilog="Example: bayesub new study mytrial --vehicle myboat.toml --data trial.csv")

@@ -1,0 +1,94 @@
+"""The command `convert`: the log of a vehicle becomes one of ours."""
+
+import datetime
+from pathlib import Path
+
+import click
+
+from bayesub.cli.arguments import KIND, PATH
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import say
+
+EPOCH = 1e8  # s; a clock beyond it counts from 1970
+
+
+@click.command(epilog="Example: bayesub convert ros run1.mcap -o log.csv --map map.toml")
+@click.argument("kind", **KIND)
+@click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
+@click.option("-o", "--output", type=PATH, metavar="LOG", help="Log to write (CSV).")
+@click.option("--map", "map_file", type=PATH, metavar="MAP", help="Which signal becomes which column (TOML).")
+@click.option("--list", "as_list", is_flag=True, help="List the signals with units, rates and ranges instead.")
+def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: Path | None, as_list: bool) -> None:
+    """Convert what a vehicle wrote into a log, each reading at its own time.
+
+    KIND is ros (bags of ROS 2 and 1), mavlink (ArduPilot .bin, .tlog), nmea (NMEA 0183), imc (LSTS .lsf), slocum (.dbd,
+    .ebd), matlab (.mat), csv (any table in text) or kvlcc2 (trials of HSVA and MARIN). Several FILEs are pieces of one log.
+    """
+    from bayesub.io import readers
+    from bayesub.io.log_map import LogMap, read_map
+
+    if as_list:
+        log_map = read_map(map_file, kind).model_copy(update={"columns": {}}) if map_file else LogMap()
+        for line in listed(readers.read(kind, files, log_map)):
+            say(line)
+        return
+    if output is None:
+        raise InputError("convert needs -o LOG, or --list")
+    if map_file is None and not readers.KINDS[kind].map_is_fixed:
+        raise InputError(f"convert {kind} needs --map MAP: bayesub new map {kind} -o map.toml writes one to be changed")
+    if output.resolve() in {file.resolve() for file in files}:
+        raise InputError(f"{output}: is the file that is read; choose another with -o")
+    from bayesub.io import conversion
+
+    map_file = map_file or toml_files.built_in("maps")[kind]
+    log_map = read_map(map_file, kind)
+    log = readers.read(kind, files, log_map)
+    result = conversion.convert(log, log_map, map_file)
+    result.save(output)
+    say(f"{output}: {len(result.times)} rows from {result.times[0]:g} to {result.times[-1]:g} s; {_zero(result.zero)}")
+    for line in described(result):
+        say(line)
+    for remark in (*log.remarks, *result.remarks):
+        say(f"  note: {remark}")
+
+
+def _zero(zero: float) -> str:
+    """Time zero in words."""
+    if zero < EPOCH:
+        return f"0 s is {zero:.6f} s of the file"
+    moment = datetime.datetime.fromtimestamp(zero, datetime.UTC)
+    return f"0 s is {moment:%Y-%m-%d %H:%M:%S}.{moment.microsecond // 1000:03d} UTC"
+
+
+def described(conversion) -> list[str]:
+    """A line for each column: cells, range, signal."""
+    import numpy as np
+
+    lines, width = [], max(map(len, conversion.columns))
+    for name, cells in conversion.columns.items():
+        filled = cells[np.isfinite(cells)]
+        extent = f"{filled.min():.6g} .. {filled.max():.6g}"
+        lines.append(f"  {name:<{width}} {len(filled):>7} cells  {extent:<24} {conversion.sources[name]}")
+    return lines
+
+
+def listed(log) -> list[str]:
+    """A line for each signal: unit, number, rate, times and range; and remarks."""
+    import numpy as np
+
+    lines = [f"{log.path}: {len(log.signals)} signals"]
+    rows = [("signal", "unit", "readings", "a second", "from", "to s", "smallest", "largest")]
+    begin = min((signal.times[0] for signal in log.signals.values() if len(signal.times)), default=0.0)
+    zero = begin if begin > EPOCH else 0.0
+    for name, signal in log.signals.items():
+        values = signal.values[np.isfinite(signal.values)]
+        ends = [f"{values.min():.6g}", f"{values.max():.6g}"] if len(values) else ["-", "-"]
+        span = [f"{t - zero:.6g}" for t in (signal.times.min(), signal.times.max())] if len(signal.times) else ["-", "-"]
+        rate = f"{1.0 / signal.interval:.3g}" if signal.interval > 0 else "-"
+        rows.append((name, signal.unit or "-", str(len(values)), rate, *span, *ends))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        lines.append("  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip())
+    lines += [f"  times count from {_zero(zero).removeprefix('0 s is ')}"] if zero else []
+    return lines + [f"  note: {remark}" for remark in log.remarks]

@@ -1,0 +1,85 @@
+"""MAVLink and ArduPilot: .bin and .log of the autopilot, .tlog of the ground station, by pymavlink."""
+
+import contextlib
+import io
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io.log_map import LogMap
+from bayesub.io.readers.signals import Collection, Signal, VehicleLog, library, numbers
+
+CLOCKS = ("TimeUS", "TimeMS", "time_boot_ms", "time_usec")
+_DECIMAL = {"degE5": 1e-5, "mdeg": 1e-3, "dm/s": 0.1, "dm": 0.1}  # units of the messages that are not ours
+
+
+def read(path: Path, log_map: LogMap) -> VehicleLog:
+    """Read all messages, or those that the map names; a signal is ``ATTITUDE.yaw``, of instances ``GPS[0].Lat``.
+
+    Times of a .bin are those of the autopilot since it started. Those of a .tlog are of the ground station when the
+    message came; a message with its own time since the start keeps that, on the clock of the ground station.
+    """
+    mavutil = library("pymavlink.mavutil", "pymavlink", path)
+    types = {section.signal.rpartition("/")[2].partition(".")[0].partition("[")[0] for section in log_map.columns.values()}
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        source = mavutil.mavlink_connection(str(path), dialect="ardupilotmega")
+        try:
+            messages = list(iter(lambda: source.recv_match(type=types or None), None))
+        finally:
+            source.close()
+    messages = [message for message in messages if message.get_type() not in ("FMT", "BAD_DATA", "PARM", "UNIT", "FMTU")]
+    is_bin = hasattr(source, "formats")
+    offset = None if is_bin else _boot_time(messages)
+    n_systems = {} if is_bin else _senders(messages)
+    collection = Collection()
+    for message in messages:
+        head = _instance(message) if is_bin else _sender(message, n_systems)
+        time = message.TimeUS * 1e-6 if hasattr(message, "TimeUS") else message._timestamp
+        if offset is not None and getattr(message, "time_boot_ms", 0) > 0:
+            time = message.time_boot_ms * 1e-3 + offset
+        for field in message.get_fieldnames():
+            if field in CLOCKS:
+                continue
+            unit = message.fmt.get_unit(field) if is_bin else message.fieldunits_by_name.get(field, "")
+            for name, value in numbers(getattr(message, field), field):
+                collection.add(f"{head}.{name}", time, value, unit)
+    return VehicleLog(path, {name: _scaled(signal) for name, signal in collection.signals().items()})
+
+
+def _instance(message) -> str:
+    """The type of a message of a .bin, with the number of the instrument if there are several."""
+    field = message.fmt.instance_field
+    return message.get_type() + ("" if field is None else f"[{getattr(message, field)}]")
+
+
+def _senders(messages) -> dict[str, int]:
+    """How many systems send each type of message."""
+    pairs = {(message.get_type(), message.get_srcSystem(), message.get_srcComponent()) for message in messages}
+    return Counter(kind for kind, _, _ in pairs)
+
+
+def _sender(message, n_systems: dict[str, int]) -> str:
+    """The type of a message of a .tlog, after the numbers of system and component if several send it."""
+    kind = message.get_type()
+    if n_systems[kind] == 1:
+        return kind
+    return f"{message.get_srcSystem()}.{message.get_srcComponent()}/{kind}"
+
+
+def _boot_time(messages) -> float | None:
+    """When the autopilot started, by the clock of the ground station: the message that was quickest tells."""
+    delays = [message._timestamp - message.time_boot_ms * 1e-3 for message in messages if _has_boot_time(message)]
+    return min(delays, default=None)
+
+
+def _has_boot_time(message) -> bool:
+    return getattr(message, "time_boot_ms", 0) > 0
+
+
+def _scaled(signal: Signal) -> Signal:
+    """A signal whose unit is a decimal part of one that is known is brought to that."""
+    if signal.unit not in _DECIMAL:
+        return signal
+    unit = signal.unit.removesuffix("E5").removeprefix("m") if "deg" in signal.unit else signal.unit.removeprefix("d")
+    return Signal(signal.times, np.asarray(signal.values) * _DECIMAL[signal.unit], unit)

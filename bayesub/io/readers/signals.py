@@ -1,0 +1,126 @@
+"""What readers give: signals by name, each with its own time stamps."""
+
+import importlib
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from bayesub.io.errors import InputError
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Readings of one quantity.
+
+    Attributes
+    ----------
+    times : ndarray (n,)
+        Seconds of the file's clock, in the order of the file.
+    values : ndarray (n,)
+        In `unit`; not a number where there is none.
+    unit : str
+        As :mod:`bayesub.io.units` spells it or otherwise; empty if the file does not say.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+    unit: str = ""
+
+    @property
+    def interval(self) -> float:
+        """Median time between readings, s; not a number for fewer than two."""
+        return float(np.median(np.diff(self.times))) if len(self.times) > 1 else np.nan
+
+
+@dataclass(frozen=True)
+class VehicleLog:
+    """What a vehicle wrote.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    signals : dict of str to Signal
+        Name -> signal.
+    remarks : tuple of str
+        What could not be read, and what was supposed of the file.
+    """
+
+    path: Path
+    signals: dict[str, Signal]
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass
+class Collection:
+    """Signals that grow reading by reading."""
+
+    _cells: dict[str, tuple[list[float], list[float], str]] = field(default_factory=dict)
+
+    def add(self, name: str, time: float, value: float, unit: str = "") -> None:
+        """Append one reading; the unit of the first counts."""
+        times, values, _ = self._cells.setdefault(name, ([], [], unit))
+        times.append(time)
+        values.append(value)
+
+    def signals(self) -> dict[str, Signal]:
+        """All signals as arrays."""
+        return {
+            name: Signal(np.array(times, dtype=float), np.array(values, dtype=float), unit)
+            for name, (times, values, unit) in self._cells.items()
+        }
+
+
+def joined(logs: Iterable[VehicleLog]) -> VehicleLog:
+    """The logs of several files, such as the segments of a mission, one after the other."""
+    logs = list(logs)
+    if len(logs) == 1:
+        return logs[0]
+    parts: dict[str, list[Signal]] = {}
+    for log in sorted(logs, key=_begin):
+        for name, signal in log.signals.items():
+            parts.setdefault(name, []).append(signal)
+    signals = {
+        name: Signal(
+            np.concatenate([part.times for part in group]), np.concatenate([part.values for part in group]), group[0].unit
+        )
+        for name, group in parts.items()
+    }
+    return VehicleLog(logs[0].path, signals, tuple(f"{log.path}: {remark}" for log in logs for remark in log.remarks))
+
+
+def _begin(log: VehicleLog) -> float:
+    return min((signal.times[0] for signal in log.signals.values() if len(signal.times)), default=0.0)
+
+
+def library(name: str, package: str, path: Path) -> ModuleType:
+    """The module `name` of an optional library.
+
+    Raises
+    ------
+    InputError
+        With the command of pip, if the library is not installed.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        missing = "" if isinstance(error, ModuleNotFoundError) and error.name == name.partition(".")[0] else f" ({error})"
+        raise InputError(
+            f"{path}: reading this kind of log needs the library {package}{missing}: pip install 'bayesub[logs]', or "
+            f"pip install {package}"
+        ) from None
+
+
+def numbers(value: object, name: str = "") -> Iterable[tuple[str, float]]:
+    """The numbers in a value with their names: a number itself, and elements of lists and arrays as ``name[0]``."""
+    if isinstance(value, bool | int | float | np.number | np.bool_):
+        yield name, float(value)
+    elif isinstance(value, list | tuple | np.ndarray) and len(value) <= LONGEST_ARRAY:
+        for k, element in enumerate(value):
+            yield from numbers(element, f"{name}[{k}]")
+
+
+LONGEST_ARRAY = 40  # elements; longer arrays are pictures, sonar pings and covariances

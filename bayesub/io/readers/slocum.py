@@ -1,0 +1,53 @@
+"""Slocum gliders (.dbd, .ebd, .sbd, .tbd and their compressed forms), by dbdreader."""
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from bayesub.io.errors import InputError
+from bayesub.io.log_map import LogMap
+from bayesub.io.readers.signals import Signal, VehicleLog, library
+
+CACHES = (".", "cac", "cache", "../cac", "../cache")  # where cache files may be, seen from the folder of the log
+
+
+def read(path: Path, log_map: LogMap) -> VehicleLog:
+    """Read all parameters that have values; a signal has the name of its parameter, such as ``m_pitch``.
+
+    Most files need the cache file (.cac) of their list of parameters: it is looked for in the folder that the map
+    names, in that of the log, and in ``cac`` and ``cache`` in it or beside it. Latitudes and longitudes become degrees.
+    """
+    dbdreader = library("dbdreader", "dbdreader", path)
+    folders = [Path(log_map.cache)] if log_map.cache else []
+    folders += [path.parent / name for name in CACHES]
+    with tempfile.TemporaryDirectory() as cache:  # dbdreader writes into it too
+        for folder in folders:
+            for file in folder.glob("*.[cC][aA][cC]") if folder.is_dir() else ():
+                shutil.copyfile(file, Path(cache) / file.name.lower())
+        try:
+            segment = dbdreader.DBD(str(path), cacheDir=cache)
+        except dbdreader.DbdError as error:
+            if error.value != dbdreader.DBD_ERROR_CACHE_NOT_FOUND:
+                raise InputError(f"{path}: is not the log of a Slocum glider: {error}") from None
+            name = next(iter(error.data.missing_cache_files), "")
+            raise InputError(
+                f"{path}: needs the cache file {name}.cac of the glider; put it beside the log, or give its folder as cache "
+                "in the map"
+            ) from None
+        names = [name for name in segment.parameterNames if name != segment.timeVariable]
+        cells = segment.get(*names)
+        units = dict(segment.parameterUnits)
+        segment.close()
+    cells = cells if len(names) > 1 else [cells]
+    signals = {
+        name: Signal(times, values, _unit(units[name]))
+        for name, (times, values) in zip(names, cells, strict=True)
+        if len(times)
+    }
+    return VehicleLog(path, signals)
+
+
+def _unit(unit: str) -> str:
+    return {"lat": "deg", "lon": "deg", "timestamp": "s", "sec": "s", "cc": "cm3", "nodim": "", "enum": "", "bool": ""}.get(
+        unit, unit
+    )

@@ -1,0 +1,192 @@
+"""Tables in text: any separator, names and units, decimal points or commas, times as numbers or dates."""
+
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import toml_files, units
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.log_map import LogMap
+from bayesub.io.readers.signals import Signal, VehicleLog
+
+SEPARATORS = {"\t": r"\t", ";": ";", "|": r"\|", ",": ",", " ": r"\s+"}
+COMMENTS = ("#", "%", "//")
+SAMPLE = 20  # lines at the end of a file that tell how cells are separated
+TIMES = ("time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds", "zeit")
+MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
+
+_NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
+_UNIT = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))\s*$")
+
+
+def read(path: Path, log_map: LogMap) -> VehicleLog:
+    """Read a table with a row for each time; an empty cell is no reading."""
+    import pandas as pd
+
+    lines = _lines(path)
+    separator = _separator(path, [line for _, line in lines[-SAMPLE:]])
+    n_columns = len(_cells(lines[-1][1] if len(lines) == 1 else lines[-2][1], separator))
+    names, unit_cells, first = _header(path, lines, separator, n_columns)
+    text = "\n".join(line for _, line in lines[first:])
+    options = {"sep": SEPARATORS[separator], "header": None, "names": range(n_columns), "dtype": str}
+    options |= {"keep_default_na": False, "na_values": [], "index_col": False, "skipinitialspace": True}
+    engine = "python" if separator == "|" else "c"
+    try:
+        cells = pd.read_csv(io.StringIO(text), engine=engine, **options)
+    except pd.errors.ParserError:
+        raise _ragged(path, lines[first:], separator, n_columns) from None
+    remarks = []
+    short = np.flatnonzero(cells[n_columns - 1].isna().to_numpy())
+    if short.size:
+        if short.size > 1 or short[0] != len(cells) - 1:
+            raise _ragged(path, lines[first:], separator, n_columns)
+        cells = cells.iloc[:-1]
+        remarks.append("the last line is not whole and left out")
+    columns = [cells[k].str.strip() for k in range(n_columns)]
+    k = _time_column(path, names, log_map.time.signal)
+    times = _times(path, columns[k], log_map.time.unit or unit_cells[k] or "s", names[k], lines[first][0])
+    signals = {}
+    for name, unit, column in zip(names, unit_cells, columns, strict=True):
+        filled = (column != "").to_numpy()
+        values = _numbers(column, separator)
+        texts = ~np.isfinite(values) & filled & ~column.str.lower().isin(MISSING).to_numpy()
+        if texts.any():
+            remarks.append(f"'{name}' holds text such as '{column[texts].iloc[0]}' and is left out")
+        elif name != names[k]:
+            signals[name] = Signal(times[filled], values[filled], unit)
+    return VehicleLog(path, signals, tuple(remarks))
+
+
+def _lines(path: Path) -> list[tuple[int, str]]:
+    """Number and text of the lines that are neither empty nor comments."""
+    with toml_files.reading(path):
+        content = path.read_bytes()
+    if b"\0" in content[:4096]:
+        raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("cp1252", errors="replace")
+    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip(" \t;,")]
+    table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
+    if len(table) < 2:
+        raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers")
+    before = [(k, line.lstrip().lstrip("#%/ ")) for k, line in lines if k < table[0][0]]
+    return before[-1:] + table  # names may stand in a comment
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    parts = line.split() if separator == " " else line.split(separator)
+    return [part.strip().strip('"') for part in parts]
+
+
+def _separator(path: Path, lines: list[str]) -> str:
+    """The separator that leaves the most numbers in the last lines, the first of equals."""
+    sample = lines[1:-1] or lines  # the last line may not be whole
+    counts = {}
+    for separator in SEPARATORS:
+        rows = [_cells(line, separator) for line in sample]
+        numbers = [sum(_is_number(cell, separator) for cell in row) for row in rows]
+        counts[separator] = min(numbers, default=0) if len({len(row) for row in rows}) == 1 else 0
+    best = max(counts, key=counts.get)
+    if counts[best] < 1 or all(len(_cells(line, best)) < 2 for line in sample):
+        raise InputError(f"{path}: no columns of numbers, separated by tabs, semicolons, commas or spaces, were made out")
+    return best
+
+
+def _is_number(cell: str, separator: str) -> bool:
+    return _NUMBER.fullmatch(cell) is not None and not (separator == "," and "," in cell)
+
+
+def _header(path: Path, lines, separator: str, n_columns: int) -> tuple[list[str], list[str], int]:
+    """Names and units of the columns, and which of the lines is the first of numbers."""
+    rows = [_cells(line, separator) for _, line in lines[:200]]
+    first = next((k for k, row in enumerate(rows) if len(row) == n_columns and _is_data(row, separator)), None)
+    if first is None:
+        raise InputError(f"{path}: no row of {n_columns} columns with numbers is among its first lines")
+    heads = [row for row in rows[:first] if len(row) == n_columns]
+    unit_row = [""] * n_columns
+    if len(heads) > 1 and _is_unit_row(heads[-1]):
+        unit_row = [cell.strip("[]() ") for cell in heads.pop()]
+    if not heads:
+        return [f"column_{k}" for k in range(1, n_columns + 1)], unit_row, first
+    names, units_of_names = zip(*map(_name_and_unit, heads[-1]), strict=True)
+    names = [name or f"column_{k}" for k, name in enumerate(names, 1)]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise InputError(f"{path}: column '{name}' is given twice; rename one of them")
+    return names, [a or b for a, b in zip(unit_row, units_of_names, strict=True)], first
+
+
+def _is_data(row: list[str], separator: str) -> bool:
+    return any(_is_number(cell, separator) for cell in row)
+
+
+def _is_unit_row(row: list[str]) -> bool:
+    cells = [cell for cell in row if cell]
+    return bool(cells) and all(cell[0] in "[(" or cell == "-" or units.known(cell) for cell in cells)
+
+
+def _name_and_unit(cell: str) -> tuple[str, str]:
+    """``Depth [m]``, ``Depth (m)``, ``Depth / m`` or ``depth_m`` taken apart; the last keeps its name."""
+    match = _UNIT.match(cell)
+    if match:
+        return match[1], next((part for part in match.groups()[1:] if part), "").strip()
+    end = cell.rpartition("_")[2]
+    return cell, units.of_column(cell) if len(end) > 1 or end == "m" else ""
+
+
+def _time_column(path: Path, names: list[str], signal: str | None) -> int:
+    if signal is not None:
+        if signal not in names:
+            raise InputError(f"{path}: has no column '{signal}', the signal of [time]{nearest(signal, names)}")
+        return names.index(signal)
+    lower = [name.lower() for name in names]
+    likely = [lower.index(name) for name in TIMES if name in lower]
+    likely += [k for k, name in enumerate(lower) if "time" in name]
+    if not likely:
+        raise InputError(
+            f"{path}: which column is the time? give [time] signal in the map, one of {', '.join(names[:8])}"
+        )
+    return likely[0]
+
+
+def _times(path: Path, column, unit: str, name: str, line: int) -> np.ndarray:
+    """Time stamps (n,) in seconds: numbers, or dates, which become seconds since 1970."""
+    import pandas as pd
+
+    times = _numbers(column, "")
+    wrong = ~np.isfinite(times)
+    if wrong.all():
+        dates = pd.to_datetime(column, errors="coerce", utc=True, format="mixed")
+        times = (dates - pd.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
+        wrong, unit = ~np.isfinite(times), "s"
+    if wrong.any():
+        k = int(np.flatnonzero(wrong)[0])
+        raise InputError(
+            f"{path}: row {k + 1} from line {line}, column '{name}': '{column.iloc[k]}' is not a time; expected numbers, or "
+            "dates such as 2026-05-01T10:00:00.5"
+        )
+    try:
+        return times * units.factor(unit, "s")
+    except InputError as error:
+        raise InputError(f"{path}: column '{name}' of times: {error}; give [time] unit") from None
+
+
+def _numbers(column, separator: str) -> np.ndarray:
+    """Cells as numbers (n,), not a number where they are none."""
+    import pandas as pd
+
+    points = column if separator == "," else column.str.replace(",", ".", regex=False)
+    return pd.to_numeric(points, errors="coerce").to_numpy(dtype=float)
+
+
+def _ragged(path: Path, lines, separator: str, n_columns: int) -> InputError:
+    for k, line in lines:
+        if len(_cells(line, separator)) != n_columns:
+            return InputError(
+                f"{path}: line {k}: has {len(_cells(line, separator))} cells, expected {n_columns}; is the file whole?"
+            )
+    return InputError(f"{path}: its lines do not have the same number of cells; is the file whole?")
