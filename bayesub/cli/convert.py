@@ -23,7 +23,7 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     """Convert what a vehicle wrote into a log, each reading at its own time.
 
     KIND is ros (bags of ROS 2 and 1), mavlink (ArduPilot .bin, .tlog), nmea (NMEA 0183), imc (LSTS .lsf), slocum (.dbd,
-    .ebd), matlab (.mat), csv (any table in text) or kvlcc2 (trials of HSVA and MARIN). Several FILEs are pieces of one log.
+    .ebd), matlab (.mat), csv (any table in text) or kvlcc2 (HSVA and MARIN). Several FILEs are pieces of one log.
     """
     from bayesub.io import readers
     from bayesub.io.log_map import LogMap, read_map
@@ -84,11 +84,12 @@ def listed(log) -> list[str]:
     for name, signal in log.signals.items():
         values = signal.values[np.isfinite(signal.values)]
         ends = [f"{values.min():.6g}", f"{values.max():.6g}"] if len(values) else ["-", "-"]
-        span = [f"{t - zero:.6g}" for t in (signal.times.min(), signal.times.max())] if len(signal.times) else ["-", "-"]
+        span = (
+            [f"{t - zero:.6g}" for t in (signal.times.min(), signal.times.max())] if len(signal.times) else ["-", "-"]
+        )
         rate = f"{1.0 / signal.interval:.3g}" if signal.interval > 0 else "-"
         rows.append((name, signal.unit or "-", str(len(values)), rate, *span, *ends))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        lines.append("  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip())
+    lines += ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
     lines += [f"  times count from {_zero(zero).removeprefix('0 s is ')}"] if zero else []
     return lines + [f"  note: {remark}" for remark in log.remarks]

@@ -11,7 +11,7 @@ from bayesub.io.terminal import say
 
 @click.group(epilog="Example: bayesub new vehicle myboat")
 def new() -> None:
-    """Write a commented template: equations, a vehicle of your own, the geometry of its hull, the map of a log, or a study."""
+    """Write a commented template: equations, a vehicle of your own, its hull, the map of its logs, or a study."""
 
 
 @new.command(epilog="Example: bayesub new equations mine --from booth")
@@ -73,7 +73,9 @@ def map_(kind: str, output: Path | None, data: Path | None) -> None:
     from bayesub.study import new_map
 
     path = output or Path(f"{kind}_map.toml")
-    _write(path, new_map.example(kind, path, data), f"change it, then bayesub convert {kind} FILE -o log.csv --map {path}")
+    _write(
+        path, new_map.example(kind, path, data), f"change it, then bayesub convert {kind} FILE -o log.csv --map {path}"
+    )
 
 
 @new.command(epilog="Example: bayesub new study mytrial --vehicle myboat.toml --data trial.csv")

@@ -99,11 +99,11 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
         raise InputError(f"{source}: {log.path} has none of the signals of this map; it has {_few(log.signals)}")
     zero = log_map.time.zero
     zero = min(column.times[0] for column in columns.values()) if zero == "first" else zero
-    kept = {name: _trimmed(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
-    _check_overlap(kept, zero, log.path)
-    times, cells = _rows(kept, zero)
-    sources = {name: column.section.signal for name, column in kept.items()}
-    remarks = tuple(f"{name}: {remark}" for name, column in kept.items() for remark in column.remarks)
+    parts = {name: _trimmed(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
+    _check_overlap(parts, zero, log.path)
+    times, cells = _rows(parts)
+    sources = {name: column.section.signal for name, column in parts.items()}
+    remarks = tuple(f"{name}: {remark}" for name, column in parts.items() for remark in column.remarks)
     return Conversion(zero, times, cells, sources, remarks)
 
 
@@ -117,16 +117,18 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
     remarks = []
     times, values = signal.times - section.delay_s, signal.values
     usable = np.isfinite(times) & np.isfinite(values)
-    if (n := np.count_nonzero(~usable)):
+    if n := np.count_nonzero(~usable):
         remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not numbers and left out")
     if section.valid is not None:
         inside = (values >= section.valid[0]) & (values <= section.valid[1])
-        if (n := np.count_nonzero(usable & ~inside)):
+        if n := np.count_nonzero(usable & ~inside):
             remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not valid and left out")
         usable &= inside
     times, values = times[usable], values[usable]
     if not len(times):
-        raise InputError(f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid")
+        raise InputError(
+            f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid"
+        )
     times, values = _in_order(times, values, section, remarks, path)
     if section.interval_s is not None:
         _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
@@ -141,10 +143,10 @@ def _in_order(times, values, section, remarks, path) -> tuple[np.ndarray, np.nda
     if back.size:
         before, after = times[back[0]], times[back[0] + 1]
         raise InputError(
-            f"{path}: the time stamps of '{section.signal}' go back from {before:.12g} to {after:.12g} s: its clock was "
-            "set; cut the file there, or take a signal with another clock"
+            f"{path}: the time stamps of '{section.signal}' go back from {before:.12g} to {after:.12g} s: its clock "
+            "was set; cut the file there, or take a signal with another clock"
         )
-    if (n := np.count_nonzero(steps < 0)):
+    if n := np.count_nonzero(steps < 0):
         remarks.append(f"{n} stamps of '{section.signal}' were out of order and are sorted")
     order = np.argsort(times, kind="stable")
     times, values = times[order], values[order]
@@ -156,7 +158,7 @@ def _in_order(times, values, section, remarks, path) -> tuple[np.ndarray, np.nda
 
 def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, where: str) -> np.ndarray:
     """Values of a signal (n,) in the unit of the column."""
-    wanted = units.of_column(name)
+    target = units.of_column(name)
     if section.points is not None:
         inputs, outputs = np.array(section.points).T
         outside = (values < inputs[0]) | (values > inputs[-1])
@@ -169,14 +171,15 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
     else:
         values = (values - section.zero) * (1.0 if section.factor is None else section.factor)
     has_rule = section.points is not None or section.factor is not None
-    given = section.unit or ("" if has_rule else unit)
-    if not given and not has_rule:
+    unit = section.unit or ("" if has_rule else unit)
+    if not unit and not has_rule:
         raise InputError(
-            f"{where}the file does not say the unit of '{section.signal}'; give unit = \"{wanted}\" or another, or factor"
+            f"{where}the file does not say the unit of '{section.signal}'; give unit = \"{target}\" or another, or "
+            "factor"
         )
-    if given and wanted:
+    if unit and target:
         try:
-            values = values * units.factor(given, wanted, section.water_density_kgm3)
+            values = values * units.factor(unit, target, section.water_density_kgm3)
         except InputError as error:
             raise InputError(f"{where}{error}") from None
     values = section.sign * values + section.offset
@@ -214,7 +217,7 @@ def _check_overlap(columns: dict[str, Column], zero: float, path: Path) -> None:
         )
 
 
-def _rows(columns: dict[str, Column], zero: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def _rows(columns: dict[str, Column]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Rows at all times of all columns, with cells where a column has a reading."""
     instants = {name: np.round(column.times / TICK_S) for name, column in columns.items()}
     befores = []

@@ -1,5 +1,6 @@
 """Map files: which signal of a vehicle's log becomes which column of ours, and how."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -99,7 +100,7 @@ class ColumnSection(Section):
             if self.factor is not None or self.zero != 0.0:
                 raise ValueError("points take the place of zero and factor; leave these out")
             values = [value for value, _ in self.points]
-            if len(values) < 2 or any(b <= a for a, b in zip(values, values[1:], strict=False)):
+            if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
                 raise ValueError("points needs two pairs or more, the values of the signal ascending")
         if self.factor == 0.0:
             raise ValueError("factor must not be zero")

@@ -60,12 +60,12 @@ def of_column(column: str) -> str:
     return _ENDS.get(column.rpartition("_")[2], "") if "_" in column else ""
 
 
-def factor(unit: str, wanted: str, density: float | None = None) -> float:
-    """Units `wanted` in one `unit`.
+def factor(unit: str, target: str, density: float | None = None) -> float:
+    """Units `target` in one `unit`.
 
     Parameters
     ----------
-    unit, wanted : str
+    unit, target : str
         Units in any spelling.
     density : float or None
         Of the water, kg/m^3: turns a pressure into a depth.
@@ -76,15 +76,15 @@ def factor(unit: str, wanted: str, density: float | None = None) -> float:
         For a unit that is not in the table, and for units of different quantities.
     """
     quantity, unit = _find(unit)
-    wanted_quantity, wanted = _find(wanted)
-    size = QUANTITIES[quantity][unit] / QUANTITIES[wanted_quantity][wanted]
-    if quantity == wanted_quantity:
+    target_quantity, target = _find(target)
+    size = QUANTITIES[quantity][unit] / QUANTITIES[target_quantity][target]
+    if quantity == target_quantity:
         return size
-    if (quantity, wanted_quantity) == ("pressure", "length"):
+    if (quantity, target_quantity) == ("pressure", "length"):
         if density is None:
             raise InputError(f"a pressure in {unit} becomes a depth with water_density_kgm3; give it")
         return size / (density * GRAVITY)
-    raise InputError(f"'{unit}' ({quantity}) cannot become '{wanted}' ({wanted_quantity}); give factor instead")
+    raise InputError(f"'{unit}' ({quantity}) cannot become '{target}' ({target_quantity}); give factor instead")
 
 
 def _key(unit: str) -> str:
@@ -96,4 +96,3 @@ def _find(unit: str) -> tuple[str, str]:
         units = [name for names in QUANTITIES.values() for name in names]
         raise InputError(f"unknown unit '{unit}'{nearest(unit, units)}; known are {', '.join(units)}; or give factor")
     return _EXACT.get(unit) or _UNITS[_key(unit)]
-

@@ -77,7 +77,10 @@ def ros(folder, name="dive", storage="MCAP", with_header=True):
         roll, pitch, yaw = np.radians([MINUTE.roll(t), -MINUTE.pitch(t), 90.0 - MINUTE.heading(t)]) / 2.0
         (sr, cr), (sp, cp), (sy, cy) = ((np.sin(x), np.cos(x)) for x in (roll, pitch, yaw))
         q = quaternion(
-            sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
         )
         rates, zeros = vector(0.0, 0.0, -np.radians(MINUTE.r)), np.zeros(9)
         return kinds["sensor_msgs/msg/Imu"](head(t), q, zeros, rates, zeros, vector(0.0, 0.0, 9.81), zeros)
@@ -116,8 +119,29 @@ def mavlink(folder, name="dive.BIN"):
     kinds |= {"BARO": (142, "QBf", "TimeUS,I,Alt", "s#m")}
     kinds |= {"GPS": (143, "QBLLff", "TimeUS,I,Lat,Lng,Spd,GCrs", "s#DUnh")}
     kinds |= {"MSG": (144, "QZ", "TimeUS,Message", "s-")}
-    labels = {"s": "s", "Y": "us", "d": "deg", "m": "m", "D": "deglatitude", "U": "deglongitude", "n": "m/s", "h": "degheading"}
-    sizes = {"B": "B", "b": "b", "n": "4s", "N": "16s", "Z": "64s", "Q": "Q", "H": "H", "c": "h", "C": "H", "L": "i", "f": "f"}
+    labels = {
+        "s": "s",
+        "Y": "us",
+        "d": "deg",
+        "m": "m",
+        "D": "deglatitude",
+        "U": "deglongitude",
+        "n": "m/s",
+        "h": "degheading",
+    }
+    sizes = {
+        "B": "B",
+        "b": "b",
+        "n": "4s",
+        "N": "16s",
+        "Z": "64s",
+        "Q": "Q",
+        "H": "H",
+        "c": "h",
+        "C": "H",
+        "L": "i",
+        "f": "f",
+    }
     scales = {"c": 100.0, "C": 100.0, "L": 1e7}
 
     def message(kind, *values):
@@ -131,7 +155,7 @@ def mavlink(folder, name="dive.BIN"):
 
     parts = [message("FMT", n, length(form), kind, form, columns) for kind, (n, form, columns, _) in kinds.items()]
     parts += [message("UNIT", 0, ord(unit), label) for unit, label in labels.items()]
-    parts += [message("FMTU", 0, n, ids, "") for n, _, _, ids in kinds.values() if ids]
+    parts += [message("FMTU", 0, n, ids, "-" * len(ids)) for n, _, _, ids in kinds.values() if ids]
     parts.append(message("MSG", 1, "ArduSub V4.5"))
     us = 5_000_000  # after the start of the autopilot
     events = [(t, "RCOU", (round(1500 + MINUTE.fin(t) / 0.06), round(1500 + MINUTE.rpm(t) / 3.0))) for t in FINS]
@@ -179,7 +203,16 @@ def nmea(folder, name="dive.nmea"):
     for t in GPS:
         moment = datetime.datetime.fromtimestamp(START + t, datetime.UTC)
         lat, lon = degrees(MINUTE.latitude(t), 2), degrees(MINUTE.longitude(t), 3)
-        fields = (f"{moment:%H%M%S}.00", "A", lat, "N", lon, "W", f"{MINUTE.speed * 3600 / 1852:.4f}", f"{MINUTE.course}")
+        fields = (
+            f"{moment:%H%M%S}.00",
+            "A",
+            lat,
+            "N",
+            lon,
+            "W",
+            f"{MINUTE.speed * 3600 / 1852:.4f}",
+            f"{MINUTE.course}",
+        )
         lines.append(pynmea2.RMC("GP", "RMC", (*fields, f"{moment:%d%m%y}", "", "", "A")))
         for k in range(5):
             s = t + 0.2 * k
@@ -281,7 +314,13 @@ def csv(folder, name="trial.txt"):
     for k, t in enumerate(FINS):
         place = [f"{MINUTE.latitude(t):.7f}", f"{MINUTE.longitude(t):.7f}"] if k % 10 == 0 else ["", ""]
         counts = f"{512 + MINUTE.fin(t) * COUNTS:.2f}"
-        cells = [f"{1000 * t:.0f}", counts, f"{MINUTE.rpm(t) / 15:.0f}", f"{MINUTE.heading(t):.2f}", f"{MINUTE.depth(t):.3f}"]
+        cells = [
+            f"{1000 * t:.0f}",
+            counts,
+            f"{MINUTE.rpm(t) / 15:.0f}",
+            f"{MINUTE.heading(t):.2f}",
+            f"{MINUTE.depth(t):.3f}",
+        ]
         lines.append(";".join([*cells, *place, "AUTO"]).replace(".", ","))
     path = folder / name
     path.write_text("\n".join(lines) + "\n", encoding="cp1252")
@@ -295,8 +334,24 @@ def kvlcc2(folder, name="HSVA_Z_10_10.dat", tank="HSVA"):
     x, y = 1.1 * t, np.cumsum(1.1 * np.radians(psi)) * t[1]
     dx, dy, r, rudder = np.full_like(t, 1.1), 1.1 * np.radians(psi), np.cos(0.1 * t), 10.0 * np.cos(0.1 * t)
     if tank == "HSVA":
-        columns = [t, x, y, psi, dx, dy, r, 0.1 * psi, rudder, np.full_like(t, 10.2), np.full_like(t, 41.0), t * 0 + 1.0]
-        head, form = [" HSVA, experimental data CPMC", " KVLCC2", " Z10\xb0/10\xb0", " Time series of motions"], "{:17.9f}"
+        columns = [
+            t,
+            x,
+            y,
+            psi,
+            dx,
+            dy,
+            r,
+            0.1 * psi,
+            rudder,
+            np.full_like(t, 10.2),
+            np.full_like(t, 41.0),
+            t * 0 + 1.0,
+        ]
+        head, form = (
+            [" HSVA, experimental data CPMC", " KVLCC2", " Z10\xb0/10\xb0", " Time series of motions"],
+            "{:17.9f}",
+        )
     else:
         columns = [t, x, y, 0.1 * psi, psi, dx, dy, 0.1 * r, r, rudder, np.full_like(t, 91.7)]
         head, form = ["MARIN(Maritime Research Institute Netherlands)", "Zig-zag : 10 / -10", ""], "{:.2E}\t"

@@ -86,8 +86,12 @@ def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:
     except Exception as error:  # whatever a library raises for a file that it cannot make out
         reason = str(error).strip().partition("\n")[0] or type(error).__name__
         raise InputError(
-            f"{path}: cannot be read as {KINDS[kind].title}: {reason}; is it of this kind ({', '.join(KINDS)}), and whole?"
+            f"{path}: cannot be read as {KINDS[kind].title}: {reason}; is it of this kind ({', '.join(KINDS)}), "
+            "and whole?"
         ) from None
     if not log.signals:
-        raise InputError(f"{path}: has no numbers with time stamps as {KINDS[kind].title}; {'; '.join(log.remarks)}")
+        raise InputError(
+            f"{path}: has no numbers with time stamps as {KINDS[kind].title}; is it of this kind ({', '.join(KINDS)})?"
+            + "".join(f"; {remark}" for remark in log.remarks)
+        )
     return log

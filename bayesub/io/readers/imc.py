@@ -78,7 +78,9 @@ def _packets(path: Path) -> tuple[list[bytes], bool]:
     if content.startswith(b"\x1f\x8b"):
         content, is_whole = _unzipped(content)
     if not content.startswith(SYNC):
-        raise InputError(f"{path}: does not begin with a message of IMC; expected the Data.lsf or Data.lsf.gz of a mission")
+        raise InputError(
+            f"{path}: does not begin with a message of IMC; expected the Data.lsf or Data.lsf.gz of a mission"
+        )
     packets, begin = [], 0
     while begin < len(content):
         if content[begin : begin + 2] != SYNC:

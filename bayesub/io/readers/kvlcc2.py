@@ -27,15 +27,19 @@ _JITTER_S = 5e-3
 def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     """Read a file of either towing tank; a map can name its signals (:data:`HSVA`, :data:`MARIN`)."""
     with toml_files.reading(path):
-        lines = path.read_text(encoding="cp1252").splitlines()
+        lines = path.read_text(encoding="latin-1").splitlines()
     head = re.search("|".join(_HEADS), lines[0] if lines else "")
     if head is None:
-        raise InputError(f"{path}: line 1 does not name HSVA or MARIN, as the files of KVLCC2 do; for other tables: csv")
+        raise InputError(
+            f"{path}: line 1 does not name HSVA or MARIN, as the files of KVLCC2 do; for other tables: csv"
+        )
     units = _HEADS[head.group()]
     rows = [(k, line.split()) for k, line in enumerate(lines, 1) if re.match(r"\s*[-+.\d]", line)]
     for k, cells in rows:
         if len(cells) != len(units) + 1:
-            raise InputError(f"{path}: line {k}: has {len(cells)} numbers, expected {len(units) + 1}; is the file whole?")
+            raise InputError(
+                f"{path}: line {k}: has {len(cells)} numbers, expected {len(units) + 1}; is the file whole?"
+            )
     try:
         table = np.array([cells for _, cells in rows], dtype=float)
     except ValueError as error:

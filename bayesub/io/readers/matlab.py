@@ -24,10 +24,10 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     arrays = dict(_hdf5(path) if _is_hdf5(path) else _scipy(path))
     times = {name: values.ravel() for name, values in arrays.items() if _is_time(name, values, log_map.time.signal)}
     if not times:
-        wanted = log_map.time.signal
-        more = f"'{wanted}'{nearest(wanted, arrays)}" if wanted else "time or t; give [time] signal in the map, one of "
-        more += "" if wanted else ", ".join(list(arrays)[:8])
-        raise InputError(f"{path}: no vector holds the times: there is no {more}")
+        signal = log_map.time.signal
+        remedy = f"time or t; give [time] signal in the map, one of {', '.join(list(arrays)[:8])}"
+        remedy = f"'{signal}'{nearest(signal, arrays)}" if signal else remedy
+        raise InputError(f"{path}: no vector holds the times: there is no {remedy}")
     factor = units.factor(log_map.time.unit or "s", "s")
     signals, left_out = {}, []
     for name, values in arrays.items():
@@ -77,12 +77,12 @@ def _hdf5(path: Path) -> Iterator[tuple[str, np.ndarray]]:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "biuf" and not name.startswith("#"):
             values = np.asarray(item, dtype=float).T  # MATLAB stores columns first
             values = values.reshape(values.shape[0], -1) if values.ndim == 2 else np.atleast_1d(values)
-            found.append((name.replace("/", "."), values.ravel() if 1 in values.shape else values))
+            arrays.append((name.replace("/", "."), values.ravel() if 1 in values.shape else values))
 
-    found: list[tuple[str, np.ndarray]] = []
+    arrays: list[tuple[str, np.ndarray]] = []
     with h5py.File(path, "r") as file:
         file.visititems(visit)
-    yield from found
+    yield from arrays
 
 
 def _is_time(name: str, values: np.ndarray, signal: str | None) -> bool:

@@ -21,14 +21,18 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     message came; a message with its own time since the start keeps that, on the clock of the ground station.
     """
     mavutil = library("pymavlink.mavutil", "pymavlink", path)
-    types = {section.signal.rpartition("/")[2].partition(".")[0].partition("[")[0] for section in log_map.columns.values()}
+    types = {
+        section.signal.rpartition("/")[2].partition(".")[0].partition("[")[0] for section in log_map.columns.values()
+    }
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         source = mavutil.mavlink_connection(str(path), dialect="ardupilotmega")
         try:
             messages = list(iter(lambda: source.recv_match(type=types or None), None))
         finally:
             source.close()
-    messages = [message for message in messages if message.get_type() not in ("FMT", "BAD_DATA", "PARM", "UNIT", "FMTU")]
+    messages = [
+        message for message in messages if message.get_type() not in ("FMT", "BAD_DATA", "PARM", "UNIT", "FMTU")
+    ]
     is_bin = hasattr(source, "formats")
     offset = None if is_bin else _boot_time(messages)
     n_systems = {} if is_bin else _senders(messages)

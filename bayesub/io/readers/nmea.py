@@ -15,7 +15,13 @@ HALF_DAY_S, DAY_S = 43200.0, 86400.0
 # A time that a logger wrote before a sentence: seconds, a date and time, or the tag block of NMEA 4.
 _STAMPED = re.compile(r"^\s*(?:\\[^\\]*?c:(?P<tag>\d+)[^\\]*\\|(?P<stamp>[^$!\\]*?)[\s,;]*)(?P<sentence>[$!].*)$")
 _UNITS = {"latitude": "deg", "longitude": "deg", "spd_over_grnd": "kn", "spd_over_grnd_kts": "kn"}
-_UNITS |= {"spd_over_grnd_kmph": "km/h", "true_course": "deg", "true_track": "deg", "mag_track": "deg", "heading": "deg"}
+_UNITS |= {
+    "spd_over_grnd_kmph": "km/h",
+    "true_course": "deg",
+    "true_track": "deg",
+    "mag_track": "deg",
+    "heading": "deg",
+}
 _UNITS |= {"heading_true": "deg", "heading_magnetic": "deg", "depth": "m", "depth_meters": "m", "altitude": "m"}
 _UNITS |= {"water_speed_knots": "kn", "water_speed_km": "km/h", "rate_of_turn": "deg/min", "speed": "rpm"}
 
@@ -109,10 +115,16 @@ def _spread(stamps: list[float | None], path: Path) -> np.ndarray:
         raise InputError(
             f"{path}: no sentence has a time (RMC, GGA, GLL, ZDA), nor did the logger write one; log one of these too"
         )
-    known = np.array([stamps[k] for k in lines], dtype=float)
-    new = np.append(True, np.diff(known) != 0.0)  # sentences of one epoch share its time: the next are spread after it
-    times = np.interp(np.arange(len(stamps)), lines[new], known[new])
-    times[lines] = known
+    moments = np.array([stamps[k] for k in lines], dtype=float)
+    new = np.append(
+        True, np.diff(moments) != 0.0
+    )  # sentences of one epoch share its time: the next are spread after it
+    marks, ends = lines[new], moments[new]
+    if len(marks) > 1:  # what follows the last stamp is spread as what came before it
+        marks = np.append(marks, 2 * marks[-1] - marks[-2])
+        ends = np.append(ends, 2 * ends[-1] - ends[-2])
+    times = np.interp(np.arange(len(stamps)), marks, ends)
+    times[lines] = moments
     return times
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.io.log_map import LogMap
-from bayesub.io.readers.signals import Collection, VehicleLog, library, numbers
+from bayesub.io.readers.signals import LONGEST_ARRAY, Collection, VehicleLog, library, numbers
 
 # Fields of common messages, whose units are those of REP 103.
 _UNITS = (
@@ -46,7 +46,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             for name, value in _numbers(message, ""):
                 collection.add(f"{connection.topic}.{name}", time, value, _unit(name))
     remarks = tuple(
-        f"{topic} is left out: the bag does not define {kind}; give its .msg file as definitions" for topic, kind in skipped.items()
+        f"{topic} is left out: the bag does not define {kind}; give its .msg file as definitions"
+        for topic, kind in skipped.items()
     )
     return VehicleLog(path, collection.signals(), remarks)
 
@@ -78,16 +79,18 @@ def _header_time(message) -> float | None:
 def _numbers(message, prefix: str):
     """Names and values of the numbers in a message and those inside of it, without time stamps."""
     fields = getattr(message, "__dataclass_fields__", {})
-    names = [name for name in fields if name != "__msgtype__" and name != "header"]
+    names = [name for name in fields if name not in ("__msgtype__", "header") and not name.isupper()]  # no constants
     for name in names:
         value = getattr(message, name)
+        if name.endswith("covariance"):
+            continue
         if hasattr(value, "__dataclass_fields__"):
             if getattr(value, "__msgtype__", "").endswith("/Quaternion"):
                 for angle, radians in zip(("roll", "pitch", "yaw"), _angles(value), strict=True):
                     yield f"{prefix}{name}.{angle}", radians
             yield from _numbers(value, f"{prefix}{name}.")
         elif isinstance(value, list | tuple) and value and hasattr(value[0], "__dataclass_fields__"):
-            for k, part in enumerate(value[:40]):
+            for k, part in enumerate(value[:LONGEST_ARRAY]):
                 yield from _numbers(part, f"{prefix}{name}[{k}].")
         else:
             for label, number in numbers(value, name):

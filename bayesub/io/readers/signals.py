@@ -85,7 +85,9 @@ def joined(logs: Iterable[VehicleLog]) -> VehicleLog:
             parts.setdefault(name, []).append(signal)
     signals = {
         name: Signal(
-            np.concatenate([part.times for part in group]), np.concatenate([part.values for part in group]), group[0].unit
+            np.concatenate([part.times for part in group]),
+            np.concatenate([part.values for part in group]),
+            group[0].unit,
         )
         for name, group in parts.items()
     }
@@ -107,7 +109,9 @@ def library(name: str, package: str, path: Path) -> ModuleType:
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        missing = "" if isinstance(error, ModuleNotFoundError) and error.name == name.partition(".")[0] else f" ({error})"
+        missing = (
+            "" if isinstance(error, ModuleNotFoundError) and error.name == name.partition(".")[0] else f" ({error})"
+        )
         raise InputError(
             f"{path}: reading this kind of log needs the library {package}{missing}: pip install 'bayesub[logs]', or "
             f"pip install {package}"

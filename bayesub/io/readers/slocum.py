@@ -31,8 +31,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
                 raise InputError(f"{path}: is not the log of a Slocum glider: {error}") from None
             name = next(iter(error.data.missing_cache_files), "")
             raise InputError(
-                f"{path}: needs the cache file {name}.cac of the glider; put it beside the log, or give its folder as cache "
-                "in the map"
+                f"{path}: needs the cache file {name}.cac of the glider; put it beside the log, or give its folder "
+                "as cache in the map"
             ) from None
         names = [name for name in segment.parameterNames if name != segment.timeVariable]
         cells = segment.get(*names)
@@ -48,6 +48,13 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
 
 
 def _unit(unit: str) -> str:
-    return {"lat": "deg", "lon": "deg", "timestamp": "s", "sec": "s", "cc": "cm3", "nodim": "", "enum": "", "bool": ""}.get(
-        unit, unit
-    )
+    return {
+        "lat": "deg",
+        "lon": "deg",
+        "timestamp": "s",
+        "sec": "s",
+        "cc": "cm3",
+        "nodim": "",
+        "enum": "",
+        "bool": "",
+    }.get(unit, unit)

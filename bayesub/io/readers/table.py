@@ -92,7 +92,9 @@ def _separator(path: Path, lines: list[str]) -> str:
         counts[separator] = min(numbers, default=0) if len({len(row) for row in rows}) == 1 else 0
     best = max(counts, key=counts.get)
     if counts[best] < 1 or all(len(_cells(line, best)) < 2 for line in sample):
-        raise InputError(f"{path}: no columns of numbers, separated by tabs, semicolons, commas or spaces, were made out")
+        raise InputError(
+            f"{path}: no columns of numbers, separated by tabs, semicolons, commas or spaces, were made out"
+        )
     return best
 
 
@@ -166,8 +168,8 @@ def _times(path: Path, column, unit: str, name: str, line: int) -> np.ndarray:
     if wrong.any():
         k = int(np.flatnonzero(wrong)[0])
         raise InputError(
-            f"{path}: row {k + 1} from line {line}, column '{name}': '{column.iloc[k]}' is not a time; expected numbers, or "
-            "dates such as 2026-05-01T10:00:00.5"
+            f"{path}: row {k + 1} from line {line}, column '{name}': '{column.iloc[k]}' is not a time; expected "
+            "numbers, or dates such as 2026-05-01T10:00:00.5"
         )
     try:
         return times * units.factor(unit, "s")
