@@ -33,7 +33,8 @@ class Motion:
     def roll(self, t):
         return 2.0 * np.cos(0.5 * t)
 
-    r = 2.0  # deg/s
+    def r(self, t):  # noqa: ARG002
+        return 2.0  # deg/s
 
     def depth(self, t):
         return 2.0 + 0.05 * t
@@ -48,10 +49,17 @@ class Motion:
 
 
 MINUTE = Motion()
-FINS, COMPASS, GPS = (np.arange(0.0, 60.0, dt) for dt in (0.1, 0.2, 1.0))  # when they are written, s
 
 
-def ros(folder, name="dive", storage="MCAP", with_header=True):
+def clocks(duration):
+    """When fins, compass and GPS are written, s."""
+    return [np.arange(0.0, duration, dt) for dt in (0.1, 0.2, 1.0)]
+
+
+FINS, COMPASS, GPS = clocks(60.0)
+
+
+def ros(folder, name="dive", storage="MCAP", with_header=True, motion=MINUTE, duration=60.0):
     """A bag of ROS 2: fins in counts, the motor's order when it changes, IMU, pressure, GPS."""
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
@@ -66,15 +74,15 @@ def ros(folder, name="dive", storage="MCAP", with_header=True):
         return header(stamp(int(t), round((t % 1.0) * 1e9) % 10**9), "base_link")
 
     def fins(t):
-        counts = [MIDDLE + MINUTE.fin(t, k) * COUNTS for k in range(4)]
+        counts = [MIDDLE + motion.fin(t, k) * COUNTS for k in range(4)]
         layout = kinds["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
         return kinds["std_msgs/msg/Float64MultiArray"](layout, np.array(counts))
 
     def motor(t):
-        return kinds["std_msgs/msg/Float64"](MINUTE.rpm(t) / 15.0)
+        return kinds["std_msgs/msg/Float64"](motion.rpm(t) / 15.0)
 
     def imu(t):
-        roll, pitch, yaw = np.radians([MINUTE.roll(t), -MINUTE.pitch(t), 90.0 - MINUTE.heading(t)]) / 2.0
+        roll, pitch, yaw = np.radians([motion.roll(t), -motion.pitch(t), 90.0 - motion.heading(t)]) / 2.0
         (sr, cr), (sp, cp), (sy, cy) = ((np.sin(x), np.cos(x)) for x in (roll, pitch, yaw))
         q = quaternion(
             sr * cp * cy - cr * sp * sy,
@@ -82,23 +90,24 @@ def ros(folder, name="dive", storage="MCAP", with_header=True):
             cr * cp * sy - sr * sp * cy,
             cr * cp * cy + sr * sp * sy,
         )
-        rates, zeros = vector(0.0, 0.0, -np.radians(MINUTE.r)), np.zeros(9)
+        rates, zeros = vector(0.0, 0.0, -np.radians(motion.r(t))), np.zeros(9)
         return kinds["sensor_msgs/msg/Imu"](head(t), q, zeros, rates, zeros, vector(0.0, 0.0, 9.81), zeros)
 
     def pressure(t):
-        return kinds["sensor_msgs/msg/FluidPressure"](head(t), 101325.0 + 1025.0 * 9.81 * MINUTE.depth(t), 0.0)
+        return kinds["sensor_msgs/msg/FluidPressure"](head(t), 101325.0 + 1025.0 * 9.81 * motion.depth(t), 0.0)
 
     def fix(t):
         status = kinds["sensor_msgs/msg/NavSatStatus"](0, 1)
-        place = MINUTE.latitude(t), MINUTE.longitude(t), 0.0
+        place = motion.latitude(t), motion.longitude(t), 0.0
         return kinds["sensor_msgs/msg/NavSatFix"](head(t), status, *place, np.zeros(9), 0)
 
+    fin_times, compass, gps = clocks(duration)
     topics = {
-        "/fins": ("std_msgs/msg/Float64MultiArray", fins, FINS),
+        "/fins": ("std_msgs/msg/Float64MultiArray", fins, fin_times),
         "/motor": ("std_msgs/msg/Float64", motor, [0.0, 30.0]),
-        "/imu": ("sensor_msgs/msg/Imu", imu, COMPASS),
-        "/pressure": ("sensor_msgs/msg/FluidPressure", pressure, COMPASS),
-        "/gps/fix": ("sensor_msgs/msg/NavSatFix", fix, GPS),
+        "/imu": ("sensor_msgs/msg/Imu", imu, compass),
+        "/pressure": ("sensor_msgs/msg/FluidPressure", pressure, compass),
+        "/gps/fix": ("sensor_msgs/msg/NavSatFix", fix, gps),
     }
     path = folder / name
     with Writer(path, version=9, storage_plugin=StoragePlugin[storage]) as writer:
@@ -179,7 +188,7 @@ def telemetry(folder, name="dive.tlog"):
         angles = np.radians([MINUTE.roll(t), MINUTE.pitch(t), MINUTE.heading(t)])
         place = [round(x * 1e7) for x in (MINUTE.latitude(t), MINUTE.longitude(t))]
         for message in (
-            link.attitude_encode(ms, *angles, 0.0, 0.0, np.radians(MINUTE.r)),
+            link.attitude_encode(ms, *angles, 0.0, 0.0, np.radians(MINUTE.r(t))),
             link.global_position_int_encode(ms, *place, 0, 0, 150, 0, 0, 6100),
             link.servo_output_raw_encode(ms * 1000, 0, *[round(1500 + MINUTE.fin(t) / 0.06)] * 8),
         ):
@@ -214,11 +223,10 @@ def nmea(folder, name="dive.nmea"):
             f"{MINUTE.course}",
         )
         lines.append(pynmea2.RMC("GP", "RMC", (*fields, f"{moment:%d%m%y}", "", "", "A")))
-        for k in range(5):
-            s = t + 0.2 * k
-            lines.append(pynmea2.HDT("HE", "HDT", (f"{MINUTE.heading(s):.3f}", "T")))
-        lines.append(pynmea2.DPT("SD", "DPT", (f"{MINUTE.depth(t):.3f}", "0.0")))
-        lines.append(pynmea2.RSA("II", "RSA", (f"{-MINUTE.fin(t):.3f}", "A", "", "")))
+        s = t + np.arange(8) / 8.0  # sentences come at even times
+        lines += [pynmea2.HDT("HE", "HDT", (f"{MINUTE.heading(s[k]):.3f}", "T")) for k in range(1, 6)]
+        lines.append(pynmea2.DPT("SD", "DPT", (f"{MINUTE.depth(s[6]):.4f}", "0.0")))
+        lines.append(pynmea2.RSA("II", "RSA", (f"{-MINUTE.fin(s[7]):.3f}", "A", "", "")))
     path = folder / name
     path.write_text("\r\n".join(map(str, lines)) + "\r\n")
     return path
@@ -242,7 +250,7 @@ def imc(folder, name="Data.lsf.gz"):
     for t in COMPASS:
         angles = {"phi": MINUTE.roll(t), "theta": MINUTE.pitch(t), "psi": (MINUTE.heading(t) + 180.0) % 360.0 - 180.0}
         messages.append(message("EulerAngles", t, 7, **{field: np.radians(value) for field, value in angles.items()}))
-        messages.append(message("AngularVelocity", t, 7, z=np.radians(MINUTE.r)))
+        messages.append(message("AngularVelocity", t, 7, z=np.radians(MINUTE.r(t))))
         messages.append(message("Depth", t, 8, value=MINUTE.depth(t)))
     for t in GPS:
         place = np.radians([MINUTE.latitude(t), MINUTE.longitude(t)])

@@ -47,6 +47,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
             n_wrong += 1
             continue
         sentences.append((_stamp(match), message))
+    if n_lines and not sentences:
+        raise InputError(f"{path}: all {n_lines} sentences are damaged: their sums do not fit")
     if not sentences:
         raise InputError(f"{path}: has no sentences of NMEA 0183, which begin with $ or !; other text is of kind csv")
     stamps = [stamp for stamp, _ in sentences]

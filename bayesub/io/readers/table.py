@@ -2,6 +2,7 @@
 
 import io
 import re
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.io.log_map import LogMap
 from bayesub.io.readers.signals import Signal, VehicleLog
 
-SEPARATORS = {"\t": r"\t", ";": ";", "|": r"\|", ",": ",", " ": r"\s+"}
+SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
 SAMPLE = 20  # lines at the end of a file that tell how cells are separated
 TIMES = ("time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds", "zeit")
@@ -26,15 +27,18 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     import pandas as pd
 
     lines = _lines(path)
-    separator = _separator(path, [line for _, line in lines[-SAMPLE:]])
-    n_columns = len(_cells(lines[-1][1] if len(lines) == 1 else lines[-2][1], separator))
+    separator, n_columns = _layout(path, [line for _, line in lines[-SAMPLE:]])
     names, unit_cells, first = _header(path, lines, separator, n_columns)
     text = "\n".join(line for _, line in lines[first:])
-    options = {"sep": SEPARATORS[separator], "header": None, "names": range(n_columns), "dtype": str}
+    options = {
+        "sep": r"\s+" if separator == " " else separator,
+        "header": None,
+        "names": range(n_columns),
+        "dtype": str,
+    }
     options |= {"keep_default_na": False, "na_values": [], "index_col": False, "skipinitialspace": True}
-    engine = "python" if separator == "|" else "c"
     try:
-        cells = pd.read_csv(io.StringIO(text), engine=engine, **options)
+        cells = pd.read_csv(io.StringIO(text), **options)
     except pd.errors.ParserError:
         raise _ragged(path, lines[first:], separator, n_columns) from None
     remarks = []
@@ -82,20 +86,20 @@ def _cells(line: str, separator: str) -> list[str]:
     return [part.strip().strip('"') for part in parts]
 
 
-def _separator(path: Path, lines: list[str]) -> str:
-    """The separator that leaves the most numbers in the last lines, the first of equals."""
-    sample = lines[1:-1] or lines  # the last line may not be whole
-    counts = {}
+def _layout(path: Path, lines: list[str]) -> tuple[str, int]:
+    """The separator that leaves the most numbers in the last lines, the first of equals, and the number of columns."""
+    layouts = {}
     for separator in SEPARATORS:
-        rows = [_cells(line, separator) for line in sample]
-        numbers = [sum(_is_number(cell, separator) for cell in row) for row in rows]
-        counts[separator] = min(numbers, default=0) if len({len(row) for row in rows}) == 1 else 0
-    best = max(counts, key=counts.get)
-    if counts[best] < 1 or all(len(_cells(line, best)) < 2 for line in sample):
+        rows = [_cells(line, separator) for line in lines]
+        ((n_columns, _),) = Counter(len(row) for row in rows).most_common(1)
+        numbers = sum(_is_number(cell, separator) for row in rows if len(row) == n_columns for cell in row)
+        layouts[separator] = numbers if n_columns > 1 else 0, n_columns
+    best = max(layouts, key=lambda separator: layouts[separator][0])
+    if not layouts[best][0]:
         raise InputError(
             f"{path}: no columns of numbers, separated by tabs, semicolons, commas or spaces, were made out"
         )
-    return best
+    return best, layouts[best][1]
 
 
 def _is_number(cell: str, separator: str) -> bool:
