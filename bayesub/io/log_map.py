@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import pydantic
 
@@ -13,6 +13,15 @@ from bayesub.io.toml_files import Positive, Section, WaterDensity
 OVER_GROUND = ("latitude_deg", "longitude_deg", "speed_over_ground_mps", "course_over_ground_deg")
 OVER_GROUND += ("velocity_north_mps", "velocity_east_mps")
 _OWN = ("_deg", "_n", "_rpm")  # how columns of a vehicle's own actuators end
+
+
+def _known_unit(unit: str) -> str:
+    if not units.known(unit):
+        raise ValueError(units.unknown(unit))
+    return unit
+
+
+Unit = Annotated[str, pydantic.AfterValidator(_known_unit)]
 
 
 class TimeSection(Section):
@@ -31,7 +40,7 @@ class TimeSection(Section):
     """
 
     signal: str | None = None
-    unit: str | None = None
+    unit: Unit | None = None
     zero: float | Literal["first"] = "first"
     start_s: float | None = None
     end_s: float | None = None
@@ -80,7 +89,7 @@ class ColumnSection(Section):
     """
 
     signal: str
-    unit: str | None = None
+    unit: Unit | None = None
     zero: float = 0.0
     factor: float | None = None
     points: tuple[tuple[float, float], ...] | None = None
@@ -146,8 +155,8 @@ def read_map(path: Path, kind: str) -> LogMap:
         raise InputError(f"{path}: key 'kind': this map is for '{log_map.kind}', not for '{kind}'")
     if not log_map.columns:
         raise InputError(f"{path}: has no section [columns.NAME]; bayesub new map {kind} writes an example")
-    for column, section in log_map.columns.items():
-        _check_column(f"{path}: key 'columns.{column}'", column, section)
+    for column in log_map.columns:
+        _check_column(f"{path}: key 'columns.{column}'", column)
     folder = path.parent
     places = {"definitions": tuple(str(folder / name) for name in log_map.definitions)}
     if log_map.cache is not None:
@@ -155,7 +164,7 @@ def read_map(path: Path, kind: str) -> LogMap:
     return log_map.model_copy(update=places)
 
 
-def _check_column(where: str, column: str, section: ColumnSection) -> None:
+def _check_column(where: str, column: str) -> None:
     columns = [name for name in (*log_files.COLUMNS, *OVER_GROUND) if name != "time_s"]
     if column == "time_s":
         raise InputError(f"{where}: times come with each signal; the section [time] says what is zero")
@@ -164,8 +173,3 @@ def _check_column(where: str, column: str, section: ColumnSection) -> None:
             f"{where}: unknown column{nearest(column, columns)}; bayesub manual files lists them, those of fins, "
             "propellers and thrusters end with _deg, _rpm, _n"
         )
-    if section.unit is not None and not units.known(section.unit):
-        try:
-            units.factor(section.unit, section.unit)
-        except InputError as error:
-            raise InputError(f"{where}.unit: {error}") from None

@@ -91,8 +91,14 @@ def _key(unit: str) -> str:
     return unit.strip().lower().replace(" ", "")
 
 
+def unknown(unit: str) -> str:
+    """What to say of a unit that is not in the table."""
+    units = [name for names in QUANTITIES.values() for name in names]
+    suggestion = nearest(unit, units) or f"; known are {', '.join(units)}"
+    return f"unknown unit '{unit}'{suggestion}; or leave it out and give factor"
+
+
 def _find(unit: str) -> tuple[str, str]:
     if not known(unit):
-        units = [name for names in QUANTITIES.values() for name in names]
-        raise InputError(f"unknown unit '{unit}'{nearest(unit, units)}; known are {', '.join(units)}; or give factor")
+        raise InputError(unknown(unit))
     return _EXACT.get(unit) or _UNITS[_key(unit)]
