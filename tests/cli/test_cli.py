@@ -61,6 +61,9 @@ def test_completion_knows_commands_options_and_what_is_built_in():
     assert "--quick" in completed("run", "--q")
     assert completed("new", "vehicle", "x", "--from", "s") == ["suboff"]
     assert completed("new", "vehicle", "x", "--equations", "b") == ["booth"]
+    assert completed("convert", "ma") == ["matlab", "mavlink"]
+    assert completed("convert", "ros", "") == ["file"]
+    assert completed("new", "map", "sl") == ["slocum"]
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -13,6 +13,7 @@ from dataclasses import replace
 import pytest
 import tomli_w
 from manual.pages import PAGES, ROOT, blocks
+from support import vehicle_logs
 
 import bayesub as bs
 from bayesub.cli import manual
@@ -52,6 +53,8 @@ def folder(tmp_path, monkeypatch):
 def test_what_a_page_shows_runs(page, folder, bayesub):
     """In order, and each block is one of those that are run, checked or set-up."""
     names = {}
+    for write in vehicle_logs.WRITERS.values() if page.stem == "convert" else ():
+        write(folder)
     for block in blocks(page):
         if block.commands:
             for command, shown in block.commands:

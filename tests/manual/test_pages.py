@@ -16,6 +16,7 @@ import bayesub as bs
 from bayesub.cli import app, manual
 from bayesub.io import toml_files
 from bayesub.io.log_files import HEADERS, VELOCITIES
+from bayesub.io.log_map import LogMap
 from bayesub.model.actuator_files import FinSection, PropellerSection, ThrusterSection
 from bayesub.model.coefficients import AXES, TERMS
 from bayesub.model.equations.files import EquationFile, TermSection
@@ -149,6 +150,11 @@ def test_every_key_of_every_actuator_is_explained():
     assert keys == set(first_cells("actuators", "Keys"))
 
 
+def test_every_key_of_a_map_is_explained():
+    keys = {key for section in models(LogMap, []) for key in section.model_fields} - {"time", "columns"}
+    assert keys | {"time"} == set(first_cells("convert", "The map"))
+
+
 def models(kind, found):
     """All sections of an input file."""
     if isinstance(kind, type) and issubclass(kind, pydantic.BaseModel) and kind not in found:
@@ -162,12 +168,12 @@ def models(kind, found):
 
 def test_every_key_of_every_file_is_in_the_reference():
     words = set(re.findall(r"`([\w.]+)`", page("files")))
-    files = (VehicleFile, EquationFile, HullFile, InstrumentsFile, DisturbanceFile, Study, *KINDS.values())
+    files = (VehicleFile, EquationFile, HullFile, InstrumentsFile, DisturbanceFile, Study, LogMap, *KINDS.values())
     keys = {key for file in files for section in models(file, []) for key in section.model_fields}
     containers = {"trial", "body", "propulsion", "actuators", "coefficients", "time_scale", "demands", "autopilot"}
     containers |= {"hull", "fins", "sensors", "truth", "free", "prior", "given", "noise", "nuisance", "baselines"}
     containers |= {"sampler", "quick", "trials", "mean", "lower", "upper", "median", "value"}
-    containers |= {"controls", "terms", *AXES}
+    containers |= {"controls", "terms", "time", "columns", *AXES}
     assert keys - containers - words == set()
 
 

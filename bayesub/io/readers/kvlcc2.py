@@ -1,4 +1,4 @@
-"""Free-running trials of the tanker model KVLCC2 for SIMMAN 2008, as HSVA and MARIN wrote them (.dat).
+"""Free-running trials of the tanker model KVLCC2 for the workshop SIMMAN of 2008, as HSVA and MARIN wrote them (.dat).
 
 The columns are by position. What they are was found from the numbers: the differences of the third column follow the
 sixth to 3 parts in 100,000, so the velocities are those of the track in earth axes, not u and v of the ship; the

@@ -109,11 +109,10 @@ def library(name: str, package: str, path: Path) -> ModuleType:
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        missing = (
-            "" if isinstance(error, ModuleNotFoundError) and error.name == name.partition(".")[0] else f" ({error})"
-        )
+        is_missing = isinstance(error, ModuleNotFoundError) and (error.name or "").startswith(name.partition(".")[0])
+        reason = "" if is_missing else f" ({error})"
         raise InputError(
-            f"{path}: reading this kind of log needs the library {package}{missing}: pip install 'bayesub[logs]', or "
+            f"{path}: reading this kind of log needs the library {package}{reason}: pip install 'bayesub[logs]', or "
             f"pip install {package}"
         ) from None
 
