@@ -28,6 +28,8 @@ class Kind:
         A file name of this kind.
     is_folder : bool
         Whether it may be a folder.
+    is_by_file : bool
+        Whether files that overlap in time are tables of one log, so that signals get the names of their files.
     map_is_fixed : bool
         Whether the built-in map serves for all logs of this kind.
     """
@@ -36,6 +38,7 @@ class Kind:
     module: str
     example: str
     is_folder: bool = False
+    is_by_file: bool = False
     map_is_fixed: bool = False
 
 
@@ -45,8 +48,8 @@ KINDS = {
     "nmea": Kind("NMEA 0183 log", "nmea", "gps.nmea"),
     "imc": Kind("LSTS log of IMC messages", "imc", "Data.lsf.gz"),
     "slocum": Kind("log of a Slocum glider", "slocum", "01600001.dbd"),
-    "matlab": Kind("MATLAB file", "matlab", "trial.mat"),
-    "csv": Kind("table in text", "table", "trial.txt"),
+    "matlab": Kind("MATLAB file", "matlab", "trial.mat", is_by_file=True),
+    "csv": Kind("table in text", "table", "trial.txt", is_by_file=True),
     "kvlcc2": Kind("KVLCC2 trial of HSVA or MARIN", "kvlcc2", "HSVA_CPMC_KVLCC2_Z_20_10_P.dat", map_is_fixed=True),
 }
 
@@ -62,11 +65,11 @@ def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None) -> Veh
         For a file that is not of this kind or is not whole, and for a library that is not installed.
     """
     log_map = log_map or LogMap()
-    log = joined([_read(kind, path, log_map) for path in paths])
-    wanted = {section.signal for section in log_map.columns.values()}
-    if wanted <= log.signals.keys():
+    log = joined([_read(kind, path, log_map) for path in paths], KINDS[kind].is_by_file)
+    if all(section.optional or section.signal in log.signals for section in log_map.columns.values()):
         return log
-    return joined([_read(kind, path, log_map.model_copy(update={"columns": {}})) for path in paths])  # for messages
+    whole = log_map.model_copy(update={"columns": {}})  # what there is belongs to the message about what there is not
+    return joined([_read(kind, path, whole) for path in paths], KINDS[kind].is_by_file)
 
 
 def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:

@@ -1,8 +1,9 @@
 """What readers give: signals by name, each with its own time stamps."""
 
 import importlib
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 
@@ -74,13 +75,23 @@ class Collection:
         }
 
 
-def joined(logs: Iterable[VehicleLog]) -> VehicleLog:
-    """The logs of several files, such as the segments of a mission, one after the other."""
-    logs = list(logs)
+def joined(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
+    """The logs of several files, such as the segments of a mission, one after the other.
+
+    Parameters
+    ----------
+    logs : sequence of VehicleLog
+        At least one.
+    is_by_file : bool
+        Files that overlap in time are tables of one log: their signals become ``FILE.NAME``.
+    """
     if len(logs) == 1:
         return logs[0]
+    logs = sorted(logs, key=_begin)
+    if is_by_file and any(_begin(after) < _end(before) for before, after in pairwise(logs)):
+        logs = [replace(log, signals={f"{log.path.stem}.{n}": s for n, s in log.signals.items()}) for log in logs]
     parts: dict[str, list[Signal]] = {}
-    for log in sorted(logs, key=_begin):
+    for log in logs:
         for name, signal in log.signals.items():
             parts.setdefault(name, []).append(signal)
     signals = {
@@ -96,6 +107,10 @@ def joined(logs: Iterable[VehicleLog]) -> VehicleLog:
 
 def _begin(log: VehicleLog) -> float:
     return min((signal.times[0] for signal in log.signals.values() if len(signal.times)), default=0.0)
+
+
+def _end(log: VehicleLog) -> float:
+    return max((signal.times[-1] for signal in log.signals.values() if len(signal.times)), default=0.0)
 
 
 def library(name: str, package: str, path: Path) -> ModuleType:

@@ -176,7 +176,7 @@ def _times(path: Path, column, unit: str, name: str, line: int) -> np.ndarray:
             "numbers, or dates such as 2026-05-01T10:00:00.5"
         )
     try:
-        return times * units.factor(unit, "s")
+        return times * units.factor(unit.partition(" since ")[0], "s")
     except InputError as error:
         raise InputError(f"{path}: column '{name}' of times: {error}; give [time] unit") from None
 

@@ -315,6 +315,32 @@ def test_pieces_of_a_log_are_joined(tmp_path):
     np.testing.assert_array_equal(joined["Rudder"].values, readers.read("csv", [path]).signals["Rudder"].values)
 
 
+def test_a_table_for_each_message(tmp_path):
+    """As the viewer of LSTS exports them: two files with a column of the same name."""
+    head = "timestamp (seconds since 01/01/1970), system, entity , value ({})\n"
+    for name, unit, value in (("Depth", "m", 2.5), ("Rpm", "rpm", 900.0)):
+        rows = [f"{START + k:.3f}, lauv-one, Motor, {value + k}\n" for k in range(3)]
+        (tmp_path / f"{name}.csv").write_text(head.format(unit) + "".join(rows))
+    log = readers.read("csv", [tmp_path / "Depth.csv", tmp_path / "Rpm.csv"])
+    assert {name: signal.unit for name, signal in log.signals.items()} == {"Depth.value": "m", "Rpm.value": "rpm"}
+    np.testing.assert_allclose(log.signals["Rpm.value"].times, START + np.arange(3))
+
+
+def test_a_bag_of_ros_1(tmp_path):
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    with Writer(tmp_path / "old.bag") as writer:
+        connection = writer.add_connection("/depth", "std_msgs/msg/Float64", typestore=store)
+        for k in range(5):
+            message = store.types["std_msgs/msg/Float64"](2.0 + k)
+            writer.write(connection, k * 10**9, store.serialize_ros1(message, "std_msgs/msg/Float64"))
+    signal = readers.read("ros", [tmp_path / "old.bag"]).signals["/depth.data"]
+    np.testing.assert_allclose(signal.times, np.arange(5.0))
+    np.testing.assert_allclose(signal.values, 2.0 + np.arange(5))
+
+
 @pytest.mark.parametrize("kind", readers.KINDS)
 @pytest.mark.parametrize("content", [b"", b"\x00\xff" * 300, b"no log at all\n", b"\xa3\x95", b"MATLAB 5.0 MAT-file"])
 def test_what_is_no_such_log_is_one_line(kind, content, tmp_path):
