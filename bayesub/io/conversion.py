@@ -172,7 +172,7 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
         values = (values - section.zero) * (1.0 if section.factor is None else section.factor)
     has_rule = section.points is not None or section.factor is not None
     unit = section.unit or ("" if has_rule else unit)
-    if not unit and not has_rule:
+    if target and not unit and not has_rule:
         raise InputError(
             f"{where}the file does not say the unit of '{section.signal}'; give unit = \"{target}\" or another, or "
             "factor"

@@ -12,7 +12,8 @@ from bayesub.io.toml_files import Positive, Section, WaterDensity
 
 OVER_GROUND = ("latitude_deg", "longitude_deg", "speed_over_ground_mps", "course_over_ground_deg")
 OVER_GROUND += ("velocity_north_mps", "velocity_east_mps")
-_OWN = ("_deg", "_n", "_rpm")  # how columns of a vehicle's own actuators end
+# How columns of a vehicle's own actuators end, in units and as the vehicle counts them.
+_OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_kgm3", "_counts", "_percent", "_us")
 
 
 def _known_unit(unit: str) -> str:
@@ -155,8 +156,13 @@ def read_map(path: Path, kind: str) -> LogMap:
         raise InputError(f"{path}: key 'kind': this map is for '{log_map.kind}', not for '{kind}'")
     if not log_map.columns:
         raise InputError(f"{path}: has no section [columns.NAME]; bayesub new map {kind} writes an example")
+    names: dict[str, str] = {}  # quantity -> column
     for column in log_map.columns:
-        _check_column(f"{path}: key 'columns.{column}'", column)
+        where = f"{path}: key 'columns.{column}'"
+        _check_column(where, column)
+        other = names.setdefault(log_files.COLUMNS.get(column, (column,))[0], column)
+        if other != column:
+            raise InputError(f"{where}: is the same quantity as '{other}'; leave one of them out")
     folder = path.parent
     places = {"definitions": tuple(str(folder / name) for name in log_map.definitions)}
     if log_map.cache is not None:
@@ -170,6 +176,6 @@ def _check_column(where: str, column: str) -> None:
         raise InputError(f"{where}: times come with each signal; the section [time] says what is zero")
     if column not in columns and not column.endswith(_OWN):
         raise InputError(
-            f"{where}: unknown column{nearest(column, columns)}; bayesub manual files lists them, those of fins, "
-            "propellers and thrusters end with _deg, _rpm, _n"
+            f"{where}: unknown column{nearest(column, columns)}; bayesub manual files lists them, and those of "
+            f"a vehicle's own actuators end with one of {', '.join(_OWN)}"
         )

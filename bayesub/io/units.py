@@ -17,6 +17,9 @@ QUANTITIES = {
     "angular acceleration": {"rad/s2": 1.0, "deg/s2": _DEGREE},
     "revolutions": {"rpm": 1.0, "1/s": 60.0},  # a minute, as in logs
     "force": {"N": 1.0, "kN": 1e3, "kgf": 9.80665, "lbf": 4.4482216},
+    "moment": {"Nm": 1.0, "kNm": 1e3},
+    "volume": {"m3": 1.0, "l": 1e-3, "cm3": 1e-6},
+    "density": {"kg/m3": 1.0, "g/cm3": 1e3},
     "pressure": {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "dbar": 1e4, "bar": 1e5, "psi": 6894.757},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
 }
@@ -36,6 +39,9 @@ _SPELLINGS = {
     "1/s": ("hz", "rps", "s-1", "rev/s", "1/s"),
     "rpm": ("1/min", "rev/min", "revs/min"),
     "N": ("newton",),
+    "Nm": ("n*m", "n.m"),
+    "cm3": ("cc", "cm^3", "ml"),
+    "kg/m3": ("kg/m^3", "kgm-3"),
     "s": ("sec", "seconds", "timestamp"),
     "us": ("µs", "microseconds"),
     "ms": ("milliseconds",),
@@ -46,6 +52,7 @@ _UNITS |= {spelling: _EXACT[unit] for unit, spellings in _SPELLINGS.items() for 
 # How the name of a column ends -> its unit.
 _ENDS = {"mps2": "m/s2", "degps2": "deg/s2", "radps2": "rad/s2", "degps": "deg/s", "radps": "rad/s", "mps": "m/s"}
 _ENDS |= {"deg": "deg", "rad": "rad", "m": "m", "n": "N", "s": "s", "pa": "Pa", "dbar": "dbar", "bar": "bar"}
+_ENDS |= {"nm": "Nm", "cm3": "cm3", "kgm3": "kg/m3", "kn": "kn"}
 
 
 def known(unit: str) -> bool:

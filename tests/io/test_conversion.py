@@ -58,6 +58,12 @@ def test_a_column_without_a_unit_needs_a_rule():
         converted(log(a=(T, T, "rad")), x_m={"signal": "a"})
 
 
+def test_counts_may_stay_counts():
+    """The vehicle file says what they are."""
+    result = converted(log(a=(T, [2040.0, 2050.0, 2060.0])), fin_1_counts={"signal": "a"})
+    np.testing.assert_array_equal(result.columns["fin_1_counts"], [2040.0, 2050.0, 2060.0])
+
+
 def test_each_reading_keeps_its_time():
     """Two rates and a late clock make rows of their own, with blank cells where there is no reading."""
     source = log(a=([10.0, 11.0, 12.0], T, "m"), b=([10.5, 11.5], [1.0, 2.0], "m"))
@@ -158,6 +164,7 @@ WRONG_MAPS = {
     "[columns.x_m]\nsignal = 'a'\nfactr = 1": "unknown key 'columns.x_m.factr': did you mean 'factor'",
     "[columns.x_m]": "key 'columns.x_m.signal' is missing",
     "[columns.rudder]\nsignal = 'a'": "key 'columns.rudder': unknown column: did you mean 'rudder_",
+    "[columns.yaw_deg]\nsignal = 'a'\n[columns.yaw_rad]\nsignal = 'a'": "is the same quantity as 'yaw_deg'",
     "[columns.time_s]\nsignal = 'a'": "times come with each signal",
     "[columns.x_m]\nsignal = 'a'\nunit = 'furlong'": "key 'columns.x_m.unit': unknown unit 'furlong'",
     "[columns.x_m]\nsignal = 'a'\nfactor = 0": "factor must not be zero",

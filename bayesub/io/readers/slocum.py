@@ -48,13 +48,4 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
 
 
 def _unit(unit: str) -> str:
-    return {
-        "lat": "deg",
-        "lon": "deg",
-        "timestamp": "s",
-        "sec": "s",
-        "cc": "cm3",
-        "nodim": "",
-        "enum": "",
-        "bool": "",
-    }.get(unit, unit)
+    return "" if unit in ("nodim", "enum", "bool") else unit
