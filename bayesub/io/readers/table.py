@@ -18,6 +18,8 @@ SAMPLE = 20  # lines at the end of a file that tell how cells are separated
 TIMES = ("time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds", "zeit")
 MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
 
+DAY_S = 86400.0
+
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 _UNIT = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))\s*$")
 
@@ -29,38 +31,39 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     lines = _lines(path)
     separator, n_columns = _layout(path, [line for _, line in lines[-SAMPLE:]])
     names, unit_cells, first = _header(path, lines, separator, n_columns)
-    text = "\n".join(line for _, line in lines[first:])
-    options = {
-        "sep": r"\s+" if separator == " " else separator,
-        "header": None,
-        "names": range(n_columns),
-        "dtype": str,
-    }
-    options |= {"keep_default_na": False, "na_values": [], "index_col": False, "skipinitialspace": True}
+    body, remarks = _whole(path, lines[first:], separator, n_columns)
+    comma = "," if separator != "," and "," in lines[first][1] else "."
+    options = {"sep": r"\s+" if separator == " " else separator, "header": None, "names": range(n_columns)}
+    options |= {"keep_default_na": False, "na_values": [""], "index_col": False, "skipinitialspace": True}
     try:
-        cells = pd.read_csv(io.StringIO(text), **options)
-    except pd.errors.ParserError:
-        raise _ragged(path, lines[first:], separator, n_columns) from None
-    remarks = []
-    short = np.flatnonzero(cells[n_columns - 1].isna().to_numpy())
-    if short.size:
-        if short.size > 1 or short[0] != len(cells) - 1:
-            raise _ragged(path, lines[first:], separator, n_columns)
-        cells = cells.iloc[:-1]
-        remarks.append("the last line is not whole and left out")
-    columns = [cells[k].str.strip() for k in range(n_columns)]
+        cells = pd.read_csv(io.StringIO("\n".join(body)), decimal=comma, low_memory=False, **options)
+    except pd.errors.ParserError as error:
+        reason = str(error).strip().rpartition("error: ")[2]
+        raise InputError(f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?") from None
     k = _time_column(path, names, log_map.time.signal)
-    times = _times(path, columns[k], log_map.time.unit or unit_cells[k] or "s", names[k], lines[first][0])
+    times = _times(path, cells[k], log_map.time.unit or unit_cells[k] or "s", names[k], lines[first][0])
     signals = {}
-    for name, unit, column in zip(names, unit_cells, columns, strict=True):
-        filled = (column != "").to_numpy()
-        values = _numbers(column, separator)
-        texts = ~np.isfinite(values) & filled & ~column.str.lower().isin(MISSING).to_numpy()
-        if texts.any():
-            remarks.append(f"'{name}' holds text such as '{column[texts].iloc[0]}' and is left out")
+    for column, name, unit in zip(cells, names, unit_cells, strict=True):
+        filled, values, text = _numbers(cells[column])
+        if text:
+            remarks.append(f"'{name}' holds text such as '{text}' and is left out")
         elif name != names[k]:
             signals[name] = Signal(times[filled], values[filled], unit)
     return VehicleLog(path, signals, tuple(remarks))
+
+
+def _whole(path: Path, lines, separator: str, n_columns: int) -> tuple[list[str], list[str]]:
+    """The lines of numbers, all with the same number of cells, and a remark if the last one was not whole."""
+    texts = [line for _, line in lines]
+    if any('"' in line for line in texts[:SAMPLE]):
+        return texts, []  # separators may be quoted
+    for k, (number, line) in enumerate(lines):
+        n_cells = len(line.split()) if separator == " " else line.count(separator) + 1
+        if n_cells < n_columns and k == len(lines) - 1:
+            return texts[:-1], ["the last line is not whole and left out"]
+        if n_cells != n_columns:
+            raise InputError(f"{path}: line {number}: has {n_cells} cells, expected {n_columns}; is the file whole?")
+    return texts, []
 
 
 def _lines(path: Path) -> list[tuple[int, str]]:
@@ -163,12 +166,16 @@ def _times(path: Path, column, unit: str, name: str, line: int) -> np.ndarray:
     """Time stamps (n,) in seconds: numbers, or dates, which become seconds since 1970."""
     import pandas as pd
 
-    times = _numbers(column, "")
+    _, times, text = _numbers(column)
+    if text and not np.isfinite(times).any():
+        unit, column = "s", column.astype(str).str.strip().str.replace(",", ".", regex=False)
+        if re.match(r"\d+:\d\d", text):  # of the day
+            times = pd.to_timedelta(column, errors="coerce").dt.total_seconds().to_numpy()
+            times = times + DAY_S * np.cumsum(np.diff(times, prepend=times[:1]) < -0.5 * DAY_S)
+        else:
+            dates = pd.to_datetime(column, errors="coerce", utc=True, format="ISO8601")
+            times = (dates - pd.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
     wrong = ~np.isfinite(times)
-    if wrong.all():
-        dates = pd.to_datetime(column, errors="coerce", utc=True, format="mixed")
-        times = (dates - pd.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
-        wrong, unit = ~np.isfinite(times), "s"
     if wrong.any():
         k = int(np.flatnonzero(wrong)[0])
         raise InputError(
@@ -181,18 +188,14 @@ def _times(path: Path, column, unit: str, name: str, line: int) -> np.ndarray:
         raise InputError(f"{path}: column '{name}' of times: {error}; give [time] unit") from None
 
 
-def _numbers(column, separator: str) -> np.ndarray:
-    """Cells as numbers (n,), not a number where they are none."""
+def _numbers(column) -> tuple[np.ndarray, np.ndarray, str]:
+    """Which cells are filled (n,), their numbers (n,), and the first text that is none, if there is one."""
     import pandas as pd
 
-    points = column if separator == "," else column.str.replace(",", ".", regex=False)
-    return pd.to_numeric(points, errors="coerce").to_numpy(dtype=float)
-
-
-def _ragged(path: Path, lines, separator: str, n_columns: int) -> InputError:
-    for k, line in lines:
-        if len(_cells(line, separator)) != n_columns:
-            return InputError(
-                f"{path}: line {k}: has {len(_cells(line, separator))} cells, expected {n_columns}; is the file whole?"
-            )
-    return InputError(f"{path}: its lines do not have the same number of cells; is the file whole?")
+    filled = column.notna().to_numpy()
+    if column.dtype.kind in "biuf":
+        return filled, column.to_numpy(dtype=float), ""
+    texts = column.fillna("").astype(str).str.strip()
+    values = pd.to_numeric(texts.str.replace(",", ".", regex=False), errors="coerce").to_numpy(dtype=float)
+    wrong = filled & ~np.isfinite(values) & ~texts.str.lower().isin(MISSING).to_numpy()
+    return filled, values, texts[wrong].iloc[0] if wrong.any() else ""

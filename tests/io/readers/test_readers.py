@@ -256,6 +256,7 @@ TABLES = {
     "dates": "timestamp,yaw_deg\n1970-01-01T00:00:00Z,1.5\n1970-01-01T00:00:00.5Z,2.5\n",
     "a head of two lines, quoted": 'Trial 7\n"Time [ms]","yaw_deg"\n"0","1.5"\n"500","2.5"\n',
     "text between, and a line that breaks off": "t,mode,yaw_deg\n0,AUTO,1.5\n0.5,MANUAL,2.5\n1.0,MA",
+    "times of the day, past midnight": "date;time;yaw_deg\n1.5.26;23:59:59,75;1,5\n2.5.26;00:00:00,25;2,5\n",
     "Windows": "\ufefft,yaw_deg\r\n0,1.5\r\n0.5,2.5\r\n\r\n",
 }
 
@@ -264,9 +265,18 @@ TABLES = {
 def test_tables_of_all_sorts(text, tmp_path):
     (tmp_path / "t.txt").write_bytes(text.encode())
     signal = readers.read("csv", [tmp_path / "t.txt"]).signals["yaw_deg"]
-    np.testing.assert_allclose(signal.times, [0.0, 0.5])
+    np.testing.assert_allclose(signal.times - signal.times[0], [0.0, 0.5])
     np.testing.assert_allclose(signal.values, [1.5, 2.5])
     assert signal.unit == "deg"
+
+
+def test_empty_cells_are_no_readings_and_other_words_are_none(tmp_path):
+    """Of a cell that says NaN the conversion says so; one that is empty is as it should be."""
+    (tmp_path / "t.txt").write_text("t,a,b\n0,,1\n1,NaN,2\n2,3.5,\n3,-,4\n")
+    signals = readers.read("csv", [tmp_path / "t.txt"]).signals
+    np.testing.assert_array_equal(signals["a"].times, [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(signals["a"].values, [np.nan, 3.5, np.nan])
+    np.testing.assert_array_equal(signals["b"].values, [1.0, 2.0, 4.0])
 
 
 WRONG_TABLES = {
