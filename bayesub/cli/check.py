@@ -35,7 +35,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
     for path in files:
         text, file_card = examine(built_in.get(str(path), path), controls)
-        controls += file_card.vehicle.actuators.columns if hasattr(file_card, "vehicle") else ()
+        controls += file_card.vehicle.actuators.log_columns if hasattr(file_card, "vehicle") else ()
         findings[str(path)] = (text, file_card)
         if not as_json:
             say(f"{path}: {text}")

@@ -87,6 +87,7 @@ def simulate(
     rng = np.random.default_rng(seed)
     xi = boat.xi if perturb is None else priors.perturbed(boat.xi, perturb, rng)
     options = {"dt": dt, "sample": sample, "controls": controls, "attitude": attitude}
+    options["actuators"] = None if instruments is None else instruments.truth.actuators
     trajectory = simulate_trial(boat, history, xi=xi, **options, **plane(subproblem))
     forces = ""
     if section is not None:

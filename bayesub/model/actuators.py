@@ -7,19 +7,21 @@ vehicle whose file has the plain table ``[actuators]`` has the controls of its e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, nearest
 from bayesub.io.log_files import COLUMNS, si_factor
 from bayesub.kernels.actuators import step_response
 from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.equations.equation_set import PLANES
 
 AILERON = "aileron_deg"
+COMMAND = "command"
 NEGLIGIBLE = 1e-12  # round-off in a share of an order
 Orders = dict[str, tuple[np.ndarray, np.ndarray]]  # column -> times (m,) in seconds, and orders (m,) in SI units
 
@@ -120,6 +122,24 @@ class Actuator:
         return step_response(elapsed, start, demand, self.rate, self.time_constant)
 
 
+class Feature(NamedTuple):
+    """A function of the value of an actuator, and what it adds to what the kernels take as controls.
+
+    Attributes
+    ----------
+    row : (n_columns,) array
+        What a unit of the function adds.
+    of : callable
+        Value (..) -> function (..).
+    slope : callable
+        Value (..) -> derivative of the function (..).
+    """
+
+    row: np.ndarray
+    of: Callable[[np.ndarray], np.ndarray]
+    slope: Callable[[np.ndarray], np.ndarray]
+
+
 @dataclass(frozen=True)
 class Actuators:
     """All actuators of a vehicle.
@@ -195,16 +215,54 @@ class Actuators:
 
     @cached_property
     def parameters(self) -> dict[str, tuple[int, str]]:
-        """Name of what may be unknown of an actuator -> its position, and "bias" or "scale".
+        """Name of what may be unknown of an actuator -> its position, and "bias", "scale", "delay" or "lag".
 
-        What acts is ``scale * value + bias``. A propeller has no bias; its scale is that of its forces.
+        What acts is ``scale * value + bias``, a delay (s) after the log has the value. A propeller has no bias; its
+        scale is that of its forces. A lag (s) is between a command and the value.
         """
         parameters = {}
         for i, actuator in enumerate(self.members):
             if actuator.is_linear:
                 parameters[f"bias_{actuator.name}_{actuator.unit}"] = (i, "bias")
             parameters[f"scale_{actuator.name}"] = (i, "scale")
+            parameters[f"delay_{actuator.name}_s"] = (i, "delay")
+            if actuator.rate is not None:
+                parameters[f"lag_{actuator.name}_s"] = (i, "lag")
         return parameters
+
+    def nominal(self, parameter: str) -> float:
+        """The value of a parameter with which the log is what acts; of a lag that of the vehicle."""
+        i, kind = self.parameters[parameter]
+        return self.members[i].time_constant if kind == "lag" else {"bias": 0.0, "scale": 1.0, "delay": 0.0}[kind]
+
+    def changes(self, values: Mapping[str, float]) -> dict[str, float]:
+        """How much parameters of these values differ from their nominal ones; InputError for an unknown name."""
+        for name in values:
+            if name not in self.parameters:
+                raise InputError(f"actuators: there is no '{name}'{nearest(name, self.parameters)}")
+        return {name: value - self.nominal(name) for name, value in values.items()}
+
+    def features(self, i: int, subproblem: str | None) -> list[Feature]:
+        """What the value of an actuator adds to :meth:`kernel_controls`, as a sum of functions of it."""
+        actuator = self.members[i]
+        unit = np.eye(len(self.members))[i : i + 1]
+        steady = self.kernel_controls(unit, np.zeros(1), subproblem)[0]
+        if actuator.is_linear:
+            return [Feature(steady, lambda v: v, np.ones_like)]
+        of_square, of_speed = np.zeros_like(steady), np.zeros_like(steady)
+        first, moved = len(self.equations.controls) + 1, self._moved(subproblem)
+        of_square[first : first + len(AXES)] = np.where(moved, actuator.force_of_square, 0.0)
+        of_speed[first + len(AXES) :] = np.where(moved, actuator.force_of_speed, 0.0)
+        return [
+            Feature(of_square, lambda v: v * np.abs(v), lambda v: 2.0 * np.abs(v)),
+            Feature(of_speed, np.abs, np.sign),
+        ]
+
+    @staticmethod
+    def _moved(subproblem) -> list[bool]:
+        """Along which axes there are forces in a sub-problem."""
+        axes = AXES if subproblem is None else PLANES[subproblem][0]
+        return [axis in axes for axis in AXES]
 
     def mixed(self, values: np.ndarray) -> np.ndarray:
         """Controls (n, n_controls) of the equations, SI units, for values (n, n_actuators)."""
@@ -217,8 +275,7 @@ class Actuators:
         """
         steady = values @ self._wrench[0] + (values * np.abs(values)) @ self._wrench[1]
         wrenches = np.hstack([steady, np.abs(values) @ self._wrench[2]])
-        axes = AXES if subproblem is None else PLANES[subproblem][0]
-        return np.where([axis in axes for axis in AXES * 2], wrenches, 0.0)
+        return np.where(self._moved(subproblem) * 2, wrenches, 0.0)
 
     def kernel_controls(self, values: np.ndarray, ordered_speed: np.ndarray, subproblem: str | None) -> np.ndarray:
         """What the kernels take as controls.
@@ -239,7 +296,7 @@ class Actuators:
         return np.hstack([*parts, self.wrenches(values, subproblem)] if self.external else parts)
 
     def variation(self, parameter: str, values: np.ndarray, subproblem: str | None) -> np.ndarray:
-        """What a unit of a parameter adds to :meth:`kernel_controls` at values (n, n_actuators)."""
+        """What a unit of a bias or scale adds to :meth:`kernel_controls` at values (n, n_actuators)."""
         i, kind = self.parameters[parameter]
         alone = np.zeros_like(values)
         alone[:, i] = si_factor(self.members[i].column) if kind == "bias" else values[:, i]
@@ -295,6 +352,21 @@ class Actuators:
             values[:, i] = self.members[i].response(times, demand_times, demands)
         return values
 
+    @cached_property
+    def log_columns(self) -> tuple[str, ...]:
+        """All columns that a log may have of them: their own, and of those that have a lag a command."""
+        return (*self.columns, *(command_column(a.column) for a in self.members if a.rate is not None))
+
+    def commanded(self, log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
+        """A log with commands in place of the columns that it lacks, and the short names of these."""
+        log, commanded = dict(log), []
+        for actuator in self.members:
+            command = log.pop(command_column(actuator.column), None)
+            if command is not None and actuator.short not in log:
+                log[actuator.short] = command
+                commanded.append(actuator.short)
+        return log, tuple(commanded)
+
     def values(self, log: dict[str, np.ndarray], n: int, source: str) -> np.ndarray:
         """Values (n, n_actuators) of the columns (n,) of a log by their names in memory; at rest those that it lacks.
 
@@ -313,6 +385,12 @@ class Actuators:
                 )
         columns = [log.get(actuator.short, np.full(n, actuator.rest)) for actuator in self.members]
         return np.column_stack(columns or [np.empty((n, 0))])
+
+
+def command_column(column: str) -> str:
+    """The column of a log for what is ordered of an actuator that has a column: ``rudder_command_deg``."""
+    name, _, unit = column.rpartition("_")
+    return f"{name}_{COMMAND}_{unit}"
 
 
 # Names in memory of the controls that any log may have -> their columns.

@@ -7,6 +7,7 @@ import numpy as np
 
 from bayesub.io import log_files, toml_files
 from bayesub.io.errors import InputError, error_source
+from bayesub.model.actuators import command_column
 from bayesub.model.manoeuvre_files import ManoeuvreFile, RandomFile, read_manoeuvre, straight_and_level
 from bayesub.model.vehicles import Vehicle
 
@@ -36,6 +37,8 @@ class Manoeuvre:
         actuators are the controls themselves.
     input_columns : tuple of str
         Short names of these columns.
+    commanded : tuple of str
+        Short names of the controls or actuators whose histories are commands, each of which holds until the next.
     """
 
     name: str
@@ -48,6 +51,7 @@ class Manoeuvre:
     columns: tuple[str, ...] = log_files.CONTROLS
     inputs: np.ndarray | None = None
     input_columns: tuple[str, ...] = ()
+    commanded: tuple[str, ...] = ()
 
     def __post_init__(self):
         for array in (self.times, self.controls, self.rpm, self.initial_state, self.inputs):
@@ -63,7 +67,11 @@ class Manoeuvre:
     def log(self) -> dict[str, np.ndarray]:
         """Short name -> (n,) histories as a log has them: of actuators or controls, and the propeller speed."""
         names, inputs = (self.columns, self.controls) if self.inputs is None else (self.input_columns, self.inputs)
-        return dict(zip(names, inputs.T, strict=True)) | {"rpm": self.rpm}
+        return dict(zip(map(self.logged, names), inputs.T, strict=True)) | {"rpm": self.rpm}
+
+    def logged(self, name: str) -> str:
+        """Name in memory of the column of a log that has a control or actuator, or what is ordered of it."""
+        return command_column(log_files.HEADERS.get(name, name)) if name in self.commanded else name
 
     def check(self, vehicle: Vehicle) -> None:
         """InputError if the manoeuvre moves other controls or actuators than a vehicle has."""
@@ -162,7 +170,7 @@ def of_inputs(
 
 def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
     actuators = vehicle.actuators
-    log = log_files.read_log(path, actuators.columns)
+    log, commanded = actuators.commanded(log_files.read_log(path, actuators.log_columns))
     times = log.pop("time")
     values = actuators.values(log, len(times), str(path))
     if log and not any(name in log for name in vehicle.inputs):
@@ -175,4 +183,4 @@ def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
     rpm = vehicle.propeller_speed(log, len(times))
     if not (np.isfinite(values).all() and np.isfinite(rpm).all()):
         raise InputError(f"{path}: a control column has empty cells; every row needs its controls")
-    return of_inputs(path.stem, times, values, rpm, straight_and_level(vehicle), vehicle)
+    return of_inputs(path.stem, times, values, rpm, straight_and_level(vehicle), vehicle, commanded=commanded)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from bayesub.io import log_files
+from bayesub.io.errors import InputError
 from bayesub.kernels.variations import of_dense
 from bayesub.model.equations import AXES
 from bayesub.model.simulate import MAX_SPEED_RATIO, Simulator
@@ -33,9 +34,11 @@ class Segment:
         self._times = np.array([end - begin])
         weights = (np.arange(n_steps + 1)[:, None] + [0.0, 0.5, 1.0]) / n_steps
         times = np.minimum(begin + weights * (end - begin), simulator.manoeuvre.duration).ravel()
+        if simulator.histories.own:
+            raise InputError("a filter does not know delays and lags of actuators; give them a value")
         controls = simulator.controls_at(times)
         changes = np.zeros((len(times), len(varied) + 2 * len(axes), controls.shape[1]))
-        inputs = simulator.inputs_at(times)
+        inputs = simulator.histories.at(times)
         for m, parameter in enumerate(varied):
             change = simulator.vehicle.actuators.variation(parameter, inputs, simulator.subproblem)
             changes[:, m, : change.shape[1]] = change

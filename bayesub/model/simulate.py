@@ -8,6 +8,7 @@ from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.kernels import families, workspace
 from bayesub.kernels.variations import Variations, of_entries
+from bayesub.model.control_histories import ControlHistories
 from bayesub.model.disturbance import Disturbance, ForceHistory, Knots, check_axes
 from bayesub.model.equations import AXES
 from bayesub.model.manoeuvres import Manoeuvre
@@ -45,7 +46,8 @@ class Simulator:
         Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`), n_varied of them, by which
         members of a batch may differ.
     changes : dict of str to float
-        Parameters of actuators -> how much they differ, for all members, from no bias and a scale of one.
+        Parameters of actuators -> how much they differ, for all members, from no bias, a scale of one, no delay and
+        the lag of the vehicle.
     knots : Knots, optional
         Where each member has forces of its own that the equations leave out; they vary after the parameters of
         actuators.
@@ -117,8 +119,14 @@ class Simulator:
         self._inactive = np.isin(equations.names, equations.active(subproblem=subproblem), invert=True)
         self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
         self._stage_times = [starts + f * self.step for f in (0.0, middle, end)]
-        self._stages = np.stack([self.controls_at(at) for at in self._stage_times], axis=1)
-        self._variations = self._variations_by(self.varied)
+        of_actuators = tuple(name for name in self.varied if name in vehicle.actuators.parameters)
+        self.histories = ControlHistories(
+            vehicle, manoeuvre, starts, self.step, self._stage_times, of_actuators, self.changes, subproblem
+        )
+        pairs = zip(self._stage_times, self.histories.stages, strict=True)
+        self._stages = np.stack([self._controls(at, inputs) for at, inputs in pairs], axis=1)
+        self._own, self._others = self._numbered()
+        self._variations = self._variations_by(self._others, own=True)
 
     def at(self, times: np.ndarray) -> "Simulator":
         """The same simulator with other output times."""
@@ -170,20 +178,18 @@ class Simulator:
         }
         return Simulator(self.vehicle, self.manoeuvre, **arguments | changes)
 
-    def inputs_at(self, times: np.ndarray) -> np.ndarray:
-        """(n, n_actuators) what the log says of the actuators at times (n,), linearly interpolated."""
-        history = self.manoeuvre
-        inputs = history.controls if self.vehicle.actuators.direct else history.inputs
-        columns = [np.interp(times, history.times, column) for column in inputs.T]
-        return np.column_stack(columns or [np.empty((len(times), 0))])
-
     def controls_at(self, times: np.ndarray) -> np.ndarray:
         """(n, n_controls + 1): the controls of the equations and n/k0; then, if there are any, forces from outside."""
-        history, actuators, inputs = self.manoeuvre, self.vehicle.actuators, self.inputs_at(times)
+        return self._controls(times, self.histories.at(times))
+
+    def _controls(self, times, inputs):
+        """The same of values (n, n_actuators) of the actuators."""
+        history, actuators = self.manoeuvre, self.vehicle.actuators
         speed = np.interp(times, history.times, history.rpm / self.vehicle.rpm_per_mps)
         controls = actuators.kernel_controls(inputs, speed, self.subproblem)
         for parameter, amount in self.changes.items():
-            controls = controls + amount * actuators.variation(parameter, inputs, self.subproblem)
+            if actuators.parameters[parameter][1] in ("bias", "scale"):
+                controls = controls + amount * actuators.variation(parameter, inputs, self.subproblem)
         if self._disturbed and not actuators.external:
             controls = np.hstack([controls, np.zeros((len(controls), 2 * len(AXES)))])
         if self._disturbed and self.forces is not None:
@@ -195,16 +201,47 @@ class Simulator:
         """Column of the first force from outside in what the kernels take as controls."""
         return len(self.vehicle.equations.controls) + 1
 
-    def _variations_by(self, parameters) -> Variations:
-        """What a unit of each parameter of the actuators, and of each force at a knot, adds to the stages."""
+    def _numbered(self):
+        """Whether a member adds, in place of each that varies, what its own histories add; and all other that vary."""
+        parameters = self.vehicle.actuators.parameters
+        own = np.array([name in parameters and parameters[name][0] in self.histories.own for name in self.varied], bool)
+        return own, tuple(name for name, of in zip(self.varied, own, strict=True) if not of)
+
+    def _added(self, amounts):
+        """What the kernels take as amounts, of amounts (n_batch, n_varied): others first, then those of own histories.
+
+        A delay or a lag is not a matter of adding; what it makes of the history is.
+        """
+        if not self.histories.own:
+            return amounts
+        n = sum(name in self.vehicle.actuators.parameters for name in self.varied)
+        return np.hstack([amounts[:, ~self._own], self.histories.added(amounts[:, :n])])
+
+    def _variations_by(self, parameters, amounts=None, *, own=False) -> Variations:
+        """What a unit of each parameter of the actuators, and of each force at a knot, adds to the stages.
+
+        Parameters
+        ----------
+        parameters : tuple of str
+        amounts : (n_varied,) array, optional
+            At which; by default zeros.
+        own : bool
+            Whether the numbers of members with histories of their own follow.
+        """
         entries = [(np.zeros(0, dtype=int),) * 3 + (np.zeros(0),)]
+        n = sum(name in self.vehicle.actuators.parameters for name in self.varied)
+        amounts = np.zeros(n) if amounts is None else amounts[:n]
         forces = {} if self.knots is None else {name: n for n, name in enumerate(self.knots.parameters)}
         places = {forces[name]: m for m, name in enumerate(parameters) if name in forces}
+        slopes = {name: self.histories.slopes(name, amounts) for name in parameters if name not in forces}
         for k, times in enumerate(self._stage_times if len(parameters) else ()):
-            inputs = self.inputs_at(times)
             for m, parameter in enumerate(parameters):
                 if parameter not in forces:
-                    change = self.vehicle.actuators.variation(parameter, inputs, self.subproblem)
+                    if slopes[parameter] is None:
+                        inputs = self.histories.stages[k]
+                        change = self.vehicle.actuators.variation(parameter, inputs, self.subproblem)
+                    else:
+                        change = slopes[parameter][:, k]
                     rows, columns = np.nonzero(change)
                     entries.append((3 * rows + k, np.full(len(rows), m), columns, change[rows, columns]))
             if places:
@@ -214,6 +251,9 @@ class Simulator:
                     of = numbers >= 0
                     column = np.full(np.count_nonzero(of), self._first_force + AXES.index(axis))
                     entries.append((3 * rows[of] + k, numbers[of], column, weights[of]))
+        if own:
+            of_own = ((s, len(parameters) + numbers, *rest) for s, numbers, *rest in self.histories.own_entries())
+            entries.extend(of_own)
         stages, *rest = (np.concatenate(part) for part in zip(*entries, strict=True))
         order = np.argsort(rest[0], kind="stable")  # a member adds its amounts in their order
         return of_entries(len(self._stages), stages[order], *(part[order] for part in rest))
@@ -273,7 +313,7 @@ class Simulator:
             self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else initial,
             self._stages,
             self._variations,
-            np.zeros((n_batch, len(self.varied))) if amounts is None else amounts,
+            self._added(np.zeros((n_batch, len(self.varied))) if amounts is None else amounts),
             self.step,
             self.times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
@@ -333,10 +373,10 @@ class Simulator:
         initial = np.array(self.manoeuvre.initial_state if initial is None else initial)[None]
         stages = self._stages
         if amounts is not None:
-            stages = stages + self._variations.added(amounts, stages.shape[2])
+            stages = stages + self._variations.added(self._added(amounts[None])[0], stages.shape[2])
         kernel = self.kernels.sensitivities
         history = kernel.fly(dimensional, bodies, initial, stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps)
-        firsts, variations, slots, *columns = self._sensitivity_columns(parameters)
+        firsts, variations, slots, *columns = self._sensitivity_columns(parameters, amounts)
         rows = np.array(log_files.positions(*outputs))
         derivatives = kernel.sensitivities(
             dimensional, bodies, history, stages, variations, slots, self.step, self.times, *columns, rows
@@ -345,7 +385,7 @@ class Simulator:
             derivatives = np.add.reduceat(derivatives, firsts, axis=1)
         return derivatives.swapaxes(1, 2)
 
-    def _sensitivity_columns(self, parameters):
+    def _sensitivity_columns(self, parameters, amounts):
         """First column of each parameter, and what the kernel `sensitivities` asks for, variations first."""
         parameters = tuple(parameters)
         if parameters not in self._columns:
@@ -353,8 +393,11 @@ class Simulator:
             firsts, varied, slots, *arrays = sensitivity_columns(
                 parameters, self.vehicle, self.subproblem, width, self.knots
             )
-            self._columns[parameters] = firsts, self._variations_by(varied), slots, *arrays
-        return self._columns[parameters]
+            self._columns[parameters] = firsts, varied, self._variations_by(varied, amounts), slots, *arrays
+        firsts, varied, variations, *arrays = self._columns[parameters]
+        if self.histories.own:  # of which the derivatives are not the same everywhere
+            variations = self._variations_by(varied, amounts)
+        return firsts, variations, *arrays
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:
         """The motion of coefficient sets `xi` (n_batch, n_terms), all twelve states."""
@@ -384,6 +427,7 @@ def simulate(
     controls: str = "linear",
     subproblem: str | None = _UNSET,
     attitude: str = "euler",
+    actuators: Mapping[str, float] | None = None,
     disturbance: Disturbance | ForceHistory | None = None,
     rng: np.random.Generator | None = None,
 ) -> Trajectory:
@@ -408,6 +452,8 @@ def simulate(
         "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
     attitude : str
         "euler" or "quaternion".
+    actuators : dict of str to float, optional
+        What is wrong with the log of the actuators: nuisance parameters -> values, such as ``{"delay_rudder_s": 0.4}``.
     disturbance : Disturbance or ForceHistory, optional
         Forces that the equations leave out, for all members: a process, of which one history is sampled at the
         integration step, or the history itself.
@@ -435,6 +481,7 @@ def simulate(
         raise InputError(f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}")
     times = np.minimum(times, manoeuvre.duration)
     options = {"controls": controls, "subproblem": subproblem, "attitude": attitude}
+    options["changes"] = vehicle.actuators.changes(actuators or {})
     if dt is None:
         dt = true_step(Simulator(vehicle, manoeuvre, times, **options).step, manoeuvre)
     simulator = Simulator(vehicle, manoeuvre, times, dt=dt, **options)

@@ -55,9 +55,10 @@ class Trajectory:
     @property
     def log(self) -> dict[str, np.ndarray]:
         """Short name -> (n_times,) histories as a log has them: of actuators, and of a propeller speed that acts."""
-        vehicle, values = self.simulator.vehicle, self.simulator.inputs_at(self.times)
+        simulator = self.simulator
+        vehicle, values = simulator.vehicle, simulator.histories.logged(self.times)
         histories = {"rpm": self.rpm} | dict(zip(vehicle.actuators.shorts, values.T, strict=True))
-        return {name: histories[name] for name in vehicle.inputs}
+        return {simulator.manoeuvre.logged(name): histories[name] for name in vehicle.inputs}
 
     def resampled(self, times: np.ndarray) -> Trajectory:
         """The same motion at other output times (s), which must not descend."""

@@ -11,6 +11,8 @@ A nuisance parameter is named with its unit, and is given, sampled and reported 
 - ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional
 - ``bias_rudder_deg``, ``scale_rudder``, ``bias_fin_1_deg``, ..: of an actuator, by its name, which acts with
   ``scale * value + bias`` where the log has `value`. The scale of a propeller is that of its thrust and torque.
+- ``delay_rudder_s``, ..: how much later it acts than the log has the value; ``lag_rudder_s``, ..: with which it follows
+  the command that the log has (model manual, equation 7.3)
 - ``sd_disturbance_Y``, ``correlation_time_disturbance_s``, ``disturbance_Y_0``, ..: of forces that the equations leave
   out (:mod:`bayesub.problem.disturbances`)
 """
@@ -23,6 +25,7 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
+from bayesub.model.actuators import command_column
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import GRAVITY_MPS2, Vehicle
 from bayesub.problem.disturbances import of_process
@@ -124,10 +127,17 @@ def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
     subproblem = vehicle.equations.subproblem(manoeuvre.subproblem)
     if not vehicle.actuators.moves(name, subproblem):
         raise InputError(f"nuisance '{name}': has no part in the {subproblem} sub-problem; leave it out")
-    history = manoeuvre.log.get(actuator.short)
+    history = manoeuvre.log.get(manoeuvre.logged(actuator.short))
     if kind == "scale" and history is not None and not history.any():
         raise InputError(f"nuisance '{name}': {actuator.column} is zero throughout the manoeuvre; leave it out")
-    return Nuisance(name, 0.0 if kind == "bias" else 1.0, motion={name: 1.0})
+    if kind == "delay" and history is not None and not np.ptp(history):
+        raise InputError(f"nuisance '{name}': {actuator.column} does not move in the manoeuvre; leave it out")
+    if kind == "lag" and actuator.short not in manoeuvre.commanded:
+        raise InputError(
+            f"nuisance '{name}': a lag is between a command and the actuator; the controls have {actuator.column}, not "
+            f"{command_column(actuator.column)}; leave it out"
+        )
+    return Nuisance(name, vehicle.actuators.nominal(name), motion={name: 1.0})
 
 
 def _body_value(vehicle, key):

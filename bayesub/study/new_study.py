@@ -65,7 +65,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     Planes that rest confine the motion to the horizontal or the vertical; what does not change in it is ignored.
     """
     boat = load_vehicle(vehicle)
-    log = log_files.read_log(data, boat.actuators.columns)
+    log, _ = boat.actuators.commanded(log_files.read_log(data, boat.actuators.log_columns))
     plane = _plane(boat, np.nan_to_num(boat.actuators.values(log, len(log["time"]), str(data))))
     changing = MOVING.get(plane, log_files.STATES)
     measured = [

@@ -66,7 +66,8 @@ def read_trial(
     """Read the log of a trial (:mod:`bayesub.io.log_files`).
 
     The trial begins when every control has its first cell, which is time zero from then on, and ends when the first of
-    them has its last. Controls are joined by straight lines between the cells of each; readings outside are left out.
+    them has its last. Controls are joined by straight lines between the cells of each, commands hold until the next;
+    readings outside are left out.
 
     The start is unknown: every state of the motion that the readings depend on becomes a nuisance parameter. Its prior
     is `nuisance`, or else a straight line through the readings of the first ship length travelled, at the start and
@@ -105,7 +106,7 @@ def read_trial(
     path, nuisance, known = Path(path), dict(nuisance or {}), dict(known or {})
     subproblem = vehicle.equations.subproblem(subproblem)
     columns = vehicle.actuators.shorts
-    log = log_files.read_log(path, vehicle.actuators.columns)
+    log = log_files.read_log(path, vehicle.actuators.log_columns)
     for column in ignore:
         short = log_files.COLUMNS.get(column, (column,))[0]
         if short not in log or column == "time_s":
@@ -113,7 +114,8 @@ def read_trial(
             raise InputError(f"{path}: ignore names '{column}', no column{nearest(column, listed)}")
         del log[short]
     length_time = vehicle.length_m / vehicle.speed_mps
-    begin, times, inputs, rpm = _controls(log, vehicle, path, max_control_gap_s or length_time)
+    log, commanded = vehicle.actuators.commanded(log)
+    begin, times, inputs, rpm = _controls(log, commanded, vehicle, path, max_control_gap_s or length_time)
     readings = {name: values for name, values in log.items() if name not in (*CONTROL_COLUMNS, *columns)}
     readings["time"] = readings["time"] - begin
     sensors = [replace(sensor, clock_offset_s=sensor.clock_offset_s + clock_offset_s) for sensor in flat(sensors)]
@@ -143,7 +145,9 @@ def read_trial(
         raise InputError(
             f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out"
         )
-    manoeuvre = of_inputs(name or path.stem, times, inputs, rpm, initial, vehicle, subproblem=subproblem)
+    manoeuvre = of_inputs(
+        name or path.stem, times, inputs, rpm, initial, vehicle, subproblem=subproblem, commanded=commanded
+    )
     return Trial(manoeuvre, record, nuisance, n_left_out=whole.n_readings - record.n_readings)
 
 
@@ -152,7 +156,7 @@ def _starts() -> dict[str, tuple[str, float]]:
     return {name: (start[:-1], factor) for name, entry in INITIAL.items() for start, factor in entry.items()}
 
 
-def _controls(log, vehicle, path, max_gap):
+def _controls(log, commanded, vehicle, path, max_gap):
     """Start (s of the log), times (n,) from zero, values (n, n_actuators) of the actuators and rpm (n,)."""
     cells = {}
     for name in vehicle.inputs:
@@ -180,9 +184,14 @@ def _controls(log, vehicle, path, max_gap):
             )
     times = np.unique(np.concatenate([times for times, _ in cells.values()]))
     times = times[(times >= begin) & (times <= end)]
-    joined = {name: np.interp(times, *cell) for name, cell in cells.items()}
+    joined = {name: (_held if name in commanded else np.interp)(times, *cell) for name, cell in cells.items()}
     inputs = vehicle.actuators.values(joined, len(times), str(path))
     return begin, times - begin, inputs, vehicle.propeller_speed(joined, len(times))
+
+
+def _held(times, since, values):
+    """Values (n,) at times (n,) that hold from `since` (m,) on."""
+    return values[np.searchsorted(since, times, side="right") - 1]
 
 
 def _within(record, duration, path) -> Record:

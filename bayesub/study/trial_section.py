@@ -30,11 +30,14 @@ class TruthSection(Section):
     ----------
     current_mps : (float, float)
         Constant current to the north and to the east.
+    actuators : dict of str to float
+        What is wrong with the log of the actuators: nuisance parameter, such as ``delay_rudder_s`` -> value.
     disturbance : TrueDisturbanceSection or None
         Forces that the equations leave out.
     """
 
     current_mps: tuple[float, float] = (0.0, 0.0)
+    actuators: dict[str, float] = pydantic.Field(default_factory=dict)
     disturbance: TrueDisturbanceSection | None = None
 
 
@@ -82,7 +85,8 @@ class TrialKeys(Section):
             for key in self.OF_DATA:
                 if getattr(self, key) is not None:
                     raise ValueError(f"{key} is for 'data'; leave it out")
-        if self.manoeuvre is None and (any(self.truth.current_mps) or self.truth.disturbance is not None):
+        given_truth = any(self.truth.current_mps) or self.truth.actuators or self.truth.disturbance is not None
+        if self.manoeuvre is None and given_truth:
             raise ValueError(f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out")
         return self
 
@@ -178,12 +182,13 @@ class TrialKeys(Section):
             return trial
         from bayesub.model.simulate import simulate, true_step
 
-        truth = simulate(vehicle, trial.manoeuvre, dt=true_step(step, trial.manoeuvre))
+        actuators = self.truth.actuators
+        truth = simulate(vehicle, trial.manoeuvre, dt=true_step(step, trial.manoeuvre), actuators=actuators)
         sensors = [section.build() for section in sections]
-        parameters = {}
+        parameters = dict(actuators)
         if self.truth.disturbance is not None:
             truth, disturbance = self.truth.disturbance.flown(truth, rng)
-            parameters = true_parameters(disturbance, vehicle)
+            parameters |= true_parameters(disturbance, vehicle)
         record = observe(truth, sensors, rng, current_mps=self.truth.current_mps)
         record = replace(record, nuisances=record.nuisances | parameters)
         return replace(trial, record=record, truth=truth)

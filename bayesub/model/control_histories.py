@@ -1,0 +1,206 @@
+"""The histories of a manoeuvre: what the log says of the actuators, and the values that act, late or behind a command.
+
+A value that is delayed, or that follows a command, is integrated over the steps of the simulator
+(:mod:`bayesub.model.actuator_response`): the motion is then smooth in a delay and a lag, although the history has kinks
+and jumps and the simulator has steps. All others are taken at the stages of the steps as the log has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bayesub.io.errors import InputError
+from bayesub.io.log_files import si_factor
+
+if TYPE_CHECKING:
+    from bayesub.model.manoeuvres import Manoeuvre
+    from bayesub.model.vehicles import Vehicle
+
+SHORTEST_LAG = 1e-6  # s, of a member whose lag would be negative
+PARTS = np.array([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]])  # of the ends of a straight line in a step, at its stages
+
+
+class ControlHistories:
+    """The histories of a manoeuvre of a vehicle, at the steps of a simulator.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+    manoeuvre : Manoeuvre
+    starts : (n,) array
+        When the steps begin, s; the last one begins at the end of the flight.
+    step : float
+        s.
+    stage_times : list of (n,) array
+        The three stages of each step, s.
+    varied : sequence of str
+        Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`) by which members of a batch may
+        differ, n_varied of them.
+    changes : dict of str to float
+        Parameters of actuators -> how much they differ, for all members, from their nominal values.
+    subproblem : str or None
+
+    Attributes
+    ----------
+    own : tuple of int
+        Positions of the actuators of which each member has a delay or a lag of its own.
+    stages : list of (n, n_actuators) array
+        What acts at the stages, without biases and scales.
+
+    Raises
+    ------
+    InputError
+        For a delay, a lag or a command where the controls are held over a step.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        manoeuvre: Manoeuvre,
+        starts: np.ndarray,
+        step: float,
+        stage_times: list[np.ndarray],
+        varied: tuple[str, ...],
+        changes: Mapping[str, float],
+        subproblem: str | None,
+    ):
+        self._actuators, self._manoeuvre, self._subproblem = vehicle.actuators, manoeuvre, subproblem
+        self._inputs = manoeuvre.controls if vehicle.actuators.direct else manoeuvre.inputs
+        self._boundaries, self._step = np.append(starts, starts[-1] + step), step
+        self._varied, self._changes = varied, changes
+        self._commanded = {i for i, a in enumerate(vehicle.actuators.members) if a.short in manoeuvre.commanded}
+        self.own = tuple(dict.fromkeys(self._late(varied)))
+        followed = sorted({*self.own, *self._late(changes), *self._commanded})
+        if followed and stage_times[2][0] == stage_times[0][0]:
+            raise InputError("a delay, a lag or a command needs controls = linear, found hold")
+        self.stages = [self.logged(times) for times in stage_times]
+        for i in followed:
+            ends = self._ends(i, np.zeros((1, len(varied))))[0][0]
+            for values, part in zip(self.stages, PARTS, strict=True):
+                values[:, i] = ends @ part
+
+    def _late(self, parameters):
+        """Positions of the actuators of which any of the parameters is a delay or a lag."""
+        entries = (self._actuators.parameters.get(name, (0, "")) for name in parameters)
+        return [i for i, kind in entries if kind in ("delay", "lag")]
+
+    def logged(self, times: np.ndarray) -> np.ndarray:
+        """(n, n_actuators) what the log says of the actuators at times (n,), linearly interpolated; commands hold."""
+        history = self._manoeuvre.times
+        columns = [np.interp(times, history, column) for column in self._inputs.T]
+        for i in self._commanded:
+            before = np.maximum(np.searchsorted(history, times, side="right") - 1, 0)
+            columns[i] = self._inputs[before, i]
+        return np.column_stack(columns or [np.empty((len(times), 0))])
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """(n, n_actuators) the values that act at times (n,), without biases and scales."""
+        values = self.logged(times)
+        for i in {*self._late(self._changes), *self._commanded}:
+            order = np.argsort(times, kind="stable")
+            points, _ = self._responses(i, times[order], *self._lateness(i, np.zeros((1, len(self._varied)))))
+            values[order, i] = points[0, :, 0]
+        return values
+
+    def _value(self, i, kind, amounts):
+        """(n_batch,) values of the parameter of a kind, of actuator i, of amounts (n_batch, n_varied)."""
+        names = [name for name, entry in self._actuators.parameters.items() if entry == (i, kind)]
+        if not names:
+            return np.zeros(len(amounts))
+        (name,) = names
+        value = np.full(len(amounts), self._actuators.nominal(name) + self._changes.get(name, 0.0))
+        if name in self._varied:
+            value += amounts[:, self._varied.index(name)]
+        return value
+
+    def _lateness(self, i, amounts):
+        """Delays (n_batch,) and lags (n_batch,) of actuator i, s."""
+        delays = self._value(i, "delay", amounts)
+        if i not in self._commanded:
+            return delays, np.zeros(len(amounts))
+        return delays, np.maximum(self._value(i, "lag", amounts), SHORTEST_LAG)
+
+    def _responses(self, i, boundaries, delays, lags):
+        """Values at boundaries (n_batch, n, 2) and integrals (n_batch, n - 1, 4) of actuator i."""
+        from bayesub.model.actuator_response import responses  # importing numba takes a second
+
+        actuator, times = self._actuators.members[i], self._manoeuvre.times
+        values = np.ascontiguousarray(self._inputs[:, i])
+        slopes, rate = np.append(np.diff(values) / np.diff(times), 0.0), np.inf
+        if i in self._commanded:
+            values, slopes, rate = np.clip(values, *actuator.range), np.zeros(len(times)), actuator.rate
+        bends = np.append(True, (values[1:] != values[:-1]) | (slopes[1:] != 0.0))
+        times, values, slopes = times[bends], values[bends], slopes[bends]
+        points = np.empty((len(delays), len(boundaries), 2))
+        integrals = np.empty((len(delays), len(boundaries) - 1, 4))
+        responses(times, values, slopes, rate, boundaries, delays, lags, points, integrals)
+        return points, integrals
+
+    def _ends(self, i, amounts):
+        """What acts at the begin and end of each step (n_batch, n, 2), and its derivatives by delay and lag."""
+        from bayesub.model.actuator_response import straight_lines
+
+        return straight_lines(*self._responses(i, self._boundaries, *self._lateness(i, amounts)), self._step)
+
+    def added(self, amounts: np.ndarray) -> np.ndarray:
+        """(n_batch, n_own) how much functions of the actuators of :attr:`own` differ from those of :attr:`stages`.
+
+        Of each actuator and :class:`bayesub.model.actuators.Feature` they are those at the begin and the end of each
+        step; :meth:`own_entries` has what a unit of each adds.
+        """
+        columns = []
+        none = np.zeros((1, len(self._varied)))
+        for i in self.own:
+            ends, nominal = self._ends(i, amounts)[0], self._ends(i, none)[0]
+            scale, base = self._value(i, "scale", amounts), self._value(i, "scale", none)
+            bias, offset = (self._value(i, "bias", rows) * self._unit(i) for rows in (amounts, none))
+            for k, feature in enumerate(self._actuators.features(i, self._subproblem)):
+                change = scale[:, None, None] * feature.of(ends) - base * feature.of(nominal)
+                if k == 0:  # what has a bias has this feature alone
+                    change += (bias - offset)[:, None, None]
+                columns.append(change.reshape(len(amounts), -1))
+        return np.hstack(columns)
+
+    def _unit(self, i):
+        return si_factor(self._actuators.members[i].column)
+
+    def own_entries(self) -> list[tuple[np.ndarray, ...]]:
+        """What a unit of each of the numbers of :meth:`added` adds to the controls at the stages.
+
+        Each is the stages, numbers, columns and values of :func:`bayesub.kernels.variations.of_entries`.
+        """
+        entries, first, n = [], 0, len(self._boundaries) - 1
+        for i in self.own:
+            for feature in self._actuators.features(i, self._subproblem):
+                stage, end, column = (part.ravel() for part in np.indices((3, 2, len(feature.row))))
+                weights = PARTS[stage, end] * feature.row[column]
+                of = np.flatnonzero(weights)
+                steps = np.repeat(np.arange(n), len(of))
+                of = np.tile(of, n)
+                numbers = first + 2 * steps + end[of]
+                entries.append((3 * steps + stage[of], numbers, column[of], weights[of]))
+                first += 2 * n
+        return entries
+
+    def slopes(self, parameter: str, amounts: np.ndarray) -> np.ndarray | None:
+        """(n, 3, n_columns) derivative of the controls at the stages by a parameter, of amounts (n_varied,).
+
+        None if it is that of :meth:`bayesub.model.actuators.Actuators.variation` at :attr:`stages`.
+        """
+        i, kind = self._actuators.parameters[parameter]
+        if kind in ("bias", "scale") and i not in self.own:
+            return None
+        ends, by_delay, by_lag = (part[0] for part in self._ends(i, amounts[None]))
+        scale, change = self._value(i, "scale", amounts[None]), 0.0
+        for feature in self._actuators.features(i, self._subproblem):
+            of = {
+                "bias": lambda feature=feature: self._unit(i) * feature.slope(ends),
+                "scale": lambda feature=feature: feature.of(ends),
+                "delay": lambda feature=feature: scale * feature.slope(ends) * by_delay,
+                "lag": lambda feature=feature: scale * feature.slope(ends) * by_lag,
+            }[kind]()
+            change = change + (of @ PARTS.T)[:, :, None] * feature.row
+        return change
