@@ -10,12 +10,13 @@ import numpy as np
 import pydantic
 
 from bayesub.io.errors import nearest
-from bayesub.io.log_files import COLUMNS, CONTROL_COLUMNS
+from bayesub.io.log_files import COLUMNS, CONTROL_COLUMNS, si_factor
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.actuators import AILERON, Actuator, Actuators
 from bayesub.model.equations import AXES, EquationSet
 
 RUDDER, BOW_PLANE, STERN_PLANE, *_ = CONTROL_COLUMNS
+RAW_UNITS = ("counts", "percent", "us")  # of columns as a computer commands them; us are microseconds
 _SNAPPED = 1e-9  # sines and cosines of right angles
 
 Vector3 = Annotated[tuple[float, float, float], pydantic.Field(description="three numbers")]
@@ -38,8 +39,14 @@ class ActuatorSection(Section):
     name: Name
     column: str | None = None
     sign: Literal[1, -1] = 1
+    zero: float = 0.0  # of the column, where it does nothing
 
     UNIT: ClassVar[str] = ""
+
+    @property
+    def unit(self) -> float | None:
+        """SI units in one unit of a column of counts and the like, if the file says it."""
+        return None
 
     @property
     def header(self) -> str:
@@ -49,10 +56,13 @@ class ActuatorSection(Section):
     @pydantic.model_validator(mode="after")
     def _column_of_its_own(self):
         header = self.header
-        if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]*_{self.UNIT}", header):
-            raise ValueError(
-                f"column '{header}' does not end with the unit of the actuator; write it as ..._{self.UNIT}"
-            )
+        if self.zero and self.UNIT == "rpm":
+            raise ValueError("a propeller has no zero; leave it out")
+        units = self.UNIT if self.unit is None else "|".join(RAW_UNITS)
+        if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]*_({units})", header):
+            if header.rpartition("_")[2] in RAW_UNITS and self.UNIT != "rpm":
+                raise ValueError(f"column '{header}': give unit_{self.UNIT}, how much one unit of it is")
+            raise ValueError(f"column '{header}' does not end with the unit of the actuator; write it as ..._{units}")
         if header in COLUMNS and header not in CONTROL_COLUMNS:
             raise ValueError(f"column '{header}' is that of the motion of the boat; choose another")
         return self
@@ -68,8 +78,14 @@ class FinSection(ActuatorSection):
     rate_deg_s: Positive
     time_constant_s: Positive
     mixing: dict[str, float] | None = None
+    unit_deg: Positive | None = None
 
     UNIT: ClassVar[str] = "deg"
+
+    @property
+    def unit(self) -> float | None:
+        """Radians in one unit of a column of counts and the like, if the file says it."""
+        return None if self.unit_deg is None else np.radians(self.unit_deg).item()
 
     @pydantic.model_validator(mode="after")
     def _mixed_somehow(self):
@@ -121,8 +137,14 @@ class ThrusterSection(PushingSection):
 
     kind: Literal["thruster"]
     limit_n: Positive | None = None
+    unit_n: Positive | None = None
 
     UNIT: ClassVar[str] = "n"
+
+    @property
+    def unit(self) -> float | None:
+        """Newtons in one unit of a column of counts and the like, if the file says it."""
+        return self.unit_n
 
     def build(self, n_controls: int, _water_density_kgm3: float) -> Actuator:
         """The actuator."""
@@ -225,6 +247,9 @@ def build(
             members.append(_actuator(one.header, row, one.name, **dynamics))
         else:
             members.append(one.build(len(columns), water_density_kgm3))
+        if one.zero or one.unit is not None:
+            unit, si = (1.0, si_factor(one.header)) if one.unit is None else (one.unit, 1.0)
+            members[-1] = members[-1].by_column(one.header, unit, one.zero * si)
     # What is no angle and no actuator moves is what the log says it is.
     moved = mixing.any(axis=0) if len(mixing) else np.zeros(len(columns), dtype=bool)
     for column, row, is_moved in zip(columns, np.eye(len(columns)), moved, strict=True):

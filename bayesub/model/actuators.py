@@ -8,7 +8,7 @@ vehicle whose file has the plain table ``[actuators]`` has the controls of its e
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ Orders = dict[str, tuple[np.ndarray, np.ndarray]]  # column -> times (m,) in sec
 
 @dataclass(frozen=True)
 class Actuator:
-    """One actuator; its value is what the log says, in SI units.
+    """One actuator; its value is what the log says, in SI units, or in counts and the like as they are.
 
     Attributes
     ----------
@@ -56,6 +56,10 @@ class Actuator:
     turns : int
         Of a fin by geometry: 1 if its trailing edge goes counterclockwise, seen from astern, with a positive value, -1
         if it goes clockwise; 0 if nobody says.
+    zero : float
+        Value with which it does nothing.
+    commanded : bool
+        Whether its column is of commands.
     """
 
     name: str
@@ -70,6 +74,26 @@ class Actuator:
     time_constant: float | None = None
     angle_deg: float | None = None
     turns: int = 0
+    zero: float = 0.0
+    commanded: bool = False
+
+    def by_column(self, column: str, unit: float, zero: float) -> Actuator:
+        """The same linear actuator, of which a log has another column.
+
+        Parameters
+        ----------
+        column : str
+        unit : float
+            Of its value, in a unit of the column; negative if the column counts the other way round.
+        zero : float
+            Where the column stands when the value is zero.
+        """
+        rate = None if self.rate is None else self.rate / abs(unit)
+        parts = {"limit": self.limit / abs(unit), "rate": rate, "rest": self.rest / unit + zero, "zero": zero}
+        sign = -1 if unit < 0.0 else 1
+        return replace(
+            self, column=column, mixing=unit * self.mixing, force=unit * self.force, turns=sign * self.turns, **parts
+        )
 
     @property
     def short(self) -> str:
@@ -84,7 +108,7 @@ class Actuator:
     @property
     def range(self) -> tuple[float, float]:
         """Smallest and largest value."""
-        return -self.limit, self.limit
+        return self.zero - self.limit, self.zero + self.limit
 
     @property
     def is_linear(self) -> bool:
@@ -174,6 +198,14 @@ class Actuators:
         return np.array([actuator.rest for actuator in self.members])
 
     @cached_property
+    def zeros(self) -> np.ndarray:
+        """(n_actuators,) values with which they do nothing."""
+        return np.array([actuator.zero for actuator in self.members])
+
+    def _from_zero(self, values):
+        return values - self.zeros if self.zeros.any() else values
+
+    @cached_property
     def external(self) -> bool:
         """Whether any makes forces from outside of the equations."""
         return bool(self._wrench.any())
@@ -245,10 +277,10 @@ class Actuators:
     def features(self, i: int, subproblem: str | None) -> list[Feature]:
         """What the value of an actuator adds to :meth:`kernel_controls`, as a sum of functions of it."""
         actuator = self.members[i]
-        unit = np.eye(len(self.members))[i : i + 1]
+        unit = np.eye(len(self.members))[i : i + 1] + self.zeros
         steady = self.kernel_controls(unit, np.zeros(1), subproblem)[0]
         if actuator.is_linear:
-            return [Feature(steady, lambda v: v, np.ones_like)]
+            return [Feature(steady, lambda v: v - actuator.zero, np.ones_like)]
         of_square, of_speed = np.zeros_like(steady), np.zeros_like(steady)
         first, moved = len(self.equations.controls) + 1, self._moved(subproblem)
         of_square[first : first + len(AXES)] = np.where(moved, actuator.force_of_square, 0.0)
@@ -266,13 +298,14 @@ class Actuators:
 
     def mixed(self, values: np.ndarray) -> np.ndarray:
         """Controls (n, n_controls) of the equations, SI units, for values (n, n_actuators)."""
-        return values if self.direct else values @ self.mixing.T
+        return values if self.direct else self._from_zero(values) @ self.mixing.T
 
     def wrenches(self, values: np.ndarray, subproblem: str | None) -> np.ndarray:
         """(n, 12) forces from outside X Y Z K M N, N and N m, and after them what of each goes with u (1 m/s).
 
         In a sub-problem those of other axes are zero.
         """
+        values = self._from_zero(values)
         steady = values @ self._wrench[0] + (values * np.abs(values)) @ self._wrench[1]
         wrenches = np.hstack([steady, np.abs(values) @ self._wrench[2]])
         return np.where(self._moved(subproblem) * 2, wrenches, 0.0)
@@ -298,8 +331,8 @@ class Actuators:
     def variation(self, parameter: str, values: np.ndarray, subproblem: str | None) -> np.ndarray:
         """What a unit of a bias or scale adds to :meth:`kernel_controls` at values (n, n_actuators)."""
         i, kind = self.parameters[parameter]
-        alone = np.zeros_like(values)
-        alone[:, i] = si_factor(self.members[i].column) if kind == "bias" else values[:, i]
+        alone = np.zeros_like(values) + self.zeros
+        alone[:, i] = self.zeros[i] + si_factor(self.members[i].column) if kind == "bias" else values[:, i]
         return self.kernel_controls(alone, np.zeros(len(values)), subproblem)
 
     def moves(self, parameter: str, subproblem: str | None) -> bool:
@@ -342,7 +375,8 @@ class Actuators:
                 if share[i] != 0.0
             ]
             if parts:
-                demands[i] = parts[0] if len(parts) == 1 else _sum(parts)
+                times, demand = parts[0] if len(parts) == 1 else _sum(parts)
+                demands[i] = times, demand + self.members[i].zero if self.members[i].zero else demand
         return demands
 
     def responses(self, times: np.ndarray, orders: Orders, source: str) -> np.ndarray:
@@ -364,6 +398,8 @@ class Actuators:
             command = log.pop(command_column(actuator.column), None)
             if command is not None and actuator.short not in log:
                 log[actuator.short] = command
+                commanded.append(actuator.short)
+            elif actuator.commanded and actuator.short in log:
                 commanded.append(actuator.short)
         return log, tuple(commanded)
 

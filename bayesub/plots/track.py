@@ -132,7 +132,8 @@ def _draw_actuators(axis, trajectory):
     """The actuators that move: angles in degrees; forces and revolutions as parts of their largest, on the right."""
     actuators = trajectory.simulator.vehicle.actuators
     colours = cycle((style.POSTERIOR, style.LINEAR, style.SQP, style.NULL, style.WEAK))
-    histories = [trajectory.log[short] for short in actuators.shorts]
+    logged = trajectory.simulator.manoeuvre.logged
+    histories = [trajectory.log[logged(short)] for short in actuators.shorts]
     entries = list(zip(actuators.columns, histories, colours, strict=False))
     for column, values, colour in entries:
         if column.endswith("_deg") and np.any(values):

@@ -128,7 +128,7 @@ def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
     if not vehicle.actuators.moves(name, subproblem):
         raise InputError(f"nuisance '{name}': has no part in the {subproblem} sub-problem; leave it out")
     history = manoeuvre.log.get(manoeuvre.logged(actuator.short))
-    if kind == "scale" and history is not None and not history.any():
+    if kind == "scale" and history is not None and not (history != actuator.zero).any():
         raise InputError(f"nuisance '{name}': {actuator.column} is zero throughout the manoeuvre; leave it out")
     if kind == "delay" and history is not None and not np.ptp(history):
         raise InputError(f"nuisance '{name}': {actuator.column} does not move in the manoeuvre; leave it out")

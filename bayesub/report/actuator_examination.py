@@ -7,7 +7,7 @@ from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle
 from bayesub.report.examination import Examination
 
-_UNITS = {"deg": "deg", "n": "N", "rpm": "rpm"}
+_UNITS = {"deg": "deg", "n": "N", "nm": "N m", "rpm": "rpm", "counts": "counts", "percent": "%", "us": "us"}
 
 
 def actuators(boat: Vehicle) -> Examination:
@@ -26,7 +26,8 @@ def _numbers(boat: Vehicle, actuator: Actuator) -> dict:
     if np.isfinite(actuator.limit):
         numbers["limit"] = actuator.limit / factor
     shares = zip(boat.equations.controls, actuator.mixing, strict=True)
-    numbers["controls"] = {control.column: float(share) for control, share in shares if share}
+    degrees = 180.0 / np.pi * factor  # of a control, for a unit of the column
+    numbers["controls"] = {control.column: float(share * degrees) for control, share in shares if share}
     value = 1.0 if actuator.is_linear else actuator.rest
     push = actuator.force * value + actuator.force_of_square * value * abs(value)
     push = push + actuator.force_of_speed * abs(value) * boat.speed_mps

@@ -12,6 +12,7 @@ from bayesub.problem import priors
 from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
+from bayesub.study.control_section import with_columns
 from bayesub.study.prior_section import noise_models
 from bayesub.study.study_file import Study
 from bayesub.study.trial_log import Trial
@@ -61,7 +62,7 @@ def prepare(study: Study) -> Setup:
 def _prepare(study: Study) -> Setup:
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(study.seed).spawn(5)]
     data_rng, guess_rng, *others = streams
-    vehicle = load_vehicle(study.vehicle, study.path)
+    vehicle = with_columns(load_vehicle(study.vehicle, study.path), study.controls)
     trials = {}
     for name, trial, sections in study.each_trial():
         with error_source(_label(name)):

@@ -10,6 +10,7 @@ from bayesub.io import toml_files
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import files_of_equations
+from bayesub.study.control_section import ControlSection
 from bayesub.study.disturbance_section import DisturbanceSection
 from bayesub.study.prior_section import AnyNoiseSection, PriorSection
 from bayesub.study.provenance import copy_name, environment, file_digest
@@ -96,6 +97,8 @@ class Study(TrialKeys):
         flown at a tenth of it.
     sensors : tuple of SensorSection
         Of the trial, and of those of `trials` that have none of their own.
+    controls : dict of str to ControlSection
+        Name of an actuator -> its column in logs, where it is not that of the vehicle.
     free : FreeSection
         What is inferred.
     prior : PriorSection
@@ -121,6 +124,7 @@ class Study(TrialKeys):
     seed: int = pydantic.Field(ge=0)
     dt_s: Positive | None = None
     sensors: tuple[AnySensorSection, ...] = ()
+    controls: dict[str, ControlSection] = pydantic.Field(default_factory=dict)
     free: FreeSection
     prior: PriorSection
     noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton
@@ -96,3 +97,92 @@ def test_refused(folder, old, new, message):
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(bs.InputError, match=message):
         prepare(load_study(path))
+
+
+PERCENT = """
+name = "percent"
+vehicle = "auv690"
+seed = 3
+data = "log.csv"
+subproblem = "horizontal"
+{controls}
+{sensors}
+[free]
+coefficients = ["Yuv", "Nuv"]
+[prior]
+kind = "relative_normal"
+sd = 0.1
+"""
+
+
+def test_a_rudder_in_counts_from_a_guess(tmp_path, bayesub):
+    """Eight logs of a rudder in counts whose zero and scale nobody knows: truths come out, and blind fits do not.
+
+    Sixteen squares of standard normal errors of zero and scale; the probability of a sum outside is 1 in 1000.
+    """
+    controls = '[controls.rudder]\ncolumn = "rudder_counts"\nunit_deg = 0.05\nzero = 500.0\n'
+    nuisance = (
+        "[nuisance]\nbias_rudder_counts = { mean = 0.0, sd = 40.0 }\nscale_rudder = { mean = 1.0, sd = 0.2 }\n"
+        "u0_mps = { mean = 2.0, sd = 0.2 }\n"
+    )
+    boat = bs.load_vehicle("auv690")
+    manoeuvre = bs.load_manoeuvre("zigzag_20_20", boat)
+    errors, blind = [], []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        bias, scale = rng.normal(0.0, 40.0), rng.normal(1.0, 0.2)
+        xi = boat.xi.copy()
+        xi[boat.equations.columns(["Yuv", "Nuv"])] *= 1.0 + 0.1 * rng.standard_normal(2)
+        track = bs.simulate(boat, manoeuvre, xi=xi, dt=0.1, subproblem="horizontal")
+        instruments = [bs.sensors.Track(0.1, 0.1, channels=("x", "y", "yaw")), bs.sensors.Sensor("r_degps", 0.05)]
+        record = bs.observe(track, instruments, rng)
+        record.save(tmp_path / "log.csv", track)
+        # What acts is 0.05 deg (scale (counts - 500) + bias).
+        log = bs.io.log_files.read_log(tmp_path / "log.csv")
+        log["rudder_counts"] = (np.degrees(log.pop("delta_r")) / 0.05 - bias) / scale + 500.0
+        bs.io.log_files.write_log(tmp_path / "log.csv", log)
+        (tmp_path / "study.toml").write_text(PERCENT.format(controls=controls, sensors=SENSORS) + nuisance)
+        problem = prepare(load_study(tmp_path / "study.toml")).problem
+        fit = gauss_newton(problem)
+        places = [problem.names.index(name) for name in ("bias_rudder_counts", "scale_rudder")]
+        errors.append((fit.values[places] - [bias, scale]) / np.sqrt(np.diag(fit.covariance))[places])
+        few = nuisance.replace("bias_rudder", "#").replace("scale_rudder", "#")
+        (tmp_path / "study.toml").write_text(PERCENT.format(controls=controls, sensors=SENSORS) + few)
+        problem = prepare(load_study(tmp_path / "study.toml")).problem
+        fit = gauss_newton(problem)
+        places = [problem.names.index(name) for name in ("Yuv", "Nuv")]
+        truth = xi[boat.equations.columns(["Yuv", "Nuv"])]
+        blind.append((fit.values[places] - truth) / np.sqrt(np.diag(fit.covariance))[places])
+    low, high = stats.chi2.ppf([0.0005, 0.9995], 16)
+    assert low < np.sum(np.square(errors)) < high
+    assert np.median(np.abs(blind)) > 5.0
+
+
+@pytest.mark.parametrize(
+    ("controls", "message"),
+    [
+        ('[controls.ruder]\ncolumn = "rudder_percent"', "no such actuator: did you mean 'rudder'"),
+        ('[controls.rudder]\ncolumn = "rudder_counts"', "controls.rudder: unit_deg is missing"),
+        ("[controls.rudder]\nzero = 3.0", "give column"),
+        ("[controls.rudder]\ncommanded = true", None),
+        ('[controls.rudder]\ncolumn = "rudder_percent"\nzero = 1.5', None),
+    ],
+)
+def test_columns_of_a_study(tmp_path, controls, message):
+    """A hundred per cent are the limit of the rudder; a column may be of commands whatever its name."""
+    column = "rudder_percent" if "percent" in controls else "rudder_deg"
+    rows = (f"{t},{20.0 * np.sin(t / 3)},{t},0,{t},{np.cos(t / 3)}" for t in range(30))
+    (tmp_path / "log.csv").write_text("\n".join([f"time_s,{column},x_m,y_m,yaw_deg,r_degps", *rows]) + "\n")
+    (tmp_path / "study.toml").write_text(PERCENT.format(controls=controls, sensors=SENSORS))
+    if message is not None:
+        with pytest.raises(bs.InputError, match=message):
+            prepare(load_study(tmp_path / "study.toml"))
+        return
+    setup = prepare(load_study(tmp_path / "study.toml"))
+    manoeuvre, rudder = setup.trials[""].manoeuvre, setup.vehicle.actuators.members[0]
+    assert manoeuvre.commanded == (("delta_r",) if "commanded" in controls else ())
+    if "percent" in controls:
+        times = np.arange(30)
+        expected = (20.0 * np.sin(times / 3) - 1.5) / 100.0 * bs.load_vehicle("auv690").actuators.members[0].limit
+        np.testing.assert_allclose(manoeuvre.controls[:, 0], expected, rtol=0, atol=1e-12)
+        assert rudder.range[1] == pytest.approx(101.5)

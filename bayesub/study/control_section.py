@@ -1,0 +1,75 @@
+"""The columns of actuators in study files, where the log has others than the vehicle file says."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pydantic
+
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.toml_files import Section
+from bayesub.model.actuator_files import RAW_UNITS
+from bayesub.model.vehicles import Vehicle
+
+
+class ControlSection(Section):
+    """How the log of a study has an actuator.
+
+    Attributes
+    ----------
+    column : str or None
+        Of the log; by default that of the vehicle.
+    unit_deg, unit_n : float or None
+        Degrees of a fin, newtons of a thruster, in a unit of a column of counts and the like; negative if it counts the
+        other way round. The limit of a fin is a hundred per cent by default.
+    zero : float
+        Where the column stands when the actuator does nothing.
+    commanded : bool
+        Whether the column is of commands.
+    """
+
+    column: str | None = pydantic.Field(default=None, pattern=rf"^[A-Za-z][A-Za-z0-9_]*_({'|'.join(RAW_UNITS)})$")
+    unit_deg: float | None = None
+    unit_n: float | None = None
+    zero: float = 0.0
+    commanded: bool = False
+
+    @pydantic.model_validator(mode="after")
+    def _of_a_column(self):
+        for key in ("unit_deg", "unit_n"):
+            if getattr(self, key) == 0.0:
+                raise ValueError(f"{key} must not be zero")
+        if self.column is None and any(getattr(self, key) for key in ("unit_deg", "unit_n", "zero")):
+            raise ValueError("unit and zero are those of a column; give column, which ends with its unit")
+        return self
+
+    def unit(self, name: str, own: str, limit: float) -> float:
+        """SI units in a unit of the column, of an actuator of a name, the unit `own` and a limit in SI units."""
+        key = {"deg": "unit_deg", "n": "unit_n"}.get(own)
+        size = None if key is None else getattr(self, key)
+        if size is not None:
+            return np.radians(size).item() if own == "deg" else size
+        if own == "deg" and self.column.endswith("_percent") and np.isfinite(limit):
+            return limit / 100.0
+        if key is None:
+            raise InputError(f"controls.{name}: its column ends with _{own} and has no other; leave column out")
+        raise InputError(f"controls.{name}: {key} is missing; give a guess of how much one unit of {self.column} is")
+
+
+def with_columns(vehicle: Vehicle, sections: Mapping[str, ControlSection]) -> Vehicle:
+    """The vehicle with the columns of a study; InputError for an actuator that it does not have."""
+    if not sections:
+        return vehicle
+    members = {actuator.name: actuator for actuator in vehicle.actuators.members}
+    for name, section in sections.items():
+        if name not in members:
+            raise InputError(f"controls.{name}: there is no such actuator{nearest(name, members)}")
+        actuator = members[name]
+        if section.column is not None:
+            unit = section.unit(name, actuator.unit, actuator.limit)
+            actuator = actuator.by_column(section.column, unit, section.zero)
+        if section.commanded and actuator.rate is None:
+            raise InputError(f"controls.{name}: answers a command at once; leave commanded out")
+        members[name] = replace(actuator, commanded=section.commanded)
+    direct = vehicle.actuators.direct and all(section.column is None for section in sections.values())
+    return replace(vehicle, actuators=replace(vehicle.actuators, members=tuple(members.values()), direct=direct))
