@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -256,6 +257,20 @@ def build(
         if not (is_moved or column.endswith("_deg")):
             members.append(_actuator(column, row, rest=_rest(column, rpm)))
     return Actuators(tuple(members), equations)
+
+
+def with_forces(actuators: Actuators, forces: Iterable[tuple[str, np.ndarray, float]]) -> Actuators:
+    """The actuators, and one for each column of a log that is a force or a moment from outside.
+
+    Parameters
+    ----------
+    actuators : Actuators
+    forces : iterable
+        Column, (6,) forces and moments of its unit, and value at rest.
+    """
+    none = np.zeros(len(actuators.equations.controls))
+    members = [_actuator(column, none, force=force, rest=rest) for column, force, rest in forces]
+    return replace(actuators, members=(*actuators.members, *members), direct=actuators.direct and not members)
 
 
 def _rest(column: str, rpm: float) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 import pydantic
@@ -63,6 +64,42 @@ class ThrustSection(PropulsionSection):
         """Of the square of the propeller speed, backwards if that turns astern."""
         b = self.thrust_n / (0.5 * body.water_density_kgm3 * body.length_m**2 * speed**2)
         return (0.0, 0.0, b, 0.0, 0.0, b, 0.0, 0.0, -b), self.rpm / speed
+
+
+class MeasuredSection(PropulsionSection):
+    """A thrust and a torque that logs have, in the columns ``thrust_n`` and ``torque_nm``.
+
+    Without its column the thrust is that which balances the drag at the speed of trials.
+    """
+
+    model: Literal["measured"]
+    thrust_deduction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
+    handedness: Literal["right", "left"] = "right"
+    rpm: Positive | None = None
+
+    COLUMNS: ClassVar[tuple[str, ...]] = ("thrust_n", "torque_nm")
+
+    @pydantic.model_validator(mode="after")
+    def _no_torque(self):
+        if any(self.torque):
+            raise ValueError("the torque is a column of the log, torque_nm; leave torque out")
+        return self
+
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Nothing that follows the revolutions, which only terms of the slipstream need."""
+        return (0.0,) * 9, 1.0 if self.rpm is None else self.rpm / speed
+
+    def wrenches(self, body: BodySection, speed: float, drag: float) -> Iterator[tuple[str, np.ndarray, float]]:
+        """Column, (6,) forces of its unit, and value at rest; parameters as of :meth:`thrust`.
+
+        The hull feels the torque the other way round: a right-handed propeller turns clockwise, seen from astern.
+        """
+        share = 1.0 - self.thrust_deduction
+        balanced = 0.5 * body.water_density_kgm3 * (body.length_m * speed) ** 2 * drag / share
+        side = -1.0 if self.handedness == "right" else 1.0
+        thrust, torque = self.COLUMNS
+        yield thrust, share * np.array([1.0, 0.0, 0.0, 0.0, self.thrust_line_z_m, 0.0]), balanced
+        yield torque, side * np.eye(6)[3], 0.0
 
 
 class PolynomialSection(PropulsionSection):
@@ -138,6 +175,7 @@ AnyPropulsion = Annotated[
     | Annotated[ConstantKTSection, pydantic.Tag("constant_kt")]
     | Annotated[LinearKTSection, pydantic.Tag("linear_kt")]
     | Annotated[ThrustSection, pydantic.Tag("thrust")]
+    | Annotated[MeasuredSection, pydantic.Tag("measured")]
     | Annotated[NoPropulsionSection, pydantic.Tag("none")],
     pydantic.Discriminator(_model_of),
 ]

@@ -14,7 +14,7 @@ from bayesub.model import actuator_files
 from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection
 from bayesub.model.equations import EquationSet
 from bayesub.model.equations.files import DEFAULT
-from bayesub.model.propulsion import AnyPropulsion
+from bayesub.model.propulsion import AnyPropulsion, MeasuredSection
 
 Vector3 = Annotated[tuple[float, float, float], pydantic.Field(description="three numbers")]
 
@@ -137,4 +137,8 @@ def misfit(file: VehicleFile, equations: EquationSet) -> str:
         return f"coefficients: {total} missing ({listed}); write 0 where there is none"
     if equations.has_crossflow and file.hull is None:
         return f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it"
+    if isinstance(file.propulsion, MeasuredSection) and isinstance(file.actuators, tuple):
+        taken = {one.header for one in file.actuators} & set(MeasuredSection.COLUMNS)
+        if taken:
+            return f"actuators: column '{min(taken)}' is that of the measured propulsion; rename it"
     return actuator_files.misfit(file.actuators, equations, file.body.length_m)

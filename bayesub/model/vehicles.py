@@ -19,7 +19,7 @@ from bayesub.model.actuators import Actuators
 from bayesub.model.equations import EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import directory
-from bayesub.model.propulsion import ThrustSection
+from bayesub.model.propulsion import MeasuredSection, ThrustSection
 from bayesub.model.vehicle_files import VehicleFile, misfit
 
 if TYPE_CHECKING:
@@ -210,6 +210,9 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
     thrust, rpm_per_mps = propulsion.thrust(body, trial.speed_mps, drag)
     if isinstance(propulsion, ThrustSection):
         kn1 = propulsion.torque_nm / propulsion.rpm**2
+    actuators = actuator_files.build(file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps)
+    measured = isinstance(propulsion, MeasuredSection)
+    forces = propulsion.wrenches(body, trial.speed_mps, drag) if measured else ()
     row = {
         "mass": body.mass_kg,
         **body.inertia_kgm2.model_dump(),
@@ -231,9 +234,7 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         speed_mps=trial.speed_mps,
         depth_m=trial.depth_m,
         rpm_per_mps=rpm_per_mps,
-        actuators=actuator_files.build(
-            file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps
-        ),
+        actuators=actuator_files.with_forces(actuators, forces),
         body=np.array([row[key] for key in workspace.BODY]),
         xi=xi,
         sd=np.array([sds[key] for key in equations.names]),

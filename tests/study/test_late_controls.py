@@ -115,7 +115,7 @@ sd = 0.1
 """
 
 
-def test_a_rudder_in_counts_from_a_guess(tmp_path, bayesub):
+def test_a_rudder_in_counts_from_a_guess(tmp_path):
     """Eight logs of a rudder in counts whose zero and scale nobody knows: truths come out, and blind fits do not.
 
     Sixteen squares of standard normal errors of zero and scale; the probability of a sum outside is 1 in 1000.
