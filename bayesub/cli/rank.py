@@ -27,6 +27,7 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.simulate import simulate
     from bayesub.model.vehicles import load_vehicle
+    from bayesub.report.zeros import rank_lines
 
     boat = load_vehicle(vehicle)
     history = load_manoeuvre(manoeuvre, boat)
@@ -50,3 +51,5 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
             for vector in vectors:
                 changes = ", ".join(f"{name} {change:+.3g}" for name, change in vector.items())
                 say(f"{axis} {verdict}: {changes}")
+    for line in rank_lines(trajectory):
+        say(line)

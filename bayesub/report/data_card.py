@@ -11,6 +11,7 @@ from bayesub.identifiability.fisher import integrated_out
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.model.equations import EquationSet
+from bayesub.report import zeros
 
 GAP = 3.0  # median intervals between two readings, beyond which readings are missing rather than dropped
 FALSE_ALARMS = 0.01  # probability that a channel of smooth motion and normal noise has a candidate for an outlier
@@ -89,6 +90,10 @@ class DataCard:
         As that of a channel, by all of them together.
     contraction : ndarray of shape (n_params,)
         As that of a channel, by all of them together.
+    zeros : list of dict
+        Coefficients that are known only with zeros of actuators, as of :func:`bayesub.report.zeros.together`.
+    advice : str
+        What the study should infer besides; empty if nothing.
     """
 
     title: str
@@ -99,11 +104,15 @@ class DataCard:
     durations: dict[str, float]
     n_directions: int
     contraction: np.ndarray
+    zeros: list[dict]
+    advice: str
 
     def lines(self) -> list[str]:
-        """The card in words, a line a channel."""
+        """The card in words, a line a channel, and what trades off with zeros of actuators."""
         together = f"together: {self.n_directions} of {len(self.names)} directions sharper than the prior"
-        return [*(channel.line(self.names) for channel in self.channels), together]
+        lines = [*(channel.line(self.names) for channel in self.channels), together]
+        lines += [zeros.sentence(self.zeros)] if self.zeros else []
+        return [*lines, f"advice: {self.advice}"] if self.advice else lines
 
     def to_json(self) -> dict:
         """Everything but the times of the readings."""
@@ -123,7 +132,8 @@ class DataCard:
             for c in self.channels
         ]
         together = dict(zip(self.names, self.contraction.tolist(), strict=True))
-        return {"channels": channels, "n_directions": self.n_directions, "contraction": together}
+        of_zeros = {"zeros": self.zeros, "advice": self.advice}
+        return {"channels": channels, "n_directions": self.n_directions, "contraction": together} | of_zeros
 
     def draw(self, path: Path | Sequence[Path]) -> None:
         """Draw the card to one path, or to several of different formats."""
@@ -165,9 +175,13 @@ def check(problem, title: str) -> DataCard:
         for channel in part.record.channels:
             name = f"{channel.name}[{trial}]" if trial else channel.name
             channels.append(_channel(name, channel, whole[part.rows[channel.name]], others))
-    informed = _information(np.concatenate(rows), others)
+    whitened = _without_forces(np.concatenate(rows), others)
+    informed = _information(whitened)
+    precision = np.eye(len(others)) + whitened.T @ whitened
+    covariance = np.linalg.inv(precision) * np.outer(problem.prior.sd[others], problem.prior.sd[others])
     n, names = problem.n_coefficients, tuple(problem.names[k] for k in others)
-    return DataCard(title, problem.equations, names, n, tuple(channels), durations, *informed)
+    of_zeros = zeros.together(names, covariance, problem.vehicle), zeros.advice(problem)
+    return DataCard(title, problem.equations, names, n, tuple(channels), durations, *informed, *of_zeros)
 
 
 def _channel(name, channel, whitened, others) -> ChannelCard:
@@ -177,16 +191,18 @@ def _channel(name, channel, whitened, others) -> ChannelCard:
     gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
     outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
     column = log_files.HEADERS[channel.quantity]
-    return ChannelCard(name, column, times, interval, gaps, outliers, *_information(whitened, others))
+    return ChannelCard(name, column, times, interval, gaps, outliers, *_information(_without_forces(whitened, others)))
 
 
-def _information(whitened, others) -> tuple[int, np.ndarray]:
-    """Directions sharper than the prior, and posterior sd over prior sd (n_others,), of a whitened Jacobian.
-
-    Its other columns are of forces at knots, which are integrated out.
-    """
+def _without_forces(whitened, others) -> np.ndarray:
+    """Columns `others` of a whitened Jacobian; the rest are of forces at knots, which are integrated out."""
     if len(others) < whitened.shape[1]:
-        whitened = integrated_out(whitened[:, others], np.delete(whitened, others, axis=1))
+        return integrated_out(whitened[:, others], np.delete(whitened, others, axis=1))
+    return whitened
+
+
+def _information(whitened) -> tuple[int, np.ndarray]:
+    """Directions sharper than the prior, and posterior sd over prior sd (n_others,), of a whitened Jacobian."""
     _, s, vt = np.linalg.svd(whitened, full_matrices=False)
     gained = vt**2 * (s**2 / (1.0 + s**2))[:, None]
     return int(np.count_nonzero(s > 1.0)), np.sqrt(np.clip(1.0 - gained.sum(axis=0), 0.0, 1.0))

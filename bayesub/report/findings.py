@@ -6,6 +6,7 @@ import numpy as np
 
 from bayesub.baselines import Estimate
 from bayesub.identifiability import NullSpace, Spectrum
+from bayesub.report import zeros
 from bayesub.sampling import Posterior
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
@@ -62,6 +63,8 @@ def collect(
         "nuisance_trade_offs": nuisance_pairs,
         "baselines": [_baseline(problem, estimate) for estimate in estimates],
         "chi_square_per_reading": _chi_squares(problem, posterior.best[None])[0],
+        "zeros": zeros.together(summary.names, np.atleast_2d(np.cov(summary.draws.T)), problem.vehicle),
+        "advice": zeros.advice(problem),
     }
 
 
@@ -198,8 +201,20 @@ def _baseline(problem, estimate) -> dict:
 def sentences(numbers: dict) -> dict[str, str]:
     """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
     return (
-        _knowledge(numbers) | _directions(numbers) | _strong_trade_offs(numbers) | _nuisance(numbers) | _search(numbers)
+        _knowledge(numbers)
+        | _directions(numbers)
+        | _strong_trade_offs(numbers)
+        | _zeros(numbers)
+        | _nuisance(numbers)
+        | _search(numbers)
     )
+
+
+def _zeros(numbers) -> dict[str, str]:
+    parts = [zeros.sentence(numbers["zeros"])] if numbers["zeros"] else []
+    if numbers["advice"]:
+        parts.append(f"{numbers['advice']}.")
+    return {"zeros": " ".join(parts)} if parts else {}
 
 
 def _knowledge(numbers) -> dict[str, str]:

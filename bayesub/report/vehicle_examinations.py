@@ -14,6 +14,7 @@ from bayesub.model.vehicles import Vehicle
 from bayesub.report.contributions import Contributions, forces, slopes
 from bayesub.report.examination import CardWarning, Examination
 from bayesub.report.flights import fly, growth, number_or_none, stability_indices, turning_circle
+from bayesub.report.zeros import STEADY
 
 RUDDER_DEG = 15.0
 PLANE_DEG = 5.0
@@ -28,7 +29,6 @@ DIAMETERS = (1.0, 20.0)  # of turning circles with 15 degrees of rudder, ship le
 VELOCITY = log_files.positions("u", "v", "w")  # among the states
 RUDDER, STERN_PLANE = "rudder_deg", "stern_plane_deg"
 PLANAR = "the equations have three degrees of freedom"
-AHEAD = {"u", "V", "U", "du", "uc", "duc"}  # symbols of the speed of boat and propeller
 THRUST = {"du", "uc", "duc"}  # those by which terms of an equation set balance thrust and resistance
 
 
@@ -77,7 +77,7 @@ def balance(boat: Vehicle) -> Examination:
 def _thrust_terms(boat: Vehicle) -> list[str]:
     """The coefficients by which an equation set balances thrust and resistance itself."""
     terms = boat.equations.terms
-    return [t.name for t in terms if t.axis == "X" and t.symbols <= AHEAD and t.symbols & THRUST]
+    return [t.name for t in terms if t.axis == "X" and t.symbols <= STEADY and t.symbols & THRUST]
 
 
 def _drag_symbol(boat: Vehicle, straight: Contributions) -> str:
