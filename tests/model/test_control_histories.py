@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
+from bayesub.model.disturbance import ForceHistory, Knots
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulate import Simulator
 
@@ -165,3 +166,24 @@ def test_each_member_has_its_own(suboff, orders):
     together = simulator.run(sets, amounts=amounts)[0]
     for k in (0, 7, 10):
         np.testing.assert_array_equal(simulator.run(sets[:1], amounts=amounts[k : k + 1])[0][0], together[k])
+
+
+def test_beside_forces_at_knots(suboff, unbent, orders):
+    """Amounts and derivatives of late controls and of forces do not mix."""
+    knots = Knots(np.linspace(0.0, 120.0, 4), ("Y", "N"))
+    varied = ("bias_stern_plane_deg", "delay_rudder_s", "bias_rudder_deg")
+    free = replace(orders, subproblem="horizontal")
+    options = {"dt": STEP, "subproblem": "horizontal", "varied": varied, "knots": knots}
+    simulator = Simulator(suboff, free, np.linspace(0.0, 120.0, 31), **options)
+    amounts = np.concatenate([[0.0, 0.4, 0.3], 2e4 * np.arange(4), 1e6 * np.arange(4)])
+    names = (*varied, *knots.parameters)
+    slopes = simulator.sensitivities(unbent, ("Yuv", *names), amounts=amounts)
+    sizes = (1e-3, 1e-4, 1e-3, *np.full(4, 1e2), *np.full(4, 1e4))
+    expected = differences(simulator, unbent, amounts, sizes)
+    compare(slopes[..., 2:], expected[..., 1:])  # a stern plane does nothing here but have a number
+    np.testing.assert_array_equal(slopes[..., 1], 0.0)
+    forces = ForceHistory(knots.times, knots.axes, amounts[3:].reshape(2, 4).T)
+    changes = dict(zip(varied, amounts[:3], strict=True))
+    options = {"dt": STEP, "subproblem": "horizontal", "changes": changes, "forces": forces}
+    expected = Simulator(suboff, free, simulator.times, **options).run(unbent)[0]
+    np.testing.assert_allclose(simulator.run(unbent, amounts=amounts[None])[0], expected, rtol=0, atol=1e-9)
