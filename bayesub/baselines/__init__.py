@@ -2,10 +2,12 @@
 
 Those on the equations of motion take linear systems, one an axis: :func:`linear_least_squares`,
 :func:`total_least_squares`, :func:`linear_programme`. Those on the readings take a problem: :func:`sqp`,
-:func:`trust_region` and, with the prior, :func:`gauss_newton` and :func:`posterior_mode`. With unmodelled forces
+:func:`trust_region` and, with the prior, :func:`gauss_newton`, :func:`posterior_mode` and, where these
+end in local modes, :func:`continuation`. With unmodelled forces
 :func:`filter_error` takes a problem as a :class:`bayesub.problem.state_space.StateSpace`.
 """
 
+from bayesub.baselines.continuation import continuation
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.filter_error import filter_error
 from bayesub.baselines.gauss_newton import gauss_newton
@@ -17,6 +19,7 @@ from bayesub.baselines.trust_region import trust_region
 
 __all__ = [
     "Estimate",
+    "continuation",
     "filter_error",
     "gauss_newton",
     "linear_least_squares",

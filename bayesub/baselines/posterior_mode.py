@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayesub.baselines.continuation import continuation
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.gauss_newton import gauss_newton
 from bayesub.identifiability.interface import InferenceProblem
@@ -11,13 +12,16 @@ from bayesub.io.errors import InputError
 
 SHARES = (0.1, 0.03, 0.01, 0.003, 0.001)  # sd of what smooths the ends of an interval, over its length
 _SEARCHES, _SAME = 12, 0.1  # from draws of the prior at most; difference of costs that is none
+_MISFIT = 2.0  # mean square of the residuals, one of a mode that fits, from which a mode is not trusted
 
 
 def posterior_mode(problem: InferenceProblem, *, rng: np.random.Generator) -> Estimate:
     """The posterior mode by Gauss-Newton searches, with a finite log likelihood.
 
     A long track has local modes, thousands of standard deviations off. The searches start from the middle of the prior
-    and from draws of it until the lowest cost has been reached twice.
+    and from draws of it until the lowest cost has been reached twice. Where none has, where the best of them fits badly
+    or where no simulation completes the record, the mode is followed from large noise
+    (:func:`bayesub.baselines.continuation.continuation`), and the better of both is taken.
 
     Readings that are rounded and have no noise only say in which interval the prediction lies. The search then smooths
     the ends of the intervals, less and less until all predictions are inside.
@@ -33,7 +37,8 @@ def posterior_mode(problem: InferenceProblem, *, rng: np.random.Generator) -> Es
 
     Raises
     ------
-    InputError : if no mode is found: then no parameters that the prior admits make every reading, and there is noise
+    InputError : if no mode is found: no simulation completes the record, or no parameters that the prior admits make
+        every reading where there is no noise
     """
     mode, before = None, (problem.costs.simulations, problem.costs.jacobians)
     for share in SHARES:
@@ -51,14 +56,38 @@ def posterior_mode(problem: InferenceProblem, *, rng: np.random.Generator) -> Es
 
 
 def _lowest(problem, rng) -> Estimate:
-    """The best of the searches until two have ended there; the best of all if no two have."""
-    best = gauss_newton(problem)
+    """The best of the searches until two have ended there, or, where that is not to be trusted, of continuation."""
+    best, agreed = _best_of_starts(problem, rng)
+    if agreed and np.mean(problem.misfit(best.values[None])[0] ** 2) < _MISFIT:
+        return best
+    try:
+        other = continuation(problem)
+    except ValueError:  # no part of the record is completed
+        if best is None:
+            raise InputError(
+                "no simulation within the prior completes the record, not even the first hundredth of it; look at the "
+                "signs of the controls and at the vehicle with bayesub check, or narrow the prior"
+            ) from None
+        return best
+    return other if best is None or other.costs[0] < best.costs[0] - _SAME else best
+
+
+def _best_of_starts(problem, rng) -> tuple[Estimate | None, bool]:
+    """The best of the searches from the prior, None if no simulation completes the record; whether two agree on it."""
+    best = _searched(problem, None)
     for start in problem.prior.sample(rng, _SEARCHES):
-        try:
-            other = gauss_newton(problem, start)
-        except ValueError:  # the simulation fails there
+        other = _searched(problem, start)
+        if best is None or other is None:
+            best = best or other
             continue
         if abs(other.costs[0] - best.costs[0]) < _SAME:
-            return best
+            return best, True
         best = min(best, other, key=lambda estimate: estimate.costs[0])
-    return best
+    return best, False
+
+
+def _searched(problem, start) -> Estimate | None:
+    try:
+        return gauss_newton(problem, start)
+    except ValueError:  # the simulation fails there
+        return None

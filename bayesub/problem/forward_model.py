@@ -68,6 +68,13 @@ class ForwardModel:
         model.costs = self.costs
         return model
 
+    def with_record(self, record) -> "ForwardModel":
+        """The same model, and the same counter, of a record with the same channels and other readings."""
+        step, parameters = self.simulator.step, self.nuisances.parameters
+        model = ForwardModel(self.vehicle, self.manoeuvre, record, parameters, step, self.disturbances)
+        model.costs = self.costs
+        return model
+
     def count(self, status) -> None:
         """Count simulations by their status codes (n_batch,)."""
         self.costs.simulations += len(status)

@@ -156,6 +156,15 @@ class JointProblem(PosteriorDensity):
         """As :meth:`bayesub.problem.trial_problem.TrialProblem.smoothed`."""
         return JointProblem({trial: problem.smoothed(share) for trial, problem in self.problems.items()})
 
+    @property
+    def duration(self) -> float:
+        """Time of the last reading of the longest trial, s."""
+        return max(problem.duration for problem in self.problems.values())
+
+    def within(self, duration: float) -> "JointProblem":
+        """As :meth:`bayesub.problem.trial_problem.TrialProblem.within`, of each trial."""
+        return JointProblem({trial: problem.within(duration) for trial, problem in self.problems.items()})
+
     def with_wide_process(self) -> "JointProblem":
         """As :meth:`bayesub.problem.trial_problem.TrialProblem.with_wide_process`."""
         return JointProblem({trial: problem.with_wide_process() for trial, problem in self.problems.items()})

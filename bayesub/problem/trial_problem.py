@@ -252,6 +252,25 @@ class TrialProblem(PosteriorDensity):
         priors = {name: prior for name, prior in self.nuisance_priors.items() if not of_process(name)}
         return TrialProblem(forward, self.columns, self.xi, self.spread, priors, self.noises, readings=self.readings)
 
+    @property
+    def duration(self) -> float:
+        """Time of the last reading, s."""
+        return max(float(channel.times[-1]) for channel in self.record.channels)
+
+    def within(self, duration: float) -> "TrialProblem":
+        """The same problem with the readings of the first `duration` seconds, for searches that lengthen the record.
+
+        A channel without readings by then keeps its first. Nothing later is simulated.
+        """
+        counts = [max(1, int(np.searchsorted(c.times, duration, side="right"))) for c in self.record.channels]
+        if all(n == len(channel.times) for n, channel in zip(counts, self.record.channels, strict=True)):
+            return self
+        slices = self.forward.measurement.slices
+        kept = [self.readings[part][:n] for n, part in zip(counts, slices, strict=True)]
+        forward = self.forward.with_record(self.record.beginning(counts))
+        parts = {"fixed_nuisances": self.fixed_nuisances, "readings": np.concatenate(kept)}
+        return TrialProblem(forward, self.columns, self.xi, self.spread, self.nuisance_priors, self.noises, **parts)
+
     def with_readings(self, readings: np.ndarray) -> "TrialProblem":
         """The same problem with other readings (n_readings,), SI units, such as replicated ones."""
         return self._view(readings=np.asarray(readings, dtype=float))

@@ -131,6 +131,12 @@ class Record:
         """(n_readings,) standard deviations of noise and rounding error together, SI units."""
         return np.repeat([c.total_sd for c in self.channels], [len(c.times) for c in self.channels])
 
+    def beginning(self, counts: Iterable[int]) -> "Record":
+        """The record with the first readings of each channel, so many as `counts` says, at least one."""
+        pairs = zip(self.channels, counts, strict=True)
+        channels = [replace(channel, times=channel.times[:n], values=channel.values[:n]) for channel, n in pairs]
+        return replace(self, channels=tuple(channels))
+
     def save(self, path: str | Path, manoeuvre: Manoeuvre | Trajectory | None = None) -> None:
         """Write the readings as a CSV with units in the column names; a missing reading is an empty cell.
 
