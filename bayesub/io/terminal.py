@@ -71,6 +71,9 @@ class Progress(Protocol):
             Whatever else there is to know, such as the present R-hat.
         """
 
+    def remark(self, sentence: str) -> None:
+        """Say a sentence that stays on the screen."""
+
 
 class Silent:
     """Progress that is not shown."""
@@ -80,6 +83,9 @@ class Silent:
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
         """As :meth:`Progress.update`."""
+
+    def remark(self, sentence: str) -> None:
+        """As :meth:`Progress.remark`."""
 
 
 SILENT = Silent()
@@ -137,3 +143,7 @@ class Bars:
         """As :meth:`Progress.update`."""
         count = f"{done:g} of {total:g} {unit}" if unit else ""
         self.bars.update(self.task, completed=done, total=total, count=count, note=note)
+
+    def remark(self, sentence: str) -> None:
+        """As :meth:`Progress.remark`."""
+        say(sentence)

@@ -37,6 +37,7 @@ class Criteria:
 STANDARD = Criteria()
 JUDGED_STEPS = 250  # of each ensemble at least; the chain is thinned to at most twice as many before it is judged
 N_ENSEMBLES = 4  # at least, for R-hat
+STUCK = 0.1  # acceptance below which more steps are of little use; it is 0.3 to 0.9 where sampling works
 
 
 @dataclass(frozen=True)
@@ -276,7 +277,23 @@ class Posterior:
         others = np.count_nonzero(~met) - 1
         return f"{self.names[k]}{f' and {others} more' if others else ''}: {sentence.format(abs(merit[k]))}"
 
+    def stuck(self, max_steps: int) -> bool:
+        """Whether there is no chance of enough steps: after a quarter of them, with few proposals accepted.
+
+        At this pace the ensembles would be less than half as long as they must be. Autocorrelation times are
+        underestimated on short chains, so that the pace is rather worse.
+        """
+        n = self.n_warmup + self.n_steps
+        if self.acceptance >= STUCK or 4 * n < max_steps or self.chain.shape[1] < 50:
+            return False
+        return bool(2.0 * self.n_steps / self.tau.max() * max_steps / n < self.criteria.taus)
+
     def _longer(self, factor) -> str:
+        if self.acceptance < STUCK:
+            return (
+                f"only {100 * self.acceptance:.2g} % of the proposals are accepted, and more steps are of little use: "
+                "see whether the model fits, narrow the prior or free fewer coefficients"
+            )
         steps = 1.2 * factor * (self.n_warmup + self.n_steps)
         return f"resume with max_steps of about {np.ceil(steps / 100) * 100:.0f}"
 

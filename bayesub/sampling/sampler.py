@@ -3,7 +3,7 @@
 import hashlib
 import importlib.metadata
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
@@ -49,13 +49,14 @@ def sample(
     criteria: Criteria = STANDARD,
     checkpoint: str | Path | None = None,
     progress: Progress | None = None,
+    examine: Callable[[np.ndarray], None] | None = None,
 ) -> Posterior:
     """Sample the posterior of a problem with emcee.
 
     All ensembles live in one emcee sampler, so that a step is one vectorised call, but no move lets one see another.
     They start over-dispersed around the mode. At every look the first quarter is discarded as warm-up and the rest
-    judged; sampling stops when every parameter meets the criteria, or at `max_steps`, and then the result says which
-    do not.
+    judged; sampling stops when every parameter meets the criteria, at `max_steps`, or where it makes no progress
+    (:meth:`bayesub.sampling.posterior.Posterior.stuck`), and then the result says which do not.
 
     Parameters
     ----------
@@ -69,6 +70,8 @@ def sample(
     checkpoint : folder to continue from if it holds this very run, and to save to every ten seconds; with it, Ctrl-C
         lets the step in hand be finished and saved, and a second Ctrl-C does not
     progress : object with ``update(done, total, unit, note)``, or None
+    examine : called with the posterior mode (n_params,) before the first step, and may raise; not by a run that is
+        resumed, and not where forces have unknown histories, which follow the readings before they are sampled
 
     Raises
     ------
@@ -78,14 +81,14 @@ def sample(
     if n_ensembles < 1 or n_walkers < 2:
         raise InputError(f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}")
     with store.opened(checkpoint) as saved:
-        run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress)
+        run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
             while True:
                 if run.n_kept and (run.n_kept * run.thin >= max_steps or run.n_kept in _looks(run.n_kept)):
                     posterior = run.posterior(criteria)
                     if progress is not None:
                         progress.update(*_pace(posterior, max_steps))
-                    if run.n_kept * run.thin >= max_steps or posterior.converged:
+                    if run.n_kept * run.thin >= max_steps or posterior.converged or posterior.stuck(max_steps):
                         return posterior
                 look = next(k for k in _looks() if k > run.n_kept)
                 run.advance(min(look, -(-max_steps // run.thin)), interrupted)
@@ -94,14 +97,14 @@ def sample(
 class _Run:
     """The steps so far, and what the next one needs; a new run, or one continued from a checkpoint."""
 
-    def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress):
+    def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress, examine=None):
         self.problem, self.n_ensembles, self.saved = problem, n_ensembles, saved
         settings = _settings(problem, rng, n_ensembles, n_walkers)
         self._mark()
         content = None if saved is None else saved.load(settings)
         if content is None:
             before, starts, moves = rng.spawn(3)
-            self.geometry, surrogate, draws = straightened(problem, before, progress)
+            self.geometry, surrogate, draws = straightened(problem, before, progress, examine)
             coords, log_prob = _starts(problem, self.geometry, surrogate, draws, starts, n_ensembles * n_walkers)
             price = jacobian_price(problem, _centre(problem, self.geometry))
             # emcee has no other generator than the legacy one; its bits come from ours.
@@ -237,7 +240,9 @@ class _Run:
 
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")
-def straightened(problem, rng: np.random.Generator, progress=None) -> tuple[Geometry, Surrogate, np.ndarray]:
+def straightened(
+    problem, rng: np.random.Generator, progress=None, examine=None
+) -> tuple[Geometry, Surrogate, np.ndarray]:
     """Sampling coordinates, whitened at the mode and straightened, a surrogate of the posterior, and draws of that."""
     if progress is not None:
         progress.update(0, 1, note="posterior mode")
@@ -246,7 +251,10 @@ def straightened(problem, rng: np.random.Generator, progress=None) -> tuple[Geom
     if problem_histories(problem):
         mode = posterior_mode(problem.with_wide_process(), rng=searches)
         return histories.straightened(smooth, histories.with_process(problem, mode), surrogates, progress)
-    geometry = Geometry.whitened(smooth, posterior_mode(problem, rng=searches).values)
+    mode = posterior_mode(problem, rng=searches).values
+    if examine is not None:
+        examine(mode)
+    geometry = Geometry.whitened(smooth, mode)
     surrogate, draws = learn(smooth, geometry, surrogates, progress)
     return geometry, surrogate, draws
 

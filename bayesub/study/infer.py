@@ -1,13 +1,16 @@
 """The work of a study in TOML: baselines, sampling, cross-check, report."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from bayesub import baselines, identifiability
 from bayesub.io.atomic import write_text
+from bayesub.io.errors import InputError
 from bayesub.model.linear_form import linear_systems, stacked
+from bayesub.report.early import fit_of_mode
 from bayesub.report.report import write_report
 from bayesub.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.sampling import cross_check as compare_with_nuts
@@ -16,7 +19,8 @@ from bayesub.study.provenance import commit
 from bayesub.study.result import StudyResult, verdict_on
 from bayesub.study.run_folder import CROSS_CHECK, TimedProgress
 
-POSTERIOR, ESTIMATES = "posterior.nc", "estimates.json"
+POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
+_STREAM = 6  # of the study's seed, for the residuals of the mode; a report takes the one before
 
 
 def infer(setup: Setup, folder: Path, *, cross_check: bool, pdf: bool, progress: TimedProgress):
@@ -59,6 +63,7 @@ def infer(setup: Setup, folder: Path, *, cross_check: bool, pdf: bool, progress:
         criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
         checkpoint=folder / "chain",
         progress=progress,
+        examine=partial(_examine, setup, folder, progress),
     )
     seconds["sampling"] = posterior.seconds
     posterior_file.save(posterior, folder / POSTERIOR)
@@ -89,6 +94,23 @@ def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate
         plain = problem.naive()
         estimates.append(baselines.sqp(plain, rng=setup.sqp_rng, n_starts=n_starts, progress=progress))
     return estimates
+
+
+def _examine(setup: Setup, folder: Path, progress: TimedProgress, mode: np.ndarray) -> None:
+    """Say before anything is sampled how the mode fits; InputError if it does not at all."""
+    sampler, seed = setup.study.sampler, np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM,))
+    fit = fit_of_mode(setup.problem, mode, np.random.default_rng(seed))
+    values = dict(zip(setup.problem.names, mode.tolist(), strict=True))
+    write_text(folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
+    for topic, sentence in fit.sentences.items():
+        gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
+        progress.remark(f"{topic.replace('_', ' ')}:{gap}{sentence}")
+    if fit.misfit > sampler.max_misfit:
+        raise InputError(
+            f"{setup.study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' by "
+            f"{fit.misfit:.3g} times its noise: look for a wrong column, sign or unit with bayesub check, free more "
+            f"coefficients, or raise the sd; to sample all the same give [sampler] max_misfit above that"
+        )
 
 
 def conclude(

@@ -18,7 +18,9 @@ from bayesub.study.provenance import CODE, code_change, study_change
 CONFIG = "config.toml"
 SECONDS = "seconds.json"
 CROSS_CHECK = "cross_check.json"
-STOPPING = tuple(f"sampler.{key}" for key in ("max_steps", "rhat", "ess", "taus"))  # may change before a run is resumed
+STOPPING = tuple(
+    f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus")
+)  # may change before a run is resumed
 _SAVE_S = 10.0  # of work on a run, which a kill may leave uncounted
 
 
@@ -142,6 +144,10 @@ class TimedProgress:
         if time.perf_counter() - self.saved > _SAVE_S:
             self.save()
         self.progress.update(done, total, unit, note)
+
+    def remark(self, sentence: str) -> None:
+        """As :meth:`bayesub.io.terminal.Progress.remark`."""
+        self.progress.remark(sentence)
 
 
 def _read_seconds(file: Path) -> float:

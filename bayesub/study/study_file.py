@@ -62,6 +62,8 @@ class SamplerSection(Section):
         Walkers of each ensemble; by default that of :func:`bayesub.sample`.
     max_steps : int
         The run ends here, converged or not.
+    max_misfit : float
+        Median residual of a channel at the posterior mode, over its noise, above which nothing is sampled.
     rhat, ess, taus : float
         As in :class:`bayesub.Criteria`.
     """
@@ -69,6 +71,7 @@ class SamplerSection(Section):
     n_ensembles: int = pydantic.Field(default=4, ge=1, le=64)
     n_walkers: int | None = pydantic.Field(default=None, ge=4, le=4096)
     max_steps: int = pydantic.Field(default=20_000, ge=100)
+    max_misfit: Positive = 4.0
     rhat: float = pydantic.Field(default=1.01, gt=1.0)
     ess: Positive = 400.0
     taus: Positive = 25.0
