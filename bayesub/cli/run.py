@@ -20,7 +20,7 @@ class Options:
     ----------
     quick : bool
         The small version.
-    resume, force, keep_stale, cross_check, pdf : bool
+    resume, force, keep_stale, cross_check, leave_out, pdf : bool
         As in :func:`bayesub.run`.
     """
 
@@ -29,6 +29,7 @@ class Options:
     force: bool = False
     keep_stale: bool = False
     cross_check: bool = False
+    leave_out: bool = False
     pdf: bool = False
 
     def words(self) -> list[str]:
@@ -36,6 +37,7 @@ class Options:
         options = {
             "--quick": self.quick,
             "--cross-check": self.cross_check,
+            "--leave-out": self.leave_out,
             "--pdf": self.pdf,
             "--keep-stale": self.keep_stale,
         }
@@ -55,6 +57,11 @@ class Options:
     "continue a run that other sources or versions began.",
 )
 @click.option("--cross-check", is_flag=True, help="Sample with NUTS too and compare; works with --resume.")
+@click.option(
+    "--leave-out",
+    is_flag=True,
+    help="Fit all trials but one, for each of several trials, and predict it; works with --resume, trial by trial.",
+)
 @click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
 @click.option("--json", "as_json", is_flag=True, help="Only the results, as JSON.")
 def run(source: Path, output: Path | None, as_json: bool, **flags: bool) -> None:
@@ -65,7 +72,8 @@ def run(source: Path, output: Path | None, as_json: bool, **flags: bool) -> None
     if the sources of bayesub, the versions of its libraries, the study or a file that it names have changed since; it
     is run again. DIR/index.html lists the runs.
 
-    Exit status 1 if a posterior has not converged, a cross-check does not agree, or a claim does not hold.
+    Exit status 1 if a posterior has not converged, a cross-check does not agree, a log that was not fitted is not
+    predicted, or a claim does not hold.
     """
     options = Options(**flags)
     if options.force and (options.resume or options.keep_stale):
@@ -99,7 +107,8 @@ def _run(study, folder: Path, options: Options, again: list[str]):
     flags = {"resume": options.resume, "force": options.force, "keep_stale": options.keep_stale, "pdf": options.pdf}
     try:
         with Bars() as bars:
-            result = run_study(study, folder, **flags, cross_check=options.cross_check, progress=bars)
+            tasks = {"cross_check": options.cross_check, "leave_out": options.leave_out}
+            result = run_study(study, folder, **flags, **tasks, progress=bars)
     except RunInterrupted:
         complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
     tell(result)
@@ -107,13 +116,17 @@ def _run(study, folder: Path, options: Options, again: list[str]):
 
 
 def tell(result) -> None:
-    """Say what came of a run; the verdict comes last."""
+    """Say what came of a run; what was predicted and the verdict come last."""
     for shortcoming in result.shortcomings:
         say(f"not converged: {shortcoming}")
-    for topic, sentence in result.sentences.items():
+    sentences = dict(result.sentences)
+    prediction = sentences.pop("prediction", "")
+    for topic, sentence in sentences.items():
         gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
         say(f"{topic.replace('_', ' ')}:{gap}{sentence}")
     say(f"report: {result.report}" if result.report else f"figures and numbers: {result.folder}")
+    if prediction:
+        say(f"prediction: {prediction}")
     say(result.verdict.upper() + (f": {result.text}" if result.text else ""))
 
 

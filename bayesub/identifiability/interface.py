@@ -179,6 +179,14 @@ class TrialInference(InferenceProblem, Protocol):
     def sds(self) -> np.ndarray:
         """(n_readings,) their standard deviations, in the unit of the readings."""
 
+    @property
+    def times(self) -> np.ndarray:
+        """(n_readings,) when they were read, s."""
+
+    @property
+    def rows(self) -> Mapping[str, slice]:
+        """Channel -> its readings among all, and among the residuals."""
+
     def predicted(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, not a number where the simulation failed."""
 

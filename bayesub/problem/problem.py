@@ -18,7 +18,7 @@ from bayesub.problem.nuisance import Nuisance, find
 from bayesub.problem.priors import CoefficientPrior
 from bayesub.problem.step import sensed_step
 from bayesub.problem.trial_problem import TrialProblem, joined
-from bayesub.sensors.record import Record
+from bayesub.sensors.record import Channel, Record
 
 
 class Problem(TrialProblem):
@@ -76,7 +76,7 @@ class Problem(TrialProblem):
             raise InputError(
                 "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
             )
-        noises = _noises(record.channels, noise or {})
+        noises = channel_noises(record.channels, noise or {})
         nuisance = dict(nuisance or {})
         parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance]
         disturbances = None
@@ -112,8 +112,14 @@ def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:
     return disturbances
 
 
-def _noises(channels, by_name) -> tuple[Noise, ...]:
-    """The noise model of each channel: the one given by name, or what its sd and resolution say."""
+def channel_noises(channels: Iterable[Channel], by_name: dict[str, Noise]) -> tuple[Noise, ...]:
+    """The noise model of each channel: the one given by name, or what its sd and resolution say.
+
+    Raises
+    ------
+    InputError
+        For the name of a channel that is not among them.
+    """
     names = [channel.name for channel in channels]
     for name in by_name:
         if name not in names:

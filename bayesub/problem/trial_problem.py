@@ -120,6 +120,11 @@ class TrialProblem(PosteriorDensity):
         return {channel.name: part for channel, part in zip(self.record.channels, slices, strict=True)}
 
     @property
+    def times(self) -> np.ndarray:
+        """(n_readings,) when the readings were taken, s."""
+        return np.concatenate([channel.times for channel in self.record.channels])
+
+    @property
     def n_rows(self) -> int:
         """Number of residuals: one a reading, and one for each parameter of the noise that is inferred."""
         if self.fixed_nuisances is not None:

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.plots import coefficients, cross_check, disturbance, fit, posterior, spectrum, track
+from bayesub.plots import coefficients, cross_check, disturbance, fit, posterior, prediction, spectrum, track
 from bayesub.problem.problem import Problem
 from bayesub.report import disturbances
+from bayesub.report.unseen import TrialPrediction
 
 TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
@@ -95,6 +96,9 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
             "fit.",
             lambda path: fit.draw(path, results.criticism, results.residuals, results.times),
         )
+    for unseen in results.predictions:
+        if unseen.posterior.is_flown:
+            yield _prediction(unseen)
     if n < len(sample.names):
         yield ReportFigure(
             "nuisance",
@@ -141,6 +145,24 @@ def _disturbance(forces: disturbances.InferredForces) -> ReportFigure:
         "sensors do not see the force; a history that has the shape of the hull's force or comes with the turns may be "
         "a term that is missing or held at a wrong value.",
         partial(disturbance.draw, forces=forces),
+    )
+
+
+def _prediction(unseen: TrialPrediction) -> ReportFigure:
+    """A trial that was not fitted, and its prediction."""
+    trial = unseen.trial
+    return ReportFigure(
+        f"prediction_{trial.name}",
+        f"The log {trial.name}, which was not fitted, and what the posterior predicts of its readings, noise included: "
+        "dark blue 50 %, light blue 90 %. Readings in the grey time say where the boat starts and what else belongs to "
+        "this log alone; no reading says anything about the coefficients. Green: the middle of the prior. Orange: SQP. "
+        "Lines far off are cut.",
+        partial(
+            prediction.draw,
+            channels=trial.problem.record.channels,
+            predictions=unseen.predictions,
+            warm_up=trial.warm_up_s,
+        ),
     )
 
 

@@ -20,8 +20,9 @@ from bayesub.io.atomic import write_text, writing
 from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
-from bayesub.report import disturbances, findings, proposals, remedies
+from bayesub.report import disturbances, findings, proposals, remedies, unseen
 from bayesub.report.figures import figures
+from bayesub.report.unseen import TrialPrediction
 from bayesub.sampling import CrossCheck, Posterior
 from bayesub.sampling.sampler import SMOOTH
 
@@ -53,6 +54,8 @@ class Results:
         What was sampled.
     check : CrossCheck or None
         The comparison with another sampler.
+    predictions : sequence of TrialPrediction
+        Of trials that were not fitted.
     rng : numpy.random.Generator
         Chooses the draws at which motions and residuals are looked at; nothing else in a report is random.
     """
@@ -63,6 +66,7 @@ class Results:
     posterior: Posterior
     check: CrossCheck | None
     rng: np.random.Generator
+    predictions: Sequence[TrialPrediction] = ()
 
     @cached_property
     def summary(self) -> Posterior:
@@ -120,6 +124,7 @@ def write_report(
     study: ReportedStudy | None = None,
     seconds: Mapping[str, float] | None = None,
     check: CrossCheck | None = None,
+    predictions: Sequence[TrialPrediction] = (),
     pdf: bool = False,
     commit: str | None = None,
 ) -> dict:
@@ -146,6 +151,8 @@ def write_report(
         Stage -> wall time, for the table of costs.
     check : CrossCheck, optional
         From :func:`bayesub.cross_check`.
+    predictions : sequence of TrialPrediction
+        Of trials that were not fitted.
     pdf : bool
         Whether every figure is saved as PDF too, beside the PNG.
     commit : str, optional
@@ -162,7 +169,7 @@ def write_report(
         If the folder cannot be written to.
     """
     seed = np.random.SeedSequence(study.seed if study else 0, spawn_key=(_STREAM,))
-    results = Results(problem, estimates, spectrum, posterior, check, np.random.default_rng(seed))
+    results = Results(problem, estimates, spectrum, posterior, check, np.random.default_rng(seed), predictions)
     numbers = numbers_of(results)
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
@@ -190,7 +197,12 @@ def numbers_of(results: Results) -> dict:
     reasons = results.explanations
     numbers["criticism"]["explanations"] = [reason.to_json() for reason in reasons]
     numbers["disturbance"] = disturbances.numbers(results.problem, results.posterior.draws, results.forces)
-    numbers["verdict"] = {"fit": remedies.sentence(results.criticism, results.problem, reasons)}
+    numbers["predictions"] = unseen.numbers(results.predictions)
+    trials = results.problem.each_trial(results.posterior.best)
+    n_logs = sum(trial.record.truth is None for _, trial, _ in trials)
+    numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs) | {
+        "fit": remedies.sentence(results.criticism, results.problem, reasons)
+    }
     if reasons:
         numbers["verdict"]["lines_to_add"] = proposals.lines(reasons[0], results.problem)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | findings.sentences(numbers)

@@ -1,4 +1,4 @@
-"""The work of a study in TOML: baselines, sampling, cross-check, report."""
+"""The work of a study in TOML: baselines, sampling, cross-check, predictions, report."""
 
 import json
 from functools import partial
@@ -12,18 +12,22 @@ from bayesub.io.errors import InputError
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.report.early import fit_of_mode
 from bayesub.report.report import write_report
+from bayesub.report.unseen import TrialPrediction, predicted_trial, predicts
 from bayesub.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.sampling import cross_check as compare_with_nuts
+from bayesub.study import leave_out as others
 from bayesub.study.prepare import Setup
 from bayesub.study.provenance import commit
 from bayesub.study.result import StudyResult, verdict_on
 from bayesub.study.run_folder import CROSS_CHECK, TimedProgress
 
 POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
-_STREAM = 6  # of the study's seed, for the residuals of the mode; a report takes the one before
+_STREAM_OF_MODE, _STREAM_OF_PREDICTIONS = 6, 7  # of the study's seed; a report takes the fifth
 
 
-def infer(setup: Setup, folder: Path, *, cross_check: bool, pdf: bool, progress: TimedProgress):
+def infer(
+    setup: Setup, folder: Path, *, cross_check: bool, leave_out: bool = False, pdf: bool, progress: TimedProgress
+) -> StudyResult:
     """Do the work of a study in an opened folder.
 
     Parameters
@@ -34,6 +38,8 @@ def infer(setup: Setup, folder: Path, *, cross_check: bool, pdf: bool, progress:
         Where everything is written.
     cross_check : bool
         Sample with NUTS too and compare.
+    leave_out : bool
+        Fit all trials but one, for each of them, and predict it.
     pdf : bool
         Draw every figure as PDF too.
     progress : TimedProgress
@@ -47,6 +53,8 @@ def infer(setup: Setup, folder: Path, *, cross_check: bool, pdf: bool, progress:
     problem = setup.problem
     for name, trial in setup.trials.items():
         trial.record.save(folder / (f"record_{name}.csv" if name else "record.csv"))
+    for unseen in setup.unseen:
+        unseen.problem.record.save(folder / f"check_{unseen.name}.csv")
     problem.predicted(np.repeat(problem.prior.mean[None], 16, axis=0))  # compiles, so that nothing below does
     seconds = {"simulation and compilation": progress.seconds}
     estimates = _baselines(setup, progress)
@@ -73,7 +81,9 @@ def infer(setup: Setup, folder: Path, *, cross_check: bool, pdf: bool, progress:
         progress.stage("cross-check with NUTS")
         check = compare_with_nuts(problem, posterior, rng=setup.check_rng, progress=progress)
         write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
-    progress.stage("figures and report")
+    if leave_out:
+        others.fit(setup, folder, progress)
+    progress.stage("predictions, figures and report")
     seconds["all before the report"] = progress.seconds
     return conclude(setup, folder, estimates, posterior, check, seconds=seconds, pdf=pdf, commit=commit())
 
@@ -98,7 +108,7 @@ def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate
 
 def _examine(setup: Setup, folder: Path, progress: TimedProgress, mode: np.ndarray) -> None:
     """Say before anything is sampled how the mode fits; InputError if it does not at all."""
-    sampler, seed = setup.study.sampler, np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM,))
+    sampler, seed = setup.study.sampler, np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM_OF_MODE,))
     fit = fit_of_mode(setup.problem, mode, np.random.default_rng(seed))
     values = dict(zip(setup.problem.names, mode.tolist(), strict=True))
     write_text(folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
@@ -126,6 +136,7 @@ def conclude(
 ) -> StudyResult:
     """Write figures, numbers and report of a posterior; what it says is the result."""
     study = setup.study
+    predictions = _predictions(setup, folder, estimates, posterior)
     spectrum = identifiability.fisher(setup.problem, posterior.best)
     numbers = write_report(
         folder,
@@ -136,14 +147,27 @@ def conclude(
         study=study,
         seconds=seconds,
         check=check,
+        predictions=predictions,
         pdf=pdf,
         commit=commit,
     )
     return StudyResult(
         name=study.name,
         question=study.question,
-        verdict=verdict_on(posterior, check),
+        verdict=verdict_on(posterior, check, predictions_hold=predicts(numbers["predictions"])),
         folder=str(folder),
         sentences=numbers["verdict"],
         shortcomings=tuple(posterior.shortcomings),
     )
+
+
+def _predictions(
+    setup: Setup, folder: Path, estimates: list[baselines.Estimate], posterior: Posterior
+) -> list[TrialPrediction]:
+    """Those of the logs that are not fitted, and of the trials that have been left out."""
+    rng = np.random.default_rng(np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM_OF_PREDICTIONS,)))
+    predictions = [predicted_trial(trial, setup.problem, posterior, estimates, rng) for trial in setup.unseen]
+    if left_out := others.posteriors(setup, folder):
+        trials = others.unseen_trials(setup)
+        predictions += [predicted_trial(trials[name], *fit, [], rng) for name, fit in left_out.items()]
+    return predictions

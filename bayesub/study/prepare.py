@@ -1,19 +1,24 @@
-"""A study made ready: its trials simulated or read, and the problem that they pose."""
+"""A study made ready: its trials simulated or read, the problem that they pose, and logs to predict."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
-from bayesub.io.errors import error_source
+from bayesub.io.errors import InputError, error_source
 from bayesub.model.simulate import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.joint import JointProblem
-from bayesub.problem.problem import Problem
+from bayesub.problem.nuisance import find
+from bayesub.problem.problem import Problem, channel_noises
+from bayesub.problem.unseen import UnseenTrial
+from bayesub.study.check_section import CheckSection
 from bayesub.study.control_section import with_columns
 from bayesub.study.prior_section import noise_models
+from bayesub.study.provenance import file_digest
 from bayesub.study.study_file import Study
 from bayesub.study.trial_log import Trial
 
@@ -32,6 +37,8 @@ class Setup:
         By name, which is "" for the only one.
     problem : Problem or JointProblem
         What the trials pose.
+    unseen : tuple of UnseenTrial
+        Logs that are not fitted, which the posterior is to predict.
     sqp_rng, sampler_rng, check_rng : numpy.random.Generator
         Independent streams of the study's seed.
     """
@@ -40,6 +47,7 @@ class Setup:
     vehicle: Vehicle
     trials: dict[str, Trial]
     problem: Problem | JointProblem
+    unseen: tuple[UnseenTrial, ...]
     sqp_rng: np.random.Generator
     sampler_rng: np.random.Generator
     check_rng: np.random.Generator
@@ -67,6 +75,7 @@ def _prepare(study: Study) -> Setup:
     for name, trial, sections in study.each_trial():
         with error_source(_label(name)):
             trials[name] = trial.build(vehicle, sections, study.nuisance | trial.nuisance, study.path)
+    checks = {check.name: _built(check, vehicle, sections, study) for check, sections in study.each_check()}
     centre = vehicle.xi
     if study.prior.centre == "perturbed":
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
@@ -75,19 +84,55 @@ def _prepare(study: Study) -> Setup:
     xi[vehicle.equations.columns(fixed)] = list(fixed.values())
     free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
     disturbance = _disturbance(study, vehicle, trials)
-    noises = noise_models(study.noise, [trial.record.channels for trial in trials.values()])
+    records = [trial.record for trial in (*trials.values(), *checks.values())]
+    noises = noise_models(study.noise, [record.channels for record in records])
     pose = partial(Problem, vehicle, free=free, prior=prior, xi=xi, disturbance=disturbance)
+
+    def posed(section, trial, sensors, noise):
+        given, step = {"nuisance": trial.nuisance, "noise": noise}, study.dt_s
+        if step is None:  # the longest that the sensors do not notice, whatever they are going to read
+            step = pose(trial.manoeuvre, trial.record, **given).simulator.step
+        trial = section.flown(trial, vehicle, sensors, step, data_rng)
+        return trial, pose(trial.manoeuvre, trial.record, dt=step, **given)
+
     problems = {}
-    for (name, section, sensors), noise in zip(study.each_trial(), noises, strict=True):
+    for (name, section, sensors), noise in zip(study.each_trial(), noises, strict=False):
         with error_source(_label(name)):
-            trial, step = trials[name], study.dt_s
-            given = {"nuisance": trial.nuisance, "noise": noise}
-            if step is None:  # the longest that the sensors do not notice, whatever they are going to read
-                step = pose(trial.manoeuvre, trial.record, **given).simulator.step
-            trials[name] = trial = section.flown(trial, vehicle, sensors, step, data_rng)
-            problems[name] = pose(trial.manoeuvre, trial.record, dt=step, **given)
+            trials[name], problems[name] = posed(section, trials[name], sensors, noise)
     problem = problems[""] if study.trials is None else JointProblem(problems)
-    return Setup(study, vehicle, trials, problem, *others)
+    unseen = []
+    for (check, sensors), noise in zip(study.each_check(), noises[len(trials) :], strict=True):
+        with error_source(_check_label(check)):
+            trial = _with_own_unknowns(checks[check.name], check, vehicle, noise)
+            unseen.append(check.posed(posed(check, trial, sensors, noise)[1], problem))
+    return Setup(study, vehicle, trials, problem, tuple(unseen), *others)
+
+
+def _built(check: CheckSection, vehicle: Vehicle, sections, study: Study) -> Trial:
+    """The trial of a log that is not fitted; InputError for one that is fitted too."""
+    with error_source(_check_label(check)):
+        for name, fitted, _ in study.each_trial():
+            logs = [section.data and file_digest(Path(study.path(section.data))) for section in (check, fitted)]
+            if check.data is not None and logs[0] == logs[1]:
+                where = f"in trial '{name}'" if name else "by this study"
+                raise InputError(
+                    f"{check.data} is fitted {where} and says nothing about prediction; give a log that is not fitted"
+                )
+        return check.build(vehicle, sections, check.nuisances(study.nuisance), study.path)
+
+
+def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, noise: dict) -> Trial:
+    """The trial of a log without those unknowns of the study that are of channels and controls it does not have."""
+    channels, unknown = trial.record.channels, {}
+    for name, prior in trial.nuisance.items():
+        try:
+            find(name, vehicle, trial.manoeuvre, channels, channel_noises(channels, noise))
+        except InputError:
+            if name in check.nuisance:
+                raise
+        else:
+            unknown[name] = prior
+    return replace(trial, nuisance=unknown)
 
 
 def _disturbance(study: Study, vehicle: Vehicle, trials: dict[str, Trial]) -> UnknownDisturbance | None:
@@ -97,6 +142,11 @@ def _disturbance(study: Study, vehicle: Vehicle, trials: dict[str, Trial]) -> Un
     at_start = np.zeros(1)
     simulators = [Simulator(vehicle, trial.manoeuvre, at_start, dt=study.dt_s) for trial in trials.values()]
     return study.disturbance.build(simulators)
+
+
+def _check_label(check: CheckSection) -> str:
+    """A log that is not fitted, in error messages."""
+    return f"check '{check.name}'"
 
 
 def _label(name: str) -> str:

@@ -10,6 +10,7 @@ from bayesub.io.atomic import write_text
 RESULT = "outcome.json"
 CONVERGED, NOT_CONVERGED, NOT_CONFIRMED = "converged", "not converged", "not confirmed"
 CLAIM_HOLDS, CLAIM_FAILED = "claim holds", "claim failed"
+DOES_NOT_PREDICT = "does not predict"
 FAILED, NOT_FINISHED = "failed", "not finished"
 GOOD = (CONVERGED, CLAIM_HOLDS)
 
@@ -25,8 +26,8 @@ class StudyResult:
     question : str
         Of the study.
     verdict : str
-        "converged", "not converged" or "not confirmed" (the cross-check does not agree) of a study in TOML; "claim
-        holds" or "claim failed" of a script; "failed" or "not finished".
+        "converged", "not converged", "not confirmed" (the cross-check does not agree) or "does not predict" (a log that
+        was not fitted) of a study in TOML; "claim holds" or "claim failed" of a script; "failed" or "not finished".
     folder : str
         The run folder.
     seconds : float
@@ -50,7 +51,7 @@ class StudyResult:
 
     @property
     def good(self) -> bool:
-        """Whether the posterior converged (and the cross-check agrees, if there was one), or the claim holds."""
+        """Whether the posterior converged, agrees with the cross-check and predicts, if asked, or the claim holds."""
         return self.verdict in GOOD
 
     @property
@@ -79,8 +80,10 @@ def load_result(folder: Path) -> StudyResult | None:
         return None
 
 
-def verdict_on(posterior, check=None) -> str:
-    """The verdict on a posterior and on its cross-check, if there was one."""
+def verdict_on(posterior, check=None, *, predictions_hold: bool = True) -> str:
+    """The verdict on a posterior, on its cross-check, if there was one, and on its predictions."""
     if not posterior.converged:
         return NOT_CONVERGED
-    return CONVERGED if check is None or check.verdict == "agree" else NOT_CONFIRMED
+    if check is not None and check.verdict != "agree":
+        return NOT_CONFIRMED
+    return CONVERGED if predictions_hold else DOES_NOT_PREDICT

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from bayesub.io.atomic import reason
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, error_source
 from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study import script
@@ -38,6 +38,7 @@ def run(
     force: bool = False,
     keep_stale: bool = False,
     cross_check: bool = False,
+    leave_out: bool = False,
     pdf: bool = False,
     progress: Progress = SILENT,
 ) -> StudyResult:
@@ -58,6 +59,8 @@ def run(
         was begun.
     cross_check : bool
         Sample with NUTS too and compare; of a study in TOML.
+    leave_out : bool
+        Fit all trials but one, for each of them, and predict it; of a study in TOML with several trials.
     pdf : bool
         Draw every figure as PDF too.
     progress : Progress
@@ -78,7 +81,7 @@ def run(
     folder = Path(folder)
     if isinstance(study, str | Path):
         study = read(study)
-    work = _work(study, cross_check)  # bad input shows before a folder is made
+    work = _work(study, cross_check, leave_out)  # bad input shows before a folder is made
     options = {"resume": resume, "force": force, "keep_stale": keep_stale}
     with open_folder(folder, study.config(), study.copies(), **options), _interruptions(folder):
         (folder / RESULT).unlink(missing_ok=True)
@@ -90,19 +93,26 @@ def run(
     return result
 
 
-def _work(study: Study | Script, cross_check: bool):
+def _work(study: Study | Script, cross_check: bool, leave_out: bool):
     """The work of a study: a function of its folder, whether figures are drawn as PDF too, and progress."""
     if isinstance(study, Script):
         if cross_check:
             raise InputError("--cross-check is for studies in TOML; a Python script says itself what it compares")
+        if leave_out:
+            raise InputError("--leave-out is for studies in TOML; a Python script says itself what it predicts")
         return partial(script.run, study)
     from bayesub.sampling.nuts import require_nutpie
+    from bayesub.study import leave_out as others
     from bayesub.study.infer import infer
     from bayesub.study.prepare import prepare
 
     if cross_check:
         require_nutpie()
-    return partial(infer, prepare(study), cross_check=cross_check)
+    setup = prepare(study)
+    if leave_out:
+        with error_source(study.source):
+            others.check(setup)
+    return partial(infer, setup, cross_check=cross_check, leave_out=leave_out)
 
 
 @contextmanager

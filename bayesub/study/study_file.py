@@ -10,6 +10,7 @@ from bayesub.io import toml_files
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import files_of_equations
+from bayesub.study.check_section import CheckSection, check_names
 from bayesub.study.control_section import ControlSection
 from bayesub.study.disturbance_section import DisturbanceSection
 from bayesub.study.prior_section import AnyNoiseSection, PriorSection
@@ -93,6 +94,8 @@ class Study(TrialKeys):
         Built-in name, or path of a vehicle file.
     trials : tuple of TrialSection or None
         Several trials of one boat.
+    check : tuple of CheckSection or None
+        Logs that are not fitted, which the posterior is to predict.
     seed : int
         Of everything random.
     dt_s : float or None
@@ -124,6 +127,7 @@ class Study(TrialKeys):
     question: str = ""
     vehicle: str
     trials: tuple[TrialSection, ...] | None = pydantic.Field(default=None, min_length=1)
+    check: tuple[CheckSection, ...] | None = None
     seed: int = pydantic.Field(ge=0)
     dt_s: Positive | None = None
     sensors: tuple[AnySensorSection, ...] = ()
@@ -155,6 +159,10 @@ class Study(TrialKeys):
                     "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'; leave it "
                     "out, the centre is then the vehicle file"
                 )
+        check_names([check.name for check, _ in self.each_check()], names)
+        for check, sections in self.each_check():
+            if not sections:
+                raise ValueError(f"give at least one of [[sensors]] for check '{check.name}'")
         return self
 
     @property
@@ -186,10 +194,15 @@ class Study(TrialKeys):
         for trial in self.trials or ():
             yield trial.name, trial, self.sensors if trial.sensors is None else trial.sensors
 
+    def each_check(self) -> Iterator[tuple[CheckSection, tuple]]:
+        """Each log that is not fitted, and the sections of its sensors."""
+        for check in self.check or ():
+            yield check, self.sensors if check.sensors is None else check.sensors
+
     @property
     def files(self) -> list[str]:
         """The files that the study names, as it names them: vehicle, priors, manoeuvres and logs, each once."""
-        trials = [trial for _, trial, _ in self.each_trial()]
+        trials = [*(trial for _, trial, _ in self.each_trial()), *(check for check, _ in self.each_check())]
         paths = [self.prior.table, *(trial.data for trial in trials)]
         names = [self.vehicle, *(trial.manoeuvre for trial in trials)]
         paths += [name for name in names if name is not None and toml_files.is_path(name)]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.checks.cross_validation import _chi_squares, laplace, leave_one_out
+from bayesub.checks.cross_validation import laplace, leave_one_out
+from bayesub.checks.prediction import chi_squares
 from bayesub.problem.joint import JointProblem
 
 FREE = ("Xuu", "Yuv", "Yuu_dr", "Nuv", "Nuu_dr", "Nur")
@@ -74,7 +75,7 @@ def test_draws_of_the_laplace_approximation_and_of_priors(tracks, suboff, rng):
 def test_chi_squares_are_those_of_the_whole_covariance(rng):
     errors, directions = rng.standard_normal((3, 12)), 5.0 * rng.standard_normal((4, 12))
     inverse = np.linalg.inv(np.eye(12) + directions.T @ directions)
-    np.testing.assert_allclose(_chi_squares(errors, directions), np.einsum("ij,jk,ik->i", errors, inverse, errors))
+    np.testing.assert_allclose(chi_squares(errors, directions), np.einsum("ij,jk,ik->i", errors, inverse, errors))
 
 
 def test_one_trial_cannot_be_left_out(tracks, suboff, rng):

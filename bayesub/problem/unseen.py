@@ -1,0 +1,77 @@
+"""What a posterior of some trials says of the parameters of a trial that was not among them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub.problem.joint import JointProblem
+from bayesub.problem.nuisance import of_boat
+from bayesub.problem.trial_problem import TrialProblem
+
+
+@dataclass(frozen=True)
+class UnseenTrial:
+    """A trial that a posterior shall predict.
+
+    Attributes
+    ----------
+    name : str
+    problem : TrialProblem
+        Of the trial alone, with the vehicle and the prior of those that were fitted.
+    warm_up_s : float
+        Time from its start in which its readings say what the fitted trials do not tell.
+    is_left_out : bool
+        Whether it is one of the trials of the study, left out of a fit of the others.
+    """
+
+    name: str
+    problem: TrialProblem
+    warm_up_s: float
+    is_left_out: bool = False
+
+    def transferred(
+        self, fitted: TrialProblem | JointProblem, draws: np.ndarray, rng: np.random.Generator
+    ) -> np.ndarray:
+        """(n, n_params) parameters of this trial, of draws (n, n_fitted) of the parameters of the fitted ones.
+
+        Coefficients, and parameters of the body, of actuators and of the process of a disturbance, are those of the
+        draws. So are sd, degrees of freedom and correlation time of the noise of a channel that was fitted: of several
+        trials those of a random one for each draw. All others are draws of their prior.
+        """
+        parameters = self.problem.prior.sample(rng, len(draws))
+        choice = rng.integers(0, 2**31, len(draws))
+        for k, columns in self._sources(fitted).items():
+            if columns:
+                parameters[:, k] = draws[np.arange(len(draws)), np.array(columns)[choice % len(columns)]]
+        return parameters
+
+    def own(self, fitted: TrialProblem | JointProblem) -> np.ndarray:
+        """(n_own,) positions of the parameters that the warm-up tells.
+
+        Start, current, biases of sensors, histories of forces, and the noise of a channel that was not fitted.
+        Coefficients and parameters of the boat that no fitted trial has free are left to the prior.
+        """
+        return np.array(
+            [
+                k
+                for k, columns in self._sources(fitted).items()
+                if k >= self.problem.n_coefficients
+                and not columns
+                and not of_boat(self.problem.names[k], self.problem.vehicle)
+            ],
+            dtype=int,
+        )
+
+    def _sources(self, fitted) -> dict[int, list[int]]:
+        """Position of a parameter -> positions of what tells it among those of the fitted trials."""
+        trials = [name for name, *_ in fitted.each_trial(fitted.prior.mean)]
+        of_noise = {n.name for n in self.problem.forward.nuisances.parameters if n.attribute not in ("", "bias")}
+        sources = {}
+        for k, name in enumerate(self.problem.names):
+            names = []
+            if k < self.problem.n_coefficients or of_boat(name, self.problem.vehicle):
+                names = [name]
+            elif name in of_noise:
+                names = [f"{name}[{trial}]" if trial else name for trial in trials]
+            sources[k] = [fitted.names.index(source) for source in names if source in fitted.names]
+        return sources
