@@ -186,7 +186,7 @@ def _cost(setup) -> str:
     each = problem.each_trial(problem.prior.mean)
     trials = "; ".join(_trial(name, p, setup.trials[name], centre) for name, p, centre in each)
     return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; {_disturbance(setup.problem)}"
+        f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; {_unseen(setup)}{_disturbance(setup.problem)}"
         f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
     )
 
@@ -199,6 +199,15 @@ def _trial(name: str, problem, trial, centre) -> str:
     return (
         f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
         f"step {problem.simulator.step:g} s{_truth(trial.truth)}{_failure(problem, centre)}"
+    )
+
+
+def _unseen(setup) -> str:
+    """The logs that are not fitted and are to be predicted, or nothing."""
+    return "".join(
+        f"to predict '{trial.name}': {int((trial.problem.times > trial.warm_up_s).sum())} readings after a warm-up of "
+        f"{trial.warm_up_s:.4g} s{_failure(trial.problem, trial.problem.prior.mean)}; "
+        for trial in setup.unseen
     )
 
 

@@ -206,7 +206,7 @@ def _failure(trial: dict) -> str:
     unit = style.with_unit(channel["column"]).partition("(")[2].rstrip(")")
     others = ", ".join(f"{by} {value:.2g}" for by, value in channel["rms"].items() if by != POSTERIOR)
     return (
-        f"{_named(trial)} is NOT PREDICTED: {trial['worst']} is off by {channel['rms'][POSTERIOR]:.2g} {unit} rms, and "
-        f"90 % bands are +-{channel['half_width']:.2g} {unit} ({others}); {_of_readings(trial)} "
+        f"{_named(trial)} is NOT PREDICTED: {trial['worst']} is off by {channel['rms'][POSTERIOR]:.2g} {unit} rms "
+        f"({others}), and its 90 % bands are +-{channel['half_width']:.2g} {unit}; {_of_readings(trial)} "
         f"(p {trial['p_value']:.2g})."
     )
