@@ -28,8 +28,9 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 
     Of an equation set it prints terms, sub-problems and controls; of a vehicle a card: balance, stability, turning
     circle, answer to the planes, mass matrix, and warnings with a remedy; of a study what it costs, and what each
-    channel of its data covers in time and informs. FILE may be the name of a built-in vehicle or equation set. A log
-    with columns of a vehicle's own comes after that vehicle.
+    channel of its data covers in time and informs; of a log which columns disagree with each other, and what mends
+    them. FILE may be the name of a built-in vehicle or equation set. A log with columns of a vehicle's own comes after
+    that vehicle.
     """
     controls: list[str] = []  # of the vehicles
     findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
@@ -59,7 +60,7 @@ def examine(path: Path, controls: Sequence[str] = ()) -> tuple[str, Card | None]
 
         return f"study script: {script.check(path)}", None
     if path.suffix.lower() == ".csv":
-        return _log(path, controls), None
+        return _log(path, controls)
     keys = toml_files.read_toml_table(path)
     for key, describe in _KINDS.items():
         if key in keys:
@@ -150,13 +151,14 @@ _KINDS = {
 }
 
 
-def _log(path: Path, controls: Sequence[str]) -> str:
+def _log(path: Path, controls: Sequence[str]):
     from bayesub.io import log_files
+    from bayesub.report import log_card
 
-    log = log_files.read_log(path, controls)
-    times = log["time"]
-    columns = ", ".join(log_files.HEADERS.get(name, name) for name in log)
-    return f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {columns}"
+    log = log_files.read_log(path, controls, ascending=False)
+    times, headers = log["time"], log_files.headers(path, controls)
+    text = f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {', '.join(headers)}"
+    return text, log_card.check(log, headers, controls)
 
 
 def _data_card(path: Path, setup):

@@ -5,7 +5,9 @@ In memory columns have the short names of the field and SI units:
 - ``time``;
 - ``delta_r delta_b delta_s`` and ``rpm``, the controls;
 - ``x y z phi theta psi u v w p q r`` and ``udot .. rdot``, the motion, with ``u v w`` through the water;
-- ``depth`` by pressure, ``heading`` by a compass, and ``u_ground v_ground w_ground``, body velocities over the ground.
+- ``depth`` by pressure, ``heading`` by a compass, and ``u_ground v_ground w_ground``, body velocities over the ground;
+- ``north east down``, the velocity over the ground in inertial axes, ``sog`` and ``cog``, its horizontal speed and
+  course, and ``stw``, the horizontal speed through the water.
 
 An empty cell is a missing reading (not a number).
 """
@@ -31,6 +33,7 @@ WRITTEN = "%.12g"  # digits of a number in a file
 CHUNK = 100_000  # rows that are searched at a time for what is wrong with a file
 
 _DEGREE = np.pi / 180.0
+_KNOT = 1852.0 / 3600.0
 _LINEAR = {name: f"{name}_m" for name in "xyz"} | {name: f"{name}_mps" for name in "uvw"}
 _LINEAR |= {name: f"{name}_mps2" for name in ACCELERATIONS[:3]}
 _ANGULAR = {"delta_r": "rudder", "delta_b": "bow_plane", "delta_s": "stern_plane"}
@@ -41,8 +44,10 @@ _ANGULAR |= {"phi": "roll", "theta": "pitch", "psi": "yaw"}
 HEADERS = {"time": "time_s", **{k: f"{v}_deg" for k, v in _ANGULAR.items()}, "rpm": "rpm", **_LINEAR}
 HEADERS |= {name: f"{name}_degps" for name in "pqr"} | {name: f"{name}_degps2" for name in ACCELERATIONS[3:]}
 HEADERS |= {"depth": "depth_m", "heading": "heading_deg"} | {f"{name}_ground": f"{name}_ground_mps" for name in "uvw"}
+HEADERS |= {name: f"{name}_mps" for name in ("north", "east", "down", "sog", "stw")} | {"cog": "cog_deg"}
 COLUMNS = {header: (name, _DEGREE if "_deg" in header else 1.0) for name, header in HEADERS.items()}
 COLUMNS |= {header.replace("_deg", "_rad"): (name, 1.0) for name, header in HEADERS.items() if "_deg" in header}
+COLUMNS |= {f"{header[:-4]}_kn": (name, _KNOT) for name, header in HEADERS.items() if header.endswith("_mps")}
 
 CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 
@@ -66,7 +71,7 @@ def positions(*names: str) -> list[int]:
     return [OUTPUTS.index(name) for name in names]
 
 
-def read_log(path: Path, controls: Iterable[str] = ()) -> dict[str, np.ndarray]:
+def read_log(path: Path, controls: Iterable[str] = (), *, ascending: bool = True) -> dict[str, np.ndarray]:
     """Read a CSV file into short name -> (n,) array in SI units.
 
     Besides the columns of all logs it may have those of `controls`, whose short names are the columns themselves.
@@ -80,8 +85,7 @@ def read_log(path: Path, controls: Iterable[str] = ()) -> dict[str, np.ndarray]:
         With file, column or line, and remedy.
     """
     path = Path(path)
-    columns = COLUMNS | {name: (name, si_factor(name)) for name in controls if name not in COLUMNS}
-    names = _header(path, columns)
+    columns, names = _columns(controls), headers(path, controls)
     rows, line = _numbers(path, names)
     _check_sizes(path, names, rows, line)
     log = {columns[name][0]: values * si_factor(name) for name, values in zip(names, rows.T, strict=True)}
@@ -89,7 +93,7 @@ def read_log(path: Path, controls: Iterable[str] = ()) -> dict[str, np.ndarray]:
     if not np.isfinite(times).all():
         raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty")
     late = np.flatnonzero(np.diff(times) <= 0)
-    if late.size:
+    if late.size and ascending:
         before, after = times[late[0]], times[late[0] + 1]
         raise InputError(
             f"{path}: line {line[late[0] + 1]}: time_s must ascend, found {after:.12g} after {before:.12g}"
@@ -97,8 +101,9 @@ def read_log(path: Path, controls: Iterable[str] = ()) -> dict[str, np.ndarray]:
     return log
 
 
-def _header(path: Path, columns) -> list[str]:
-    """The names of the columns, all of them known."""
+def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
+    """The names of the columns of a file as they stand there, all of them known or among `controls`."""
+    columns = _columns(controls)
     header = toml_files.read_line(path)
     if not header:
         raise InputError(f"{path}: is empty; expected a header line such as time_s,x_m,y_m")
@@ -116,6 +121,11 @@ def _header(path: Path, columns) -> list[str]:
         repeated = next(name for name, short in zip(names, shorts, strict=True) if shorts.count(short) > 1)
         raise InputError(f"{path}: column '{repeated}' is given twice")
     return names
+
+
+def _columns(controls) -> dict[str, tuple[str, float]]:
+    """As COLUMNS, with those of a vehicle's own."""
+    return COLUMNS | {name: (name, si_factor(name)) for name in controls if name not in COLUMNS}
 
 
 def _nearest_column(name: str, columns) -> str:

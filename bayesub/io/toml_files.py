@@ -20,7 +20,17 @@ from bayesub.io.errors import InputError, nearest
 DATA = resources.files("bayesub") / "data"
 
 # Unit at the end of a name -> largest size that a number with that name may have, far above anything that floats.
-LARGEST = {"rpm_per_mps": 1e5, "deg_s": 1e4, "m": 1e7, "mps": 1e3, "mps2": 1e4, "deg": 1e6, "degps": 1e5, "degps2": 1e7}
+LARGEST = {
+    "rpm_per_mps": 1e5,
+    "deg_s": 1e4,
+    "m": 1e7,
+    "mps": 1e3,
+    "kn": 2e3,
+    "mps2": 1e4,
+    "deg": 1e6,
+    "degps": 1e5,
+    "degps2": 1e7,
+}
 LARGEST |= {"rad": 1e5, "radps": 1e4, "radps2": 1e6, "s": 1e10, "kg": 1e10, "kgm2": 1e15, "kgm3": 1e5, "n": 1e12}
 LARGEST |= {"rpm": 1e6} | dict.fromkeys(("mean", "sd", "lower", "upper", "median", "value"), 1e15)
 

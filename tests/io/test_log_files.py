@@ -36,7 +36,14 @@ def test_headers_are_those_of_the_design():
     names = ("time", *CONTROLS, "rpm", *STATES, *ACCELERATIONS)
     assert [HEADERS[name] for name in names] == documented.split(",")
     instruments = {"depth_m", "heading_deg", "u_ground_mps", "v_ground_mps", "w_ground_mps"}
+    instruments |= {"north_mps", "east_mps", "down_mps", "sog_mps", "cog_deg", "stw_mps"}
     assert set(HEADERS.values()) == set(documented.split(",")) | instruments
+
+
+def test_velocities_in_knots(tmp_path):
+    log = read_log(csv(tmp_path, "time_s,sog_kn,u_kn\n1,2,-3600\n"))
+    assert log["sog"][0] == pytest.approx(2 * 1852 / 3600, rel=1e-15)
+    assert log["u"][0] == pytest.approx(-1852.0, rel=1e-15)
 
 
 def test_units(tmp_path):

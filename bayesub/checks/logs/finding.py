@@ -1,0 +1,30 @@
+"""One disagreement among the columns of a log."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One disagreement among the columns of a log.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        Headers of the columns that are wrong.
+    message : str
+        What they hold, with the number that shows it.
+    remedy : str
+        What to change in the file or in the study.
+    """
+
+    columns: tuple[str, ...]
+    message: str
+    remedy: str
+
+    def line(self) -> str:
+        """The finding in one line."""
+        return f"{', '.join(self.columns)}: {self.message}; {self.remedy}"
+
+    def to_json(self) -> dict:
+        """The finding as JSON types."""
+        return {"columns": list(self.columns), "message": self.message, "remedy": self.remedy}

@@ -1,0 +1,97 @@
+"""Columns of a log as time series, and what they change over windows of time."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+GAP = 5.0  # median intervals without a reading, beyond which a window is not used
+WINDOWS = 8  # at least, in which changes are compared
+LADDER = 8  # lengths of windows that are tried, each twice the one before
+MOST = 20_000  # rows; of longer logs every second, third, .. is taken
+
+
+@dataclass(frozen=True)
+class Series:
+    """The cells of a column that are not empty.
+
+    Attributes
+    ----------
+    times : ndarray of shape (n,)
+        s, ascending.
+    values : ndarray of shape (n,)
+        SI units.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+
+    @property
+    def interval(self) -> float:
+        """Median time between two readings, s."""
+        return float(np.median(np.diff(self.times)))
+
+    def scaled(self, factor: float) -> "Series":
+        """The same with values times a factor."""
+        return Series(self.times, factor * self.values)
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Values by straight lines between readings at times (m,)."""
+        return np.interp(times, self.times, self.values)
+
+    def unwrapped(self) -> "Series":
+        """An angle in rad without jumps of a turn."""
+        return Series(self.times, np.unwrap(self.values))
+
+    def gaps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Begins and ends (n_gaps,) of times without readings, s."""
+        wide = np.flatnonzero(np.diff(self.times) > GAP * self.interval)
+        return self.times[wide], self.times[wide + 1]
+
+
+def series(log: dict[str, np.ndarray], least: int = 2 * WINDOWS) -> dict[str, Series]:
+    """Short name -> readings of each column of a log that has at least so many; times must ascend."""
+    result = {}
+    for name, values in log.items():
+        cells = np.flatnonzero(np.isfinite(values))
+        cells = cells[:: 1 + len(cells) // MOST]
+        if name != "time" and len(cells) >= least:
+            result[name] = Series(log["time"][cells], values[cells])
+    return result
+
+
+def lengths(times: np.ndarray, shortest: float) -> Iterator[float]:
+    """Lengths in s of the windows that a record of times (n,) is cut into, from `shortest` on."""
+    length, longest = shortest, (times[-1] - times[0]) / WINDOWS
+    for _ in range(LADDER):
+        if length > longest:
+            return
+        yield length
+        length *= 2.0
+
+
+def windows(times: np.ndarray, length: float, gaps) -> tuple[np.ndarray, np.ndarray]:
+    """First and last reading of windows of about a length (s) that lie end to end and have none of the gaps inside.
+
+    Parameters
+    ----------
+    times : ndarray of shape (n,)
+        s, ascending.
+    length : float
+        s.
+    gaps : sequence of (begins, ends)
+        Of :meth:`Series.gaps`, of all columns that take part.
+    """
+    edges = np.unique(np.searchsorted(times, np.arange(times[0], times[-1], length)))
+    first, last = edges[:-1], edges[1:]
+    whole = times[last] - times[first] <= 2.0 * length
+    for begins, ends in gaps:
+        whole &= np.searchsorted(begins, times[last]) == np.searchsorted(ends, times[first], side="right")
+    return first[whole], last[whole]
+
+
+def integral(times: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """(n, ..) integrals of rates (n, ..) from the first of the times (n,), by the trapezoidal rule."""
+    steps = np.diff(times).reshape(-1, *[1] * (rates.ndim - 1))
+    parts = 0.5 * steps * (rates[1:] + rates[:-1])
+    return np.concatenate([np.zeros_like(rates[:1]), np.cumsum(parts, axis=0)])
