@@ -9,6 +9,8 @@ In memory columns have the short names of the field and SI units:
 - ``north east down``, the velocity over the ground in inertial axes, ``sog`` and ``cog``, its horizontal speed and
   course, and ``stw``, the horizontal speed through the water.
 
+Latitude and longitude become ``x y``, and pressure becomes ``depth``.
+
 An empty cell is a missing reading (not a number).
 """
 
@@ -19,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import toml_files
+from bayesub.io import fixes, toml_files
 from bayesub.io.errors import InputError, nearest
 
 VELOCITIES = ("u", "v", "w", "p", "q", "r")
@@ -44,10 +46,15 @@ _ANGULAR |= {"phi": "roll", "theta": "pitch", "psi": "yaw"}
 HEADERS = {"time": "time_s", **{k: f"{v}_deg" for k, v in _ANGULAR.items()}, "rpm": "rpm", **_LINEAR}
 HEADERS |= {name: f"{name}_degps" for name in "pqr"} | {name: f"{name}_degps2" for name in ACCELERATIONS[3:]}
 HEADERS |= {"depth": "depth_m", "heading": "heading_deg"} | {f"{name}_ground": f"{name}_ground_mps" for name in "uvw"}
-HEADERS |= {name: f"{name}_mps" for name in ("north", "east", "down", "sog", "stw")} | {"cog": "cog_deg"}
+HEADERS |= {name: f"velocity_{name}_mps" for name in ("north", "east", "down")}
+HEADERS |= {"sog": "speed_over_ground_mps", "cog": "course_over_ground_deg", "stw": "speed_through_water_mps"}
 COLUMNS = {header: (name, _DEGREE if "_deg" in header else 1.0) for name, header in HEADERS.items()}
 COLUMNS |= {header.replace("_deg", "_rad"): (name, 1.0) for name, header in HEADERS.items() if "_deg" in header}
 COLUMNS |= {f"{header[:-4]}_kn": (name, _KNOT) for name, header in HEADERS.items() if header.endswith("_mps")}
+
+# Pressure above that of the air, in place of a depth, and Pa in one unit of the column.
+PRESSURES = {f"pressure_{unit}": ("depth", pa) for unit, pa in {"dbar": 1e4, "bar": 1e5, "kpa": 1e3, "pa": 1.0}.items()}
+WEIGHT_DENSITY = 1025.0 * 9.81  # of sea water, N/m^3, where no vehicle says another
 
 CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 
@@ -71,13 +78,31 @@ def positions(*names: str) -> list[int]:
     return [OUTPUTS.index(name) for name in names]
 
 
-def read_log(path: Path, controls: Iterable[str] = (), *, ascending: bool = True) -> dict[str, np.ndarray]:
+def short_name(header: str) -> str:
+    """The short name of what a column becomes, that of the column itself if it is of a vehicle's own."""
+    return _columns(()).get(header, (header,))[0]
+
+
+def read_log(
+    path: Path, controls: Iterable[str] = (), *, ascending: bool = True, weight_density: float = WEIGHT_DENSITY
+) -> dict[str, np.ndarray]:
     """Read a CSV file into short name -> (n,) array in SI units.
 
     Besides the columns of all logs it may have those of `controls`, whose short names are the columns themselves.
 
     Numbers are parsed directly, a million rows in seconds and in little more memory than they fill. Only a file in
     which that fails is read a second time as text, to find the line that is wrong.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    controls : iterable of str
+        Columns of a vehicle's own.
+    ascending : bool
+        Whether times that do not ascend are an error.
+    weight_density : float
+        Of the water, N/m^3, by which pressure becomes depth.
 
     Raises
     ------
@@ -88,7 +113,11 @@ def read_log(path: Path, controls: Iterable[str] = (), *, ascending: bool = True
     columns, names = _columns(controls), headers(path, controls)
     rows, line = _numbers(path, names)
     _check_sizes(path, names, rows, line)
-    log = {columns[name][0]: values * si_factor(name) for name, values in zip(names, rows.T, strict=True)}
+    log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
+    if any(name in PRESSURES for name in names):
+        log["depth"] = log["depth"] / weight_density
+    if any(name in fixes.COLUMNS for name in names):
+        log["x"], log["y"] = fixes.positions(path, names, rows, line)
     times = log["time"]
     if not np.isfinite(times).all():
         raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty")
@@ -125,7 +154,8 @@ def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
 
 def _columns(controls) -> dict[str, tuple[str, float]]:
     """As COLUMNS, with those of a vehicle's own."""
-    return COLUMNS | {name: (name, si_factor(name)) for name in controls if name not in COLUMNS}
+    own = {name: (name, si_factor(name)) for name in controls if name not in COLUMNS}
+    return COLUMNS | dict(zip(fixes.COLUMNS, (("x", 1.0), ("y", 1.0)), strict=True)) | PRESSURES | own
 
 
 def _nearest_column(name: str, columns) -> str:

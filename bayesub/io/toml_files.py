@@ -32,7 +32,9 @@ LARGEST = {
     "degps2": 1e7,
 }
 LARGEST |= {"rad": 1e5, "radps": 1e4, "radps2": 1e6, "s": 1e10, "kg": 1e10, "kgm2": 1e15, "kgm3": 1e5, "n": 1e12}
-LARGEST |= {"rpm": 1e6} | dict.fromkeys(("mean", "sd", "lower", "upper", "median", "value"), 1e15)
+LARGEST |= {"bar": 1e6, "kpa": 1e9, "pa": 1e12, "rpm": 1e6} | dict.fromkeys(
+    ("mean", "sd", "lower", "upper", "median", "value"), 1e15
+)
 
 
 def largest(name: str) -> float:

@@ -83,6 +83,11 @@ class Vehicle:
         """(n_terms,) what makes each coefficient dimensional."""
         return self.equations.factors(self.length_m, self.water_density_kgm3, self.speed_mps)
 
+    @property
+    def weight_density_npm3(self) -> float:
+        """Of the water, N/m^3."""
+        return self.water_density_kgm3 * GRAVITY_MPS2
+
     @cached_property
     def constants(self) -> np.ndarray:
         """What the equations need besides coefficients and body (:meth:`EquationSet.constants`)."""

@@ -191,9 +191,9 @@ class ForwardModel:
         if moved:
             by_nuisances += slopes[:, len(names) :] @ effects
         for k, towards in self.nuisances.current_columns():
-            by_nuisances[:, k] += self.measurement.current_slopes(outputs, self._steady)[:, towards, 0]
+            by_nuisances[:, k] += self.measurement.current_slopes(outputs, self._steady, water)[:, towards, 0]
         if self._by_water is not None:
-            by_knots = self.measurement.current_slopes(outputs, self._by_water)[:, self._towards()]
+            by_knots = self.measurement.current_slopes(outputs, self._by_water, water)[:, self._towards()]
             own = self._history_slopes(values, WATER)
             by_nuisances[:, self._histories] += by_knots.reshape(len(slopes), -1) @ own
         for channel, k, factor in self.nuisances.biases(self.record.channels):

@@ -42,5 +42,5 @@ def check(log: dict[str, np.ndarray], headers: Sequence[str], controls: Sequence
     controls : sequence of str
         Columns of a vehicle's own.
     """
-    names = {log_files.COLUMNS.get(header, (header,))[0]: header for header in headers}
+    names = {log_files.short_name(header): header for header in headers}
     return LogCard(tuple(logs.findings(log, names, tuple(controls))))

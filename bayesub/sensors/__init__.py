@@ -4,8 +4,9 @@ A :class:`Sensor` reads one quantity. Instruments are several at once (:class:`T
 and presets are those of a boat (:func:`autosub`, ..). :func:`observe` takes any mixture of them.
 """
 
+from bayesub.sensors import velocity
 from bayesub.sensors.current import over_ground
-from bayesub.sensors.instruments import ADCP, DVL, INS, TRACK_CHANNELS, Compass, Instrument, Pressure, Track
+from bayesub.sensors.instruments import ADCP, DVL, GPS, INS, TRACK_CHANNELS, Compass, Instrument, Pressure, Track
 from bayesub.sensors.observe import observe, unread
 from bayesub.sensors.presets import autosub, thesis_rounding, tracking_range
 from bayesub.sensors.record import Channel, Record
@@ -14,6 +15,7 @@ from bayesub.sensors.sensor import QUANTITIES, Sensor, flat, modified
 __all__ = [
     "ADCP",
     "DVL",
+    "GPS",
     "INS",
     "QUANTITIES",
     "TRACK_CHANNELS",
@@ -32,4 +34,5 @@ __all__ = [
     "thesis_rounding",
     "tracking_range",
     "unread",
+    "velocity",
 ]

@@ -164,3 +164,23 @@ class ADCP(Instrument):
     resolution_mps: float = 0.0
     interval_s: Positive = 1.0
     channels: tuple[str, ...] = CHANNELS
+
+
+@dataclass(frozen=True)
+class GPS(Instrument):
+    """A satellite receiver: position, and if named velocity over the ground, speed and course over ground.
+
+    Latitude and longitude of a log are x and y in m from the first fix. Its antenna is at a lever arm
+    (:func:`modified`).
+    """
+
+    CHANNELS = ("x", "y", "velocity_north", "velocity_east", "velocity_down", "speed_over_ground", "course_over_ground")
+
+    sd_m: float = 0.0
+    sd_mps: float = 0.0
+    sd_deg: float = 0.0
+    resolution_m: float = 0.0
+    resolution_mps: float = 0.0
+    resolution_deg: float = 0.0
+    interval_s: Positive = 1.0
+    channels: tuple[str, ...] = ("x", "y")

@@ -36,7 +36,7 @@ def displaced(state: str, lever_arm_m: tuple[float, float, float], turning: np.n
     """
     ahead, starboard, down = lever_arm_m
     if state in "xyz":
-        return _row_of_rotation(state, turning) @ np.asarray(lever_arm_m)
+        return row_of_rotation(state, turning) @ np.asarray(lever_arm_m)
     p, q, r = np.moveaxis(turning, -1, 0)
     cross = {"u": q * down - r * starboard, "v": r * ahead - p * down, "w": p * starboard - q * ahead}
     return cross[state[0]]
@@ -47,8 +47,8 @@ def displaced_slopes(state: str, lever_arm_m: tuple[float, float, float], turnin
     return displaced(state, lever_arm_m, turning[None] + 1j * _TINY * np.eye(3)[:, None]).imag.T / _TINY
 
 
-def _row_of_rotation(state, attitude):
-    """(.., 3) the body axes as seen along the inertial axis of x, y or z."""
+def row_of_rotation(state: str, attitude: np.ndarray) -> np.ndarray:
+    """(.., 3) the body axes as seen along the inertial axis of x, y or z, at attitudes (.., 3)."""
     if state == "z":
         phi, theta, _ = np.moveaxis(attitude, -1, 0)
         return np.stack([-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)], axis=-1)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayesub.io.log_files import ANGLES
+from bayesub.sensors import velocity
 from bayesub.sensors.current import Water, seen, seen_slopes
 from bayesub.sensors.lever_arm import TURNING, displaced, displaced_slopes
 from bayesub.sensors.record import TURN, Channel
@@ -52,7 +53,7 @@ class MeasurementModel:
     n_readings : int
         Number of readings of all channels.
     displaced : bool
-        Whether any channel has a lever arm that matters.
+        Whether derivatives need the motion: of a lever arm that matters, and of velocities in inertial axes.
     """
 
     def __init__(self, channels: Sequence[Channel], *, current: bool):
@@ -61,23 +62,32 @@ class MeasurementModel:
         ends = np.cumsum(lengths)
         self.slices = [slice(end - n, end) for n, end in zip(lengths, ends, strict=True)]
         self.n_readings = int(ends[-1])
-        self.displaced = any(channel.displaced for channel in channels)
+        self.displaced = any(c.displaced or c.state in velocity.QUANTITIES for c in channels)
 
         in_current = [current and channel.over_ground for channel in channels]
         turned = any(feels and c.state in "uvw" for feels, c in zip(in_current, channels, strict=True))
         turning = [name for channel in channels if channel.displaced for name in TURNING[channel.state]]
-        self.measured = tuple(dict.fromkeys([c.state for c in channels] + list(ANGLES) * turned + turning))
+        states = [name for c in channels for name in velocity.causes(c.state, c.lever_arm_m)]
+        self.measured = tuple(dict.fromkeys(states + list(ANGLES) * turned + turning))
         attitude = [self.measured.index(name) for name in ANGLES] if turned else []
 
         rows = [np.searchsorted(self.times, channel.times) for channel in channels]
         # Where each reading stands in the measured outputs of all times, laid out in one row.
         n = len(self.measured)
-        pairs = zip(rows, channels, strict=True)
-        self._position = np.concatenate([n * at + self.measured.index(c.state) for at, c in pairs])
+        # A velocity in inertial axes is put in the place of the first of its causes.
+        firsts = [self.measured.index(velocity.causes(c.state, c.lever_arm_m)[0]) for c in channels]
+        self._position = np.concatenate([n * at + first for at, first in zip(rows, firsts, strict=True)])
         places = list(zip(channels, self.slices, rows, in_current, strict=True))
         # Positions in a current do not depend on the attitude.
         self._in_current = [
-            _Place(c, part, at, attitude if c.state in "uvw" else []) for c, part, at, feels in places if feels
+            _Place(c, part, at, attitude if c.state in "uvw" else [])
+            for c, part, at, feels in places
+            if feels and c.state not in velocity.QUANTITIES
+        ]
+        self._velocities = [
+            _Place(c, part, at, [self.measured.index(name) for name in velocity.causes(c.state, c.lever_arm_m)])
+            for c, part, at, _ in places
+            if c.state in velocity.QUANTITIES
         ]
         self._at_lever_arms = [
             _Place(c, part, at, [self.measured.index(name) for name in TURNING[c.state]])
@@ -107,7 +117,23 @@ class MeasurementModel:
         for place in self._at_lever_arms:
             channel = place.channel
             readings[:, place.part] += displaced(channel.state, channel.lever_arm_m, place.causes(outputs))
+        for place in self._velocities:
+            current = np.zeros(2) if water is None else water.velocity[:, place.rows]
+            readings[:, place.part] = velocity.readings(*self._velocity(place, place.causes(outputs), current))
         return readings
+
+    @staticmethod
+    def _velocity(place, motion, current) -> tuple:
+        """Arguments of :mod:`bayesub.sensors.velocity`."""
+        channel = place.channel
+        return channel.state, motion, current, channel.lever_arm_m, channel.direction
+
+    def _velocity_slopes(self, outputs, water) -> Iterator[tuple[_Place, np.ndarray, np.ndarray]]:
+        """Each velocity in inertial axes with its derivatives by its causes (n, n_causes) and by the current (n, 2)."""
+        for place in self._velocities:
+            (motion,) = place.causes(outputs[None])
+            current = np.zeros((len(motion), 2)) if water is None else water.velocity[place.rows]
+            yield place, *velocity.slopes(*self._velocity(place, motion, current))
 
     def to_nearest_turn(self, predicted: np.ndarray, readings: np.ndarray) -> None:
         """Move headings that are known up to whole turns, in place, to the turn that is nearest to the reading.
@@ -152,13 +178,15 @@ class MeasurementModel:
             channel, (turning,) = place.channel, place.causes(outputs[None])
             by_turning = displaced_slopes(channel.state, channel.lever_arm_m, turning)
             slopes[place.part] += self._chained(by_turning, sensitivities, place)
+        for place, by_motion, _ in self._velocity_slopes(outputs, water):
+            slopes[place.part] = self._chained(by_motion, sensitivities, place)
         return slopes
 
     @staticmethod
     def _chained(by_causes, sensitivities, place) -> np.ndarray:
         return np.einsum("ik,ikn->in", by_causes, sensitivities[place.rows][:, place.columns])
 
-    def current_slopes(self, outputs: np.ndarray, by_current: Water) -> np.ndarray:
+    def current_slopes(self, outputs: np.ndarray, by_current: Water, water: Water | None = None) -> np.ndarray:
         """Derivatives of one member's readings by parameters of the current.
 
         Parameters
@@ -166,6 +194,8 @@ class MeasurementModel:
         outputs : (n_times, n_measured) array
         by_current : Water
             Derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the east.
+        water : Water, optional
+            Of (n_times, 2) each: where it is, for speed and course over ground, which are not linear in it.
 
         Returns
         -------
@@ -176,6 +206,8 @@ class MeasurementModel:
         for place, (parts,) in self._seen(outputs[None]):
             moved = by_current.behind(place.channel.state)[place.rows]
             slopes[place.part] = parts[:, :, None] * moved[:, None, :]
+        for place, _, parts in self._velocity_slopes(outputs, water):
+            slopes[place.part] = parts[:, :, None] * by_current.velocity[place.rows][:, None, :]
         return slopes
 
     def _seen(self, outputs) -> Iterator[tuple[_Place, np.ndarray]]:

@@ -40,6 +40,8 @@ class Channel:
     modulo_turn : bool
         Whether values are known up to whole turns only, as the headings of a log, so that they are compared modulo one
         turn (:meth:`bayesub.sensors.measurement.MeasurementModel.to_nearest_turn`). A simulated heading is continuous.
+    direction : (float, float, float) or None
+        Unit vector along which a log of the speed through the water reads.
     """
 
     quantity: str
@@ -50,6 +52,7 @@ class Channel:
     lever_arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     clock_offset_s: float = 0.0
     modulo_turn: bool = False
+    direction: tuple[float, float, float] | None = None
 
     @property
     def name(self) -> str:
@@ -81,7 +84,11 @@ def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel
     """The channel of a sensor with readings (n,) at times (n,), SI units."""
     sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
     ahead, starboard, down = sensor.lever_arm_m or (0.0, 0.0, 0.0)
-    return Channel(sensor.quantity, times, values, sd, resolution, (ahead, starboard, down), sensor.clock_offset_s)
+    channel = Channel(sensor.quantity, times, values, sd, resolution, (ahead, starboard, down), sensor.clock_offset_s)
+    if sensor.direction is None:
+        return channel
+    along = np.asarray(sensor.direction) / np.linalg.norm(sensor.direction)
+    return replace(channel, direction=tuple(along.tolist()))
 
 
 @dataclass(frozen=True)
@@ -168,8 +175,8 @@ class Record:
         Each channel has the times of those cells of its column that are not empty. Columns of controls are left to
         :func:`bayesub.load_manoeuvre`.
 
-        Yaw and heading are compared to a simulation modulo one turn, whatever the range of the column, so that noise
-        about north, long gaps and fast turns do no harm. For pictures, and for the heading at the start, a column that
+        Yaw, heading and course are compared to a simulation modulo one turn, whatever the range of the column, so that
+        noise about north, long gaps and fast turns do no harm. For pictures, and for the heading at the start, one that
         stays within one turn (0 to 360 or -180 to 180 deg, and a twentieth of a turn beyond for noise) is unwrapped as
         well: each reading is brought within half a turn of the one before, across gaps too, and the first within half
         a turn of `start_heading_deg`.
@@ -216,7 +223,7 @@ class Record:
                 raise InputError(f"{source}: column '{sensor.column}' has no readings; leave it and its sensor out")
             values = log[quantity][present]
             channel = channel_of(sensor, log["time"][present] - sensor.clock_offset_s, values)
-            if channel.state == "psi":
+            if QUANTITIES[quantity].heading:
                 values = _unwrapped(values, np.radians(start_heading_deg))
                 channel = replace(channel, values=values, modulo_turn=True)
             channels.append(channel)

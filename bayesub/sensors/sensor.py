@@ -1,6 +1,6 @@
 """One sensor: what it reads, when, and how wrong."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.log_files import ACCELERATIONS, COLUMNS, HEADERS, STATES, si_factor
+from bayesub.sensors import velocity
 
 MAX_READINGS = 1_000_000
 
@@ -19,7 +20,7 @@ class Quantity:
     Attributes
     ----------
     state : str
-        Short name of a state or of a body acceleration.
+        Short name of a state, of a body acceleration, or of a velocity (:mod:`bayesub.sensors.velocity`).
     over_ground : bool
         Whether the current is in it.
     """
@@ -27,10 +28,22 @@ class Quantity:
     state: str
     over_ground: bool = False
 
+    @property
+    def heading(self) -> bool:
+        """Whether a log may have it up to whole turns."""
+        return self.state in ("psi", "cog")
+
+    def changes(self, moving: Collection[str]) -> bool:
+        """Whether it changes in a motion of which these states change."""
+        if self.state in velocity.QUANTITIES:
+            return self.state != "down" or "z" in moving
+        return self.state.removesuffix("dot") in moving
+
 
 # Short name -> quantity. Those over the ground feel a current; u v w and udot .. rdot are of the motion in the water.
 QUANTITIES = {name: Quantity(name, over_ground=name in ("x", "y")) for name in (*STATES, *ACCELERATIONS)}
 QUANTITIES |= {"depth": Quantity("z"), "heading": Quantity("psi")}
+QUANTITIES |= {name: Quantity(name, over_ground=name in velocity.OVER_GROUND) for name in velocity.QUANTITIES}
 QUANTITIES |= {f"{name}_ground": Quantity(name, over_ground=True) for name in "uvw"}
 
 _VALID = [column for column, (name, _) in COLUMNS.items() if name in QUANTITIES]
@@ -78,6 +91,9 @@ class Sensor:
     clock_offset_s : float
         How far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t was taken at
         t - clock_offset_s.
+    direction : (float, float, float) or None
+        Of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of any length, along which
+        it reads; None for the size of the horizontal velocity.
     """
 
     column: str
@@ -92,6 +108,7 @@ class Sensor:
     outlier_scale: float = 10.0
     lever_arm_m: tuple[float, float, float] | None = None
     clock_offset_s: float = 0.0
+    direction: tuple[float, float, float] | None = None
 
     def __post_init__(self):
         if self.column not in _VALID:
@@ -116,6 +133,11 @@ class Sensor:
             raise self._refused(f"lever_arm_m must be three finite numbers, found {tuple(self.lever_arm_m)}")
         if not np.isfinite(self.clock_offset_s):
             raise self._refused(f"clock_offset_s must be finite, found {self.clock_offset_s}")
+        if self.direction is not None:
+            if self.quantity != "stw":
+                raise self._refused("direction is for speed_through_water_mps; leave it out")
+            if not (len(self.direction) == 3 and np.isfinite(self.direction).all() and any(self.direction)):
+                raise self._refused(f"direction must be three finite numbers, not all zero, found {self.direction}")
         for gap in self.gaps:
             if not (len(gap) == 2 and gap[0] <= gap[1]):
                 raise self._refused(f"a gap must be a start and a later end in seconds, found {tuple(gap)}")

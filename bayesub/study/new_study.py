@@ -10,13 +10,14 @@ from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem.nuisance import MOVING
+from bayesub.sensors import velocity
 from bayesub.sensors.sensor import QUANTITIES
 from bayesub.study import new_files
 
 STILL = 1e-9  # rad, and of the largest force: round-off in a control or a force that actuators do not move
 _ACROSS = {"Y": "horizontal", "N": "horizontal", "Z": "vertical", "M": "vertical", "K": None}  # planes of forces
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
-_OVER_GROUND = {"x", "y", "u_ground", "v_ground"}
+_OVER_GROUND = {"x", "y", "u_ground", "v_ground", *velocity.OVER_GROUND}
 
 _SENSOR = """
 [[sensors]]
@@ -65,13 +66,14 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     Planes that rest confine the motion to the horizontal or the vertical; what does not change in it is ignored.
     """
     boat = load_vehicle(vehicle)
-    log, _ = boat.actuators.commanded(log_files.read_log(data, boat.actuators.log_columns))
+    log = log_files.read_log(data, boat.actuators.log_columns, weight_density=boat.weight_density_npm3)
+    log, _ = boat.actuators.commanded(log)
     plane = _plane(boat, np.nan_to_num(boat.actuators.values(log, len(log["time"]), str(data))))
     changing = MOVING.get(plane, log_files.STATES)
     measured = [
         key for key in log_files.HEADERS if key in log and key in QUANTITIES and np.isfinite(log[key]).sum() >= 3
     ]
-    of_use = [key for key in measured if QUANTITIES[key].state.removesuffix("dot") in changing]
+    of_use = [key for key in measured if QUANTITIES[key].changes(changing)]
     if not of_use:
         raise InputError(f"{data}: has no column with three readings or more")
     source = [f'data = "{new_files.relative(path, data)}"']
@@ -81,7 +83,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
         source.append(f"ignore = [{', '.join(rest)}]")
     nuisance = _IN_CURRENT if _OVER_GROUND & set(of_use) else _NUISANCE
     if nuisance is _IN_CURRENT and "psi" in changing:
-        read = any(QUANTITIES[key].state == "psi" for key in of_use)
+        read = any(QUANTITIES[key].heading for key in of_use)
         nuisance += _EAST + ("" if read else _HEADING)
     return _text(
         name,
@@ -135,7 +137,7 @@ def _scatter(key, log, data) -> float:
     """
     header = log_files.HEADERS[key]
     readings = log[key][np.isfinite(log[key])]
-    if QUANTITIES[key].state == "psi":
+    if QUANTITIES[key].heading:
         readings = np.unwrap(readings)
     steps = np.abs(np.diff(readings))
     if not steps.any():

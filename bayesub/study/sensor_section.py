@@ -18,6 +18,7 @@ KINDS = {
     "ins": sensors.INS,
     "dvl": sensors.DVL,
     "adcp": sensors.ADCP,
+    "gps": sensors.GPS,
     "autosub": sensors.autosub,
     "thesis_rounding": sensors.thesis_rounding,
     "tracking_range": sensors.tracking_range,
@@ -25,7 +26,7 @@ KINDS = {
 
 
 PRESETS = ("autosub", "thesis_rounding", "tracking_range")
-PLACED = ("lever_arm_m", "clock_offset_s")
+PLACED = ("lever_arm_m", "clock_offset_s", "direction")
 FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outliers alone is none
 
 
@@ -44,6 +45,8 @@ class SensorSection(Section):
         Place of the sensor ahead, to starboard and down from the body origin.
     clock_offset_s : float or None
         How far its clock is ahead.
+    direction : (float, float, float) or None
+        Along which a log of the speed through the water reads.
     """
 
     dropout: float | None = None
@@ -52,6 +55,7 @@ class SensorSection(Section):
     outlier_scale: float | None = None
     lever_arm_m: tuple[float, float, float] | None = None
     clock_offset_s: float | None = None
+    direction: tuple[float, float, float] | None = None
 
     @pydantic.model_validator(mode="after")
     def _can_exist(self):

@@ -12,7 +12,7 @@ from bayesub.model.manoeuvres import Manoeuvre, of_inputs
 from bayesub.model.simulate import Trajectory
 from bayesub.problem import priors
 from bayesub.problem.nuisance import CURRENTS, INITIAL, MOVING
-from bayesub.sensors import Record, flat
+from bayesub.sensors import QUANTITIES, Record, flat, velocity
 
 CONTROL_COLUMNS = (*log_files.CONTROLS, "rpm")
 
@@ -23,6 +23,9 @@ WIDENED = 10.0
 UNREAD_SPEED = 0.1  # trial speeds, for u v w
 UNREAD_TURN = 0.1  # rad in a ship length travelled, for p q r
 UNREAD_TILT = np.radians(5.0)  # for roll and pitch
+# What stands for a state that nobody read, and about how far a boat goes from where it points.
+INSTEAD = {"psi": ("cog",), "u": ("stw", "sog")}
+UNREAD_DRIFT = np.radians(10.0)
 
 
 @dataclass(frozen=True)
@@ -106,9 +109,9 @@ def read_trial(
     path, nuisance, known = Path(path), dict(nuisance or {}), dict(known or {})
     subproblem = vehicle.equations.subproblem(subproblem)
     columns = vehicle.actuators.shorts
-    log = log_files.read_log(path, vehicle.actuators.log_columns)
+    log = log_files.read_log(path, vehicle.actuators.log_columns, weight_density=vehicle.weight_density_npm3)
     for column in ignore:
-        short = log_files.COLUMNS.get(column, (column,))[0]
+        short = log_files.short_name(column)
         if short not in log or column == "time_s":
             listed = (log_files.HEADERS.get(name, name) for name in log)
             raise InputError(f"{path}: ignore names '{column}', no column{nearest(column, listed)}")
@@ -123,7 +126,7 @@ def read_trial(
     record = _within(whole, times[-1], path)
     moving = MOVING.get(subproblem, log_files.STATES)
     for channel in record.channels:
-        if channel.state.removesuffix("dot") not in moving:
+        if not QUANTITIES[channel.quantity].changes(moving):
             column = log_files.HEADERS[channel.quantity]
             raise InputError(
                 f"{path}: '{column}' does not change in the {subproblem} sub-problem; leave out its sensor and put the "
@@ -207,7 +210,7 @@ def _within(record, duration, path) -> Record:
 
 def _matters(state, record, nuisance) -> bool:
     """Whether any reading depends on a state at the start."""
-    read = {channel.state for channel in record.channels}
+    read = {state for c in record.channels for state in velocity.causes(c.state, c.lever_arm_m)}
     if state in ("x", "y", "z"):
         return state in read
     if state == "psi":
@@ -219,6 +222,11 @@ def _matters(state, record, nuisance) -> bool:
 def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, float]:
     """Mean and sd of the prior of a state at the start, SI units."""
     channels = sorted((c for c in record.channels if c.state == state), key=lambda c: c.over_ground)
+    rough = [c for name in INSTEAD.get(state, ()) for c in record.channels if c.state == name and c.direction is None]
+    if not channels and rough:
+        value, sd = _at_zero(rough[0], vehicle.length_m / vehicle.speed_mps)
+        drift = UNREAD_DRIFT if state == "psi" else UNREAD_SPEED * vehicle.speed_mps
+        return value, float(np.linalg.norm([sd * WIDENED, drift, *_by_current(rough[0], nuisance, vehicle)]))
     if not channels:
         if state == "psi":
             raise InputError(f"{path}: nobody read the heading that the readings depend on; give nuisance.yaw0_deg")
@@ -230,12 +238,20 @@ def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, floa
     value, sd = _at_zero(channel, vehicle.length_m / vehicle.speed_mps)
     column = log_files.HEADERS[channel.quantity]
     besides = [sd * WIDENED, _size(nuisance, f"bias_{column}") * log_files.si_factor(column)]
-    if channel.over_ground and state in "uvw":
-        besides += [_size(nuisance, name) for name in CURRENTS]
+    if state in "uvw":
+        besides += _by_current(channel, nuisance)
     if channel.displaced:
         arm = np.linalg.norm(channel.lever_arm_m)
         besides.append(arm if state in "xyz" else arm * UNREAD_TURN * vehicle.speed_mps / vehicle.length_m)
     return value, float(np.linalg.norm(besides))
+
+
+def _by_current(channel, nuisance, vehicle=None) -> list[float]:
+    """How far currents may turn a course (rad, of a `vehicle` at its speed), or change a speed (m/s)."""
+    if not channel.over_ground:
+        return []
+    speed = vehicle.speed_mps if vehicle is not None and channel.state == "cog" else 1.0
+    return [_size(nuisance, name) / speed for name in CURRENTS]
 
 
 def _size(nuisance, name) -> float:

@@ -106,7 +106,7 @@ KINEMATICS = {
     "earth axes": (
         along_north_and_east("_ground"),
         "u_ground_mps, v_ground_mps: velocities to north and east",
-        "north_mps, east_mps",
+        "velocity_north_mps, velocity_east_mps",
     ),
     "v to port": (scaled("v_ground", by=-1.0), "v_ground_mps: of the other sign", "multiply it by -1"),
     "w up": (scaled("w_ground", by=-1.0), "w_ground_mps: of the other sign", "multiply it by -1"),
@@ -191,11 +191,11 @@ def over_ground(log):
 @pytest.mark.parametrize(
     ("damage", "beginning"),
     [
-        (scaled("sog", by=1 / KNOT), "sog_mps: in knots"),
-        (scaled("north", "east", by=3.6), "north_mps, east_mps: in km/h"),
-        (exchanged("north", "east"), "north_mps, east_mps: north_mps holds what east_mps should"),
-        (lambda log: {"cog": np.pi / 2 - log["cog"]}, "cog_deg: counted anticlockwise from east"),
-        (lambda log: {"cog": DEGREE * np.mod(log["cog"], 2 * np.pi)}, "cog_deg: in radians"),
+        (scaled("sog", by=1 / KNOT), "speed_over_ground_mps: in knots"),
+        (scaled("north", "east", by=3.6), "velocity_north_mps, velocity_east_mps: in km/h"),
+        (exchanged("north", "east"), "velocity_north_mps, velocity_east_mps: velocity_north_mps holds what"),
+        (lambda log: {"cog": np.pi / 2 - log["cog"]}, "course_over_ground_deg: counted anticlockwise from east"),
+        (lambda log: {"cog": DEGREE * np.mod(log["cog"], 2 * np.pi)}, "course_over_ground_deg: in radians"),
     ],
 )
 def test_velocities_over_ground(clean, damage, beginning):

@@ -36,14 +36,15 @@ def test_headers_are_those_of_the_design():
     names = ("time", *CONTROLS, "rpm", *STATES, *ACCELERATIONS)
     assert [HEADERS[name] for name in names] == documented.split(",")
     instruments = {"depth_m", "heading_deg", "u_ground_mps", "v_ground_mps", "w_ground_mps"}
-    instruments |= {"north_mps", "east_mps", "down_mps", "sog_mps", "cog_deg", "stw_mps"}
+    instruments |= {"velocity_north_mps", "velocity_east_mps", "velocity_down_mps", "speed_over_ground_mps"}
+    instruments |= {"course_over_ground_deg", "speed_through_water_mps"}
     assert set(HEADERS.values()) == set(documented.split(",")) | instruments
 
 
 def test_velocities_in_knots(tmp_path):
-    log = read_log(csv(tmp_path, "time_s,sog_kn,u_kn\n1,2,-3600\n"))
+    log = read_log(csv(tmp_path, "time_s,speed_over_ground_kn,u_kn\n1,2,-360\n"))
     assert log["sog"][0] == pytest.approx(2 * 1852 / 3600, rel=1e-15)
-    assert log["u"][0] == pytest.approx(-1852.0, rel=1e-15)
+    assert log["u"][0] == pytest.approx(-185.2, rel=1e-14)
 
 
 def test_units(tmp_path):
@@ -161,3 +162,37 @@ def test_units_of_columns():
     assert si_factor("psi") == si_factor("yaw_deg") == np.pi / 180
     assert si_factor("yaw_rad") == si_factor("rpm") == si_factor("u_ground") == 1.0
     assert [OUTPUTS[k] for k in positions("w", "psi", "rdot")] == ["w", "psi", "rdot"]
+
+
+def test_latitude_and_longitude_become_metres_from_the_first_fix(tmp_path):
+    """On the ellipsoid WGS 84: a minute of latitude at 45 degrees is 1852.2 m, of longitude 1314.1 m."""
+    text = "time_s,latitude_deg,longitude_deg\n0,,\n1,45,7\n2,45.01666666666667,7\n3,45,7.01666666666667\n4,45.01,\n"
+    log = read_log(csv(tmp_path, text))
+    assert set(log) == {"time", "x", "y"}
+    np.testing.assert_allclose(log["x"][[1, 2]], [0.0, 1852.2], atol=0.1)
+    np.testing.assert_allclose(log["y"][[1, 3]], [0.0, 1314.1], atol=0.1)
+    assert np.isnan(log["x"][[0, 4]]).all()
+
+
+def test_pressure_becomes_depth(tmp_path):
+    """By the weight of a cubic metre of the water, 1000 kg/m^3 here."""
+    for unit, value in (("dbar", 0.981), ("bar", 0.0981), ("kpa", 9.81), ("pa", 9810.0)):
+        path = csv(tmp_path, f"time_s,pressure_{unit}\n0,{value}\n")
+        assert read_log(path, weight_density=9810.0)["depth"][0] == pytest.approx(1.0, rel=1e-14)
+        assert read_log(path)["depth"][0] == pytest.approx(1000.0 / 1025.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time_s,latitude_deg\n0,45\n", "column 'latitude_deg' is given without 'longitude_deg'"),
+        ("time_s,latitude_deg,longitude_deg\n0,45,7\n1,95,7\n", "line 3, column 'latitude_deg': 95 is beyond 90"),
+        ("time_s,latitude_deg,longitude_deg\n0,45,7\n1,0,0\n", "line 3: the fix 0, 0 is 4902 km from the first, 45, 7"),
+        ("time_s,latitude_deg,longitude_deg\n0,45,\n", "no row has both latitude_deg and longitude_deg"),
+        ("time_s,latitude_deg,longitude_deg,x_m\n0,45,7,1\n", "column 'latitude_deg' is given twice"),
+        ("time_s,depth_m,pressure_dbar\n0,45,7\n", "column 'depth_m' is given twice"),
+    ],
+)
+def test_fixes_that_cannot_be(tmp_path, text, message):
+    with pytest.raises(InputError, match=message):
+        read_log(csv(tmp_path, text))

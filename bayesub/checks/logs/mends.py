@@ -78,7 +78,7 @@ def _renamed(data, headers) -> Iterator[Mend]:
         if u in data and v in data and "north" not in data and "east" not in data:
             for first, second in (("north", "east"), ("east", "north")):
                 change = _with({u: None, v: None, first: lambda d, u=u: d[u], second: lambda d, v=v: d[v]})
-                names = f"{first}_mps, {second}_mps"
+                names = f"velocity_{first}_mps, velocity_{second}_mps"
                 words = f"velocities to {first} and {second}, not along the boat"
                 yield Mend((u, v), words, f"rename them {names}", change)
     if "north" in data and "east" in data and not {"u", "v", "u_ground", "v_ground"} & set(data):
