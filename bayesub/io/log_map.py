@@ -6,12 +6,10 @@ from typing import Annotated, Literal
 
 import pydantic
 
-from bayesub.io import log_files, toml_files, units
+from bayesub.io import fixes, log_files, toml_files, units
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section, WaterDensity
 
-OVER_GROUND = ("latitude_deg", "longitude_deg", "speed_over_ground_mps", "course_over_ground_deg")
-OVER_GROUND += ("velocity_north_mps", "velocity_east_mps")
 # How columns of a vehicle's own actuators end, in units and as the vehicle counts them.
 _OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_kgm3", "_counts", "_percent", "_us")
 
@@ -160,7 +158,7 @@ def read_map(path: Path, kind: str) -> LogMap:
     for column in log_map.columns:
         where = f"{path}: key 'columns.{column}'"
         _check_column(where, column)
-        other = names.setdefault(log_files.COLUMNS.get(column, (column,))[0], column)
+        other = names.setdefault(log_files.short_name(column), column)
         if other != column:
             raise InputError(f"{where}: is the same quantity as '{other}'; leave one of them out")
     folder = path.parent
@@ -171,7 +169,7 @@ def read_map(path: Path, kind: str) -> LogMap:
 
 
 def _check_column(where: str, column: str) -> None:
-    columns = [name for name in (*log_files.COLUMNS, *OVER_GROUND) if name != "time_s"]
+    columns = [name for name in (*log_files.COLUMNS, *fixes.COLUMNS) if name != "time_s"]
     if column == "time_s":
         raise InputError(f"{where}: times come with each signal; the section [time] says what is zero")
     if column not in columns and not column.endswith(_OWN):

@@ -92,8 +92,8 @@ class Sensor:
         How far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t was taken at
         t - clock_offset_s.
     direction : (float, float, float) or None
-        Of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of any length, along which
-        it reads; None for the size of the horizontal velocity.
+        Of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of any
+        length, along which it reads; None for the size of the horizontal velocity.
     """
 
     column: str

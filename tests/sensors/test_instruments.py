@@ -26,7 +26,7 @@ def test_every_quantity_is_read_from_what_it_is(flown, rng):
     by_name = {channel.name: channel for channel in record.channels}
     assert len(by_name) == len(QUANTITIES)
     assert (by_name["depth"].state, by_name["heading"].state, by_name["u_ground"].state) == ("z", "psi", "u")
-    assert {name for name, channel in by_name.items() if channel.over_ground} == {
+    assert {channel.quantity for channel in record.channels if channel.over_ground} == {
         "x", "y", "u_ground", "v_ground", "w_ground", *velocity.OVER_GROUND
     }  # fmt: skip
     for channel in record.channels:

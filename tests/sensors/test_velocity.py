@@ -94,12 +94,18 @@ def test_a_log_along_an_axis_has_exact_derivatives(full, coupled, track, rng):
 
 def test_a_course_is_compared_modulo_one_turn(tmp_path, suboff, spiral, spiral_track):
     """Readings of a receiver lie between 0 and 360 degrees; a spiral turns through north."""
-    record = bs.observe(spiral_track, GPS(sd_mps=0.01, sd_deg=0.1, interval_s=5.0, channels=("speed_over_ground", "course_over_ground")), None)
+    record = bs.observe(
+        spiral_track,
+        GPS(sd_mps=0.01, sd_deg=0.1, interval_s=5.0, channels=("speed_over_ground", "course_over_ground")),
+        None,
+    )
     sog, cog = record.channels
     assert np.ptp(cog.values) > 2 * np.pi
     record = Record((sog, replace(cog, values=np.mod(cog.values, 2 * np.pi))))
     record.save(tmp_path / "log.csv")
-    record = Record.load(tmp_path / "log.csv", GPS(sd_mps=0.01, sd_deg=0.1, channels=("speed_over_ground", "course_over_ground")))
+    record = Record.load(
+        tmp_path / "log.csv", GPS(sd_mps=0.01, sd_deg=0.1, channels=("speed_over_ground", "course_over_ground"))
+    )
     problem = bs.Problem(suboff, spiral, record, free=("Xuu",), prior=relative_normal(0.2), dt=0.5)
     assert np.abs(problem.residuals(problem.reference)).max() < 1e-6
 
@@ -120,7 +126,11 @@ def test_the_start_is_from_speed_and_course(tmp_path, suboff, spiral, spiral_tra
 @pytest.mark.parametrize(
     ("column", "direction", "message"),
     [
-        ("speed_over_ground_mps", (1.0, 0.0, 0.0), "sensor 'speed_over_ground_mps': direction is for speed_through_water_mps; leave it out"),
+        (
+            "speed_over_ground_mps",
+            (1.0, 0.0, 0.0),
+            "sensor 'speed_over_ground_mps': direction is for speed_through_water_mps; leave it out",
+        ),
         (STW, (0.0, 0.0, 0.0), "direction must be three finite numbers, not all zero"),
         (STW, (1.0, np.nan, 0.0), "direction must be three finite numbers"),
     ],
