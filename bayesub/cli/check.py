@@ -24,7 +24,7 @@ from bayesub.report.card import Card, DrawnCard
 @click.option("--card", type=PATH, help="Draw the card of the one vehicle or study in the files into this PNG or PDF.")
 @click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")
 def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
-    """Validate equations, vehicles, geometries, manoeuvres, studies (TOML, Python) and logs (CSV).
+    """Validate equations, vehicles, geometries, maps, manoeuvres, studies (TOML, Python) and logs (CSV).
 
     Of an equation set it prints terms, sub-problems and controls; of a vehicle a card: balance, stability, turning
     circle, answer to the planes, mass matrix, and warnings with a remedy; of a study what it costs, and what each
@@ -67,7 +67,8 @@ def examine(path: Path, controls: Sequence[str] = ()) -> tuple[str, Card | None]
             return describe(path)
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
-        "manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors') nor a disturbance (no 'disturbance')"
+        "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors') nor a "
+        "disturbance (no 'disturbance')"
     )
 
 
@@ -131,6 +132,14 @@ def _instruments(path: Path):
     return f"instruments that read {', '.join(sensor.column for sensor in channels)}", None
 
 
+def _map(path: Path):
+    from bayesub.io.log_map import read_map
+
+    log_map = read_map(path)
+    kind = f" of kind {log_map.kind}" if log_map.kind else ""
+    return f"map of logs{kind} to {', '.join(log_map.columns)}", None
+
+
 def _disturbance_file(path: Path):
     from bayesub.study.disturbance_section import read_disturbance
 
@@ -145,6 +154,7 @@ _KINDS = {
     "terms": _equations,
     "vehicle": _study,
     "hull": _geometry,
+    "columns": _map,
     "kind": _manoeuvre,
     "sensors": _instruments,
     "disturbance": _disturbance_file,

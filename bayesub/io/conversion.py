@@ -13,6 +13,7 @@ from bayesub.io.readers.signals import Signal, VehicleLog
 BACKWARDS_S = 1.0  # a clock that goes back by more was set; by less, messages overtook one another
 TICK_S = 1e-6  # resolution of the times that are written
 HOLD_S = 1e-3  # an order that is held changes within this time
+REPEAT_S = 0.5  # and is written this often at least, so that the pauses of others are none of its own
 
 
 @dataclass(frozen=True)
@@ -227,6 +228,10 @@ def _rows(columns: dict[str, Column]) -> tuple[np.ndarray, dict[str, np.ndarray]
             gaps = np.diff(instants[name])[changes - 1]
             befores.append(instants[name][changes] - np.minimum(np.round(HOLD_S / TICK_S), np.ceil(gaps / 2)))
     rows = np.unique(np.concatenate([*instants.values(), *befores]))
+    if any(column.section.held for column in columns.values()):
+        repeat = round(REPEAT_S / TICK_S)
+        pauses = np.flatnonzero(np.diff(rows) > repeat)
+        rows = np.unique(np.concatenate([rows, *(np.arange(rows[k], rows[k + 1], repeat) for k in pauses)]))
     cells = {}
     for name, column in columns.items():
         cells[name] = np.full(len(rows), np.nan)

@@ -141,8 +141,8 @@ class LogMap(Section):
     columns: dict[str, ColumnSection] = pydantic.Field(default_factory=dict)
 
 
-def read_map(path: Path, kind: str) -> LogMap:
-    """Read a map file for logs of a kind; paths in it count from its folder.
+def read_map(path: Path, kind: str | None = None) -> LogMap:
+    """Read a map file, if it is for logs of this kind; paths in it count from its folder.
 
     Raises
     ------
@@ -150,10 +150,12 @@ def read_map(path: Path, kind: str) -> LogMap:
         With file, key and remedy.
     """
     log_map = toml_files.read_toml(path, LogMap)
-    if log_map.kind not in (None, kind):
+    if None not in (kind, log_map.kind) and log_map.kind != kind:
         raise InputError(f"{path}: key 'kind': this map is for '{log_map.kind}', not for '{kind}'")
     if not log_map.columns:
-        raise InputError(f"{path}: has no section [columns.NAME]; bayesub new map {kind} writes an example")
+        raise InputError(
+            f"{path}: has no section [columns.NAME]; bayesub new map {kind or log_map.kind or 'KIND'} writes an example"
+        )
     names: dict[str, str] = {}  # quantity -> column
     for column in log_map.columns:
         where = f"{path}: key 'columns.{column}'"

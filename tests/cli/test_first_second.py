@@ -24,6 +24,7 @@ FILES = {
     "hull.toml": mutations.TORPEDO,
     "instruments.toml": '[[sensors]]\nkind = "dvl"\nsd_mps = 0.01\n',
     "gusts.toml": mutations.DISTURBANCE,
+    "map.toml": 'kind = "ros"\n[columns.x_m]\nsignal = "/odom.pose.pose.position.x"\n',
     "script.py": SCRIPT,
 }
 WRONG = {
@@ -32,6 +33,7 @@ WRONG = {
     "bad_disturbance.toml": mutations.DISTURBED.replace("[disturbance]", "[disturbance]\nfoo = 1"),
     "bad_vehicle.toml": "name = 'x'\n[coefficients]\nXuu = 1.0\n",
     "bad_manoeuvre.toml": "kind = 'steps'\n",
+    "bad_map.toml": 'kind = "ros"\n[columns.x_m]\nsignl = "/x"\n',
     "broken.toml": "kind = [\n",
 }
 COMMANDS = [

@@ -73,12 +73,12 @@ def test_each_reading_keeps_its_time():
 
 
 def test_an_order_is_held_until_the_next():
-    """In every row, with a last cell of the old value just before the new; a straight line between cells is a step."""
+    """Twice a second at least, with a last cell just before the new value: a straight line between cells is a step."""
     source = log(order=([10.0, 12.0], [0.0, 20.0], "deg"), x=(np.arange(10.0, 15.0), np.arange(5.0), "m"))
     result = converted(source, rudder_deg={"signal": "order", "held": True}, x_m={"signal": "x"})
     times, values = cells(result, "rudder_deg")
-    np.testing.assert_allclose(times, [0.0, 1.0, 1.999, 2.0, 3.0, 4.0])
-    np.testing.assert_array_equal(values, [0.0, 0.0, 0.0, 20.0, 20.0, 20.0])
+    np.testing.assert_allclose(times, [0.0, 0.5, 1.0, 1.5, 1.999, 2.0, 2.5, 3.0, 3.5, 4.0])
+    np.testing.assert_array_equal(values, [0.0] * 5 + [20.0] * 5)
     joined = converted(source, rudder_deg={"signal": "order"}, x_m={"signal": "x"})
     np.testing.assert_allclose(cells(joined, "rudder_deg")[0], [0.0, 2.0])
 
@@ -87,8 +87,8 @@ def test_start_end_and_zero():
     source = log(order=([0.0], [5.0], "deg"), x=(np.arange(10.0), np.arange(10.0), "m"))
     time = {"zero": 2.0, "start_s": 1.0, "end_s": 4.0}
     result = converted(source, time, rudder_deg={"signal": "order", "held": True}, x_m={"signal": "x"})
-    np.testing.assert_array_equal(result.times, [1.0, 2.0, 3.0, 4.0])
-    np.testing.assert_array_equal(result.columns["x_m"], [3.0, 4.0, 5.0, 6.0])
+    np.testing.assert_array_equal(result.times, [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
+    np.testing.assert_array_equal(cells(result, "x_m")[1], [3.0, 4.0, 5.0, 6.0])
     np.testing.assert_array_equal(result.columns["rudder_deg"], 5.0)  # the order that was given before the start
     with pytest.raises(InputError, match=r"map\.toml: section 'time': no reading of 'x_m' .* it has 0 to 9 s"):
         converted(source, {"start_s": 20.0}, x_m={"signal": "x"})

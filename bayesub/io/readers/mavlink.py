@@ -39,9 +39,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     collection = Collection()
     for message in messages:
         head = _instance(message) if is_bin else _sender(message, n_systems)
-        time = message.TimeUS * 1e-6 if hasattr(message, "TimeUS") else message._timestamp
-        if offset is not None and getattr(message, "time_boot_ms", 0) > 0:
-            time = message.time_boot_ms * 1e-3 + offset
+        time = _time(message, offset)
         for field in message.get_fieldnames():
             if field in CLOCKS:
                 continue
@@ -79,6 +77,14 @@ def _boot_time(messages) -> float | None:
 
 def _has_boot_time(message) -> bool:
     return getattr(message, "time_boot_ms", 0) > 0
+
+
+def _time(message, offset: float | None) -> float:
+    """The time of a message, s: of a .bin since the autopilot started, otherwise of the ground station."""
+    for field, unit in (("TimeUS", 1e-6), ("TimeMS", 1e-3)):
+        if hasattr(message, field):
+            return getattr(message, field) * unit
+    return message.time_boot_ms * 1e-3 + offset if _has_boot_time(message) else message._timestamp
 
 
 def _scaled(signal: Signal) -> Signal:
