@@ -67,8 +67,8 @@ def examine(path: Path, controls: Sequence[str] = ()) -> tuple[str, Card | None]
             return describe(path)
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
-        "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors') nor a "
-        "disturbance (no 'disturbance')"
+        "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors') nor "
+        "a disturbance (no 'disturbance')"
     )
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import os
 from collections import Counter
 from pathlib import Path
 
@@ -24,7 +25,9 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     types = {
         section.signal.rpartition("/")[2].partition(".")[0].partition("[")[0] for section in log_map.columns.values()
     }
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+    os.environ["PYMAVLINK_FAST_INDEX"] = "0"  # the fast one writes to the terminal, beside Python, what is damaged
+    complaints = io.StringIO()
+    with contextlib.redirect_stdout(complaints), contextlib.redirect_stderr(complaints):
         source = mavutil.mavlink_connection(str(path), dialect="ardupilotmega")
         try:
             messages = list(iter(lambda: source.recv_match(type=types or None), None))
@@ -46,7 +49,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             unit = message.fmt.get_unit(field) if is_bin else message.fieldunits_by_name.get(field, "")
             for name, value in numbers(getattr(message, field), field):
                 collection.add(f"{head}.{name}", time, value, unit)
-    return VehicleLog(path, {name: _scaled(signal) for name, signal in collection.signals().items()})
+    remarks = ("parts of the file are damaged and left out",) if "bad header" in complaints.getvalue().lower() else ()
+    return VehicleLog(path, {name: _scaled(signal) for name, signal in collection.signals().items()}, remarks)
 
 
 def _instance(message) -> str:

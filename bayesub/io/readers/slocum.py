@@ -1,5 +1,6 @@
 """Slocum gliders (.dbd, .ebd, .sbd, .tbd and their compressed forms), by dbdreader."""
 
+import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -10,6 +11,10 @@ from bayesub.io.readers.signals import Signal, VehicleLog, library
 
 CACHES = (".", "cac", "cache", "../cac", "../cache")  # where cache files may be, seen from the folder of the log
 
+MOST_LINES = 200  # of a header, and bytes of one
+
+_COUNT = re.compile(rb"num_ascii_tags:\s*(\d{1,9})\s*$")
+
 
 def read(path: Path, log_map: LogMap) -> VehicleLog:
     """Read all parameters that have values; a signal has the name of its parameter, such as ``m_pitch``.
@@ -18,6 +23,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     names, in that of the log, and in ``cac`` and ``cache`` in it or beside it. Latitudes and longitudes become degrees.
     """
     dbdreader = library("dbdreader", "dbdreader", path)
+    _check_header(path)
     folders = [Path(log_map.cache)] if log_map.cache else []
     folders += [path.parent / name for name in CACHES]
     with tempfile.TemporaryDirectory() as cache:  # dbdreader writes into it too
@@ -45,6 +51,16 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         if len(times)
     }
     return VehicleLog(path, signals)
+
+
+def _check_header(path: Path) -> None:
+    """InputError for a header without its number of lines, whose end dbdreader would look for without end."""
+    with path.open("rb") as file:
+        lines = [file.readline(MOST_LINES) for _ in range(MOST_LINES)]
+    counts = [(k, _COUNT.match(line)) for k, line in enumerate(lines, 1) if _COUNT.match(line)]
+    is_plain = lines[0].startswith(b"dbd_label")  # others are compressed, or of another kind
+    if is_plain and not any(k <= int(match[1]) <= MOST_LINES for k, match in counts[-1:]):
+        raise InputError(f"{path}: is not the log of a Slocum glider, or damaged: its header does not say its length")
 
 
 def _unit(unit: str) -> str:

@@ -226,6 +226,27 @@ def test_a_file_of_a_real_glider():
     assert log.signals["sci_water_pressure"].unit == "bar"
 
 
+def test_a_damaged_header_of_a_glider_is_not_searched_for_ever(tmp_path):
+    path = WRITERS["slocum"](tmp_path)
+    whole = path.read_bytes()
+    for line in (b"num_ascii_tags:    1\n", b"num_ascii_togs:    14\n", b"num_ascii_tags:    999999999\n"):
+        path.write_bytes(whole.replace(b"num_ascii_tags:    14\n", line))
+        with pytest.raises(InputError, match="its header does not say its length"):
+            readers.read("slocum", [path])
+
+
+def test_a_damaged_log_of_ardupilot_says_so(tmp_path, capfd):
+    """And nothing is written to the terminal by others."""
+    path = WRITERS["mavlink"](tmp_path)
+    whole = bytearray(path.read_bytes())
+    whole[5000:5100] = bytes(100)
+    path.write_bytes(whole)
+    log = readers.read("mavlink", [path])
+    assert 500 < len(log.signals["RCOU.C1"].times) < 600
+    assert log.remarks == ("parts of the file are damaged and left out",)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_matlab_files_of_both_formats_agree(tmp_path):
     old, new = (readers.read("matlab", [WRITERS["matlab"](tmp_path, n)]) for n in ("trial.mat", "trial73.mat"))
     assert old.signals.keys() == new.signals.keys()
