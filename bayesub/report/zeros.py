@@ -14,7 +14,7 @@ from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 
 STEADY = frozenset({"u", "V", "U", "du", "uc", "duc"})  # symbols of the speed of boat and propeller
-TOGETHER = 3.0  # how many times better a coefficient is known if the zeros are held: then they trade off
+TOGETHER = 2.0  # how many times better a coefficient is known if the zeros are held: then they trade off
 EXACT = 1e-9  # round-off in such a share
 ALIKE = 0.1  # share of the force of a zero that no steady term makes, below which they are hard to tell apart
 

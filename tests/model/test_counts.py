@@ -91,3 +91,10 @@ def test_refused(boat, vehicle_with, changes, message):
     first, *others = fins(*X_TAIL)
     with pytest.raises(bs.InputError, match=message):
         vehicle_with(with_actuators(boat, first | changes, *others))
+
+
+def test_a_zigzag_steers_by_what_counts_do(pair):
+    """A manoeuvre that answers the heading orders counts from their zero."""
+    tracks = [bs.simulate(boat, bs.load_manoeuvre("zigzag_20_20", boat), dt=0.5, sample=5.0) for boat in pair]
+    np.testing.assert_allclose(tracks[1].states, tracks[0].states, rtol=0, atol=1e-8)
+    assert np.ptp(tracks[0].states[0, :, 5]) > 0.5

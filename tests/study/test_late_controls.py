@@ -186,3 +186,11 @@ def test_columns_of_a_study(tmp_path, controls, message):
         expected = (20.0 * np.sin(times / 3) - 1.5) / 100.0 * bs.load_vehicle("auv690").actuators.members[0].limit
         np.testing.assert_allclose(manoeuvre.controls[:, 0], expected, rtol=0, atol=1e-12)
         assert rudder.range[1] == pytest.approx(101.5)
+
+
+def test_a_new_study_reads_commands(folder, bayesub):
+    """A log of commands becomes a study as any other does; its motion is told from what was ordered."""
+    path, options = folder / "fresh.toml", ("--vehicle", "auv690", "--data", folder / "log.csv")
+    code, *messages = bayesub("new", "study", "fresh", "-o", path, *options)
+    assert code == 0, messages
+    assert 'subproblem = "horizontal"' in path.read_text()
