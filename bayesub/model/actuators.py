@@ -7,10 +7,9 @@ vehicle whose file has the plain table ``[actuators]`` has the controls of its e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -146,24 +145,6 @@ class Actuator:
         return step_response(elapsed, start, demand, self.rate, self.time_constant)
 
 
-class Feature(NamedTuple):
-    """A function of the value of an actuator, and what it adds to what the kernels take as controls.
-
-    Attributes
-    ----------
-    row : (n_columns,) array
-        What a unit of the function adds.
-    of : callable
-        Value (..) -> function (..).
-    slope : callable
-        Value (..) -> derivative of the function (..).
-    """
-
-    row: np.ndarray
-    of: Callable[[np.ndarray], np.ndarray]
-    slope: Callable[[np.ndarray], np.ndarray]
-
-
 @dataclass(frozen=True)
 class Actuators:
     """All actuators of a vehicle.
@@ -274,28 +255,6 @@ class Actuators:
                 raise InputError(f"actuators: there is no '{name}'{nearest(name, self.parameters)}")
         return {name: value - self.nominal(name) for name, value in values.items()}
 
-    def features(self, i: int, subproblem: str | None) -> list[Feature]:
-        """What the value of an actuator adds to :meth:`kernel_controls`, as a sum of functions of it."""
-        actuator = self.members[i]
-        unit = np.eye(len(self.members))[i : i + 1] + self.zeros
-        steady = self.kernel_controls(unit, np.zeros(1), subproblem)[0]
-        if actuator.is_linear:
-            return [Feature(steady, lambda v: v - actuator.zero, np.ones_like)]
-        of_square, of_speed = np.zeros_like(steady), np.zeros_like(steady)
-        first, moved = len(self.equations.controls) + 1, self._moved(subproblem)
-        of_square[first : first + len(AXES)] = np.where(moved, actuator.force_of_square, 0.0)
-        of_speed[first + len(AXES) :] = np.where(moved, actuator.force_of_speed, 0.0)
-        return [
-            Feature(of_square, lambda v: v * np.abs(v), lambda v: 2.0 * np.abs(v)),
-            Feature(of_speed, np.abs, np.sign),
-        ]
-
-    @staticmethod
-    def _moved(subproblem) -> list[bool]:
-        """Along which axes there are forces in a sub-problem."""
-        axes = AXES if subproblem is None else PLANES[subproblem][0]
-        return [axis in axes for axis in AXES]
-
     def mixed(self, values: np.ndarray) -> np.ndarray:
         """Controls (n, n_controls) of the equations, SI units, for values (n, n_actuators)."""
         return values if self.direct else self._from_zero(values) @ self.mixing.T
@@ -308,7 +267,8 @@ class Actuators:
         values = self._from_zero(values)
         steady = values @ self._wrench[0] + (values * np.abs(values)) @ self._wrench[1]
         wrenches = np.hstack([steady, np.abs(values) @ self._wrench[2]])
-        return np.where(self._moved(subproblem) * 2, wrenches, 0.0)
+        axes = AXES if subproblem is None else PLANES[subproblem][0]
+        return np.where([axis in axes for axis in AXES * 2], wrenches, 0.0)
 
     def kernel_controls(self, values: np.ndarray, ordered_speed: np.ndarray, subproblem: str | None) -> np.ndarray:
         """What the kernels take as controls.

@@ -7,13 +7,14 @@ and jumps and the simulator has steps. All others are taken at the stages of the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from bayesub.io.errors import InputError
 from bayesub.io.log_files import si_factor
+from bayesub.model.actuators import Actuators
 
 if TYPE_CHECKING:
     from bayesub.model.manoeuvres import Manoeuvre
@@ -21,6 +22,42 @@ if TYPE_CHECKING:
 
 SHORTEST_LAG = 1e-6  # s, of a member whose lag would be negative
 PARTS = np.array([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]])  # of the ends of a straight line in a step, at its stages
+
+
+class Feature(NamedTuple):
+    """A function of the value of an actuator, and what it adds to what the kernels take as controls.
+
+    Attributes
+    ----------
+    row : (n_columns,) array
+        What a unit of the function adds.
+    of : callable
+        Value (..) -> function (..).
+    slope : callable
+        Value (..) -> derivative of the function (..).
+    """
+
+    row: np.ndarray
+    of: Callable[[np.ndarray], np.ndarray]
+    slope: Callable[[np.ndarray], np.ndarray]
+
+
+def features(actuators: Actuators, i: int, subproblem: str | None) -> list[Feature]:
+    """What the value of the i-th actuator adds to :meth:`Actuators.kernel_controls`, as a sum of functions of it."""
+    actuator = actuators.members[i]
+    if actuator.is_linear:
+        unit = np.eye(len(actuators.members))[i : i + 1] + actuators.zeros
+        row = actuators.kernel_controls(unit, np.zeros(1), subproblem)[0]
+        return [Feature(row, lambda v: v - actuator.zero, np.ones_like)]
+    # Forces go with v |v| and with |v|: the odd and the even part of those of one unit ahead and one astern.
+    ends = np.tile(actuators.zeros, (2, 1))
+    ends[:, i] = 1.0, -1.0
+    ahead, astern = actuators.kernel_controls(ends, np.zeros(2), subproblem)
+    of_square, of_size = 0.5 * (ahead - astern), 0.5 * (ahead + astern)
+    return [
+        Feature(of_square, lambda v: v * np.abs(v), lambda v: 2.0 * np.abs(v)),
+        Feature(of_size, np.abs, np.sign),
+    ]
 
 
 class ControlHistories:
@@ -148,7 +185,7 @@ class ControlHistories:
     def added(self, amounts: np.ndarray) -> np.ndarray:
         """(n_batch, n_own) how much functions of the actuators of :attr:`own` differ from those of :attr:`stages`.
 
-        Of each actuator and :class:`bayesub.model.actuators.Feature` they are those at the begin and the end of each
+        Of each actuator and :class:`Feature` they are those at the begin and the end of each
         step; :meth:`own_entries` has what a unit of each adds.
         """
         columns = []
@@ -157,7 +194,7 @@ class ControlHistories:
             ends, nominal = self._ends(i, amounts)[0], self._ends(i, none)[0]
             scale, base = self._value(i, "scale", amounts), self._value(i, "scale", none)
             bias, offset = (self._value(i, "bias", rows) * self._unit(i) for rows in (amounts, none))
-            for k, feature in enumerate(self._actuators.features(i, self._subproblem)):
+            for k, feature in enumerate(features(self._actuators, i, self._subproblem)):
                 change = scale[:, None, None] * feature.of(ends) - base * feature.of(nominal)
                 if k == 0:  # what has a bias has this feature alone
                     change += (bias - offset)[:, None, None]
@@ -174,7 +211,7 @@ class ControlHistories:
         """
         entries, first, n = [], 0, len(self._boundaries) - 1
         for i in self.own:
-            for feature in self._actuators.features(i, self._subproblem):
+            for feature in features(self._actuators, i, self._subproblem):
                 stage, end, column = (part.ravel() for part in np.indices((3, 2, len(feature.row))))
                 weights = PARTS[stage, end] * feature.row[column]
                 of = np.flatnonzero(weights)
@@ -195,7 +232,7 @@ class ControlHistories:
             return None
         ends, by_delay, by_lag = (part[0] for part in self._ends(i, amounts[None]))
         scale, change = self._value(i, "scale", amounts[None]), 0.0
-        for feature in self._actuators.features(i, self._subproblem):
+        for feature in features(self._actuators, i, self._subproblem):
             of = {
                 "bias": lambda feature=feature: self._unit(i) * feature.slope(ends),
                 "scale": lambda feature=feature: feature.of(ends),

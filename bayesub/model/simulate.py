@@ -7,12 +7,12 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.kernels import families, workspace
-from bayesub.kernels.variations import Variations, of_entries
 from bayesub.model.control_histories import ControlHistories
 from bayesub.model.disturbance import Disturbance, ForceHistory, Knots, check_axes
 from bayesub.model.equations import AXES
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.sensitivity_columns import sensitivity_columns
+from bayesub.model.stage_changes import StageChanges
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 
@@ -125,8 +125,7 @@ class Simulator:
         )
         pairs = zip(self._stage_times, self.histories.stages, strict=True)
         self._stages = np.stack([self._controls(at, inputs) for at, inputs in pairs], axis=1)
-        self._own, self._others = self._numbered()
-        self._variations = self._variations_by(self._others, own=True)
+        self._stage_changes = StageChanges(vehicle, subproblem, self.varied, self.histories, self._stage_times, knots)
 
     def at(self, times: np.ndarray) -> "Simulator":
         """The same simulator with other output times."""
@@ -201,63 +200,6 @@ class Simulator:
         """Column of the first force from outside in what the kernels take as controls."""
         return len(self.vehicle.equations.controls) + 1
 
-    def _numbered(self):
-        """Whether a member adds, in place of each that varies, what its own histories add; and all other that vary."""
-        parameters = self.vehicle.actuators.parameters
-        own = np.array([name in parameters and parameters[name][0] in self.histories.own for name in self.varied], bool)
-        return own, tuple(name for name, of in zip(self.varied, own, strict=True) if not of)
-
-    def _added(self, amounts):
-        """What the kernels take as amounts, of amounts (n_batch, n_varied): others first, then those of own histories.
-
-        A delay or a lag is not a matter of adding; what it makes of the history is.
-        """
-        if not self.histories.own:
-            return amounts
-        n = sum(name in self.vehicle.actuators.parameters for name in self.varied)
-        return np.hstack([amounts[:, ~self._own], self.histories.added(amounts[:, :n])])
-
-    def _variations_by(self, parameters, amounts=None, *, own=False) -> Variations:
-        """What a unit of each parameter of the actuators, and of each force at a knot, adds to the stages.
-
-        Parameters
-        ----------
-        parameters : tuple of str
-        amounts : (n_varied,) array, optional
-            At which; by default zeros.
-        own : bool
-            Whether the numbers of members with histories of their own follow.
-        """
-        entries = [(np.zeros(0, dtype=int),) * 3 + (np.zeros(0),)]
-        n = sum(name in self.vehicle.actuators.parameters for name in self.varied)
-        amounts = np.zeros(n) if amounts is None else amounts[:n]
-        forces = {} if self.knots is None else {name: n for n, name in enumerate(self.knots.parameters)}
-        places = {forces[name]: m for m, name in enumerate(parameters) if name in forces}
-        slopes = {name: self.histories.slopes(name, amounts) for name in parameters if name not in forces}
-        for k, times in enumerate(self._stage_times if len(parameters) else ()):
-            for m, parameter in enumerate(parameters):
-                if parameter not in forces:
-                    if slopes[parameter] is None:
-                        inputs = self.histories.stages[k]
-                        change = self.vehicle.actuators.variation(parameter, inputs, self.subproblem)
-                    else:
-                        change = slopes[parameter][:, k]
-                    rows, columns = np.nonzero(change)
-                    entries.append((3 * rows + k, np.full(len(rows), m), columns, change[rows, columns]))
-            if places:
-                rows, knots, weights = self.knots.hats(times)
-                for a, axis in enumerate(self.knots.axes):
-                    numbers = np.array([places.get(n, -1) for n in a * len(self.knots.times) + knots])
-                    of = numbers >= 0
-                    column = np.full(np.count_nonzero(of), self._first_force + AXES.index(axis))
-                    entries.append((3 * rows[of] + k, numbers[of], column, weights[of]))
-        if own:
-            of_own = ((s, len(parameters) + numbers, *rest) for s, numbers, *rest in self.histories.own_entries())
-            entries.extend(of_own)
-        stages, *rest = (np.concatenate(part) for part in zip(*entries, strict=True))
-        order = np.argsort(rest[0], kind="stable")  # a member adds its amounts in their order
-        return of_entries(len(self._stages), stages[order], *(part[order] for part in rest))
-
     @property
     def kernels(self) -> families.Family:
         """The compiled kernels of the equations and the sub-problem."""
@@ -312,8 +254,8 @@ class Simulator:
             self._bodies(body, n_batch),
             self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else initial,
             self._stages,
-            self._variations,
-            self._added(np.zeros((n_batch, len(self.varied))) if amounts is None else amounts),
+            self._stage_changes.variations,
+            self._stage_changes.numbers(np.zeros((n_batch, len(self.varied))) if amounts is None else amounts),
             self.step,
             self.times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
@@ -373,7 +315,8 @@ class Simulator:
         initial = np.array(self.manoeuvre.initial_state if initial is None else initial)[None]
         stages = self._stages
         if amounts is not None:
-            stages = stages + self._variations.added(self._added(amounts[None])[0], stages.shape[2])
+            (numbers,) = self._stage_changes.numbers(amounts[None])
+            stages = stages + self._stage_changes.variations.added(numbers, stages.shape[2])
         kernel = self.kernels.sensitivities
         history = kernel.fly(dimensional, bodies, initial, stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps)
         firsts, variations, slots, *columns = self._sensitivity_columns(parameters, amounts)
@@ -393,10 +336,10 @@ class Simulator:
             firsts, varied, slots, *arrays = sensitivity_columns(
                 parameters, self.vehicle, self.subproblem, width, self.knots
             )
-            self._columns[parameters] = firsts, varied, self._variations_by(varied, amounts), slots, *arrays
+            self._columns[parameters] = firsts, varied, self._stage_changes.by(varied, amounts), slots, *arrays
         firsts, varied, variations, *arrays = self._columns[parameters]
-        if self.histories.own:  # of which the derivatives are not the same everywhere
-            variations = self._variations_by(varied, amounts)
+        if not self._stage_changes.are_linear:
+            variations = self._stage_changes.by(varied, amounts)
         return firsts, variations, *arrays
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:

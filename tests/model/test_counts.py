@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.fins import BOW, X_TAIL, fins, with_actuators
+from support.fins import BOW, PORT, X_TAIL, fins, with_actuators
 
 import bayesub as bs
 from bayesub.model.control_histories import ControlHistories
@@ -98,3 +98,30 @@ def test_a_zigzag_steers_by_what_counts_do(pair):
     tracks = [bs.simulate(boat, bs.load_manoeuvre("zigzag_20_20", boat), dt=0.5, sample=5.0) for boat in pair]
     np.testing.assert_allclose(tracks[1].states, tracks[0].states, rtol=0, atol=1e-8)
     assert np.ptp(tracks[0].states[0, :, 5]) > 0.5
+
+
+def test_a_late_propeller(boat, vehicle_with):
+    """Its thrust goes with the square of its revolutions: the derivatives, and the motion of a shifted history."""
+    vehicle = vehicle_with(with_actuators(boat, *fins(*X_TAIL), PORT, propulsion={"model": "none"}))
+    bent = ["abs(" in term.regressor or "sgn(" in term.regressor for term in vehicle.equations.terms]
+    xi = np.where(bent, 0.0, vehicle.xi)
+    manoeuvre = bs.load_manoeuvre("random:3", vehicle)
+    inputs = manoeuvre.inputs.copy()
+    inputs[:, 4] *= 1.0 + 0.3 * np.sin(manoeuvre.times / 7.0)
+    pushed = replace(manoeuvre, inputs=inputs)
+    names, times = ("delay_port_s", "scale_port"), np.linspace(0.0, 60.0, 13)
+    simulator = Simulator(vehicle, pushed, times, dt=0.5, varied=names)
+    amounts = np.array([0.8, -0.1])
+    track = simulator.run(xi, amounts=amounts[None])[0]
+    late = inputs.copy()
+    late[:, 4] = np.interp(manoeuvre.times - 0.8, manoeuvre.times, inputs[:, 4])
+    shifted = replace(manoeuvre, inputs=late)
+    expected = Simulator(vehicle, shifted, times, dt=0.5, changes={"scale_port": -0.1}).run(xi)[0]
+    np.testing.assert_allclose(track, expected, rtol=0, atol=1e-3)
+    slopes = simulator.sensitivities(xi, names, amounts=amounts)
+    for k, size in enumerate((1e-4, 1e-4)):
+        steps = size * np.array([[1.0], [-1.0]]) * np.eye(2)[k]
+        plus, minus = simulator.run(np.repeat(xi[None], 2, axis=0), amounts=amounts + steps)[0]
+        expected = (plus - minus) / (2 * size)
+        scale = np.maximum(np.abs(expected).max(axis=0), 1e-12)
+        np.testing.assert_allclose(slopes[..., k] / scale, expected / scale, rtol=0, atol=1e-5)
