@@ -5,6 +5,7 @@ not fly shows at once.
 """
 
 import json
+import re
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -161,10 +162,16 @@ _KINDS = {
 }
 
 
+_OF_BOATS = re.compile(r"_command_\w+$|_(counts|percent|us)$|^(thrust_n|torque_nm)$")
+
+
 def _log(path: Path, controls: Sequence[str]):
     from bayesub.io import log_files
     from bayesub.report import log_card
 
+    # Without the boat too, what only a boat gives a meaning: commands, counts and the like, thrust and torque.
+    header = [name.strip().strip('"') for name in toml_files.read_line(path).split(",")]
+    controls = (*controls, *(name for name in header if _OF_BOATS.search(name)))
     log = log_files.read_log(path, controls, ascending=False)
     times, headers = log["time"], log_files.headers(path, controls)
     text = f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {', '.join(headers)}"

@@ -194,3 +194,21 @@ def test_a_new_study_reads_commands(folder, bayesub):
     code, *messages = bayesub("new", "study", "fresh", "-o", path, *options)
     assert code == 0, messages
     assert 'subproblem = "horizontal"' in path.read_text()
+
+
+def test_a_log_is_checked_without_its_boat(folder, bayesub):
+    """Commands and counts are known as such; a command of the wrong sign is found by the turn that follows."""
+    code, out, err = bayesub("check", folder / "log.csv")
+    assert code == 0, err
+    assert "rudder_command_deg" in out
+    header, *rows = (folder / "log.csv").read_text().splitlines()
+    (folder / "counts.csv").write_text("\n".join([header.replace("rudder_command_deg", "rudder_counts"), *rows]) + "\n")
+    assert bayesub("check", folder / "counts.csv")[0] == 0
+    k = header.split(",").index("rudder_command_deg")
+    turned, ordered = [line.split(",") for line in rows], "0"
+    for cells in turned:  # at each row, as a computer repeats its commands
+        ordered = cells[k] or ordered
+        cells[k] = f"{-float(ordered):g}"
+    (folder / "turned.csv").write_text("\n".join([header, *(",".join(cells) for cells in turned)]) + "\n")
+    _, out, _ = bayesub("check", folder / "turned.csv")
+    assert "rudder_command_deg: positive turns the boat to starboard" in out

@@ -14,6 +14,7 @@ EFFECTS = {
     "delta_r": (("r", ("psi", "heading")), -1.0, ("port", "starboard")),
     "delta_s": (("q", ("theta",)), -1.0, ("nose down", "nose up")),
 }
+EFFECTS |= {"rudder_command_deg": EFFECTS["delta_r"], "stern_plane_command_deg": EFFECTS["delta_s"]}
 
 
 def findings(data: dict[str, Series], headers: dict[str, str]) -> list[Finding]:
