@@ -11,8 +11,8 @@ RESULT = "outcome.json"
 CONVERGED, NOT_CONVERGED, NOT_CONFIRMED = "converged", "not converged", "not confirmed"
 CLAIM_HOLDS, CLAIM_FAILED = "claim holds", "claim failed"
 DOES_NOT_PREDICT = "does not predict"
-FAILED, NOT_FINISHED = "failed", "not finished"
-GOOD = (CONVERGED, CLAIM_HOLDS)
+FAILED, NOT_FINISHED, SKIPPED = "failed", "not finished", "skipped"
+GOOD = (CONVERGED, CLAIM_HOLDS, SKIPPED)
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,14 @@ class StudyResult:
         Of the study.
     verdict : str
         "converged", "not converged", "not confirmed" (the cross-check does not agree) or "does not predict" (a log that
-        was not fitted) of a study in TOML; "claim holds" or "claim failed" of a script; "failed" or "not finished".
+        was not fitted) of a study in TOML; "claim holds", "claim failed" or "skipped" (what it needs is not there) of
+        a script; "failed" or "not finished".
     folder : str
         The run folder.
     seconds : float
         Of work, over all sessions of the run.
     text : str
-        The claim that failed, or why the run did.
+        The claim that failed, or why the run did or was skipped.
     sentences : dict of str to str
         What the posterior says, by topic; empty for a script.
     shortcomings : tuple of str
@@ -51,7 +52,7 @@ class StudyResult:
 
     @property
     def good(self) -> bool:
-        """Whether the posterior converged, agrees with the cross-check and predicts, if asked, or the claim holds."""
+        """Whether the posterior converged, agrees and predicts, as far as asked, or the claim holds or is skipped."""
         return self.verdict in GOOD
 
     @property

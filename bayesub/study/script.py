@@ -1,7 +1,8 @@
 """Studies that compare problems: Python files with a docstring (question, claim, cost) and three functions.
 
 ``compute(run)``
-    does the work and returns the numbers, as JSON types; what ``draw`` needs is among them
+    does the work and returns the numbers, as JSON types; what ``draw`` needs is among them. Where what it needs is not
+    there, such as data, it returns ``{"skipped": why}``, and the others are not called
 ``draw(run, numbers)``
     makes figures and tables of the numbers
 ``claims(numbers)``
@@ -26,7 +27,7 @@ from bayesub.io.atomic import replacing, write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.provenance import environment, file_digest
-from bayesub.study.result import CLAIM_FAILED, CLAIM_HOLDS, StudyResult
+from bayesub.study.result import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED, StudyResult
 
 COPY = "study.py"  # of the script, in its run folder
 NUMBERS = "numbers.json"
@@ -277,6 +278,8 @@ def _formats(pdf: bool) -> tuple[str, ...]:
 
 def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str) -> StudyResult:
     """Draw, and then judge."""
+    if "skipped" in numbers:
+        return StudyResult(study.name, question, SKIPPED, str(study.folder), text=numbers["skipped"])
     module.draw(study, numbers)
     failed = next((sentence for holds, sentence in module.claims(numbers) if not holds), None)
     verdict = CLAIM_HOLDS if failed is None else CLAIM_FAILED

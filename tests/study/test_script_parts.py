@@ -52,3 +52,31 @@ def _part(run, name):
 def test_parts_may_be_kept_by_other_processes(run):
     results = list(run.in_processes(partial(_part, run), ["one", "two"]))
     assert [json.loads((run.folder / f"{name}.json").read_text()) for name in ("one", "two")] == results
+
+
+SKIPPING = '''"""Is there data?
+
+Claim: there is.
+"""
+
+
+def compute(run):
+    return {"skipped": "DATA does not name a folder"}
+
+
+def draw(run, numbers):
+    raise AssertionError
+
+
+def claims(numbers):
+    raise AssertionError
+'''
+
+
+def test_a_study_without_its_data_is_skipped(bayesub, tmp_path):
+    """The reason is said, nothing is drawn or judged, and the exit status is zero."""
+    (tmp_path / "needs.py").write_text(SKIPPING)
+    status, out, _ = bayesub("run", tmp_path / "needs.py", "-o", tmp_path / "run")
+    assert (status, out.splitlines()[-1]) == (0, "SKIPPED: DATA does not name a folder")
+    status, out, _ = bayesub("report", tmp_path / "run")
+    assert (status, out.splitlines()[-1]) == (0, "SKIPPED: DATA does not name a folder")
