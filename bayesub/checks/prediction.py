@@ -20,7 +20,7 @@ from bayesub.identifiability.linalg import complete_svd
 
 N_DRAWS = 800
 INTERVALS = (0.5, 0.9)
-FALSE_ALARMS = 0.05  # of right posteriors; measured, of 120 such logs with a warm-up one is not predicted
+FALSE_ALARMS = 0.05  # of right posteriors; measured, 4 of 120 logs with a warm-up (page `results`)
 LEAST_FLOWN = 20  # draws; of fewer there are no bands
 _ITERATIONS, _TOLERANCE = 30, 1e-2  # of searches; in posterior standard deviations
 _LONGEST = 1.0  # step of a coordinate, whose prior sd is one
