@@ -161,6 +161,7 @@ def _run_or_skip(file: Path, folder: Path, options: Options, again: list[str]):
 
 def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str]):
     from bayesub.study import runs
+    from bayesub.study.leave_out import is_done
     from bayesub.study.run import read
     from bayesub.study.run_folder import CROSS_CHECK
     from bayesub.study.study_file import Study
@@ -169,6 +170,9 @@ def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str
     cross_check = options.cross_check and isinstance(study, Study)
     state = runs.state(folder, study.config(), force=options.force)
     is_checked = not cross_check or (folder / CROSS_CHECK).exists()
+    names = [name for name, *_ in study.each_trial()] if isinstance(study, Study) else []
+    leave_out = options.leave_out and len(names) > 1
+    is_checked = is_checked and (not leave_out or is_done(names, folder))
     if state.is_done and is_checked:
         say(f"done before: {state.result.verdict.upper()}")
         return state.result
@@ -179,7 +183,7 @@ def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str
     if state.stale and not state.is_other and force:
         say(f"stale, run again: {state.stale}")
     resume = state.is_begun and not force
-    options = replace(options, resume=resume, force=force, cross_check=cross_check)
+    options = replace(options, resume=resume, force=force, cross_check=cross_check, leave_out=leave_out)
     return _run(study, folder, options, again)
 
 

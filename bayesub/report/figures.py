@@ -10,7 +10,7 @@ import numpy as np
 from bayesub.plots import coefficients, cross_check, disturbance, fit, posterior, prediction, spectrum, track
 from bayesub.problem.problem import Problem
 from bayesub.report import disturbances
-from bayesub.report.unseen import TrialPrediction
+from bayesub.report.unseen import SQP, TrialPrediction
 
 TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
@@ -155,8 +155,8 @@ def _prediction(unseen: TrialPrediction) -> ReportFigure:
         f"prediction_{trial.name}",
         f"The log {trial.name}, which was not fitted, and what the posterior predicts of its readings, noise included: "
         "dark blue 50 %, light blue 90 %. Readings in the grey time say where the boat starts and what else belongs to "
-        "this log alone; no reading says anything about the coefficients. Green: the middle of the prior. Orange: SQP. "
-        "Lines far off are cut.",
+        "this log alone; no reading says anything about the coefficients. Green: the middle of the prior. "
+        f"{'Orange: SQP. ' if SQP in unseen.predictions else ''}Lines far off are cut.",
         partial(
             prediction.draw,
             channels=trial.problem.record.channels,

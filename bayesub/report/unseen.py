@@ -16,6 +16,7 @@ from bayesub.sampling import Posterior
 
 POSTERIOR, MODE, SQP, PRIOR, PRIOR_MEAN = "posterior", "posterior mode", "SQP", "prior", "prior mean"
 N_OTHERS = 200  # draws of an estimate that the posterior is compared with
+FEW = 0.7  # of the readings within 90 % bands, below which a log that is predicted is in doubt
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,8 @@ def numbers(predictions: Sequence[TrialPrediction]) -> list[dict]:
 
     False alarms are shared among the trials (Bonferroni).
     """
-    return [_numbers(prediction, FALSE_ALARMS / len(predictions)) for prediction in predictions]
+    trials = [_numbers(prediction, FALSE_ALARMS / len(predictions)) for prediction in predictions]
+    return [trial | {"sentence": (_success if trial["predicts"] else _failure)(trial)} for trial in trials]
 
 
 def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
@@ -157,10 +159,8 @@ def sentence(trials: Sequence[dict], n_logs: int) -> dict[str, str]:
         Number of logs among the fitted trials; of simulated ones nothing need be said.
     """
     if trials:
-        failures = [_failure(trial) for trial in trials if not trial["predicts"]]
-        successes = [_success(trial) for trial in trials if trial["predicts"]]
-        text = " ".join([*failures, *successes])
-        if failures:
+        text = " ".join(trial["sentence"] for trial in sorted(trials, key=lambda trial: trial["predicts"]))
+        if not predicts(trials):
             text += (
                 " The coefficients hold for the fitted log at best, whatever its residuals say: fit both together "
                 "([[trials]]), or look for what differs between them (a zero of the rudder: bias_rudder_deg)."
@@ -196,7 +196,9 @@ def _success(trial: dict) -> str:
     if ratio is not None and ratio > 0.95:
         against = "; no better than the prior, whose bands are as wide"
     unconverged = "" if trial["converged"] else " (by draws that have not converged)"
-    return f"{_named(trial)} is predicted{unconverged}: {_of_readings(trial)} (p {trial['p_value']:.2g}){against}."
+    in_doubt = trial["p_value"] < FALSE_ALARMS or trial["coverage"]["90 %"] < FEW
+    word = "is in doubt, its errors are rare but possible" if in_doubt else "is predicted"
+    return f"{_named(trial)} {word}{unconverged}: {_of_readings(trial)} (p {trial['p_value']:.2g}){against}."
 
 
 def _failure(trial: dict) -> str:

@@ -1,5 +1,6 @@
 """Fits of all trials of a study but one, for each of them, kept in the run folder trial by trial."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,11 @@ def posteriors(setup: Setup, folder: Path) -> dict[str, tuple[JointProblem, Post
     """Trial -> problem and posterior of the others, of those trials that have been left out so far."""
     names = [name for name in setup.trials if name and _place(folder, name).exists()]
     return {name: (setup.problem.without(name), posterior_file.load(_place(folder, name))) for name in names}
+
+
+def is_done(names: Iterable[str], folder: Path) -> bool:
+    """Whether each of the trials has been left out."""
+    return all(_place(folder, name).exists() for name in names)
 
 
 def _place(folder: Path, name: str) -> Path:

@@ -89,7 +89,8 @@ def test_bands_of_a_right_model_hold(boat, posed):
     """Forty boats from the prior, a fit of one zig-zag and a prediction of another: bands hold, hardly ever too little.
 
     The draws of the coefficients do not know the warm-up, which makes bands a little wide: measured over 120 boats,
-    50 % bands hold 54.5 +- 1.2 %, 90 % bands 93.4 +- 0.6 % (page `results`). They are never too narrow: three standard errors.
+    50 % bands hold 54.5 +- 1.2 %, 90 % bands 93.4 +- 0.6 % (page `results`). They are not
+    too narrow, but for three standard errors.
     """
     manoeuvres = [bs.load_manoeuvre(name, boat) for name in ("zigzag_10_10", "zigzag_20_20")]
     columns, predictions = boat.equations.columns(FREE), []
