@@ -82,7 +82,7 @@ class ControlHistories:
 
     Attributes
     ----------
-    own : tuple of int
+    individual : tuple of int
         Positions of the actuators of which each member has a delay or a lag of its own.
     stages : list of (n, n_actuators) array
         What acts at the stages, without biases and scales.
@@ -109,12 +109,12 @@ class ControlHistories:
         self._boundaries, self._step = np.append(starts, starts[-1] + step), step
         self._varied, self._changes = varied, changes
         self._commanded = {i for i, a in enumerate(vehicle.actuators.members) if a.short in manoeuvre.commanded}
-        self.own = tuple(dict.fromkeys(self._late(varied)))
-        followed = sorted({*self.own, *self._late(changes), *self._commanded})
-        if followed and stage_times[2][0] == stage_times[0][0]:
+        self.individual = tuple(dict.fromkeys(self._late(varied)))
+        responding = sorted({*self.individual, *self._late(changes), *self._commanded})
+        if responding and stage_times[2][0] == stage_times[0][0]:
             raise InputError("a delay, a lag or a command needs controls = linear, found hold")
         self.stages = [self.logged(times) for times in stage_times]
-        for i in followed:
+        for i in responding:
             ends = self._ends(i, np.zeros((1, len(varied))))[0][0]
             for values, part in zip(self.stages, PARTS, strict=True):
                 values[:, i] = ends @ part
@@ -183,14 +183,14 @@ class ControlHistories:
         return straight_lines(*self._responses(i, self._boundaries, *self._lateness(i, amounts)), self._step)
 
     def added(self, amounts: np.ndarray) -> np.ndarray:
-        """(n_batch, n_own) how much functions of the actuators of :attr:`own` differ from those of :attr:`stages`.
+        """(n_batch, n_numbers) how much functions of actuators of :attr:`individual` differ from nominal ones.
 
         Of each actuator and :class:`Feature` they are those at the begin and the end of each
-        step; :meth:`own_entries` has what a unit of each adds.
+        step; :meth:`individual_entries` has what a unit of each adds.
         """
         columns = []
         none = np.zeros((1, len(self._varied)))
-        for i in self.own:
+        for i in self.individual:
             ends, nominal = self._ends(i, amounts)[0], self._ends(i, none)[0]
             scale, base = self._value(i, "scale", amounts), self._value(i, "scale", none)
             bias, offset = (self._value(i, "bias", rows) * self._unit(i) for rows in (amounts, none))
@@ -204,13 +204,13 @@ class ControlHistories:
     def _unit(self, i):
         return si_factor(self._actuators.members[i].column)
 
-    def own_entries(self) -> list[tuple[np.ndarray, ...]]:
+    def individual_entries(self) -> list[tuple[np.ndarray, ...]]:
         """What a unit of each of the numbers of :meth:`added` adds to the controls at the stages.
 
         Each is the stages, numbers, columns and values of :func:`bayesub.kernels.variations.of_entries`.
         """
         entries, first, n = [], 0, len(self._boundaries) - 1
-        for i in self.own:
+        for i in self.individual:
             for feature in features(self._actuators, i, self._subproblem):
                 stage, end, column = (part.ravel() for part in np.indices((3, 2, len(feature.row))))
                 weights = PARTS[stage, end] * feature.row[column]
@@ -228,7 +228,7 @@ class ControlHistories:
         None if it is that of :meth:`bayesub.model.actuators.Actuators.variation` at :attr:`stages`.
         """
         i, kind = self._actuators.parameters[parameter]
-        if kind in ("bias", "scale") and i not in self.own:
+        if kind in ("bias", "scale") and i not in self.individual:
             return None
         ends, by_delay, by_lag = (part[0] for part in self._ends(i, amounts[None]))
         scale, change = self._value(i, "scale", amounts[None]), 0.0

@@ -34,7 +34,7 @@ class Segment:
         self._times = np.array([end - begin])
         weights = (np.arange(n_steps + 1)[:, None] + [0.0, 0.5, 1.0]) / n_steps
         times = np.minimum(begin + weights * (end - begin), simulator.manoeuvre.duration).ravel()
-        if simulator.histories.own:
+        if simulator.histories.individual:
             raise InputError("a filter does not know delays and lags of actuators; give them a value")
         controls = simulator.controls_at(times)
         changes = np.zeros((len(times), len(varied) + 2 * len(axes), controls.shape[1]))

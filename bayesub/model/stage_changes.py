@@ -47,19 +47,19 @@ class StageChanges:
     ):
         self._vehicle, self._subproblem, self._histories = vehicle, subproblem, histories
         self._stage_times, self._knots = stage_times, knots
-        parameters = vehicle.actuators.parameters
-        self._n_of_actuators = sum(name in parameters for name in varied)
-        self._own = np.array([name in parameters and parameters[name][0] in histories.own for name in varied], bool)
-        others = tuple(name for name, own in zip(varied, self._own, strict=True) if not own)
+        positions = {name: i for name, (i, _) in vehicle.actuators.parameters.items()}
+        self._n_of_actuators = sum(name in positions for name in varied)
+        self._individual = np.array([positions.get(name) in histories.individual for name in varied], dtype=bool)
+        others = tuple(name for name, individual in zip(varied, self._individual, strict=True) if not individual)
         self.variations = self._variations(
-            [*self._entries(others, np.zeros(self._n_of_actuators)), *self._own_entries()]
+            [*self._entries(others, np.zeros(self._n_of_actuators)), *self._individual_entries()]
         )
 
     def numbers(self, amounts: np.ndarray) -> np.ndarray:
         """What the kernels take as amounts, of amounts (n_batch, n_varied): those of own histories come last."""
-        if not self._histories.own:
+        if not self._histories.individual:
             return amounts
-        return np.hstack([amounts[:, ~self._own], self._histories.added(amounts[:, : self._n_of_actuators])])
+        return np.hstack([amounts[:, ~self._individual], self._histories.added(amounts[:, : self._n_of_actuators])])
 
     def by(self, parameters: tuple[str, ...], amounts: np.ndarray | None) -> Variations:
         """The derivatives of the controls by parameters, at amounts (n_varied,) or none."""
@@ -69,11 +69,11 @@ class StageChanges:
     @property
     def are_linear(self) -> bool:
         """Whether the derivatives are the same at all amounts."""
-        return not self._histories.own
+        return not self._histories.individual
 
-    def _own_entries(self):
-        first = np.count_nonzero(~self._own)
-        return ((stages, first + numbers, *rest) for stages, numbers, *rest in self._histories.own_entries())
+    def _individual_entries(self):
+        first = np.count_nonzero(~self._individual)
+        return ((stages, first + numbers, *rest) for stages, numbers, *rest in self._histories.individual_entries())
 
     def _entries(self, parameters, amounts):
         """Stages, numbers, columns and values of what a unit of each parameter adds, part by part."""

@@ -43,16 +43,16 @@ class ControlSection(Section):
             raise ValueError("unit and zero are those of a column; give column, which ends with its unit")
         return self
 
-    def unit(self, name: str, own: str, limit: float) -> float:
-        """SI units in a unit of the column, of an actuator of a name, the unit `own` and a limit in SI units."""
-        key = {"deg": "unit_deg", "n": "unit_n"}.get(own)
+    def unit(self, name: str, native: str, limit: float) -> float:
+        """SI units in a unit of the column, of an actuator of a name, the unit `native` and a limit in SI units."""
+        key = {"deg": "unit_deg", "n": "unit_n"}.get(native)
         size = None if key is None else getattr(self, key)
         if size is not None:
-            return np.radians(size).item() if own == "deg" else size
-        if own == "deg" and self.column.endswith("_percent") and np.isfinite(limit):
+            return np.radians(size).item() if native == "deg" else size
+        if native == "deg" and self.column.endswith("_percent") and np.isfinite(limit):
             return limit / 100.0
         if key is None:
-            raise InputError(f"controls.{name}: its column ends with _{own} and has no other; leave column out")
+            raise InputError(f"controls.{name}: its column ends with _{native} and has no other; leave column out")
         raise InputError(f"controls.{name}: {key} is missing; give a guess of how much one unit of {self.column} is")
 
 

@@ -85,8 +85,8 @@ class TrialKeys(Section):
             for key in self.OF_DATA:
                 if getattr(self, key) is not None:
                     raise ValueError(f"{key} is for 'data'; leave it out")
-        given_truth = any(self.truth.current_mps) or self.truth.actuators or self.truth.disturbance is not None
-        if self.manoeuvre is None and given_truth:
+        has_truth = any(self.truth.current_mps) or self.truth.actuators or self.truth.disturbance is not None
+        if self.manoeuvre is None and has_truth:
             raise ValueError(f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out")
         return self
 

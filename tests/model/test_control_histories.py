@@ -90,7 +90,7 @@ def test_nothing_changes_where_nobody_asks(suboff, turns):
     at = [np.arange(len(simulator._stages)) * STEP + part * STEP for part in (0.0, 0.5, 1.0)]
     expected = [np.interp(when, turns.times, turns.controls[:, 0]) for when in at]
     np.testing.assert_array_equal(simulator._stages[:, :, 0], np.stack(expected, axis=1))
-    assert not simulator.histories.own
+    assert not simulator.histories.individual
 
 
 def differences(simulator, xi, amounts, sizes):
