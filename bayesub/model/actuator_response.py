@@ -129,7 +129,7 @@ def responses(times, values, slopes, rate, boundaries, delays, lags, points, int
         )
 
 
-def straight_lines(points: np.ndarray, integrals: np.ndarray, step: float) -> tuple[np.ndarray, ...]:
+def straight_lines(integrals: np.ndarray, step: float) -> np.ndarray:
     """The straight line in each step that has the mean and the first moment of a value, by its two ends.
 
     What it leaves out of a kink or a jump inside a step moves a boat by the third power of the step, where values taken
@@ -137,25 +137,36 @@ def straight_lines(points: np.ndarray, integrals: np.ndarray, step: float) -> tu
 
     Parameters
     ----------
-    points : (.., m + 1, 2) array
-        Of :func:`response`.
-    integrals : (.., m, 4) array
+    integrals : (.., m, 2 or more) array
+        Of the value, and of the time since the begin of the step times the value, as of :func:`response`.
     step : float
         Length of the steps, s.
 
     Returns
     -------
-    ends, by_delay, by_lag : (.., m, 2) arrays
-        The line at the begin and end of each step, and its derivatives.
+    (.., m, 2) array
+        The line at the begin and end of each step.
     """
-    ends, by_lag = _line(integrals[..., :2], step), _line(integrals[..., 2:], step)
+    mean = integrals[..., 0] / step
+    half_rise = integrals[..., 1] * (6.0 / step**2) - 3.0 * mean
+    ends = np.empty((*mean.shape, 2))
+    np.subtract(mean, half_rise, out=ends[..., 0])
+    np.add(mean, half_rise, out=ends[..., 1])
+    return ends
+
+
+def line_slopes(points: np.ndarray, integrals: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """The derivatives of :func:`straight_lines` by the delay and by the lag, (.., m, 2) each.
+
+    Parameters
+    ----------
+    points : (.., m + 1, 2) array
+        Of :func:`response`.
+    integrals : (.., m, 4) array
+        Of :func:`response`.
+    step : float
+        Length of the steps, s.
+    """
     after, before = points[..., 1:, 0], points[..., :-1, 0]
-    by_delay = _line(np.stack([before - after, integrals[..., 0] - step * after], axis=-1), step)
-    return ends, by_delay, by_lag
-
-
-def _line(moments, step) -> np.ndarray:
-    """Ends (.., 2) of the line of integrals (.., 2) of a value, and of the time times the value."""
-    mean = moments[..., 0] / step
-    half_rise = 6.0 * (moments[..., 1] / step**2 - 0.5 * mean)
-    return np.stack([mean - half_rise, mean + half_rise], axis=-1)
+    by_delay = np.stack([before - after, integrals[..., 0] - step * after], axis=-1)
+    return straight_lines(by_delay, step), straight_lines(integrals[..., 2:], step)

@@ -115,7 +115,7 @@ class ControlHistories:
             raise InputError("a delay, a lag or a command needs controls = linear, found hold")
         self.stages = [self.logged(times) for times in stage_times]
         for i in responding:
-            ends = self._ends(i, np.zeros((1, len(varied))))[0][0]
+            ends = self._ends(i, np.zeros((1, len(varied))))[0]
             for values, part in zip(self.stages, PARTS, strict=True):
                 values[:, i] = ends @ part
 
@@ -177,10 +177,10 @@ class ControlHistories:
         return points, integrals
 
     def _ends(self, i, amounts):
-        """What acts at the begin and end of each step (n_batch, n, 2), and its derivatives by delay and lag."""
+        """What acts at the begin and end of each step (n_batch, n, 2)."""
         from bayesub.model.actuator_response import straight_lines
 
-        return straight_lines(*self._responses(i, self._boundaries, *self._lateness(i, amounts)), self._step)
+        return straight_lines(self._responses(i, self._boundaries, *self._lateness(i, amounts))[1], self._step)
 
     def added(self, amounts: np.ndarray) -> np.ndarray:
         """(n_batch, n_numbers) how much functions of actuators of :attr:`individual` differ from nominal ones.
@@ -191,7 +191,7 @@ class ControlHistories:
         columns = []
         none = np.zeros((1, len(self._varied)))
         for i in self.individual:
-            ends, nominal = self._ends(i, amounts)[0], self._ends(i, none)[0]
+            ends, nominal = self._ends(i, amounts), self._ends(i, none)
             scale, base = self._value(i, "scale", amounts), self._value(i, "scale", none)
             bias, offset = (self._value(i, "bias", rows) * self._unit(i) for rows in (amounts, none))
             for k, feature in enumerate(features(self._actuators, i, self._subproblem)):
@@ -230,7 +230,10 @@ class ControlHistories:
         i, kind = self._actuators.parameters[parameter]
         if kind in ("bias", "scale") and i not in self.individual:
             return None
-        ends, by_delay, by_lag = (part[0] for part in self._ends(i, amounts[None]))
+        from bayesub.model.actuator_response import line_slopes
+
+        points, integrals = self._responses(i, self._boundaries, *self._lateness(i, amounts[None]))
+        ends, (by_delay, by_lag) = self._ends(i, amounts[None])[0], line_slopes(points[0], integrals[0], self._step)
         scale, change = self._value(i, "scale", amounts[None]), 0.0
         for feature in features(self._actuators, i, self._subproblem):
             of = {

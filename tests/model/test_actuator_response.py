@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bayesub.model.actuator_response import response, straight_lines
+from bayesub.model.actuator_response import line_slopes, response, straight_lines
 
 TIMES = np.array([0.0, 1.3, 1.9, 4.0, 6.6, 7.1, 9.5, 12.0])
 VALUES = np.array([0.2, 1.5, -0.4, -0.4, 0.9, -1.2, 0.3, 0.1])
@@ -54,13 +54,12 @@ def test_solves_the_equation(slopes, rate):
 @pytest.mark.parametrize("slopes", [LINES, HELD], ids=["lines", "held"])
 def test_derivatives(slopes, rate):
     """By the lag and by the delay, to the truncation of differences."""
-    ends, by_delay, by_lag = straight_lines(*answer(slopes, rate), STEP)
-    assert ends.shape == (len(BOUNDARIES) - 1, 2)
+    by_delay, by_lag = line_slopes(*answer(slopes, rate), STEP)
     for exact, change in ((by_delay, {"delay": 1e-5}), (by_lag, {"lag": 1e-5})):
         ((name, size),) = change.items()
         centre = {"delay": DELAY, "lag": LAG}
         plus, minus = (
-            straight_lines(*answer(slopes, rate, **centre | {name: centre[name] + sign * size}), STEP)[0]
+            straight_lines(answer(slopes, rate, **centre | {name: centre[name] + sign * size})[1], STEP)
             for sign in (1, -1)
         )
         np.testing.assert_allclose(exact, (plus - minus) / (2 * size), rtol=0, atol=1e-8)
@@ -75,7 +74,7 @@ def test_without_a_lag_it_is_the_demand_later():
     sums = np.append(0.0, np.cumsum(np.diff(fine) * (values[1:] + values[:-1]) / 2))
     at = np.interp(BOUNDARIES, fine, sums)
     np.testing.assert_allclose(integrals[:, 0], np.diff(at), rtol=0, atol=1e-12)
-    ends = straight_lines(points, integrals, STEP)[0]
+    ends = straight_lines(integrals, STEP)
     np.testing.assert_allclose(ends.mean(axis=1) * STEP, integrals[:, 0], rtol=0, atol=1e-14)
     # A history that is straight throughout a step is taken as it is.
     kinked = np.floor((TIMES + DELAY) / STEP).astype(int)
