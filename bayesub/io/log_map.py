@@ -171,7 +171,7 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
 
 
 def _check_column(where: str, column: str) -> None:
-    columns = [name for name in (*log_files.COLUMNS, *fixes.COLUMNS) if name != "time_s"]
+    columns = [name for name in (*log_files.COLUMNS, *log_files.PRESSURES, *fixes.COLUMNS) if name != "time_s"]
     if column == "time_s":
         raise InputError(f"{where}: times come with each signal; the section [time] says what is zero")
     if column not in columns and not column.endswith(_OWN):

@@ -51,7 +51,17 @@ _UNITS = {unit.lower(): place for unit, place in reversed(_EXACT.items())}  # th
 _UNITS |= {spelling: _EXACT[unit] for unit, spellings in _SPELLINGS.items() for spelling in spellings}
 # How the name of a column ends -> its unit.
 _ENDS = {"mps2": "m/s2", "degps2": "deg/s2", "radps2": "rad/s2", "degps": "deg/s", "radps": "rad/s", "mps": "m/s"}
-_ENDS |= {"deg": "deg", "rad": "rad", "m": "m", "n": "N", "s": "s", "pa": "Pa", "dbar": "dbar", "bar": "bar"}
+_ENDS |= {
+    "deg": "deg",
+    "rad": "rad",
+    "m": "m",
+    "n": "N",
+    "s": "s",
+    "pa": "Pa",
+    "kpa": "kPa",
+    "dbar": "dbar",
+    "bar": "bar",
+}
 _ENDS |= {"nm": "Nm", "cm3": "cm3", "kgm3": "kg/m3", "kn": "kn"}
 
 

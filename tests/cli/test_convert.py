@@ -106,10 +106,6 @@ def test_a_torpedo_auv_from_its_bag_to_the_card_of_a_study(folder, bayesub, rng)
     north = np.radians(fixes["latitude_deg"] - torpedo.LATITUDE) * torpedo.RADIUS
     assert np.std(north - np.interp(fixes["time_s"], flown["time"], flown["x"])) == pytest.approx(1.0, rel=0.3)
 
-    if "latitude_deg" not in log_files.COLUMNS:  # as long as places on earth are no columns that a study reads
-        (folder / "map.toml").write_text(torpedo.log_map().replace(torpedo.MAP_PLACE, ""))
-        assert bayesub("convert", "ros", bag, "-o", "log.csv", "--map", "map.toml")[0] == 0
-        columns = [name for name in columns if "itude" not in name]
     status, out, err = bayesub("check", "torpedo.toml", "log.csv")
     assert (status, err) == (0, "")
     assert all(name in out for name in columns)

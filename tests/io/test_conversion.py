@@ -58,6 +58,15 @@ def test_a_column_without_a_unit_needs_a_rule():
         converted(log(a=(T, T, "rad")), x_m={"signal": "a"})
 
 
+def test_a_pressure_may_stay_a_pressure(tmp_path):
+    """Its depth is that of the water of the vehicle, where the log is read."""
+    source = log(p=(T, [1100.0, 1200.0, 1300.0], "hPa"))
+    result = converted(source, pressure_dbar={"signal": "p", "zero": 1013.25})
+    np.testing.assert_allclose(result.columns["pressure_dbar"], [0.8675, 1.8675, 2.8675])
+    result.save(tmp_path / "log.csv")
+    np.testing.assert_allclose(log_files.read_log(tmp_path / "log.csv")["depth"], [0.8627, 1.8572, 2.8517], atol=1e-3)
+
+
 def test_counts_may_stay_counts():
     """The vehicle file says what they are."""
     result = converted(log(a=(T, [2040.0, 2050.0, 2060.0])), fin_1_counts={"signal": "a"})

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from bayesub.io import log_files, units
+from bayesub.io import fixes, log_files, units
 from bayesub.io.errors import InputError
 
 SIZES = [
@@ -44,7 +44,7 @@ def test_what_does_not_fit_is_said():
 
 def test_every_column_of_a_log_has_its_unit():
     """And the same size as where logs are read."""
-    for column in log_files.COLUMNS:
+    for column in (*log_files.COLUMNS, *log_files.PRESSURES, *fixes.COLUMNS):
         unit = units.of_column(column)
         assert units.known(unit), column
         if "_deg" in column:

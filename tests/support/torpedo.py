@@ -37,8 +37,7 @@ sign = -1
 signal = "/pressure.fluid_pressure"
 zero = 101325.0
 water_density_kgm3 = 1025.0
-"""
-MAP_PLACE = """
+
 [columns.latitude_deg]
 signal = "/gps/fix.latitude"
 
@@ -59,7 +58,7 @@ def log_map():
         MAP_FIN.format(name=name, k=k, zero=AMIDSHIPS[k], sign=-1 if name == MIRRORED else 1)
         for k, name in enumerate(NAMES)
     ]
-    return MAP_HEAD + "\n".join(fins) + MAP_REST + MAP_PLACE
+    return MAP_HEAD + "\n".join(fins) + MAP_REST
 
 
 def motion(log, rng):
