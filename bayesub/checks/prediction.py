@@ -10,7 +10,7 @@ p-value is the share of them, and the log, whose errors are as large. It is unif
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -60,7 +60,7 @@ class Prediction:
     n_failed: int
     warm_up: float = 0.0
 
-    @property
+    @cached_property
     def is_flown(self) -> bool:
         """Whether most draws complete the log, and enough of them for bands."""
         return len(self.predicted) >= max(LEAST_FLOWN, self.n_failed)
@@ -80,16 +80,15 @@ class Prediction:
         """(n_readings,) mean of the predictions."""
         return self.predicted.mean(axis=0)
 
-    def band(self, probability: float, among: slice = slice(None)) -> np.ndarray:
-        """(2, n_readings) ends of the central intervals of the readings, of all draws or of those `among` them."""
-        tail = 0.5 - 0.5 * probability
-        return np.quantile(self.replicated[among], [tail, 1.0 - tail], axis=0)
-
     @cached_property
+    def bands(self) -> dict[float, np.ndarray]:
+        """Probability -> (2, n_readings) ends of the central intervals of the readings."""
+        return {probability: _band(self.replicated, probability) for probability in INTERVALS}
+
+    @property
     def held(self) -> dict[float, np.ndarray]:
         """Probability -> (n_readings,) whether the band holds a reading."""
-        bands = {probability: self.band(probability) for probability in INTERVALS}
-        return {p: (self.readings >= low) & (self.readings <= high) for p, (low, high) in bands.items()}
+        return {p: (self.readings >= low) & (self.readings <= high) for p, (low, high) in self.bands.items()}
 
     @property
     def coverage(self) -> dict[float, float]:
@@ -133,7 +132,7 @@ class Prediction:
         and mean and sd of the sizes; the others are replicates of the log.
         """
         half = len(self.predicted) // 2
-        low, high = self.band(0.9, slice(0, half))
+        low, high = _band(self.replicated[:half], 0.9)
         sizes = np.abs(np.vstack([self.readings, self.replicated]) - self.predicted[:half].mean(axis=0))
         sizes /= 0.5 * (high - low)
         excess = {}
@@ -143,7 +142,7 @@ class Prediction:
             excess[name] = (np.array([of_log, *others[half:]]) - known.mean()) / known.std()
         return excess
 
-    @property
+    @cached_property
     def worst(self) -> str:
         """The channel whose errors are largest beside those of replicated readings."""
         return max(self._excess, key=lambda name: self._excess[name][0])
@@ -161,7 +160,22 @@ class Prediction:
 
         The share is at least that of the log alone among the replicates.
         """
-        return self.is_flown and self.p_value >= max(false_alarms, 1.5 / (1 + len(self.predicted) // 2))
+        return self.is_flown and self.p_value >= max(false_alarms, 1.5 * self._smallest)
+
+    @cached_property
+    def _smallest(self) -> float:
+        """The p-value of a log beside whose errors those of all replicates are small."""
+        return 1.0 / (1 + len(self.predicted) - len(self.predicted) // 2)
+
+    def without_draws(self) -> "Prediction":
+        """The same prediction, computed, without its draws, which fill the memory if the log is long."""
+        names = ["is_flown", "_smallest"]
+        if self.is_flown:
+            names += ["mean", "bands", "rms", "crps", "worst", "p_value"]
+        values = {name: getattr(self, name) for name in names}
+        result = replace(self, predicted=self.predicted[:0], replicated=self.replicated[:0])
+        vars(result).update(values)
+        return result
 
 
 def predict(
@@ -261,6 +275,12 @@ class _WarmUp:
 def _later(times, warm_up) -> np.ndarray:
     """(n,) whether times (n,) are later than a warm-up; all are if there is none."""
     return times > warm_up if warm_up > 0.0 else np.ones(len(times), dtype=bool)
+
+
+def _band(replicated, probability) -> np.ndarray:
+    """(2, n) quantiles of replicated readings (n_draws, n) that a share `probability` is between."""
+    tail = 0.5 - 0.5 * probability
+    return np.quantile(replicated, [tail, 1.0 - tail], axis=0)
 
 
 def _crps(draws, readings) -> np.ndarray:

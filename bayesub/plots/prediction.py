@@ -24,7 +24,7 @@ def draw(path, channels, predictions: dict, warm_up: float) -> None:
         s; shaded.
     """
     posterior = predictions["posterior"]
-    bands = {probability: posterior.band(probability) for probability in (0.9, 0.5)}
+    bands = posterior.bands
     lines = {"prior mean": style.LINEAR, "SQP": style.SQP}
     lines = {by: colour for by, colour in lines.items() if by in predictions and predictions[by].is_flown}
     with style.figure(path, 9.0, 1.0 + 1.5 * len(channels)) as figure:

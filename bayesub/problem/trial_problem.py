@@ -243,6 +243,12 @@ class TrialProblem(PosteriorDensity):
         values = self._nuisance_values(self.prior.mean[None])[0]
         return self._view(noises=noises, nuisance_priors={}, fixed_nuisances=values)
 
+    def with_noises(self, noises: dict[str, Noise]) -> "TrialProblem":
+        """The same problem with other noise models of some channels, by name."""
+        names = [channel.name for channel in self.record.channels]
+        pairs = zip(names, self.noises, strict=True)
+        return self._view(noises=tuple(noises.get(name, noise) for name, noise in pairs))
+
     def smoothed(self, share: float) -> "TrialProblem":
         """The same problem for searches: channels without noise get some, with `share` of their resolution as sd."""
         if all(noise.has_density for noise in self.noises):

@@ -1,10 +1,11 @@
 """What a posterior of some trials says of the parameters of a trial that was not among them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bayesub.problem.joint import JointProblem
+from bayesub.problem.likelihoods import Normal, UnknownSd
 from bayesub.problem.nuisance import of_boat
 from bayesub.problem.trial_problem import TrialProblem
 
@@ -28,6 +29,28 @@ class UnseenTrial:
     problem: TrialProblem
     warm_up_s: float
     is_left_out: bool = False
+
+    def with_fitted_noise(self, fitted: TrialProblem | JointProblem, best: np.ndarray) -> "UnseenTrial":
+        """The same trial, where noise whose sd is integrated out has that of the fitted errors of its channel.
+
+        Parameters
+        ----------
+        fitted : Problem or JointProblem
+            Of the trials that were fitted.
+        best : (n_fitted,) array
+            Its parameters, at which the errors are taken.
+        """
+        squares: dict[str, list[np.ndarray]] = {}
+        for _, problem, values in fitted.each_trial(best):
+            (errors,) = problem.predicted(values) - problem.readings
+            for name, part in problem.rows.items():
+                squares.setdefault(name, []).append(errors[part] ** 2)
+        noises = {
+            name: Normal(float(np.sqrt(np.concatenate(squares[name]).mean())))
+            for name, (_, noise) in self.problem.channels.items()
+            if isinstance(noise, UnknownSd) and name in squares
+        }
+        return replace(self, problem=self.problem.with_noises(noises)) if noises else self
 
     def transferred(
         self, fitted: TrialProblem | JointProblem, draws: np.ndarray, rng: np.random.Generator

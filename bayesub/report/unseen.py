@@ -16,6 +16,7 @@ from bayesub.sampling import Posterior
 
 POSTERIOR, MODE, SQP, PRIOR, PRIOR_MEAN = "posterior", "posterior mode", "SQP", "prior", "prior mean"
 N_OTHERS = 200  # draws of an estimate that the posterior is compared with
+MOST_READINGS = 8_000_000  # of all draws, which then take 64 MB; of a long log there are fewer draws
 FEW = 0.7  # of the readings within 90 % bands, below which a log that is predicted is in doubt
 
 
@@ -65,9 +66,11 @@ def predicted_trial(
     rng : numpy.random.Generator
         Chooses draws, and is the source of noise.
     """
+    trial = trial.with_fitted_noise(fitted, posterior.best)
+    n = int(np.clip(MOST_READINGS // len(trial.problem.readings), N_OTHERS, N_DRAWS))
     draws = {
-        POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), N_DRAWS)],
-        PRIOR: fitted.prior.sample(rng, N_DRAWS),
+        POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)],
+        PRIOR: fitted.prior.sample(rng, n),
     }
     points = {MODE: posterior.best, PRIOR_MEAN: fitted.prior.mean}
     for estimate in estimates:
@@ -77,9 +80,9 @@ def predicted_trial(
             places = [fitted.names.index(name) for name in known]
             points[SQP][places] = estimate.values[list(known.values())]
     draws |= {name: np.repeat(point[None], N_OTHERS, axis=0) for name, point in points.items()}
-    own = trial.own(fitted)
+    given = {"own": trial.own(fitted), "warm_up": trial.warm_up_s}
     predictions = {
-        name: predict(trial.problem, trial.transferred(fitted, parameters, rng), rng, own=own, warm_up=trial.warm_up_s)
+        name: predict(trial.problem, trial.transferred(fitted, parameters, rng), rng, **given).without_draws()
         for name, parameters in draws.items()
     }
     return TrialPrediction(trial, predictions, posterior.converged)
@@ -118,7 +121,7 @@ def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
     result["coverage"] = _by_percent(posterior.coverage)
     result["worst"] = posterior.worst
     result["crps_over_prior"] = _mean_ratio(posterior.crps, flown[PRIOR].crps) if PRIOR in flown else None
-    half_widths = posterior.of_channel(0.5 * np.diff(posterior.band(0.9), axis=0)[0])
+    half_widths = posterior.of_channel(0.5 * np.diff(posterior.bands[0.9], axis=0)[0])
     held = {p: posterior.of_channel(held) for p, held in posterior.held.items()}
     for name in posterior.rms:
         column = log_files.HEADERS[problem.channels[name][0].quantity]

@@ -182,6 +182,16 @@ def test_readings_of_the_warm_up_are_not_judged(rng):
     assert not prediction_of(readings, np.zeros((400, 45)), 1.0, rng).predicts()
 
 
+def test_a_prediction_says_the_same_without_its_draws(rng):
+    one = prediction_of(rng.standard_normal(30), np.zeros((200, 30)), 1.0, rng, warm_up=5.0)
+    short = one.without_draws()
+    assert short.predicted.size == short.replicated.size == 0
+    assert (short.p_value, short.worst, short.rms, short.crps) == (one.p_value, one.worst, one.rms, one.crps)
+    assert (short.coverage, short.predicts()) == (one.coverage, one.predicts())
+    failed = prediction_of(np.zeros(30), np.zeros((10, 30)), 1.0, rng).without_draws()
+    assert not failed.predicts()
+
+
 def test_a_boat_that_mostly_fails_does_not_predict(rng):
     one = prediction_of(np.zeros(30), np.zeros((100, 30)), 1.0, rng, n_failed=300)
     assert not one.predicts()

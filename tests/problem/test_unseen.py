@@ -16,6 +16,7 @@ NUISANCE = {
     "mass_kg": bs.priors.normal(4e6, 1e5),
     "bias_rudder_deg": bs.priors.normal(0.0, 1.0),
 }
+YAW = likelihoods.Normal(np.radians(0.1))
 OF_LOG = ("u0_mps", "current_north_mps", "bias_yaw_deg")
 
 
@@ -26,9 +27,8 @@ def posed(suboff):
     record = bs.observe(track, SENSOR, np.random.default_rng(0))
     prior = bs.priors.relative_normal(0.25)
 
-    def problem(free=("Xuu", "Nuv"), nuisance=NUISANCE):
-        noise = {"yaw": likelihoods.Normal(np.radians(0.1))}
-        given = {"free": free, "prior": prior, "nuisance": nuisance, "noise": noise, "dt": 1.0}
+    def problem(free=("Xuu", "Nuv"), nuisance=NUISANCE, yaw=YAW):
+        given = {"free": free, "prior": prior, "nuisance": nuisance, "noise": {"yaw": yaw}, "dt": 1.0}
         return bs.Problem(suboff, track.simulator.manoeuvre, record, **given)
 
     return problem
@@ -68,3 +68,16 @@ def test_noise_of_several_trials_is_that_of_any_of_them(posed, rng):
     values, counts = np.unique(parameters[:, problem.names.index("sd_yaw_deg")], return_counts=True)
     assert tuple(values) == (1.0, 2.0)
     assert abs(counts[0] - 500) < 64  # four standard errors
+
+
+def test_noise_of_a_size_that_is_integrated_out_is_as_large_as_the_fitted_errors(posed):
+    """The guess of the sd is ten times too large; the errors of the truth are 0.1 degrees."""
+    nuisance, yaw = {"u0_mps": NUISANCE["u0_mps"]}, likelihoods.UnknownSd(np.radians(1.0))
+    fitted, problem = (posed(nuisance=nuisance, yaw=yaw) for _ in range(2))
+    trial = UnseenTrial("second", problem, 10.0).with_fitted_noise(fitted, fitted.reference)
+    _, noise = trial.problem.channels["yaw"]
+    n = len(problem.channels["yaw"][0].times)
+    assert np.degrees(noise.sd) == pytest.approx(0.1, rel=4 / np.sqrt(2 * n))
+    assert trial.problem.channels["x"] == problem.channels["x"]
+    same = UnseenTrial("second", posed(), 10.0)
+    assert same.with_fitted_noise(fitted, fitted.reference) is same
