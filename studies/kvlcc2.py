@@ -28,7 +28,7 @@ from bayesub.report.markdown import columns
 from bayesub.sensors.measured_motion import Motion
 from bayesub.study.trial_log import read_trial
 
-HERE = Path(__file__).parent
+FOLDER = Path(__file__).parent
 FITTED = ("10_10_P", "10_10_S", "20_10_P", "20_10_S")
 ZIGZAGS = ("05_01", "10_01", "10_05", "15_01", "15_05", "20_05", "25_05", "30_05", "35_05")
 MARIN = ("zz_-10_m", "zz_10_m", "zz_-20_m", "zz_20_m", "tc_-35_m", "tc_35_m")
@@ -74,7 +74,7 @@ class Tanker:
 
     def __init__(self, folder: Path):
         self.folder = folder
-        self.boat = bs.load_vehicle(HERE / "kvlcc2" / "vehicle.toml")
+        self.boat = bs.load_vehicle(FOLDER / "kvlcc2" / "vehicle.toml")
         self.free = [name for name in self.boat.equations.names if name not in HELD]
         self.prior = bs.priors.from_vehicle(self.boat)
         self.forces = bs.UnknownDisturbance(("X", "Y", "N"), FORCES, 60.0, "matern_3_2", 30.0)
@@ -153,8 +153,8 @@ def estimates(run, tanker):
     systems = stacked([bs.linear_systems(m, free=tanker.free) for m in motions], tanker.boat.equations.names)
     guess = dict(zip(tanker.boat.equations.names, tanker.boat.xi, strict=True))
     linear = bs.baselines.linear_least_squares(systems, {name: guess[name] for name in tanker.free})
-    found = {"SQP": sqp, "linear least squares": linear}
-    return {key: dict(zip(e.names, e.values.tolist(), strict=True)) for key, e in found.items()}
+    methods = {"SQP": sqp, "linear least squares": linear}
+    return {key: dict(zip(e.names, e.values.tolist(), strict=True)) for key, e in methods.items()}
 
 
 def differenced(tanker, name):
@@ -173,7 +173,7 @@ def differenced(tanker, name):
     return Motion(log["time_s"], states, accelerations, controls, simulator, tanker.boat.xi[None])
 
 
-def predicted(tanker, name, posterior, found, arrays):
+def predicted(tanker, name, posterior, coefficients, arrays):
     """Errors of each method on a run, coverage of the bands, and the rudder zero that the run itself would have."""
     problem = tanker.problem(name, tanker.forces)
     rng = np.random.default_rng(SEED)
@@ -181,7 +181,10 @@ def predicted(tanker, name, posterior, found, arrays):
     draws = posterior.draws[rng.choice(len(posterior.draws), N_DRAWS)]
     middle = problem.prior.mean.copy()
     middle[[n.startswith("disturbance_") for n in problem.names]] = 0.0
-    members = {"literature": middle, **{key: with_values(problem, middle, values) for key, values in found.items()}}
+    members = {
+        "literature": middle,
+        **{key: with_values(problem, middle, values) for key, values in coefficients.items()},
+    }
     flown = np.array(problem.prior.sample(rng, N_DRAWS))  # the start and the forces are of this run
     members["posterior"] = middle.copy()
     for k, place in places.items():
@@ -198,14 +201,14 @@ def predicted(tanker, name, posterior, found, arrays):
     arrays[f"{name} times"] = problem.channels["yaw"][0].times
     headings = np.stack([readings[yaw], *bands[90][:, yaw], *tracks[:, yaw]])
     arrays[f"{name} headings"] = np.degrees(headings).astype(np.float32)
-    zero = own_zero(problem, members["posterior"])
+    zero = best_zero(problem, members["posterior"])
     return {
         "duration_s": float(problem.duration),
         "errors": {key: errors(problem, track) for key, track in zip(METHODS, tracks, strict=True)},
         "coverage": {str(level): float(part.mean()) for level, part in inside.items()},
         "coverage_heading": {str(level): float(part[yaw].mean()) for level, part in inside.items()},
         "failed": N_DRAWS - len(flights),
-        "own_zero": zero,
+        "best_zero": zero,
     }
 
 
@@ -246,8 +249,8 @@ def overshoots(problem, times, yaw):
     return np.array(result)
 
 
-def own_zero(problem, values):
-    """The rudder zero with which the posterior mean follows this run best, and what a tenth of a degree does."""
+def best_zero(problem, values):
+    """The rudder zero with which the posterior mean follows a run best, and what a tenth of a degree does."""
     k, yaw = problem.names.index("bias_rudder_deg"), problem.rows["yaw"]
     zeros = np.linspace(-3.0, 3.0, 241)
     batch = np.repeat(values[None], len(zeros), axis=0)
@@ -321,8 +324,10 @@ def draw_errors(paths, numbers):
             axes.plot(
                 range(len(names)), [np.nan if v is None else v for v in values], marker, color=colour, label=method
             )
-        values = [numbers["runs"][n]["own_zero"]["heading_deg"] for n in names]
-        axes.plot(range(len(names)), values, "_", color=style.TRUTH, ms=12, label="posterior, own rudder zero")
+        values = [numbers["runs"][n]["best_zero"]["heading_deg"] for n in names]
+        axes.plot(
+            range(len(names)), values, "_", color=style.TRUTH, ms=12, label="posterior, best rudder zero of the run"
+        )
         axes.set_yscale("log")
         axes.set_ylabel("heading error, rms (deg)")
         axes.set_xticks(
@@ -344,8 +349,8 @@ def tables(numbers):
     cells = {"run": lambda r: title(r["name"]) + (", fitted" if r["name"] in FITTED else "")}
     cells |= {key: lambda r, key=key: triple(r["errors"][key]) for key in METHODS}
     cells |= {f"{level} % band": lambda r, level=level: f"{r['coverage'][str(level)]:.0%}" for level in LEVELS}
-    own = "{zero_deg:.2f}°: {heading_deg:.1f}°, {by_tenth_deg:.1f}°"
-    cells |= {"own zero": lambda r: own.format(**r["own_zero"])}
+    cell = "{zero_deg:.2f}°: {heading_deg:.1f}°, {by_tenth_deg:.1f}°"
+    cells |= {"best zero": lambda r: cell.format(**r["best_zero"])}
     yield from columns(rows, cells)
     for names, basin in ((ZIGZAGS, "HSVA"), (MARIN, "MARIN")):
         shares = " and ".join(f"{coverage(numbers, names, level):.0%}" for level in LEVELS)
@@ -371,10 +376,10 @@ def claims(numbers):
     yield 0.80 <= share <= 0.97, f"the 90 % bands hold {share:.0%} of the readings"
     yield len(better(numbers, MARIN)) >= 4, "the literature predicts most of MARIN's trials better"
     for name in set(ZIGZAGS) - set(wins):
-        zero = numbers["runs"][name]["own_zero"]
+        zero = numbers["runs"][name]["best_zero"]
         yield (
             zero["by_tenth_deg"] > 5.0,
             f"{name}: a tenth of a degree of rudder moves the heading by {zero['by_tenth_deg']:.1f}",
         )
-    worst = max(numbers["runs"][name]["own_zero"]["heading_deg"] for name in ZIGZAGS)
+    worst = max(numbers["runs"][name]["best_zero"]["heading_deg"] for name in ZIGZAGS)
     yield worst < 10.0, f"with its own rudder zero a run is {worst:.1f} degrees off"
