@@ -83,6 +83,8 @@ class TrialKeys(Section):
             raise ValueError(f"give one of {', '.join(self.SOURCES)}; found {' and '.join(given) or 'none'}")
         if self.data is None:
             for key in self.OF_DATA:
+                if getattr(self, key) is not None and given == ["trials"]:
+                    raise ValueError(f"{key} is of one log; write it in each of [[trials]] that has 'data'")
                 if getattr(self, key) is not None:
                     raise ValueError(f"{key} is for 'data'; leave it out")
         has_truth = any(self.truth.current_mps) or self.truth.actuators or self.truth.disturbance is not None

@@ -158,6 +158,14 @@ def test_planted_faults_of_the_body(suboff, entry, value, words):
     assert any(words in text for text in texts), texts
 
 
+def test_a_ship_is_not_out_of_the_ordinary(suboff):
+    """Hull derivatives of the tanker KVLCC2 (Yasukawa & Yoshimura 2015), on length instead of draught."""
+    tanker = {"Xuu": -0.022, "Xvv": -0.040, "Xvr": 0.002, "Xrr": 0.011, "Yuv": -0.315, "Yur": 0.083, "Nuv": -0.137}
+    tanker |= {"Nur": -0.049, "Nr_absr": -0.013, "Yvdot": -0.223, "Nrdot": -0.011, "Xudot": -0.022}
+    card = check(changed(suboff, **{name: 20.8 / 320.0 * value for name, value in tanker.items()}))
+    assert not [w.text for w in card.warnings if "out of the ordinary" in w.text]
+
+
 def test_typical_ranges():
     """Every built-in coefficient is in its range, and a coefficient that no boat has has none."""
     for name in toml_files.built_in("vehicles"):
