@@ -53,7 +53,7 @@ def folder(tmp_path, monkeypatch):
 def test_what_a_page_shows_runs(page, folder, bayesub):
     """In order, and each block is one of those that are run, checked or set-up."""
     names = {}
-    for write in vehicle_logs.WRITERS.values() if page.stem == "convert" else ():
+    for write in vehicle_logs.WRITERS.values() if page.stem in ("convert", "own-log") else ():
         write(folder)
     for block in blocks(page):
         if block.commands:
