@@ -15,9 +15,11 @@ from bayesub.io.log_files import COLUMNS, CONTROL_COLUMNS, si_factor
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.actuators import AILERON, Actuator, Actuators
 from bayesub.model.equations import AXES, EquationSet
+from bayesub.model.water import ANOMALY, GRAVITY_MPS2, PRESSURE, WaterColumn
 
 RUDDER, BOW_PLANE, STERN_PLANE, *_ = CONTROL_COLUMNS
 RAW_UNITS = ("counts", "percent", "us")  # of columns as a computer commands them; us are microseconds
+VOLUME, COMPRESSIBILITY = "volume", "compressibility"  # of the hull; names of parameters begin with scale_
 _SNAPPED = 1e-9  # sines and cosines of right angles
 
 Vector3 = Annotated[tuple[float, float, float], pydantic.Field(description="three numbers")]
@@ -32,6 +34,18 @@ class ActuatorsSection(Section):
     time_constant_s: Positive
     rudder_limit_deg: Limit
     plane_limit_deg: Limit | None = None
+
+
+class DisplacementSection(Section):
+    """A hull whose buoyancy follows the density and the pressure of the water that a log has.
+
+    Attributes
+    ----------
+    compressibility_per_bar : float
+        Share of the volume that a bar of pressure takes away.
+    """
+
+    compressibility_per_bar: float = pydantic.Field(default=0.0, ge=0.0, le=0.01)
 
 
 class ActuatorSection(Section):
@@ -193,14 +207,58 @@ class PropellerSection(PushingSection):
         )
 
 
-AnyActuator = Annotated[FinSection | ThrusterSection | PropellerSection, pydantic.Field(discriminator="kind")]
+class BallastSection(ActuatorSection):
+    """A ballast pump or tank by its lift in N, or in a log by the volume that it displaces, ``NAME_cm3``."""
+
+    kind: Literal["ballast"]
+    position_m: Vector3 = (0.0, 0.0, 0.0)
+
+    UNIT: ClassVar[str] = "n"
+
+    def build(self, n_controls: int, water_density_kgm3: float) -> Actuator:
+        """The actuator."""
+        weight = -self.sign * np.array([1.0, *self.position_m])
+        water = WaterColumn(f"{self.header.removesuffix('_n')}_cm3", water_density_kgm3)
+        return _actuator(self.header, np.zeros(n_controls), self.name, weight=weight, water=water)
+
+
+class SlidingMassSection(ActuatorSection):
+    """A mass that slides, by its way from where the centre of gravity of the vehicle file has it."""
+
+    kind: Literal["sliding_mass"]
+    mass_kg: Positive
+    direction: Vector3 = (1.0, 0.0, 0.0)
+
+    UNIT: ClassVar[str] = "m"
+
+    @property
+    def position_m(self) -> Vector3:
+        """Its place plays no part: only the way does."""
+        return (0.0, 0.0, 0.0)
+
+    def build(self, n_controls: int, _water_density_kgm3: float) -> Actuator:
+        """The actuator, whose inertia stays where it was."""
+        way = np.array(self.direction) / np.linalg.norm(self.direction)
+        weight = self.sign * self.mass_kg * GRAVITY_MPS2 * np.append(0.0, way)
+        return _actuator(self.header, np.zeros(n_controls), self.name, weight=weight)
+
+
+AnyActuator = Annotated[
+    FinSection | ThrusterSection | PropellerSection | BallastSection | SlidingMassSection,
+    pydantic.Field(discriminator="kind"),
+]
 ActuatorArray = tuple[AnyActuator, ...]
 
 
-def misfit(section: ActuatorsSection | tuple, equations: EquationSet, length_m: float) -> str:
-    """What is wrong with the actuators of a boat of a length with these equations; empty if nothing."""
+def misfit(section: ActuatorsSection | tuple, equations: EquationSet, length_m: float, displaced: bool = False) -> str:
+    """What is wrong with the actuators of a boat of a length with these equations; empty if nothing.
+
+    `displaced` says whether the buoyancy of its hull follows the water.
+    """
     if isinstance(section, ActuatorsSection):
         others = [c.column for c in equations.controls if c.column.endswith("_deg") and c.column != RUDDER]
+        if displaced:
+            return "displacement: needs [[actuators]] in place of [actuators]"
         if others and section.plane_limit_deg is None:
             return f"actuators: plane_limit_deg is missing; the equations '{equations.name}' have {', '.join(others)}"
         return ""
@@ -215,6 +273,8 @@ def misfit(section: ActuatorsSection | tuple, equations: EquationSet, length_m: 
     known = of_equations | {RUDDER, BOW_PLANE, STERN_PLANE, AILERON}
     for one in section:
         where = f"actuators: {one.kind} '{one.name}'"
+        if displaced and one.name in (VOLUME, COMPRESSIBILITY):
+            return f"{where}: the name is that of the hull's {one.name}; give it another"
         if one.kind == "fin":
             for column in one.mixing or ():
                 if column not in known or not column.endswith("_deg"):
@@ -229,11 +289,16 @@ def misfit(section: ActuatorsSection | tuple, equations: EquationSet, length_m: 
 
 
 def build(
-    section: ActuatorsSection | tuple, equations: EquationSet, water_density_kgm3: float, rpm: float
+    section: ActuatorsSection | tuple,
+    equations: EquationSet,
+    water_density_kgm3: float,
+    rpm: float,
+    hull: tuple[Actuator, ...] = (),
 ) -> Actuators:
     """The actuators of a vehicle file, which fit its equations (:func:`misfit`).
 
-    A control that is the propeller speed rests at `rpm`, with which the boat propels itself.
+    A control that is the propeller speed rests at `rpm`, with which the boat propels itself. Those of a `hull` whose
+    buoyancy follows the water come last.
     """
     if isinstance(section, ActuatorsSection):
         return Actuators(tuple(_planes(section, equations, rpm)), equations, direct=True)
@@ -256,7 +321,19 @@ def build(
     for column, row, is_moved in zip(columns, np.eye(len(columns)), moved, strict=True):
         if not (is_moved or column.endswith("_deg")):
             members.append(_actuator(column, row, rest=_rest(column, rpm)))
-    return Actuators(tuple(members), equations)
+    return Actuators((*members, *hull), equations)
+
+
+def hull_members(
+    displacement: DisplacementSection, buoyancy_n: float, centre: Vector3, water_density_kgm3: float, n_controls: int
+) -> tuple[Actuator, ...]:
+    """What the density and the pressure of the water do to the buoyancy of a hull (model manual, equation 3.8)."""
+    lift, still = -buoyancy_n * np.array([1.0, *centre]), np.zeros(n_controls)
+    water = WaterColumn(None, water_density_kgm3)
+    return (
+        _actuator(ANOMALY, still, VOLUME, weight=lift / water_density_kgm3, water=water),
+        _actuator(PRESSURE, still, COMPRESSIBILITY, weight=-lift * displacement.compressibility_per_bar),
+    )
 
 
 def with_forces(actuators: Actuators, forces: Iterable[tuple[str, np.ndarray, float]]) -> Actuators:

@@ -8,7 +8,7 @@ vehicle whose file has the plain table ``[actuators]`` has the controls of its e
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,10 +18,12 @@ from bayesub.io.log_files import COLUMNS, si_factor
 from bayesub.kernels.actuators import step_response
 from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.equations.equation_set import PLANES
+from bayesub.model.water import WaterColumn, with_water
 
 AILERON = "aileron_deg"
 COMMAND = "command"
 NEGLIGIBLE = 1e-12  # round-off in a share of an order
+N_WEIGHTS = 4  # a weight, and its moments: its force times x, y and z of the point where it acts
 Orders = dict[str, tuple[np.ndarray, np.ndarray]]  # column -> times (m,) in seconds, and orders (m,) in SI units
 
 
@@ -59,6 +61,10 @@ class Actuator:
         Value with which it does nothing.
     commanded : bool
         Whether its column is of commands.
+    weight : (4,) array
+        What a unit of its value adds to the weight from outside, N, and to its moments about the origin, N m.
+    water : WaterColumn or None
+        The column from which that of the actuator follows with the density of the water.
     """
 
     name: str
@@ -75,6 +81,8 @@ class Actuator:
     turns: int = 0
     zero: float = 0.0
     commanded: bool = False
+    weight: np.ndarray = field(default_factory=lambda: np.zeros(N_WEIGHTS))
+    water: WaterColumn | None = None
 
     def by_column(self, column: str, unit: float, zero: float) -> Actuator:
         """The same linear actuator, of which a log has another column.
@@ -89,10 +97,9 @@ class Actuator:
         """
         rate = None if self.rate is None else self.rate / abs(unit)
         parts = {"limit": self.limit / abs(unit), "rate": rate, "rest": self.rest / unit + zero, "zero": zero}
+        parts |= {key: unit * getattr(self, key) for key in ("mixing", "force", "weight")}
         sign = -1 if unit < 0.0 else 1
-        return replace(
-            self, column=column, mixing=unit * self.mixing, force=unit * self.force, turns=sign * self.turns, **parts
-        )
+        return replace(self, column=column, turns=sign * self.turns, **parts)
 
     @property
     def short(self) -> str:
@@ -189,7 +196,7 @@ class Actuators:
     @cached_property
     def external(self) -> bool:
         """Whether any makes forces from outside of the equations."""
-        return bool(self._wrench.any())
+        return bool(self._wrench.any() or self._weight.any())
 
     @cached_property
     def mixing(self) -> np.ndarray:
@@ -225,6 +232,11 @@ class Actuators:
         """(3, n_actuators, 6) forces by value, by its square with its sign, and by its size and the speed."""
         rows = [[a.force, a.force_of_square, a.force_of_speed] for a in self.members]
         return np.reshape(rows, (len(rows), 3, 6)).swapaxes(0, 1)
+
+    @cached_property
+    def _weight(self) -> np.ndarray:
+        """(n_actuators, 4) weights and their moments of unit values."""
+        return np.reshape([actuator.weight for actuator in self.members], (len(self.members), N_WEIGHTS))
 
     @cached_property
     def parameters(self) -> dict[str, tuple[int, str]]:
@@ -270,6 +282,15 @@ class Actuators:
         axes = AXES if subproblem is None else PLANES[subproblem][0]
         return np.where([axis in axes for axis in AXES * 2], wrenches, 0.0)
 
+    def weights(self, values: np.ndarray, subproblem: str | None) -> np.ndarray:
+        """(n, 4) weight from outside, N, and its moments about the origin, N m (model manual, equations 3.7 to 3.9).
+
+        In the horizontal sub-problem, in which weight is balanced, there are none; the vertical one keeps those in its
+        plane.
+        """
+        kept = {"horizontal": [False] * 4, "vertical": [True, True, False, True]}.get(subproblem, [True] * 4)
+        return np.where(kept, self._from_zero(values) @ self._weight, 0.0)
+
     def kernel_controls(self, values: np.ndarray, ordered_speed: np.ndarray, subproblem: str | None) -> np.ndarray:
         """What the kernels take as controls.
 
@@ -283,10 +304,12 @@ class Actuators:
         Returns
         -------
         (n, n_controls + 1) array
-            Controls of the equations and n/k0; 12 more columns if there are forces from outside.
+            Controls of the equations and n/k0; 16 more columns if there are forces from outside.
         """
         parts = [self.mixed(values), ordered_speed[:, None]]
-        return np.hstack([*parts, self.wrenches(values, subproblem)] if self.external else parts)
+        if self.external:
+            parts += [self.wrenches(values, subproblem), self.weights(values, subproblem)]
+        return np.hstack(parts)
 
     def variation(self, parameter: str, values: np.ndarray, subproblem: str | None) -> np.ndarray:
         """What a unit of a bias or scale adds to :meth:`kernel_controls` at values (n, n_actuators)."""
@@ -303,7 +326,8 @@ class Actuators:
         controls = [control.subproblem in (None, subproblem) for control in self.equations.controls]
         axes = [axis in PLANES[subproblem][0] for axis in AXES]
         forces = np.abs([actuator.force, actuator.force_of_square, actuator.force_of_speed]).sum(axis=0)
-        return bool(actuator.mixing[controls].any() or forces[axes].any())
+        weighs = subproblem == "vertical" and actuator.weight.any()
+        return bool(actuator.mixing[controls].any() or forces[axes].any() or weighs)
 
     def share(self, column: str, source: str) -> np.ndarray:
         """(n_actuators,) what a unit order of a control of the equations, or of an actuator, asks of each.
@@ -362,6 +386,13 @@ class Actuators:
             elif actuator.commanded and actuator.short in log:
                 commanded.append(actuator.short)
         return log, tuple(commanded)
+    def water_columns(self) -> tuple[str, ...]:
+        """Columns of a log from which those of actuators follow with the density of the water."""
+        return tuple(column for a in self.members if a.water is not None for column in a.water.columns)
+
+    def with_water(self, log: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """A log with the columns of actuators in place of :attr:`water_columns`."""
+        return with_water(log, {a.column: a.water for a in self.members if a.water is not None})
 
     def values(self, log: dict[str, np.ndarray], n: int, source: str) -> np.ndarray:
         """Values (n, n_actuators) of the columns (n,) of a log by their names in memory; at rest those that it lacks.

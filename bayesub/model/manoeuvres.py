@@ -9,6 +9,7 @@ from bayesub.io import log_files, toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.model.actuators import command_column
 from bayesub.model.manoeuvre_files import ManoeuvreFile, RandomFile, read_manoeuvre, straight_and_level
+from bayesub.model.prescribed import Prescribed
 from bayesub.model.vehicles import Vehicle
 
 
@@ -39,6 +40,8 @@ class Manoeuvre:
         Short names of these columns.
     commanded : tuple of str
         Short names of the controls or actuators whose histories are commands, each of which holds until the next.
+    prescribed : tuple of Prescribed
+        Angles that the boat follows instead of being turned by moments.
     """
 
     name: str
@@ -52,6 +55,7 @@ class Manoeuvre:
     inputs: np.ndarray | None = None
     input_columns: tuple[str, ...] = ()
     commanded: tuple[str, ...] = ()
+    prescribed: tuple[Prescribed, ...] = ()
 
     def __post_init__(self):
         for array in (self.times, self.controls, self.rpm, self.initial_state, self.inputs):
@@ -170,7 +174,9 @@ def of_inputs(
 
 def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
     actuators = vehicle.actuators
-    log, commanded = actuators.commanded(log_files.read_log(path, actuators.log_columns))
+    log, commanded = actuators.commanded(
+        actuators.with_water(log_files.read_log(path, (*actuators.log_columns, *actuators.water_columns)))
+    )
     times = log.pop("time")
     values = actuators.values(log, len(times), str(path))
     if log and not any(name in log for name in vehicle.inputs):

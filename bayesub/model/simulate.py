@@ -7,9 +7,11 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.kernels import families, workspace
+from bayesub.model import prescribed
 from bayesub.model.control_histories import ControlHistories
 from bayesub.model.disturbance import Disturbance, ForceHistory, Knots, check_axes
 from bayesub.model.equations import AXES
+from bayesub.model.equations.generate import EXTERNAL
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.sensitivity_columns import sensitivity_columns
 from bayesub.model.stage_changes import StageChanges
@@ -90,9 +92,14 @@ class Simulator:
         for axes in (() if part is None else part.axes for part in (knots, forces)):
             if axes:
                 check_axes(axes, subproblem)
+        for one in manoeuvre.prescribed:
+            prescribed.check(one.angle, subproblem)
+            if controls == "hold":
+                raise InputError(f"prescribed: {one.angle} cannot be held over a step; leave out controls = hold")
         felt = None if forces is None else forces.of_forces
         self._disturbed = knots is not None or felt is not None
-        self._folder = vehicle.kernel_folder(subproblem, external=self._disturbed)
+        self._pushed = self._disturbed or bool(manoeuvre.prescribed)
+        self._folder = vehicle.kernel_folder(subproblem, external=self._pushed)
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
         self.subproblem = subproblem
@@ -118,6 +125,8 @@ class Simulator:
         equations = vehicle.equations
         self._inactive = np.isin(equations.names, equations.active(subproblem=subproblem), invert=True)
         self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
+        boundaries = np.arange(max(n_steps, 3) + 1) * self.step
+        self._prescribed = {one: one.on_steps(boundaries) for one in manoeuvre.prescribed}
         self._stage_times = [starts + f * self.step for f in (0.0, middle, end)]
         of_actuators = tuple(name for name in self.varied if name in vehicle.actuators.parameters)
         self.histories = ControlHistories(
@@ -189,10 +198,13 @@ class Simulator:
         for parameter, amount in self.changes.items():
             if actuators.parameters[parameter][1] in ("bias", "scale"):
                 controls = controls + amount * actuators.variation(parameter, inputs, self.subproblem)
-        if self._disturbed and not actuators.external:
-            controls = np.hstack([controls, np.zeros((len(controls), 2 * len(AXES)))])
+        if self._pushed and not actuators.external:
+            controls = np.hstack([controls, np.zeros((len(controls), len(EXTERNAL)))])
         if self._disturbed and self.forces is not None:
             controls[:, self._first_force : self._first_force + len(AXES)] += self.forces.at(times)
+        for one, angle in self._prescribed.items():
+            column = self._first_force + AXES.index(one.axis)
+            controls[:, column] += prescribed.INERTIA * np.interp(times, angle.x, angle(angle.x, 2))
         return controls
 
     @property
@@ -252,7 +264,7 @@ class Simulator:
         states, status = integrate(
             dimensional,
             self._bodies(body, n_batch),
-            self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else initial,
+            self._initials(initial, n_batch),
             self._stages,
             self._stage_changes.variations,
             self._stage_changes.numbers(np.zeros((n_batch, len(self.varied))) if amounts is None else amounts),
@@ -312,7 +324,7 @@ class Simulator:
             raise InputError("sensitivities need the attitude in Euler angles")
         dimensional = self.dimensional(xi)
         bodies = self._bodies(None if body is None else np.array(body)[None], 1)
-        initial = np.array(self.manoeuvre.initial_state if initial is None else initial)[None]
+        initial = self._initials(None if initial is None else np.array(initial)[None], 1)
         stages = self._stages
         if amounts is not None:
             (numbers,) = self._stage_changes.numbers(amounts[None])
@@ -353,7 +365,16 @@ class Simulator:
     def _bodies(self, body, n_batch):
         """Body vectors (n_batch, N_BODY), by default the vehicle's, with the constants of the equations."""
         body = self._repeated(self.vehicle.body, n_batch) if body is None else body
-        return np.hstack([body, self._repeated(self.vehicle.constants, n_batch)])
+        bodies = np.hstack([body, self._repeated(self.vehicle.constants, n_batch)])
+        bodies[:, [one.inertia for one in self._prescribed]] = prescribed.INERTIA
+        return bodies
+
+    def _initials(self, initial, n_batch):
+        """States at the start (n_batch, 12), by default the manoeuvre's, with the angles that are prescribed."""
+        initial = self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else np.array(initial)
+        for one, angle in self._prescribed.items():
+            initial[:, log_files.positions(*one.states)] = angle(0.0), angle(0.0, 1)
+        return initial
 
     @staticmethod
     def _repeated(row, n_batch):
@@ -510,7 +531,9 @@ def accelerations(
     ordered[:, -1] = np.asarray(rpm, dtype=float) / vehicle.rpm_per_mps
     if vehicle.actuators.external:
         inputs = np.tile(vehicle.actuators.rest, (len(states), 1)) if inputs is None else inputs
-        ordered = np.hstack([ordered, vehicle.actuators.wrenches(inputs, None)])
+        ordered = np.hstack(
+            [ordered, vehicle.actuators.wrenches(inputs, None), vehicle.actuators.weights(inputs, None)]
+        )
     dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
     body = np.concatenate([vehicle.restricted(None).body, vehicle.constants])[None]
     return vehicle.kernels().integrate.body_accelerations(dimensional, body, states[None], ordered)[0]

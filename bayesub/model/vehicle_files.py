@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from bayesub.io.errors import nearest
 from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
 from bayesub.model import actuator_files
-from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection
+from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection, DisplacementSection
 from bayesub.model.equations import EquationSet
 from bayesub.model.equations.files import DEFAULT
 from bayesub.model.propulsion import AnyPropulsion, MeasuredSection
@@ -115,6 +115,7 @@ class VehicleFile(Section):
     equations: str = DEFAULT
     trial: TrialSpeedSection
     body: BodySection
+    displacement: DisplacementSection | None = None
     hull: HullSection | None = None
     propulsion: AnyPropulsion
     actuators: Annotated[
@@ -141,4 +142,5 @@ def misfit(file: VehicleFile, equations: EquationSet) -> str:
         taken = {one.header for one in file.actuators} & set(MeasuredSection.COLUMNS)
         if taken:
             return f"actuators: column '{min(taken)}' is that of the measured propulsion; rename it"
-    return actuator_files.misfit(file.actuators, equations, file.body.length_m)
+    displaced = file.displacement is not None
+    return actuator_files.misfit(file.actuators, equations, file.body.length_m, displaced)

@@ -21,11 +21,10 @@ from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import directory
 from bayesub.model.propulsion import MeasuredSection, ThrustSection
 from bayesub.model.vehicle_files import VehicleFile, misfit
+from bayesub.model.water import GRAVITY_MPS2
 
 if TYPE_CHECKING:
     from bayesub.kernels import families
-
-GRAVITY_MPS2 = 9.81
 
 
 @dataclass(frozen=True)
@@ -215,7 +214,14 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
     thrust, rpm_per_mps = propulsion.thrust(body, trial.speed_mps, drag)
     if isinstance(propulsion, ThrustSection):
         kn1 = propulsion.torque_nm / propulsion.rpm**2
-    actuators = actuator_files.build(file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps)
+    hull_members = ()
+    if file.displacement is not None:
+        lift = weight if body.buoyancy_n is None else body.buoyancy_n
+        water = lift, body.centre_of_buoyancy_m, body.water_density_kgm3
+        hull_members = actuator_files.hull_members(file.displacement, *water, len(equations.controls))
+    actuators = actuator_files.build(
+        file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps, hull_members
+    )
     measured = isinstance(propulsion, MeasuredSection)
     forces = propulsion.wrenches(body, trial.speed_mps, drag) if measured else ()
     row = {

@@ -7,7 +7,9 @@ A nuisance parameter is named with its unit, and is given, sampled and reported 
 - ``bias_yaw_deg``, ``bias_u_ground_mps``, ..: what a channel reads too much, all the time
 - ``sd_yaw_deg``, ..; ``dof_x``; ``correlation_time_yaw_s``: of its noise (:mod:`bayesub.problem.likelihoods`)
 - ``mass_kg``, ``buoyancy_n``, ``Ixx_kgm2`` .. ``Izx_kgm2``, ``xG_m`` .. ``zB_m``, ``zP_m``: of the body. The weight
-  goes with the mass, and the buoyancy goes with the weight, so that the trim stays; ``buoyancy_n`` changes the trim.
+  goes with the mass, and the buoyancy goes with the weight, so that the trim stays; ``buoyancy_n`` changes the trim,
+  and so does ``weighed_mass_kg``, the mass with its weight alone
+- ``volume_cm3``, ``compressibility_per_bar``: of a hull whose buoyancy follows the water, ``[displacement]``
 - ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional
 - ``bias_rudder_deg``, ``scale_rudder``, ``bias_fin_1_deg``, ..: of an actuator, by its name, which acts with
   ``scale * value + bias`` where the log has `value`. The scale of a propeller is that of its thrust and torque.
@@ -25,6 +27,7 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
+from bayesub.model.actuator_files import COMPRESSIBILITY, VOLUME
 from bayesub.model.actuators import command_column
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import GRAVITY_MPS2, Vehicle
@@ -38,6 +41,9 @@ CURRENTS = ("current_north_mps", "current_east_mps")
 BODY = {"mass_kg": {"mass": 1.0, "weight": GRAVITY_MPS2, "buoyancy": GRAVITY_MPS2}, "buoyancy_n": {"buoyancy": 1.0}}
 BODY |= {f"{key}_{_UNITS[key[0]]}": {key: 1.0} for key in workspace.BODY if key[0] in _UNITS}
 BODY |= {key: {key: 1.0} for key in workspace.THRUST}
+BODY["weighed_mass_kg"] = {"mass": 1.0, "weight": GRAVITY_MPS2}
+OF_HULL = ("volume_cm3", "compressibility_per_bar")
+CM3 = 1e-6  # m^3
 
 
 def _at_start(state: str) -> str:
@@ -101,8 +107,13 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         state = start[:-1]
         if state not in MOVING.get(manoeuvre.subproblem, log_files.STATES):
             raise InputError(f"nuisance '{name}': stays zero in the {manoeuvre.subproblem} sub-problem; leave it out")
+        for one in manoeuvre.prescribed:
+            if state in one.states:
+                raise InputError(f"nuisance '{name}': follows from the {one.angle} that is prescribed; leave it out")
         value = manoeuvre.initial_state[log_files.STATES.index(state)] / factor
         return Nuisance(name, value, factor, INITIAL[name])
+    if name in OF_HULL:
+        return _of_hull(name, vehicle, manoeuvre)
     if name in vehicle.actuators.parameters:
         return _of_actuator(name, vehicle, manoeuvre)
     if name in CURRENTS:
@@ -111,14 +122,37 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         return Nuisance(name, 0.0)
     of_channels = _of_channels(channels, noises)
     if name not in of_channels:
-        valid = [*BODY, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels]
+        valid = [*BODY, *OF_HULL, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels]
         raise InputError(f"nuisance '{name}': there is no such parameter{nearest(name, valid)}")
     return of_channels[name]
 
 
 def of_boat(name: str, vehicle: Vehicle) -> bool:
     """Whether all trials share a nuisance parameter: it is of the boat, or of the process that disturbs it."""
-    return name in BODY or name in vehicle.actuators.parameters or of_process(name)
+    return name in BODY or name in OF_HULL or name in vehicle.actuators.parameters or of_process(name)
+
+
+def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
+    """The volume of a hull whose buoyancy follows the water, or its compressibility.
+
+    Both act by scales of what follows the water; with the volume the buoyancy in water of the density of the vehicle
+    file changes too.
+    """
+    members = {actuator.name: actuator for actuator in vehicle.actuators.members}
+    if VOLUME not in members:
+        raise InputError(
+            f"nuisance '{name}': the vehicle has no [displacement], the section of a hull that follows the water"
+        )
+    if vehicle.equations.subproblem(manoeuvre.subproblem) == "horizontal":
+        raise InputError(f"nuisance '{name}': has no part in the horizontal sub-problem; leave it out")
+    lift = vehicle.body[workspace.BUOYANCY]
+    volume = lift / (vehicle.water_density_kgm3 * GRAVITY_MPS2) / CM3
+    if name == "volume_cm3":
+        return Nuisance(name, float(volume), motion={"buoyancy": lift / volume, f"scale_{VOLUME}": 1.0 / volume})
+    compressibility = float(members[COMPRESSIBILITY].weight[0] / lift)
+    if compressibility == 0.0:
+        raise InputError(f"nuisance '{name}': displacement.compressibility_per_bar is zero; give a value to begin with")
+    return Nuisance(name, compressibility, motion={f"scale_{COMPRESSIBILITY}": 1.0 / compressibility})
 
 
 def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
@@ -176,7 +210,7 @@ class Nuisances:
     held : (n,) array
         Their values if they are not inferred.
     varied : tuple of str
-        Those of actuators.
+        What they change of actuators.
     """
 
     def __init__(self, parameters: tuple[Nuisance, ...], vehicle: Vehicle, manoeuvre: Manoeuvre):
@@ -189,7 +223,8 @@ class Nuisances:
         units = np.where(np.isin(workspace.BODY, workspace.THRUST), thrust, 1.0)
         self._on_body = self._effects(workspace.BODY) * units
         self._on_start = self._effects([f"{state}0" for state in log_files.STATES])
-        self.varied = tuple(name for name in self.names if name in vehicle.actuators.parameters)
+        moved = dict.fromkeys(key for parameter in parameters for key in parameter.motion)
+        self.varied = tuple(name for name in moved if name in vehicle.actuators.parameters)
         self._on_actuators = self._effects(self.varied)
         self._of_channels: dict[str, list[tuple[str, int, float]]] = {}
         for k, parameter in enumerate(parameters):

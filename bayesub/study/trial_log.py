@@ -1,14 +1,15 @@
 """A log as a trial: the controls that were flown, what the sensors read, and what is unknown of the start."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import log_files
+from bayesub.io import log_files, toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import Manoeuvre, of_inputs
+from bayesub.model.prescribed import STATES, Prescribed, check, smoothed
 from bayesub.model.simulate import Trajectory
 from bayesub.problem import priors
 from bayesub.problem.nuisance import CURRENTS, INITIAL, MOVING
@@ -65,6 +66,8 @@ def read_trial(
     max_control_gap_s: float | None = None,
     ignore=(),
     name: str | None = None,
+    prescribed: Sequence[str] = (),
+    window_s: tuple[float, float] | None = None,
 ) -> Trial:
     """Read the log of a trial (:mod:`bayesub.io.log_files`).
 
@@ -79,7 +82,7 @@ def read_trial(
     Parameters
     ----------
     path : str or Path
-        The log, CSV.
+        The log, CSV, also compressed (.csv.gz); or the name of a built-in one.
     vehicle : Vehicle
         The boat.
     sensors : sequence
@@ -99,6 +102,11 @@ def read_trial(
         Columns that are not used.
     name : str or None
         Of the manoeuvre; by default the name of the file.
+    prescribed : sequence of str
+        Angles that the boat follows as they were read, "pitch" or "yaw": they are smoothed by as much as their sensor
+        is noisy, and are no readings any more.
+    window_s : (float, float) or None
+        First and last time of the part of the log that is used, s of the log; by default all of it.
 
     Raises
     ------
@@ -106,16 +114,20 @@ def read_trial(
         For a file that does not fit, a gap in the controls, and a channel of a motion that the sub-problem does not
         have.
     """
-    path, nuisance, known = Path(path), dict(nuisance or {}), dict(known or {})
+    path, nuisance, known = toml_files.find_log(path), dict(nuisance or {}), dict(known or {})
     subproblem = vehicle.equations.subproblem(subproblem)
     columns = vehicle.actuators.shorts
-    log = log_files.read_log(path, vehicle.actuators.log_columns, weight_density=vehicle.weight_density_npm3)
+    columns_of_log = (*vehicle.actuators.log_columns, *vehicle.actuators.water_columns)
+    log = log_files.read_log(path, columns_of_log, weight_density=vehicle.weight_density_npm3)
+    if window_s is not None:
+        log = _within_window(log, window_s, path)
     for column in ignore:
         short = log_files.short_name(column)
         if short not in log or column == "time_s":
             listed = (log_files.HEADERS.get(name, name) for name in log)
             raise InputError(f"{path}: ignore names '{column}', no column{nearest(column, listed)}")
         del log[short]
+    log = vehicle.actuators.with_water(log)
     length_time = vehicle.length_m / vehicle.speed_mps
     log, commanded = vehicle.actuators.commanded(log)
     begin, times, inputs, rpm = _controls(log, commanded, vehicle, path, max_control_gap_s or length_time)
@@ -123,6 +135,9 @@ def read_trial(
     readings["time"] = readings["time"] - begin
     sensors = [replace(sensor, clock_offset_s=sensor.clock_offset_s + clock_offset_s) for sensor in flat(sensors)]
     whole = Record.of_log(readings, sensors, path)
+    followed = [_prescribed(angle, whole, subproblem, path) for angle in prescribed]
+    states = [one.states[0] for one in followed]
+    whole = Record(tuple(channel for channel in whole.channels if channel.state not in states))
     record = _within(whole, times[-1], path)
     moving = MOVING.get(subproblem, log_files.STATES)
     for channel in record.channels:
@@ -135,7 +150,9 @@ def read_trial(
     initial = straight_and_level(vehicle)
     initial[log_files.STATES.index("u")] = rpm[0] / vehicle.rpm_per_mps
     for start, (state, factor) in _starts().items():
-        if state not in moving or not _matters(state, record, nuisance):
+        if state not in moving or any(state in one.states for one in followed):
+            continue
+        if not _matters(state, record, nuisance):
             continue
         if start in known:
             initial[log_files.STATES.index(state)] = factor * known.pop(start)
@@ -148,10 +165,34 @@ def read_trial(
         raise InputError(
             f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out"
         )
-    manoeuvre = of_inputs(
-        name or path.stem, times, inputs, rpm, initial, vehicle, subproblem=subproblem, commanded=commanded
-    )
+    others = {"subproblem": subproblem, "prescribed": tuple(followed), "commanded": commanded}
+    manoeuvre = of_inputs(name or path.stem, times, inputs, rpm, initial, vehicle, **others)
     return Trial(manoeuvre, record, nuisance, n_left_out=whole.n_readings - record.n_readings)
+
+
+def _within_window(log, window, path) -> dict[str, np.ndarray]:
+    """The rows of a log between two of its times."""
+    begin, end = window
+    rows = (log["time"] >= begin) & (log["time"] <= end)
+    if rows.sum() < 2:
+        first, last = log["time"][[0, -1]]
+        raise InputError(
+            f"{path}: window_s [{begin:g}, {end:g}] holds {rows.sum()} rows of a log from {first:g} to {last:g} s; "
+            "give two of its times"
+        )
+    return {name: cells[rows] for name, cells in log.items()}
+
+
+def _prescribed(angle, record, subproblem, path) -> Prescribed:
+    """An angle as its channel read it, smoothed."""
+    check(angle, subproblem)
+    state = STATES[angle][0]
+    channel = next((channel for channel in record.channels if channel.state == state), None)
+    if channel is None:
+        raise InputError(f"{path}: {angle} is prescribed, and no sensor reads '{log_files.HEADERS[state]}'; add one")
+    if len(record.channels) == 1:
+        raise InputError(f"{path}: {angle} is prescribed, and no other sensor is left to be fitted; add one")
+    return smoothed(angle, channel.times, channel.values, channel.total_sd)
 
 
 def _starts() -> dict[str, tuple[str, float]]:

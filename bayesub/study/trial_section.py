@@ -58,6 +58,10 @@ class TrialKeys(Section):
         Longest time between two cells of a control of a log.
     ignore : tuple of str or None
         Columns of a log that are not used.
+    prescribed : tuple of str or None
+        Angles that the boat follows as a log has them, pitch or yaw.
+    window_s : (float, float) or None
+        First and last time of the part of a log that is used.
     nuisance : dict of str to PriorOfOne
         What else is unknown.
     truth : TruthSection
@@ -70,11 +74,13 @@ class TrialKeys(Section):
     clock_offset_s: float | None = None
     max_control_gap_s: Positive | None = None
     ignore: tuple[str, ...] | None = None
+    prescribed: tuple[Literal["pitch", "yaw"], ...] | None = None
+    window_s: tuple[float, float] | None = None
     nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
     truth: TruthSection = TruthSection()
 
     SOURCES: ClassVar = ("manoeuvre", "data")
-    OF_DATA: ClassVar = ("subproblem", "clock_offset_s", "max_control_gap_s", "ignore")
+    OF_DATA: ClassVar = ("subproblem", "clock_offset_s", "max_control_gap_s", "ignore", "prescribed", "window_s")
 
     @pydantic.model_validator(mode="after")
     def _one_source(self):
@@ -140,6 +146,8 @@ class TrialKeys(Section):
             clock_offset_s=self.clock_offset_s or 0.0,
             max_control_gap_s=self.max_control_gap_s,
             ignore=self.ignore or (),
+            prescribed=self.prescribed or (),
+            window_s=self.window_s,
         )
 
     def _unflown(self, vehicle, sections, nuisance, path) -> "Trial":

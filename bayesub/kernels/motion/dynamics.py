@@ -6,7 +6,7 @@ from bayesub.kernels.trigonometry import sine_cosine
 from bayesub.kernels.workspace import BODY_ROWS, INVERSE_MASS, LANES
 
 from .hydrodynamics import ORDERED_SPEED, RIGID_BODY_TERMS, hydrodynamic_forces
-from .layout import CONTROLS
+from .layout import CONTROLS, HAS_WEIGHTS, WEIGHTS
 
 
 @inline
@@ -75,15 +75,34 @@ def rigid_body(work, i, u1, v1, w1, p1, q1, r1, u2, v2, w2, p2, q2, r2):
 
 
 @inline
-def hydrostatics(work, i, gx, gy, gz):
-    """Weight and buoyancy (model manual, section 3), in N and N m; (gx, gy, gz) points down, in body axes."""
+def hydrostatics(work, i, control, gx, gy, gz):
+    """Weight and buoyancy (model manual, section 3), in N and N m; (gx, gy, gz) points down, in body axes.
+
+    With forces from outside there is a weight from outside too, and its moments about the origin (section 3).
+    """
     weight = work[(BODY_ROWS + at.WEIGHT) * LANES + i]
     buoyancy = work[(BODY_ROWS + at.BUOYANCY) * LANES + i]
     net = weight - buoyancy
     x = weight * work[(BODY_ROWS + at.XG) * LANES + i] - buoyancy * work[(BODY_ROWS + at.XB) * LANES + i]
     y = weight * work[(BODY_ROWS + at.YG) * LANES + i] - buoyancy * work[(BODY_ROWS + at.YB) * LANES + i]
     z = weight * work[(BODY_ROWS + at.ZG) * LANES + i] - buoyancy * work[(BODY_ROWS + at.ZB) * LANES + i]
+    if HAS_WEIGHTS:
+        row = (CONTROLS + WEIGHTS) * LANES + i
+        net += control[WEIGHTS] + work[row]
+        x += control[WEIGHTS + 1] + work[row + LANES]
+        y += control[WEIGHTS + 2] + work[row + 2 * LANES]
+        z += control[WEIGHTS + 3] + work[row + 3 * LANES]
     return net * gx, net * gy, net * gz, y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
+
+
+@inline
+def store_weight_slopes(slopes, gx, gy, gz):
+    """Write the derivatives of :func:`hydrostatics` by a weight from outside and its moments into `slopes`."""
+    if HAS_WEIGHTS:
+        slopes[0, WEIGHTS], slopes[1, WEIGHTS], slopes[2, WEIGHTS] = gx, gy, gz
+        slopes[4, WEIGHTS + 1], slopes[5, WEIGHTS + 1] = -gz, gy
+        slopes[3, WEIGHTS + 2], slopes[5, WEIGHTS + 2] = gz, -gx
+        slopes[3, WEIGHTS + 3], slopes[4, WEIGHTS + 3] = -gy, gx
 
 
 @inline
@@ -93,7 +112,7 @@ def accelerations(work, i, row, gx, gy, gz, control):
     p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
     x1, y1, z1, k1, m1, n1 = hydrodynamic_forces(work, i, control, u, v, w, p, q, r)
     x2, y2, z2, k2, m2, n2 = rigid_body(work, i, u, v, w, p, q, r, u, v, w, p, q, r)
-    x3, y3, z3, k3, m3, n3 = hydrostatics(work, i, gx, gy, gz)
+    x3, y3, z3, k3, m3, n3 = hydrostatics(work, i, control, gx, gy, gz)
     thrust, torque, _, _ = propulsion(work, i, u, ordered_speed(work, i, control))
     x = x1 - x2 + x3 + thrust
     y = y1 - y2 + y3

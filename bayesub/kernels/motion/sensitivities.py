@@ -32,7 +32,7 @@ from bayesub.kernels.workspace import (
     ZP,
 )
 
-from .dynamics import euler_derivative, hydrostatics, ordered_speed, propulsion, rigid_body
+from .dynamics import euler_derivative, hydrostatics, ordered_speed, propulsion, rigid_body, store_weight_slopes
 from .hydrodynamics import N_COEFFICIENTS, N_CONTROLS, store_control_slopes, store_regressors
 from .integrate import any_failed, copy_state, hermite, hermite_rates, load_block, stage, workspace
 from .layout import CONTROLS, N_ROWS
@@ -127,6 +127,9 @@ def _forces(work, i, still, n_body_forces, variations, step, part, slots, values
     if slots.shape[0]:
         slopes = np.zeros((6, N_CONTROLS))
         store_control_slopes(slopes, work, i, still, u, v, w, p, q, r)
+        phi, theta = work[state - 3 * LANES], work[state - 2 * LANES]
+        cth = math.cos(theta)
+        store_weight_slopes(slopes, -math.sin(theta), cth * math.sin(phi), cth * math.cos(phi))
         values[first:] = 0.0
         for e in range(variations.starts[3 * step + part], variations.starts[3 * step + part + 1]):
             for axis in range(6):
@@ -144,7 +147,7 @@ def _mechanical_forces(work, still, target):
         u, v, w = work[row + 6 * LANES], work[row + 7 * LANES], work[row + 8 * LANES]
         p, q, r = work[row + 9 * LANES], work[row + 10 * LANES], work[row + 11 * LANES]
         sth, cth = math.sin(theta), math.cos(theta)
-        x1, y1, z1, k1, m1, n1 = hydrostatics(work, i, -sth, cth * math.sin(phi), cth * math.cos(phi))
+        x1, y1, z1, k1, m1, n1 = hydrostatics(work, i, still, -sth, cth * math.sin(phi), cth * math.cos(phi))
         x2, y2, z2, k2, m2, n2 = rigid_body(work, i, u, v, w, p, q, r, u, v, w, p, q, r)
         thrust, torque, _, _ = propulsion(work, i, u, ordered_speed(work, i, still))
         a = target * LANES + i

@@ -255,7 +255,8 @@ class EquationSet:
             Leaves out the coefficients that are zero for it. Without it coefficients may have any values, as where a
             prior or a measurement is to say what they are.
         manoeuvre : Manoeuvre, optional
-            Leaves out the coefficients of controls that it does not move. Its own sub-problem is not asked.
+            Leaves out the coefficients of controls that it does not move, and those of moments in whose place it
+            prescribes an angle. Its own sub-problem is not asked.
         subproblem : str, optional
             "horizontal", "vertical", or None for all degrees of freedom.
 
@@ -264,8 +265,9 @@ class EquationSet:
         InputError
             For a sub-problem that does not exist.
         """
-        resting = set()
+        resting, followed = set(), set()
         if manoeuvre is not None:
+            followed = {one.axis for one in manoeuvre.prescribed}
             moving = manoeuvre.controls.any(axis=0)
             resting = {control.symbol for control, moves in zip(self.controls, moving, strict=True) if not moves}
         subproblem = self.subproblem(subproblem)
@@ -274,6 +276,7 @@ class EquationSet:
             term.name
             for k, term in enumerate(self.terms)
             if term.name in in_equations
+            and term.axis not in followed
             and not (resting and term.symbols & resting)
             and (vehicle is None or vehicle.xi[k] != 0.0)
         )

@@ -97,14 +97,15 @@ def crossflow_slopes(x, height, breadth, v, w, q, r):
     return -height * (speed + v * v * inverse), -height * vw, -breadth * vw, -breadth * (speed + w * w * inverse)
 
 '''
-EXTERNAL = tuple(f"external_{axis}{suffix}" for suffix in ("", "_u") for axis in AXES)
+WEIGHTS = ("external_W", "external_Wx", "external_Wy", "external_Wz")  # a weight, and its moments about the origin
+EXTERNAL = (*(f"external_{axis}{suffix}" for suffix in ("", "_u") for axis in AXES), *WEIGHTS)
 
 
 def source(equations: EquationSet, subproblem: str | None, external: bool = False) -> str:
     """The text of the module for a set and a sub-problem.
 
-    With `external` the controls end on twelve more: forces and moments from outside, and what of them goes with the
-    surge velocity.
+    With `external` the controls end on sixteen more: forces and moments from outside, what of them goes with the surge
+    velocity, and a weight with its moments about the origin.
     """
     return _Writer(equations, subproblem, external).text()
 
@@ -209,7 +210,7 @@ class _Writer:
         lines = []
         for k, control in enumerate(self.controls):
             needed = symbols | ({"uc"} if "duc" in symbols else set())
-            if control in needed or (of_external and control in EXTERNAL):
+            if control in needed or (of_external and control in EXTERNAL and control not in WEIGHTS):
                 lines.append(f"{control} = control[{k}] + work[{self.first_control + k} * LANES + i]")
         if symbols & {"U", "du"}:
             lines.append(f"U = work[{self.first_constant} * LANES + i]")

@@ -230,7 +230,7 @@ def test_sensitivities_by_amounts_of_controls(vehicle, included, turning, extern
     family = user_set.compiled()[external]
     simulator = Simulator(vehicle, turning, [6.0], dt=0.25)
     stages = simulator._stages
-    outside = np.tile(np.linspace(-3e5, 5e5, 12), (*stages.shape[:2], 1))
+    outside = np.tile([*np.linspace(-3e5, 5e5, 12), 2e5, -1e6, 5e5, 3e5], (*stages.shape[:2], 1))
     stages = np.concatenate([stages, outside], axis=2) if external else stages
     varied = [k for k in range(stages.shape[2]) if k != len(user_set.COLUMNS)]
     variations = np.zeros((*stages.shape[:2], len(varied) + 1, stages.shape[2]))
