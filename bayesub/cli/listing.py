@@ -10,7 +10,7 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.terminal import console
 
-KINDS = ("equations", "vehicles", "manoeuvres", "studies")
+KINDS = ("equations", "vehicles", "manoeuvres", "logs", "studies")
 
 
 def _kinds(_ctx, _param, incomplete: str) -> list[str]:
@@ -18,13 +18,13 @@ def _kinds(_ctx, _param, incomplete: str) -> list[str]:
 
 
 @click.command("list", epilog="Example: bayesub list vehicles")
-@click.argument("what", default="", metavar="[equations|vehicles|manoeuvres|studies]", shell_complete=_kinds)
+@click.argument("what", default="", metavar="[equations|vehicles|manoeuvres|logs|studies]", shell_complete=_kinds)
 @click.option("--json", "as_json", is_flag=True, help="Names and descriptions as JSON, kind by kind.")
 def list_(what: str, as_json: bool) -> None:
     """List what is built in, and the studies of the folder `studies`."""
     if what and what not in KINDS:
         raise InputError(f"cannot list '{what}'{nearest(what, KINDS)}; expected {', '.join(KINDS)}")
-    listings = {"equations": _equations, "studies": _studies}
+    listings = {"equations": _equations, "logs": _logs, "studies": _studies}
     kinds = [what] if what else KINDS
     entries = {kind: listings[kind]() if kind in listings else _built_in(kind) for kind in kinds}
     if as_json:
@@ -54,6 +54,12 @@ def _equations() -> dict[str, str]:
         freedom = f"{equations.degrees_of_freedom} degrees of freedom"
         texts[name] = f"{len(equations.terms)} terms, {freedom}, {controls}: {equations.title}"
     return texts
+
+
+def _logs() -> dict[str, str]:
+    """Name -> title of each built-in log."""
+    folders = toml_files.built_in("logs")
+    return {name: toml_files.read_line(folder / "README.md").removeprefix("# ") for name, folder in folders.items()}
 
 
 def _studies() -> dict[str, str]:

@@ -1,5 +1,6 @@
 """Reading input files: TOML validated against a pydantic model, with one clear line when it does not fit."""
 
+import gzip
 import math
 import re
 import tomllib
@@ -107,6 +108,12 @@ def find(name: str, kind: str) -> Path:
     return path
 
 
+def find_log(name: str | Path) -> Path:
+    """The file of a built-in log, by its name, or of a path."""
+    folders = built_in("logs")
+    return folders[str(name)] / "log.csv.gz" if str(name) in folders else Path(name)
+
+
 def is_path(name: str) -> bool:
     """Whether a vehicle or manoeuvre is named by the path of a file, not by a built-in name."""
     return Path(name).suffix != ""
@@ -119,8 +126,9 @@ def read_text(path: Path) -> str:
 
 
 def read_line(path: Path) -> str:
-    """The first line of a text file without the spaces around it, or an InputError that says why not."""
-    with reading(path), path.open(encoding="utf-8-sig") as file:
+    """The first line of a text file, plain or .gz, without the spaces around it, or an InputError that says why not."""
+    opened = gzip.open if path.suffix == ".gz" else open
+    with reading(path), opened(path, "rt", encoding="utf-8-sig") as file:
         return file.readline().strip()
 
 

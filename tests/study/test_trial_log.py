@@ -191,3 +191,42 @@ def test_revolutions_that_do_not_push_are_no_control(tmp_path):
     path.write_text(path.read_text().replace("rudder_deg", "roll_deg"))
     with pytest.raises(bs.InputError, match=r"has no control column; expected some of rudder_deg$"):
         read_trial(path, ship, sensors, nuisance=heading)
+
+
+GLIDER_SENSORS = (bs.sensors.Sensor("depth_m", sd=0.15), bs.sensors.Sensor("pitch_deg", sd=0.1))
+
+
+def test_prescribed_pitch_of_the_built_in_log():
+    """A part of the log of the glider: its pitch is smoothed and no reading, its water moves the boat."""
+    glider = bs.load_vehicle("slocum_comet")
+    options = {"subproblem": "vertical", "ignore": ["u_mps"], "window_s": (1925.0, 2115.0)}
+    trial = read_trial("slocum_comet", glider, GLIDER_SENSORS, prescribed=["pitch"], **options)
+    assert [channel.name for channel in trial.record.channels] == ["depth"]
+    assert set(trial.nuisance) == {"z0_m", "u0_mps", "w0_mps"}
+    assert trial.manoeuvre.duration == pytest.approx(190.0, abs=2.0)
+    (pitch,) = trial.manoeuvre.prescribed
+    assert np.degrees(pitch.of(np.array([100.0])))[0] == pytest.approx(-22.0, abs=2.0)
+    assert trial.manoeuvre.log["ballast_n"].mean() == pytest.approx(-230e-6 * 1005.0 * 9.81, rel=0.01)
+    flown = read_trial("slocum_comet", glider, GLIDER_SENSORS, **options)
+    assert {"pitch0_deg", "q0_degps"} < set(flown.nuisance)
+    assert not flown.manoeuvre.prescribed
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"prescribed": ["yaw"]}, "yaw can be prescribed in the horizontal sub-problem only"),
+        ({"prescribed": ["pitch"], "sensors": GLIDER_SENSORS[:1]}, "no sensor reads 'pitch_deg'"),
+        ({"prescribed": ["pitch"], "sensors": GLIDER_SENSORS[1:]}, "no other sensor is left"),
+        ({"window_s": (1e6, 2e6)}, "holds 0 rows of a log from 0 to "),
+    ],
+)
+def test_prescribed_angles_and_windows_that_cannot_be(options, words):
+    """Each is one line that says what to give."""
+    options = {"sensors": GLIDER_SENSORS, "window_s": (1925.0, 2115.0)} | options
+    unread = {"depth_m", "pitch_deg"} - {sensor.column for sensor in options["sensors"]}
+    ignored = ["u_mps", *unread]
+    glider = bs.load_vehicle("slocum_comet")
+    sensors = options.pop("sensors")
+    with pytest.raises(bs.InputError, match=words):
+        read_trial("slocum_comet", glider, sensors, subproblem="vertical", ignore=ignored, **options)
