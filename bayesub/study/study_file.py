@@ -203,7 +203,8 @@ class Study(TrialKeys):
     def files(self) -> list[str]:
         """The files that the study names, as it names them: vehicle, priors, manoeuvres and logs, each once."""
         trials = [*(trial for _, trial, _ in self.each_trial()), *(check for check, _ in self.each_check())]
-        paths = [self.prior.table, *(trial.data for trial in trials)]
+        logs = toml_files.built_in("logs")
+        paths = [self.prior.table, *(trial.data for trial in trials if trial.data not in logs)]
         names = [self.vehicle, *(trial.manoeuvre for trial in trials)]
         paths += [name for name in names if name is not None and toml_files.is_path(name)]
         return list(dict.fromkeys(path for path in paths if path is not None))

@@ -17,7 +17,13 @@ from bayesub.cli import app, manual
 from bayesub.io import toml_files
 from bayesub.io.log_files import HEADERS, VELOCITIES
 from bayesub.io.log_map import LogMap
-from bayesub.model.actuator_files import FinSection, PropellerSection, ThrusterSection
+from bayesub.model.actuator_files import (
+    BallastSection,
+    FinSection,
+    PropellerSection,
+    SlidingMassSection,
+    ThrusterSection,
+)
 from bayesub.model.coefficients import AXES, TERMS
 from bayesub.model.equations.files import EquationFile, TermSection
 from bayesub.model.equations.regressors import SYMBOLS
@@ -146,7 +152,8 @@ def test_the_table_of_built_in_sets_is_that_of_the_files():
 
 
 def test_every_key_of_every_actuator_is_explained():
-    keys = {key for section in (FinSection, PropellerSection, ThrusterSection) for key in section.model_fields}
+    sections = (FinSection, PropellerSection, ThrusterSection, BallastSection, SlidingMassSection)
+    keys = {key for section in sections for key in section.model_fields}
     assert keys == set(first_cells("actuators", "Keys"))
 
 
@@ -171,7 +178,7 @@ def test_every_key_of_every_file_is_in_the_reference():
     files = (VehicleFile, EquationFile, HullFile, InstrumentsFile, DisturbanceFile, Study, LogMap, *KINDS.values())
     keys = {key for file in files for section in models(file, []) for key in section.model_fields}
     containers = {"trial", "body", "propulsion", "actuators", "coefficients", "time_scale", "demands", "autopilot"}
-    containers |= {"hull", "fins", "sensors", "truth", "free", "prior", "given", "noise", "nuisance", "baselines"}
+    containers |= {"displacement", "hull", "fins", "sensors", "truth", "free", "prior", "given", "noise", "nuisance", "baselines"}
     containers |= {"sampler", "quick", "trials", "mean", "lower", "upper", "median", "value"}
     containers |= {"controls", "terms", "time", "columns", *AXES}
     assert keys - containers - words == set()

@@ -1,0 +1,80 @@
+"""What a glider knows of itself: mass against volume, how well each parameter is known, and predicted speeds."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from bayesub.plots import style
+
+LABELS = {
+    "CD0": "parasite drag",
+    "lift_slope": "lift slope",
+    "CD1": "induced drag",
+    "compressibility_1e-5_per_bar": "compressibility",
+    "mass_kg": "mass",
+    "volume_cm3": "volume",
+    "excess_g": "mass less displaced mass",
+}
+COLOURS = (style.SQP, style.POSTERIOR)  # of the fits
+BAND = (0.05, 0.95)
+
+
+def draw(
+    paths: Sequence[Path],
+    fits: Mapping[str, dict],
+    draws: Mapping[str, Mapping[str, np.ndarray]],
+    speeds: Mapping[str, Mapping[str, np.ndarray]],
+    peers: Mapping[str, Mapping[str, np.ndarray]],
+) -> None:
+    """Draw the three panels side by side.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Where to write it.
+    fits : mapping of str to dict
+        Fit -> its numbers.
+    draws : mapping of str to mapping
+        Fit -> parameter -> (n_draws,) values.
+    speeds : mapping of str to mapping
+        Fit -> `times` (n,), `speed` (n,) of the profiler, `noisy` (n_draws, n) and `middle` (n,) of an unseen descent.
+    peers : mapping of str to mapping
+        Fit -> `times` (m,) and `speed` (m,) of the descent by gliderflight; empty if there are none.
+    """
+    with style.figure(paths, 9.0, 3.3) as figure:
+        trade, known, flight = figure.subplots(1, 3, gridspec_kw={"width_ratios": (1.0, 1.1, 1.25)})
+        _trade_off(trade, draws)
+        _known(known, fits)
+        _speeds(flight, speeds, peers)
+
+
+def _trade_off(axes: Axes, draws) -> None:
+    for (fit, values), colour, marker in zip(draws.items(), COLOURS, "ox", strict=True):
+        axes.plot(
+            values["volume_cm3"] / 1e3, values["mass_kg"], marker, color=colour, ms=3, mew=0.8, alpha=0.6, label=fit
+        )
+    axes.set(xlabel="volume (litres)", ylabel="mass (kg)", title="Only their difference")
+
+
+def _known(axes: Axes, fits) -> None:
+    places = np.arange(len(LABELS))[::-1]
+    for k, ((fit, result), colour) in enumerate(zip(fits.items(), COLOURS, strict=True)):
+        shares = [result["parameters"][name]["sd"] / result["parameters"][name]["prior_sd"] for name in LABELS]
+        axes.barh(places + 0.19 - 0.38 * k, shares, 0.36, color=colour, label=fit)
+    axes.set_yticks(places, list(LABELS.values()))
+    axes.set(xscale="log", xlabel="posterior sd over prior sd", title="What is known")
+    axes.axvline(1.0, color=style.TRUTH, lw=0.8)
+
+
+def _speeds(axes: Axes, speeds, peers) -> None:
+    for (fit, flight), colour, alpha in zip(speeds.items(), COLOURS, (0.25, 0.35), strict=True):
+        low, high = np.quantile(flight["noisy"], BAND, axis=0)
+        axes.fill_between(flight["times"], low, high, color=colour, alpha=alpha, lw=0)
+        axes.plot(flight["times"], flight["middle"], color=colour, lw=1.4, label=fit)
+    for (fit, peer), dashes in zip(peers.items(), (":", "--"), strict=False):
+        axes.plot(peer["times"], peer["speed"], dashes, color=style.LINEAR, lw=1.2, label=f"gliderflight, {fit}")
+    axes.plot(flight["times"], flight["speed"], ".", color=style.TRUTH, ms=4, label="profiler")
+    axes.set(xlabel="time in an unseen descent (s)", ylabel="speed (m/s)", title="Speed through the water")
+    axes.legend(fontsize=7.0, loc="lower left")
