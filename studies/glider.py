@@ -19,14 +19,13 @@ from bayesub.study.trial_log import read_trial
 from bayesub.thesis.glider_casts import LOG, SOUND_MPS, find_casts, mean_density, peer, shown, sparse
 
 SEED, N_DRAWS = 36, 400
-STEP_S = 2.0
+STEP_S = 1.0
+START_SD_MPS = 0.01  # of the speed at the start of a cast
 PITCH_SD_DEG = 0.1  # what is white in its residuals from a smooth line
 QUICK_DIVES = 8
 AREA = 0.1 / 1.5**2  # reference area of the authors over the square of the length of the vehicle
 LEVELS = (0.5, 0.9)
 INERTIAS = (0.5, 0.25)  # shares of mass and added mass from which a flight without inertia is extrapolated
-# Of steady flight, forgotten in 20 s; what a start is off is in the slow noise of the depths.
-START = {"down": {"u0_mps": 0.31, "w0_mps": 0.013}, "up": {"u0_mps": 0.34, "w0_mps": -0.015}}
 NOISE = {"depth": (0.15, 60.0), "u": (0.01, 60.0)}  # guesses of sd (m, m/s) and correlation time, s
 SHARED = {  # mean and sd of the prior; the volume is that of the hull with half of the ballast
     "weighed_mass_kg": (70.0, 0.5),
@@ -38,6 +37,7 @@ LIFTED = (("Zuw", "Xww", -0.99),)  # both have the lift slope in them: the induc
 FITS = {  # channels, free coefficients and shared parameters of each fit
     "depths": (("depth",), tuple(COEFFICIENTS), SHARED),
     "depths and speeds": (("depth", "u"), tuple(COEFFICIENTS), SHARED),
+    "depths, known lift": (("depth",), ("Xuu",), SHARED),
 }
 
 
@@ -56,9 +56,7 @@ def compute(run):
     numbers["gliderflight"] = peer(run, fitted, unseen)
     for fit in FITS:
         run.progress.stage(fit)
-        numbers["fits"][fit] = run.part(
-            fit.replace(" ", "_"), lambda fit=fit: fit_and_predict(run, fit, fitted, unseen, noise)
-        )
+        numbers["fits"][fit] = run.part(file(fit), lambda fit=fit: fit_and_predict(run, fit, fitted, unseen, noise))
     return numbers
 
 
@@ -73,13 +71,15 @@ def posed(casts, fit, noise, glider, step=STEP_S):
     )
     problems = {}
     for cast in casts:
+        start = dict(cast["start"])
+        speed = {"u0_mps": (start.pop("u0_mps"), START_SD_MPS)}
         read = [c for c in channels if c == "depth" or cast["down"]]
         trial = read_trial(
             LOG,
             glider,
             [bs.sensors.Sensor("pitch_deg", sd=PITCH_SD_DEG), *(sensors[c] for c in read)],
-            nuisance={parameter: bs.priors.normal(*about) for parameter, about in shared.items()},
-            known=START["down" if cast["down"] else "up"] | {"z0_m": cast["depth"]},
+            nuisance={parameter: bs.priors.normal(*about) for parameter, about in (shared | speed).items()},
+            known=start,
             subproblem="vertical",
             prescribed=["pitch"],
             window_s=cast["window"],
@@ -109,6 +109,11 @@ def thinned(channel):
     """The channel with one reading in ten seconds."""
     rows = sparse(channel.times)
     return replace(channel, times=channel.times[rows], values=channel.values[rows])
+
+
+def file(fit):
+    """Name of the files of a fit."""
+    return fit.replace(",", "").replace(" ", "_")
 
 
 def calibrated(casts, rng):
@@ -173,7 +178,7 @@ def fit_and_predict(run, fit, fitted, unseen, noise):
     density = mean_density(fitted)
     values = physical(named, density)
     before = physical(dict(zip(problem.names, problem.prior.sample(rng, 4000).T, strict=True)), density)
-    run.save_arrays(f"draws_{fit.replace(' ', '_')}", **values)
+    run.save_arrays(f"draws_{file(fit)}", **values)
     shared = [k for k, name in enumerate(problem.names) if "[" not in name]
     scaled = posterior.draws[:, shared] / problem.prior.sd[shared]
     sizes, directions = np.linalg.eigh(np.cov(scaled.T))
@@ -198,6 +203,8 @@ def fit_and_predict(run, fit, fitted, unseen, noise):
 
 def physical(named, density):
     """The parameters of the authors, from those of the equations."""
+    held = {name: np.full(len(named["Xuu"]), mean) for name, (mean, _) in COEFFICIENTS.items()}
+    named = held | named
     drag = -named["Xuu"] / AREA
     lift = -named["Zuw"] / AREA - drag
     mass, volume = named["weighed_mass_kg"], named["volume_cm3"]
@@ -214,11 +221,15 @@ def physical(named, density):
 
 def predicted(run, fit, named, casts, noise, glider, rng):
     """Depths and speeds of unseen casts: shares of readings in bands, and errors of the mean."""
-    problem = posed(casts, FITS["depths and speeds"], noise, glider)
+    problem = posed(casts, (tuple(noise), *FITS[fit][1:]), noise, glider)
     inside = {channel: {level: [] for level in LEVELS} for channel in noise}
     errors = {"u": [], "rate": []}
     for cast, (_, one, _) in zip(casts, problem.each_trial(problem.prior.mean), strict=True):
-        readings = one.predicted(np.column_stack([named[name] for name in one.names]))
+        parameters = one.prior.sample(rng, N_DRAWS)  # of the start
+        for k, name in enumerate(one.names):
+            if name in named:
+                parameters[:, k] = named[name]
+        readings = one.predicted(parameters)
         arrays = {}
         for channel in one.record.channels:
             rows = one.rows[channel.name]
@@ -235,7 +246,7 @@ def predicted(run, fit, named, casts, noise, glider, rng):
                 travelled = (middle[-1] - middle[0]) - (one.readings[rows][-1] - one.readings[rows][0])
                 errors["rate"].append(travelled / (channel.times[-1] - channel.times[0]))
         if cast == shown(casts):
-            run.save_arrays(f"speeds_{fit.replace(' ', '_')}", **arrays)
+            run.save_arrays(f"speeds_{file(fit)}", **arrays)
     sound = [e for e in errors["u"] if abs(e.mean()) < SOUND_MPS]
     return {
         "coverage": {c: {str(level): share(of) for level, of in levels.items()} for c, levels in inside.items()},
@@ -259,12 +270,12 @@ def share(hits):
 
 def draw(run, numbers):
     """The figure and the page."""
-    draws = {fit: run.load_arrays(f"draws_{fit.replace(' ', '_')}") for fit in numbers["fits"]}
-    speeds = {fit: run.load_arrays(f"speeds_{fit.replace(' ', '_')}") for fit in numbers["fits"]}
+    drawn = list(FITS)[:2]
+    draws, speeds = ({fit: run.load_arrays(f"{kind}_{file(fit)}") for fit in drawn} for kind in ("draws", "speeds"))
     peers = {}
     if numbers["gliderflight"]:
-        peers = {fit: run.load_arrays(f"gliderflight_{fit.replace(' ', '_')}") for fit in numbers["fits"]}
-    plots.draw(run.figure("glider"), numbers["fits"], draws, speeds, peers)
+        peers = {fit: run.load_arrays(f"gliderflight_{file(fit)}") for fit in drawn}
+    plots.draw(run.figure("glider"), {fit: numbers["fits"][fit] for fit in drawn}, draws, speeds, peers)
     run.page(tables(numbers))
 
 

@@ -10,6 +10,8 @@ from bayesub.model.vehicles import load_vehicle
 LOG = "slocum_comet"  # and its vehicle
 TOP_M, BOTTOM_M = 10.0, 35.0  # of a cast, as the authors calibrate: without surface and turn
 INTERVAL_S = 10.0
+ROWS = 20  # at the begin of a cast, from which its start follows
+INCIDENCE = 0.045  # rad, angle of attack of steady flight with the coefficients of the vehicle file
 SOUND_MPS = 0.05  # a profiler that is off by more throughout a descent is not to be met
 
 
@@ -21,7 +23,11 @@ def whole_log():
 
 
 def find_casts():
-    """Descents and ascents between two depths: dive, direction, first and last time of each, s."""
+    """Descents and ascents between two depths: dive, direction, first and last time (s), and start of each.
+
+    A cast starts in steady flight, with the speed that makes its depth change as it does along its pitch. What that is
+    off is forgotten in 20 s.
+    """
     log = whole_log()
     times, depths = log["time"], log["depth"]
     inside = np.diff(np.r_[0, (depths > TOP_M) & (depths < BOTTOM_M), 0].astype(int))
@@ -30,8 +36,13 @@ def find_casts():
         if end - begin > 100 and np.diff(times[begin:end]).max() < 5.0:
             down = bool(depths[end - 1] > depths[begin])
             window = float(times[begin]), float(times[end - 1])
-            line = np.polyfit(times[begin : begin + 20] - times[begin], depths[begin : begin + 20], 1)
-            casts.append({"dive": len(casts) // 2, "down": down, "window": window, "depth": float(line[1])})
+            rows = slice(begin, begin + ROWS)
+            rate, depth = np.polyfit(times[rows] - times[begin], depths[rows], 1)
+            incidence = INCIDENCE if down else -INCIDENCE
+            speed = rate / np.sin(incidence - log["theta"][rows].mean())
+            start = {"z0_m": depth, "u0_mps": speed, "w0_mps": incidence * speed}
+            start = {name: float(value) for name, value in start.items()}
+            casts.append({"dive": len(casts) // 2, "down": down, "window": window, "start": start})
     return casts
 
 
