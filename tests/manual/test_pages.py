@@ -178,7 +178,19 @@ def test_every_key_of_every_file_is_in_the_reference():
     files = (VehicleFile, EquationFile, HullFile, InstrumentsFile, DisturbanceFile, Study, LogMap, *KINDS.values())
     keys = {key for file in files for section in models(file, []) for key in section.model_fields}
     containers = {"trial", "body", "propulsion", "actuators", "coefficients", "time_scale", "demands", "autopilot"}
-    containers |= {"displacement", "hull", "fins", "sensors", "truth", "free", "prior", "given", "noise", "nuisance", "baselines"}
+    containers |= {
+        "displacement",
+        "hull",
+        "fins",
+        "sensors",
+        "truth",
+        "free",
+        "prior",
+        "given",
+        "noise",
+        "nuisance",
+        "baselines",
+    }
     containers |= {"sampler", "quick", "trials", "mean", "lower", "upper", "median", "value"}
     containers |= {"controls", "terms", "time", "columns", *AXES}
     assert keys - containers - words == set()

@@ -188,7 +188,10 @@ def test_what_contradicts_a_log(folder, bayesub, change, message):
 def test_trials_that_do_not_fit(folder, bayesub):
     for change, message in (
         (('name = "zigzag"', 'name = "logged"'), "two trials are named 'logged'"),
-        (("seed = 3", 'seed = 3\nsubproblem = "horizontal"'), "subproblem is of one log; write it in each of [[trials]]"),
+        (
+            ("seed = 3", 'seed = 3\nsubproblem = "horizontal"'),
+            "subproblem is of one log; write it in each of [[trials]]",
+        ),
         (("yaw0_deg =", "mass_kg ="), "nuisance 'mass_kg' is of the body"),
         (("yaw0_deg =", "yaw9_deg ="), "trial 'zigzag': "),
         (("zigzag_20_20", "zigzag_20"), "trial 'zigzag': no manoeuvre 'zigzag_20'"),
