@@ -12,6 +12,7 @@ _LONGEST = 1.0  # step of any coordinate; its prior sd is one, and the bounds of
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what runs away has an infinite cost, from which a search steps back
 def gauss_newton(
     problem: InferenceProblem,
     start: np.ndarray | None = None,
@@ -82,4 +83,5 @@ def gauss_newton(
 def _misfit(problem, t):
     """Residuals (n, n_readings) and costs (n,) at t (n, n_params)."""
     residuals, deviances = problem.misfit(problem.prior.parameters(t))
-    return residuals, deviances + np.einsum("ij,ij->i", t, t)
+    costs = deviances + np.einsum("ij,ij->i", t, t)
+    return residuals, np.where(np.isnan(costs), np.inf, costs)

@@ -31,6 +31,7 @@ class Normalised:
         chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
         return np.concatenate([self.problem.residuals(self.guess * chunk) for chunk in chunks])
 
+    @np.errstate(over="ignore", invalid="ignore")  # squares of what runs away
     def costs(self, x) -> np.ndarray:
         """(n_batch,) sums of squared residuals at x (n_batch, n_params), infinite where the simulation failed."""
         chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
@@ -55,6 +56,7 @@ class Normalised:
 
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")  # its threads wait for each other in busy loops
+@np.errstate(over="ignore", invalid="ignore")  # squares of what runs away
 def search_from(starts, search, answer, *, method: str, unknowns: Normalised, progress=None) -> Estimate:
     """Search from every start (n_starts, n_params), side by side.
 
@@ -71,6 +73,7 @@ def search_from(starts, search, answer, *, method: str, unknowns: Normalised, pr
     before = problem.costs.simulations, problem.costs.jacobians
     efforts = np.zeros(len(starts), dtype=int)
 
+    @np.errstate(over="ignore", invalid="ignore")  # as above, in the thread of the search
     def counted(n, ask):
         def ask_and_count(question):
             reply, effort = ask(question)

@@ -78,6 +78,7 @@ def trust_region(
     return replace(estimate, covariance=_covariance(jacobian, unknowns.guess))
 
 
+@np.errstate(over="ignore", invalid="ignore")  # squares of what runs away
 def _covariance(jacobian, scales):
     """(J'J)^-1 in coefficients, or None where a singular value of the equilibrated J is round-off."""
     lengths = np.linalg.norm(jacobian, axis=0)

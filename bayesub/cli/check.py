@@ -33,11 +33,11 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     them. FILE may be the name of a built-in vehicle or equation set. A log with columns of a vehicle's own comes after
     that vehicle.
     """
-    controls: list[str] = []  # of the vehicles
+    vehicles = []
     findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
     for path in files:
-        text, file_card = examine(built_in.get(str(path), path), controls)
-        controls += file_card.vehicle.actuators.log_columns if hasattr(file_card, "vehicle") else ()
+        text, file_card = examine(built_in.get(str(path), path), vehicles)
+        vehicles += [file_card.vehicle] if hasattr(file_card, "vehicle") else []
         findings[str(path)] = (text, file_card)
         if not as_json:
             say(f"{path}: {text}")
@@ -54,14 +54,14 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
             cards[0].draw(card)
 
 
-def examine(path: Path, controls: Sequence[str] = ()) -> tuple[str, Card | None]:
-    """What a file is, and its card, which not all kinds of files have; a log may have these `controls`."""
+def examine(path: Path, vehicles: Sequence = ()) -> tuple[str, Card | None]:
+    """What a file is, and its card, which not all kinds of files have; a log may be of the last of the vehicles."""
     if path.suffix == ".py":
         from bayesub.study import script
 
         return f"study script: {script.check(path)}", None
     if path.suffix.lower() == ".csv":
-        return _log(path, controls)
+        return _log(path, vehicles)
     keys = toml_files.read_toml_table(path)
     for key, describe in _KINDS.items():
         if key in keys:
@@ -165,17 +165,18 @@ _KINDS = {
 _OF_BOATS = re.compile(r"_command_\w+$|_(counts|percent|us)$|^(thrust_n|torque_nm)$")
 
 
-def _log(path: Path, controls: Sequence[str]):
+def _log(path: Path, vehicles):
     from bayesub.io import log_files
     from bayesub.report import log_card
 
     # Without the boat too, what only a boat gives a meaning: commands, counts and the like, thrust and torque.
     header = [name.strip().strip('"') for name in toml_files.read_line(path).split(",")]
-    controls = (*controls, *(name for name in header if _OF_BOATS.search(name)))
+    own = (column for vehicle in vehicles for column in vehicle.actuators.log_columns)
+    controls = (*own, *(name for name in header if _OF_BOATS.search(name)))
     log = log_files.read_log(path, controls, ascending=False)
     times, headers = log["time"], log_files.headers(path, controls)
     text = f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {', '.join(headers)}"
-    return text, log_card.check(log, headers, controls)
+    return text, log_card.check(log, headers, controls, vehicles[-1] if vehicles else None)
 
 
 def _data_card(path: Path, setup):

@@ -7,6 +7,7 @@ import numpy as np
 
 from bayesub.checks import logs
 from bayesub.io import log_files
+from bayesub.model.vehicles import Vehicle
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,9 @@ class LogCard:
         return {"findings": [finding.to_json() for finding in self.findings]}
 
 
-def check(log: dict[str, np.ndarray], headers: Sequence[str], controls: Sequence[str] = ()) -> LogCard:
+def check(
+    log: dict[str, np.ndarray], headers: Sequence[str], controls: Sequence[str] = (), vehicle: Vehicle | None = None
+) -> LogCard:
     """The card of a log.
 
     Parameters
@@ -41,6 +44,32 @@ def check(log: dict[str, np.ndarray], headers: Sequence[str], controls: Sequence
         The columns of its file in their order.
     controls : sequence of str
         Columns of a vehicle's own.
+    vehicle : Vehicle or None
+        Whose fins are taken together as rudder and stern planes.
     """
     names = {log_files.short_name(header): header for header in headers}
+    if vehicle is not None and not vehicle.actuators.direct:
+        for name, (values, fins) in _together(log, vehicle).items():
+            log, names = log | {name: values}, names | {name: ", ".join(fins)}
     return LogCard(tuple(logs.findings(log, names, tuple(controls))))
+
+
+def _together(log, vehicle) -> dict[str, tuple[np.ndarray, tuple[str, ...]]]:
+    """Short name of a control of the equations -> its history (n,) by the fins of the log, and their columns."""
+    actuators, times = vehicle.actuators, np.arange(len(log["time"]))
+    angles, _ = actuators.commanded(log)
+    angles = {name: angles[name] for name in actuators.shorts if name in angles and np.isfinite(angles[name]).any()}
+    if not angles:
+        return {}
+    whole = {
+        name: np.interp(times, times[np.isfinite(column)], column[np.isfinite(column)])
+        for name, column in angles.items()
+    }
+    mixed = actuators.mixed(actuators.values(whole, len(times), "the log"))
+    result = {}
+    for k, control in enumerate(vehicle.equations.controls):
+        moved = zip(actuators.shorts, actuators.columns, actuators.mixing[k], strict=True)
+        columns = tuple(column for short, column, part in moved if part and short in angles)
+        if columns and control.short not in log:
+            result[control.short] = mixed[:, k], columns
+    return result

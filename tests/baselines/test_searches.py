@@ -261,3 +261,25 @@ def test_trust_region_has_no_covariance_with_null_directions(suboff, spiral, spi
         assert trust_region(problem, rng=np.random.default_rng(1), max_iterations=2).covariance is None
     fewer = bs.Problem(suboff, spiral, record, free=free[:4], prior=prior, dt=1.0)
     assert trust_region(fewer, rng=np.random.default_rng(1), max_iterations=5).covariance is not None
+
+
+class Runaway(Cliff):
+    """A boat that runs away beyond the cliff, and whose derivatives run away before it does."""
+
+    def residuals(self, parameters):
+        values = super().residuals(parameters)
+        return np.where(np.isnan(values), 1e200, values)
+
+    def slopes(self, parameters):
+        return super().slopes(parameters) * (1e200 if parameters[0] < self.edge + 0.05 else 1.0)
+
+
+@pytest.mark.parametrize("start", [1.3, 1.12])
+def test_numbers_that_overflow_are_no_warning(start):
+    """Squares and products of what runs away are infinite costs, which a search steps back from; users read nothing."""
+    problem = Runaway()
+    gauss_newton(problem, np.array([start, 1.3]))
+    for search in (sqp, trust_region):
+        solution = search(problem, rng=np.random.default_rng(4), n_starts=4, start_spread=0.05)
+        assert np.isfinite(solution.costs).all()
+    sqp(problem, rng=np.random.default_rng(4), n_starts=4, start_spread=0.3, gradients="forward")

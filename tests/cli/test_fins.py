@@ -58,7 +58,8 @@ def test_from_simulation_to_study(bayesub, finned):
     assert not set(log_files.CONTROLS) & log.keys()
     status, out, _ = bayesub("check", "finned.toml", "log.csv")
     assert status == 0
-    assert "fin_4_deg" in out.splitlines()[-1]
+    assert "fin_4_deg" in out.splitlines()[-2]
+    assert out.splitlines()[-1] == "no column contradicts another"
     status, _, error = bayesub("check", "log.csv")
     assert status != 0
     assert "unknown column 'fin_1_deg'" in error
