@@ -60,7 +60,7 @@ def examine(path: Path, vehicles: Sequence = ()) -> tuple[str, Card | None]:
         from bayesub.study import script
 
         return f"study script: {script.check(path)}", None
-    if path.suffix.lower() == ".csv":
+    if path.name.lower().endswith((".csv", ".csv.gz")):
         return _log(path, vehicles)
     keys = toml_files.read_toml_table(path)
     for key, describe in _KINDS.items():

@@ -114,7 +114,7 @@ def read_log(
     rows, line = _numbers(path, names)
     _check_sizes(path, names, rows, line)
     log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
-    if any(name in PRESSURES for name in names):
+    if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
         log["depth"] = log["depth"] / weight_density
     if any(name in fixes.COLUMNS for name in names):
         log["x"], log["y"] = fixes.positions(path, names, rows, line)

@@ -182,6 +182,11 @@ def test_pressure_becomes_depth(tmp_path):
         assert read_log(path)["depth"][0] == pytest.approx(1000.0 / 1025.0, rel=1e-14)
 
 
+def test_a_pressure_that_is_a_control_leaves_the_depth_alone(tmp_path):
+    log = read_log(csv(tmp_path, "time_s,depth_m,pressure_bar\n0,20,2\n"), ("pressure_bar",))
+    assert (log["depth"][0], log["pressure_bar"][0]) == (20.0, 2.0)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
