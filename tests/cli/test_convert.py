@@ -85,9 +85,8 @@ def test_a_torpedo_auv_from_its_bag_to_the_card_of_a_study(folder, bayesub, rng)
     (folder / "torpedo.toml").write_text(tomli_w.dumps(torpedo.boat(content)))
     simulate = ("simulate", "torpedo.toml", "zigzag_20_20", "-o", "flown.csv", "--sample", "0.1")
     assert bayesub(*simulate)[0] == 0
-    fins = [f"{name}_deg" for name in torpedo.NAMES]
-    flown = log_files.read_log(folder / "flown.csv", fins)
-    bag = vehicle_logs.ros(folder, "run1", motion=torpedo.motion(flown, rng), duration=120.0)
+    flown = log_files.read_log(folder / "flown.csv", torpedo.COLUMNS)
+    bag = torpedo.bag(folder, folder / "flown.csv", rng)
     (folder / "map.toml").write_text(torpedo.log_map())
     status, out, err = bayesub("convert", "ros", bag, "-o", "log.csv", "--map", "map.toml")
     assert (status, err) == (0, "")
@@ -96,7 +95,7 @@ def test_a_torpedo_auv_from_its_bag_to_the_card_of_a_study(folder, bayesub, rng)
     columns = (folder / "log.csv").read_text().partition("\n")[0].split(",")
     table = np.genfromtxt(folder / "log.csv", delimiter=",", names=True)
     assert len(table) == 1200
-    for name in fins:
+    for name in torpedo.COLUMNS:
         true = np.degrees(np.interp(table["time_s"], flown["time"], flown[name]))
         np.testing.assert_allclose(table[name], true, atol=0.0879)
     read = np.isfinite(table["heading_deg"])

@@ -10,10 +10,11 @@ import shlex
 import tomllib
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import tomli_w
 from manual.pages import PAGES, ROOT, blocks
-from support import vehicle_logs
+from support import torpedo, vehicle_logs
 
 import bayesub as bs
 from bayesub.cli import manual
@@ -53,8 +54,8 @@ def folder(tmp_path, monkeypatch):
 def test_what_a_page_shows_runs(page, folder, bayesub):
     """In order, and each block is one of those that are run, checked or set-up."""
     names = {}
-    for write in vehicle_logs.WRITERS.values() if page.stem in ("convert", "own-log") else ():
-        write(folder)
+    if page.stem in ("convert", "own-log"):
+        logs_of_vehicles(folder, bayesub)
     for block in blocks(page):
         if block.commands:
             for command, shown in block.commands:
@@ -69,6 +70,16 @@ def test_what_a_page_shows_runs(page, folder, bayesub):
             check_toml(block.run, folder)
         else:
             assert block.language in TEXT or block.text.startswith(SHELL), block.text
+
+
+def logs_of_vehicles(folder, bayesub):
+    """An example of each kind that can be converted, and the bag of a torpedo AUV that was simulated."""
+    for write in vehicle_logs.WRITERS.values():
+        write(folder)
+    content = toml_files.read_toml_table(toml_files.find("auv690", "vehicles"))
+    (folder / "flown.toml").write_text(tomli_w.dumps(torpedo.boat(content)))
+    assert bayesub("simulate", "flown.toml", "zigzag_20_20", "-o", "flown.csv", "--sample", "0.1")[0] == 0
+    torpedo.bag(folder, folder / "flown.csv", np.random.default_rng(1))
 
 
 def check_toml(text, folder):

@@ -3,9 +3,13 @@
 from types import SimpleNamespace
 
 import numpy as np
+from support import vehicle_logs
 from support.fins import FIN, with_actuators
 
+from bayesub.io import log_files
+
 NAMES = ("upper", "starboard", "lower", "port")
+COLUMNS = tuple(f"{name}_deg" for name in NAMES)
 LATITUDE, LONGITUDE = 41.18, -8.70  # where x and y are zero
 RADIUS = 6_371_000.0  # m; the earth is a ball here
 AMIDSHIPS, COUNTS = (2011, 2048, 2100, 2048), 1 / 0.0879  # of each servo; counts a degree
@@ -59,6 +63,11 @@ def log_map():
         for k, name in enumerate(NAMES)
     ]
     return MAP_HEAD + "\n".join(fins) + MAP_REST
+
+
+def bag(folder, flown, rng, name="run1"):
+    """The bag of the first two minutes of a simulated log of the boat."""
+    return vehicle_logs.ros(folder, name, motion=motion(log_files.read_log(flown, COLUMNS), rng), duration=120.0)
 
 
 def motion(log, rng):
