@@ -30,7 +30,7 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
 
     if as_list:
         log_map = read_map(map_file, kind).model_copy(update={"columns": {}}) if map_file else LogMap()
-        for line in listed(readers.read(kind, files, log_map)):
+        for line in signal_lines(readers.read(kind, files, log_map)):
             say(line)
         return
     if output is None:
@@ -47,7 +47,7 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     result = conversion.convert(log, log_map, map_file)
     result.save(output)
     say(f"{output}: {len(result.times)} rows from {result.times[0]:g} to {result.times[-1]:g} s; {_zero(result.zero)}")
-    for line in described(result):
+    for line in column_lines(result):
         say(line)
     for remark in (*log.remarks, *result.remarks):
         say(f"  note: {remark}")
@@ -61,7 +61,7 @@ def _zero(zero: float) -> str:
     return f"0 s is {moment:%Y-%m-%d %H:%M:%S}.{moment.microsecond // 1000:03d} UTC"
 
 
-def described(conversion) -> list[str]:
+def column_lines(conversion) -> list[str]:
     """A line for each column: cells, range, signal."""
     import numpy as np
 
@@ -73,7 +73,7 @@ def described(conversion) -> list[str]:
     return lines
 
 
-def listed(log) -> list[str]:
+def signal_lines(log) -> list[str]:
     """A line for each signal: unit, number, rate, times and range; and remarks."""
     import numpy as np
 

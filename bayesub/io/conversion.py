@@ -100,7 +100,7 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
         raise InputError(f"{source}: {log.path} has none of the signals of this map; it has {_few(log.signals)}")
     zero = log_map.time.zero
     zero = min(column.times[0] for column in columns.values()) if zero == "first" else zero
-    parts = {name: _trimmed(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
+    parts = {name: _trim(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
     _check_overlap(parts, zero, log.path)
     times, cells = _rows(parts)
     sources = {name: column.section.signal for name, column in parts.items()}
@@ -187,7 +187,7 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
     return np.mod(values, 360.0) if section.wrap else values
 
 
-def _trimmed(name: str, column: Column, zero: float, log_map: LogMap, source: Path, path: Path) -> Column:
+def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path, path: Path) -> Column:
     """The column between start and end of the map; an order that is held begins with the last one before."""
     time = log_map.time
     start = -np.inf if time.start_s is None else time.start_s

@@ -9,7 +9,7 @@ from pathlib import Path
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.io.log_map import LogMap
-from bayesub.io.readers.signals import Signal, VehicleLog, joined
+from bayesub.io.readers.signals import Signal, VehicleLog, join
 
 __all__ = ["KINDS", "Kind", "Signal", "VehicleLog", "read"]
 
@@ -65,11 +65,11 @@ def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None) -> Veh
         For a file that is not of this kind or is not whole, and for a library that is not installed.
     """
     log_map = log_map or LogMap()
-    log = joined([_read(kind, path, log_map) for path in paths], KINDS[kind].is_by_file)
+    log = join([_read(kind, path, log_map) for path in paths], KINDS[kind].is_by_file)
     if all(section.optional or section.signal in log.signals for section in log_map.columns.values()):
         return log
     whole = log_map.model_copy(update={"columns": {}})  # what there is belongs to the message about what there is not
-    return joined([_read(kind, path, whole) for path in paths], KINDS[kind].is_by_file)
+    return join([_read(kind, path, whole) for path in paths], KINDS[kind].is_by_file)
 
 
 def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:

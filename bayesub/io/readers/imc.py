@@ -76,7 +76,7 @@ def _packets(path: Path) -> tuple[list[bytes], bool]:
         content = path.read_bytes()
     is_whole = True
     if content.startswith(b"\x1f\x8b"):
-        content, is_whole = _unzipped(content)
+        content, is_whole = _unzip(content)
     if not content.startswith(SYNC):
         raise InputError(
             f"{path}: does not begin with a message of IMC; expected the Data.lsf or Data.lsf.gz of a mission"
@@ -97,7 +97,7 @@ def _packets(path: Path) -> tuple[list[bytes], bool]:
     return packets, is_whole
 
 
-def _unzipped(content: bytes) -> tuple[bytes, bool]:
+def _unzip(content: bytes) -> tuple[bytes, bool]:
     """What a gzip file holds, up to where it breaks off, and whether it is whole."""
     parts = []
     with gzip.GzipFile(fileobj=io.BytesIO(content)) as file:

@@ -4,6 +4,7 @@ import contextlib
 import io
 import os
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from bayesub.io.log_map import LogMap
 from bayesub.io.readers.signals import Collection, Signal, VehicleLog, library, numbers
 
+DESCRIPTIONS = ("FMT", "FMTU", "UNIT", "MULT", "PARM", "BAD_DATA")  # messages about messages
 CLOCKS = ("TimeUS", "TimeMS", "time_boot_ms", "time_usec")
 _DECIMAL = {"degE5": 1e-5, "mdeg": 1e-3, "dm/s": 0.1, "dm": 0.1}  # units of the messages that are not ours
 
@@ -26,37 +28,47 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         section.signal.rpartition("/")[2].partition(".")[0].partition("[")[0] for section in log_map.columns.values()
     }
     os.environ["PYMAVLINK_FAST_INDEX"] = "0"  # the fast one writes to the terminal, beside Python, what is damaged
-    complaints = io.StringIO()
+    complaints, collection = io.StringIO(), Collection()
     with contextlib.redirect_stdout(complaints), contextlib.redirect_stderr(complaints):
         source = mavutil.mavlink_connection(str(path), dialect="ardupilotmega")
-        try:
-            messages = list(iter(lambda: source.recv_match(type=types or None), None))
-        finally:
-            source.close()
-    messages = [
-        message for message in messages if message.get_type() not in ("FMT", "BAD_DATA", "PARM", "UNIT", "FMTU")
-    ]
-    is_bin = hasattr(source, "formats")
-    offset = None if is_bin else _boot_time(messages)
-    n_systems = {} if is_bin else _senders(messages)
-    collection = Collection()
-    for message in messages:
-        head = _instance(message) if is_bin else _sender(message, n_systems)
-        time = _time(message, offset)
-        for field in message.get_fieldnames():
-            if field in CLOCKS:
-                continue
-            unit = message.fmt.get_unit(field) if is_bin else message.fieldunits_by_name.get(field, "")
-            for name, value in numbers(getattr(message, field), field):
-                collection.add(f"{head}.{name}", time, value, unit)
+        with contextlib.closing(source):
+            messages = iter(lambda: source.recv_match(type=types or None), None)
+            messages = (message for message in messages if message.get_type() not in DESCRIPTIONS)
+            if hasattr(source, "formats"):
+                _collect_bin(messages, collection)
+            else:
+                _collect_telemetry(list(messages), collection)
     remarks = ("parts of the file are damaged and left out",) if "bad header" in complaints.getvalue().lower() else ()
     return VehicleLog(path, {name: _scaled(signal) for name, signal in collection.signals().items()}, remarks)
 
 
-def _instance(message) -> str:
-    """The type of a message of a .bin, with the number of the instrument if there are several."""
-    field = message.fmt.instance_field
-    return message.get_type() + ("" if field is None else f"[{getattr(message, field)}]")
+def _collect_bin(messages, collection: Collection) -> None:
+    """Add the fields of the messages of a .bin; one type has a signal for each instrument, ``GPS[0]``."""
+    for message in messages:
+        instance = message.fmt.instance_field
+        head = message.get_type() + ("" if instance is None else f"[{getattr(message, instance)}]")
+        _add(message, head, message.fmt.get_unit, _time(message, None), collection)
+
+
+def _collect_telemetry(messages, collection: Collection) -> None:
+    """Add the fields of the messages of a .tlog; what several systems send has their numbers, ``1.1/ATTITUDE``."""
+    offset, n_systems = _boot_time(messages), _senders(messages)
+    for message in messages:
+        head = _sender(message, n_systems)
+        _add(
+            message,
+            head,
+            lambda name, m=message: m.fieldunits_by_name.get(name, ""),
+            _time(message, offset),
+            collection,
+        )
+
+
+def _add(message, head: str, unit: Callable[[str], str], time: float, collection: Collection) -> None:
+    for field in message.get_fieldnames():
+        if field not in CLOCKS:
+            for name, value in numbers(getattr(message, field), field):
+                collection.add(f"{head}.{name}", time, value, unit(field))
 
 
 def _senders(messages) -> dict[str, int]:

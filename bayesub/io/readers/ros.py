@@ -34,12 +34,12 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     for file in _definition_files(log_map.definitions):
         package, name = _message_name(file)
         store.register(typesys.get_types_from_msg(toml_files.read_text(file), f"{package}/msg/{name}"))
-    wanted = [section.signal for section in log_map.columns.values()]
-    collection, skipped = Collection(), {}
+    names = [section.signal for section in log_map.columns.values()]
+    collection, undefined = Collection(), {}
     with highlevel.AnyReader([path], default_typestore=store) as bag:
-        connections = [c for c in bag.connections if not wanted or any(w.startswith(f"{c.topic}.") for w in wanted)]
+        connections = [c for c in bag.connections if not names or any(name.startswith(f"{c.topic}.") for name in names)]
         known = [c for c in connections if c.msgtype in bag.typestore.fielddefs]
-        skipped = {c.topic: c.msgtype for c in connections if c not in known}
+        undefined = {c.topic: c.msgtype for c in connections if c not in known}
         for connection, stamp, raw in bag.messages(known) if known else ():
             message = bag.deserialize(raw, connection.msgtype)
             time = _header_time(message) or stamp * 1e-9
@@ -47,7 +47,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
                 collection.add(f"{connection.topic}.{name}", time, value, _unit(name))
     remarks = tuple(
         f"{topic} is left out: the bag does not define {kind}; give its .msg file as definitions"
-        for topic, kind in skipped.items()
+        for topic, kind in undefined.items()
     )
     return VehicleLog(path, collection.signals(), remarks)
 

@@ -75,7 +75,7 @@ class Collection:
         }
 
 
-def joined(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
+def join(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
     """The logs of several files, such as the segments of a mission, one after the other.
 
     Parameters
