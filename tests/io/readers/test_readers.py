@@ -29,7 +29,7 @@ FLOWN = {
     "y_m": (lambda t: 0.1 * t, 1e-9),
 }
 FLOWN |= {f"fin_{k + 1}_deg": (lambda t, k=k: MINUTE.fin(t, k), 1e-6) for k in range(4)}
-SENSORLESS = ("rpm",)
+ORDERS = ("rpm",)
 
 
 def example(kind, folder, **options):
@@ -51,7 +51,7 @@ def test_every_kind_has_a_map_and_an_example():
 @pytest.mark.parametrize("kind", [kind for kind in WRITERS if kind != "kvlcc2"])
 def test_a_log_comes_back_as_it_was_flown(kind, tmp_path):
     result = example(kind, tmp_path)
-    for column in result.columns.keys() - set(SENSORLESS):
+    for column in result.columns.keys() - set(ORDERS):
         flown, tolerance = FLOWN[column]
         times, values = cells(result, column)
         off = values - flown(times)
