@@ -198,9 +198,9 @@ def numbers_of(results: Results) -> dict:
     numbers["criticism"]["explanations"] = [reason.to_json() for reason in reasons]
     numbers["disturbance"] = disturbances.numbers(results.problem, results.posterior.draws, results.forces)
     numbers["predictions"] = unseen.numbers(results.predictions)
-    trials = results.problem.each_trial(results.posterior.best)
-    n_logs = sum(trial.record.truth is None for _, trial, _ in trials)
-    numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs) | {
+    trials = [trial for _, trial, _ in results.problem.each_trial(results.posterior.best)]
+    n_logs = sum(trial.record.truth is None for trial in trials)
+    numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs, len(trials)) | {
         "fit": remedies.sentence(results.criticism, results.problem, reasons)
     }
     if reasons:

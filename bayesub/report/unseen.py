@@ -151,7 +151,7 @@ def predicts(trials: Sequence[dict]) -> bool:
     return all(trial["predicts"] for trial in trials)
 
 
-def sentence(trials: Sequence[dict], n_logs: int) -> dict[str, str]:
+def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str, str]:
     """What is to be said of prediction, by topic: of what was predicted, or that nothing was.
 
     Parameters
@@ -160,9 +160,14 @@ def sentence(trials: Sequence[dict], n_logs: int) -> dict[str, str]:
         Of :func:`numbers`.
     n_logs : int
         Number of logs among the fitted trials; of simulated ones nothing need be said.
+    n_trials : int
+        Number of fitted trials.
     """
     if trials:
         text = " ".join(trial["sentence"] for trial in sorted(trials, key=lambda trial: trial["predicts"]))
+        n_left_out = sum(trial["kind"] == "left out" for trial in trials)
+        if 0 < n_left_out < n_trials:
+            text += f" Of {n_trials} trials {n_left_out} have been left out."
         if not predicts(trials):
             text += (
                 " The coefficients hold for the fitted log at best, whatever its residuals say: fit both together "

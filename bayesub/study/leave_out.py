@@ -43,7 +43,8 @@ def unseen_trials(setup: Setup) -> dict[str, UnseenTrial]:
 def fit(setup: Setup, folder: Path, progress: TimedProgress) -> None:
     """Sample the posterior of the others for each trial that has no converged one in the folder.
 
-    A fit that was stopped continues from its checkpoint.
+    A fit that was stopped continues from its checkpoint. Of one that finds no mode, or accepts nothing, progress tells
+    why, and the others go on.
     """
     (folder / LEFT_OUT).mkdir(exist_ok=True)
     sampler = setup.study.sampler
@@ -53,17 +54,21 @@ def fit(setup: Setup, folder: Path, progress: TimedProgress) -> None:
         if place.exists() and (before := posterior_file.load(place)).converged and before.criteria == criteria:
             continue
         progress.stage(f"sample without {name}")
-        posterior = sample(
-            setup.problem.without(name),
-            rng=np.random.default_rng(np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM, k))),
-            n_ensembles=sampler.n_ensembles,
-            n_walkers=sampler.n_walkers,
-            max_steps=sampler.max_steps,
-            criteria=criteria,
-            checkpoint=folder / LEFT_OUT / f"chain_{name}",
-            progress=progress,
-        )
-        posterior_file.save(posterior, place)
+        try:
+            posterior = sample(
+                setup.problem.without(name),
+                rng=np.random.default_rng(np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM, k))),
+                n_ensembles=sampler.n_ensembles,
+                n_walkers=sampler.n_walkers,
+                max_steps=sampler.max_steps,
+                criteria=criteria,
+                checkpoint=folder / LEFT_OUT / f"chain_{name}",
+                progress=progress,
+            )
+        except InputError as error:
+            progress.remark(f"without '{name}': {error}")
+        else:
+            posterior_file.save(posterior, place)
 
 
 def posteriors(setup: Setup, folder: Path) -> dict[str, tuple[JointProblem, Posterior]]:

@@ -49,6 +49,14 @@ def test_the_truth_predicts_and_a_wrong_set_that_is_sure_of_itself_does_not(prob
     assert "whatever its residuals say" in text
 
 
+def test_trials_that_have_not_been_left_out_are_counted(problem):
+    (one,) = unseen.numbers([predicted(problem, problem.reference)])
+    trials = [one | {"kind": "left out"}]
+    assert "Of 3 trials 1 have been left out." in unseen.sentence(trials, 3, 3)["prediction"]
+    assert "have been left out" not in unseen.sentence(trials * 3, 3, 3)["prediction"]
+    assert "have been left out" not in unseen.sentence([one], 3, 3)["prediction"]
+
+
 def test_a_prediction_that_is_as_wide_as_the_prior_says_so(problem):
     numbers = unseen.numbers([predicted(problem, problem.prior.mean, sd=0.1)])
     assert "no better than the prior" in unseen.sentence(numbers, 1)["prediction"]

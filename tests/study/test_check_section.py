@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -244,6 +245,23 @@ def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub,
     assert [(one["name"], one["kind"]) for one in predictions] == [(name, "left out") for name in LOGS[:2]]
     redraw(run)
     assert json.loads((run / "numbers.json").read_text())["predictions"] == predictions
+
+
+def test_a_fit_that_fails_without_a_trial_is_told_and_the_others_go_on(folder, monkeypatch):
+    """Nothing of a long run is lost by one trial that the others need."""
+    setup, remarks, saved = prepare(load_study(folder / "joint.toml")), [], []
+    progress = SimpleNamespace(stage=lambda _: None, remark=remarks.append)
+
+    def sample(problem, **_):
+        if "log" not in problem.problems:
+            raise bs.InputError("no mode")
+        return tuple(problem.problems)
+
+    monkeypatch.setattr(leave_out, "sample", sample)
+    monkeypatch.setattr(leave_out.posterior_file, "save", lambda posterior, _: saved.append(posterior))
+    leave_out.fit(setup, folder, progress)
+    assert remarks == ["without 'log': no mode"]
+    assert saved == [("log", "third"), ("log", "other")]
 
 
 @pytest.mark.parametrize(
