@@ -387,6 +387,7 @@ class Actuators:
                 commanded.append(actuator.short)
         return log, tuple(commanded)
 
+    @property
     def water_columns(self) -> tuple[str, ...]:
         """Columns of a log from which those of actuators follow with the density of the water."""
         return tuple(column for a in self.members if a.water is not None for column in a.water.columns)
