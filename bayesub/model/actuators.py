@@ -372,8 +372,9 @@ class Actuators:
 
     @cached_property
     def log_columns(self) -> tuple[str, ...]:
-        """All columns that a log may have of them: their own, and of those that have a lag a command."""
-        return (*self.columns, *(command_column(a.column) for a in self.members if a.rate is not None))
+        """All columns that a log may have of them: their own, commands of those that have a lag, and of the water."""
+        commands = (command_column(a.column) for a in self.members if a.rate is not None)
+        return (*self.columns, *commands, *self.water_columns)
 
     def commanded(self, log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
         """A log with commands in place of the columns that it lacks, and the short names of these."""
@@ -390,7 +391,7 @@ class Actuators:
     @property
     def water_columns(self) -> tuple[str, ...]:
         """Columns of a log from which those of actuators follow with the density of the water."""
-        return tuple(column for a in self.members if a.water is not None for column in a.water.columns)
+        return tuple(dict.fromkeys(column for a in self.members if a.water is not None for column in a.water.columns))
 
     def with_water(self, log: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """A log with the columns of actuators in place of :attr:`water_columns`."""

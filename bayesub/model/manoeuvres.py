@@ -174,9 +174,7 @@ def of_inputs(
 
 def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
     actuators = vehicle.actuators
-    log, commanded = actuators.commanded(
-        actuators.with_water(log_files.read_log(path, (*actuators.log_columns, *actuators.water_columns)))
-    )
+    log, commanded = actuators.commanded(actuators.with_water(log_files.read_log(path, actuators.log_columns)))
     times = log.pop("time")
     values = actuators.values(log, len(times), str(path))
     if log and not any(name in log for name in vehicle.inputs):

@@ -67,7 +67,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     """
     boat = load_vehicle(vehicle)
     log = log_files.read_log(data, boat.actuators.log_columns, weight_density=boat.weight_density_npm3)
-    log, _ = boat.actuators.commanded(log)
+    log, _ = boat.actuators.commanded(boat.actuators.with_water(log))
     plane = _plane(boat, np.nan_to_num(boat.actuators.values(log, len(log["time"]), str(data))))
     changing = MOVING.get(plane, log_files.STATES)
     measured = [

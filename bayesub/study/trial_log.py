@@ -117,8 +117,7 @@ def read_trial(
     path, nuisance, known = toml_files.find_log(path), dict(nuisance or {}), dict(known or {})
     subproblem = vehicle.equations.subproblem(subproblem)
     columns = vehicle.actuators.shorts
-    columns_of_log = (*vehicle.actuators.log_columns, *vehicle.actuators.water_columns)
-    log = log_files.read_log(path, columns_of_log, weight_density=vehicle.weight_density_npm3)
+    log = log_files.read_log(path, vehicle.actuators.log_columns, weight_density=vehicle.weight_density_npm3)
     if window_s is not None:
         log = _within_window(log, window_s, path)
     for column in ignore:

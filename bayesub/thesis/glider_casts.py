@@ -18,8 +18,7 @@ SOUND_MPS = 0.05  # a profiler that is off by more throughout a descent is not t
 def whole_log():
     """The log by short names, SI units."""
     glider = load_vehicle(LOG)
-    columns = (*glider.actuators.columns, *glider.actuators.water_columns)
-    return log_files.read_log(toml_files.find_log(LOG), columns)
+    return log_files.read_log(toml_files.find_log(LOG), glider.actuators.log_columns)
 
 
 def find_casts():

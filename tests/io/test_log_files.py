@@ -201,3 +201,12 @@ def test_a_pressure_that_is_a_control_leaves_the_depth_alone(tmp_path):
 def test_fixes_that_cannot_be(tmp_path, text, message):
     with pytest.raises(InputError, match=message):
         read_log(csv(tmp_path, text))
+
+
+def test_pressure_of_a_hull_that_follows_it_stays_a_pressure(tmp_path):
+    """A boat with such a column of its own has it beside the depth; without the boat pressure becomes depth."""
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,depth_m,pressure_bar\n0,10,1.0\n1,11,1.1\n")
+    log = log_files.read_log(path, ["pressure_bar"])
+    np.testing.assert_array_equal(log["pressure_bar"], [1.0, 1.1])
+    np.testing.assert_array_equal(log["depth"], [10.0, 11.0])
