@@ -1,7 +1,7 @@
 """Does a posterior of four zig-zags of a real tanker model predict its other trials, and those of another basin?
 
-Question: the trials of KVLCC2 for SIMMAN 2008, free-running models of 7 m. HSVA's zig-zags 10/10 and 20/10 to both
-sides are fitted; its nine others and MARIN's six trials are predicted from their rudder and their first seconds.
+Question: the trials of KVLCC2 for the workshop SIMMAN of 2008, free-running models of 7 m. HSVA's zig-zags 10/10 and
+20/10 to both sides are fitted; its nine others and MARIN's six trials are predicted from rudder and first seconds.
 Claim: the posterior mean follows seven of the nine headings and most of MARIN's better than the published coefficients
 do, and its 90 % bands hold 80 to 97 % of the readings. The two that it does not follow are those with 5 and 10 degrees
 of rudder and one degree of heading: there a tenth of a degree of rudder turns the heading by more than ten, and the

@@ -39,6 +39,7 @@ _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of
 
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")
+@np.errstate(over="ignore", invalid="ignore")  # far out densities overflow, and what is proposed there is refused
 def sample(
     problem: InferenceProblem,
     *,

@@ -6,6 +6,7 @@ from support.toys import AGREE, Banana, Linear, disagreement, ill_conditioned, s
 
 import bayesub as bs
 from bayesub.checks import convergence
+from bayesub.io.errors import InputError
 from bayesub.sampling.posterior import Criteria
 
 ENDLESS = Criteria(ess=1e12)  # never met, so that the length is max_steps
@@ -176,3 +177,18 @@ def test_progress_is_numbers():
     assert all(0 <= done <= total for done, total, _, _ in progress.updates)
     assert progress.updates[-1][0] == posterior.n_warmup + posterior.n_steps
     assert "acceptance" in progress.updates[-1][3]
+
+
+def test_the_mode_is_examined_before_a_step_is_taken_and_overflow_is_not_spoken_of():
+    """What examines the mode may end the run; densities that overflow far out are refused without a warning."""
+    modes, states = [], []
+
+    def examine(mode):
+        modes.append(mode)
+        states.append(np.geterr())
+        raise InputError("does not fit")
+
+    with pytest.raises(InputError, match="does not fit"):
+        bs.sample(Banana(), rng=np.random.default_rng(3), max_steps=100, examine=examine)
+    assert modes[0].shape == (Banana().n_params,)
+    assert (states[0]["over"], states[0]["invalid"]) == ("ignore", "ignore")
