@@ -233,6 +233,11 @@ class Actuators:
         rows = [[a.force, a.force_of_square, a.force_of_speed] for a in self.members]
         return np.reshape(rows, (len(rows), 3, 6)).swapaxes(0, 1)
 
+    @property
+    def weigh(self) -> bool:
+        """Whether any changes the weight or the buoyancy of the boat."""
+        return bool(self._weight.any())
+
     @cached_property
     def _weight(self) -> np.ndarray:
         """(n_actuators, 4) weights and their moments of unit values."""

@@ -8,12 +8,14 @@ from bayesub.model.vehicles import Vehicle
 from bayesub.report.examination import Examination
 
 _UNITS = {"deg": "deg", "n": "N", "nm": "N m", "rpm": "rpm", "counts": "counts", "percent": "%", "us": "us"}
+_UNITS |= {"m": "m", "bar": "bar", "kgm3": "kg/m3"}
 
 
 def actuators(boat: Vehicle) -> Examination:
-    """What a unit angle adds to the controls of the equations, and what propellers and thrusters push.
+    """What a unit angle adds to the controls of the equations, and what propellers, thrusters and weights push.
 
-    A propeller pushes with the revolutions of its file at the speed of trials, a thruster with one newton.
+    A propeller pushes with the revolutions of its file at the speed of trials, all others with a unit of their column,
+    and a weight with the boat on even keel.
     """
     if boat.actuators.direct:
         return Examination({})
@@ -31,6 +33,8 @@ def _numbers(boat: Vehicle, actuator: Actuator) -> dict:
     value = 1.0 if actuator.is_linear else actuator.rest
     push = actuator.force * value + actuator.force_of_square * value * abs(value)
     push = push + actuator.force_of_speed * abs(value) * boat.speed_mps
+    weight, x, y, _ = actuator.weight * value
+    push = push + np.array([0.0, 0.0, weight, y, -x, 0.0])
     if push.any():
         numbers["at"] = value
         numbers["forces"] = {axis: float(force) for axis, force in zip(AXES, push, strict=True) if force}

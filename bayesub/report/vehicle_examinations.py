@@ -28,6 +28,7 @@ DIAMETERS = (1.0, 20.0)  # of turning circles with 15 degrees of rudder, ship le
 
 VELOCITY = log_files.positions("u", "v", "w")  # among the states
 RUDDER, STERN_PLANE = "rudder_deg", "stern_plane_deg"
+GLIDES = "the boat has no thrust and is driven by its weight"
 PLANAR = "the equations have three degrees of freedom"
 THRUST = {"du", "uc", "duc"}  # those by which terms of an equation set balance thrust and resistance
 
@@ -46,6 +47,8 @@ def balance(boat: Vehicle) -> Examination:
     if not any(thrusts.values()) and _thrust_terms(boat):
         reason = "thrust and resistance are terms of the equations"
         return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reason})
+    if not any(thrusts.values()) and boat.actuators.weigh:
+        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": GLIDES})
     straight = forces(boat)
     drag, symbol = -straight.values["X"], "" if pushed else _drag_symbol(boat, straight)
     ratios = [number_or_none(thrust / drag) if drag else None for thrust in thrusts.values()]
@@ -106,6 +109,8 @@ def _flight(
 
 def straight_flight(boat: Vehicle) -> Examination:
     """Speed, depth and attitude at the end of a flight with controls amidships; of a ship speed and heading."""
+    if balance(boat).skipped.get("thrust_over_drag") == GLIDES:
+        return Examination({"straight_flight": None}, skipped={"straight_flight": GLIDES})
     trajectory, states, warnings = _flight(boat, STRAIGHT, {}, None, "straight flight")
     flights = {} if trajectory is None else {"straight": trajectory}
     if states is None:
