@@ -53,7 +53,7 @@ def _rate(data, rate, angles) -> Series | None:
 
 
 def _correlation(control: Series, rate: Series | None) -> float:
-    """Of a rate with the control in steady turns; otherwise of its change at the same rate (Nomoto 1957)."""
+    """Of a rate with the control in steady turns; otherwise of its change at the same rate (Nomoto et al. 1957)."""
     if rate is None:
         return 0.0
     inside = (rate.times >= control.times[0]) & (rate.times <= control.times[-1])
