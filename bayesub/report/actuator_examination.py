@@ -8,7 +8,7 @@ from bayesub.model.vehicles import Vehicle
 from bayesub.report.examination import Examination
 
 _UNITS = {"deg": "deg", "n": "N", "nm": "N m", "rpm": "rpm", "counts": "counts", "percent": "%", "us": "us"}
-_UNITS |= {"m": "m", "bar": "bar", "kgm3": "kg/m3"}
+_UNITS |= {"m": "m", "cm3": "cm3", "kgm3": "kg/m3", "bar": "bar"}
 
 
 def actuators(boat: Vehicle) -> Examination:

@@ -267,6 +267,20 @@ def test_a_column_that_stands_still_is_named(clean, name):
     assert line.endswith("empty these cells")
 
 
+def test_a_boat_that_turns_back_in_a_gap_is_no_jump_of_the_clock():
+    """A glider at the surface: it comes up, says nothing for three minutes, and goes down."""
+    times = np.concatenate([np.arange(0.0, 400.0), np.arange(590.0, 900.0)])
+    depth = np.where(times < 400.0, 0.1 * (400.0 - times), 0.1 * (times - 590.0))
+    assert lines({"time": times, "depth": depth}) == []
+
+
+def test_radians_are_likelier_than_minutes(clean):
+    """By pitch, speed and depth alone they differ by a twentieth."""
+    log = {name: clean[name] for name in ("time", "theta", "depth", "u_ground")}
+    (line,) = lines(log | {"theta": DEGREE * clean["theta"]})
+    assert line.startswith("pitch_deg: in radians")
+
+
 def test_the_command_says_it(bayesub, clean, tmp_path):
     log_files.write_log(tmp_path / "log.csv", clean)
     status, out, _ = bayesub("check", tmp_path / "log.csv")

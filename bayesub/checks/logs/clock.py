@@ -9,6 +9,7 @@ UNSORTED = 3  # steps back beyond which rows are out of order rather than a cloc
 ROUNDED = 0.05  # share of rows that repeat a stamp, beyond which stamps have too few digits
 JUMP = 10.0  # median intervals, beyond which a step of the clock is compared with the motion
 STILL = 0.2  # share of the expected motion below which the boat stood still over the step
+ALIKE = 0.25  # share of their sum by which speeds before and after may differ
 _MOVED = 20.0  # median changes between readings that the expected motion must exceed
 
 
@@ -84,8 +85,8 @@ def _over(columns, before, after, n: int = 8):
         first = np.searchsorted(column.times, before, side="right")
         sides = slice(max(0, first - n), first), slice(first, first + n)
         speeds = [_speed(column.times[side], column.values[side]) for side in sides]
-        if first in (0, len(column.times)) or not all(np.isfinite(speeds)):
-            return 0.0, 0.0, 1.0
+        if first in (0, len(column.times)) or not abs(speeds[1] - speeds[0]) < ALIKE * abs(sum(speeds)):
+            speeds = [0.0, 0.0]  # it turned in between, and nobody knows what was due
         moved.append(column.values[first] - column.values[first - 1])
         expected.append(np.mean(speeds) * (after - before))
         typical.append(np.median(np.abs(np.diff(column.values))))

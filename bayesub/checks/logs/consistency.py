@@ -13,7 +13,7 @@ MAX_FINDINGS = 6
 AGREES = 0.05  # share of the changes that differs, up to which nothing is looked for
 EXPLAINED = 0.3  # share that a mend may leave
 BETTER = 3.0  # factor by which a mend shrinks it
-TIE = 1.02  # of two mends that do about the same the first is taken
+TIE = 1.1  # of two mends that do about the same the first is taken: radians (57) rather than minutes (60)
 _FLOOR = 1e-3
 
 
