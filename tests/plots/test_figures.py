@@ -235,7 +235,8 @@ def test_actuators_of_any_boat_are_drawn(n, tmp_path, drawings, spiral_track):
     histories = (np.sin(spiral_track.times), np.zeros(len(spiral_track.times)), -5.0 * np.sin(spiral_track.times))
     log = dict(zip(columns, histories[-n - 1 :], strict=True))
     actuators = SimpleNamespace(columns=columns, shorts=columns)
-    simulator = SimpleNamespace(vehicle=SimpleNamespace(actuators=actuators), forces=None)
+    manoeuvre = SimpleNamespace(logged=str)
+    simulator = SimpleNamespace(vehicle=SimpleNamespace(actuators=actuators), manoeuvre=manoeuvre, forces=None)
     parts = {"times": spiral_track.times, "states": spiral_track.states}
     track.draw_simulated(tmp_path / "figure.png", SimpleNamespace(simulator=simulator, log=log, **parts), "boat")
     (drawing,) = drawings

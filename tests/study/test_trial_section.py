@@ -43,7 +43,7 @@ name = "zigzag"
 manoeuvre = "zigzag_20_20"
 nuisance = { yaw0_deg = { mean = 0.0, sd = 1.0 } }
 [trials.truth]
-current_mps = [0.1, 0.0]
+current_mps = [0.02, 0.0]
 """
 JOINT = LOG.replace('data = "log.csv"\nsubproblem = "horizontal"\n', "").replace("[free]", TRIALS + "[free]")
 
