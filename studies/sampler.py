@@ -22,7 +22,7 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.model.coefficients import NAMES, SUBPROBLEMS
-from bayesub.model.simulate import choose_step
+from bayesub.model.time_step import choose_step
 from bayesub.report import markdown
 from bayesub.thesis import cases, sampler_cost
 from bayesub.thesis.plots import sampler as plots

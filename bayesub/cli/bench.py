@@ -20,7 +20,9 @@ from bayesub.cli import arithmetic, scalar_simulator
 from bayesub.cli.scalar_simulator import TIMES, spiral
 from bayesub.kernels import workspace
 from bayesub.model import coefficients
-from bayesub.model.simulate import STEP_TOLERANCE_M, Simulator, simulate
+from bayesub.model.simulate import simulate
+from bayesub.model.simulator import Simulator
+from bayesub.model.time_step import STEP_TOLERANCE_M
 from bayesub.problem import likelihoods
 from bayesub.problem.priors import relative_normal
 from bayesub.problem.problem import Problem

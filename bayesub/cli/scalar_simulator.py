@@ -12,7 +12,7 @@ import numpy as np
 
 from bayesub.kernels.workspace import LANES, N_STATES, STATE
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import load_vehicle
 
 _KERNELS = load_vehicle("suboff").kernels("horizontal")

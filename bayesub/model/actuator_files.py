@@ -13,7 +13,8 @@ import pydantic
 from bayesub.io.errors import nearest
 from bayesub.io.log_files import COLUMNS, CONTROL_COLUMNS, si_factor
 from bayesub.io.toml_files import Positive, Section
-from bayesub.model.actuators import AILERON, Actuator, Actuators
+from bayesub.model.actuator import Actuator
+from bayesub.model.actuators import AILERON, Actuators
 from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.water import ANOMALY, GRAVITY_MPS2, PRESSURE, WaterColumn
 

@@ -11,7 +11,7 @@ from bayesub.io.errors import InputError
 from bayesub.model.equations import AXES
 
 if TYPE_CHECKING:  # the simulator needs numba, of which importing takes a second
-    from bayesub.model.simulate import Simulator
+    from bayesub.model.simulator import Simulator
     from bayesub.model.trajectory import Trajectory
 
 _N_TIMES = 2001  # of a flight, equidistant

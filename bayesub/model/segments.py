@@ -6,7 +6,7 @@ from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.kernels.variations import of_dense
 from bayesub.model.equations import AXES
-from bayesub.model.simulate import MAX_SPEED_RATIO, Simulator
+from bayesub.model.simulator import MAX_SPEED_RATIO, Simulator
 
 
 class Segment:
@@ -63,7 +63,7 @@ class Segment:
         Parameters
         ----------
         dimensional : (n_batch, n_terms) array
-            Of :meth:`bayesub.model.simulate.Simulator.dimensional`.
+            Of :meth:`bayesub.model.simulator.Simulator.dimensional`.
         bodies : (n_batch, N_BODY + N_CONSTANTS) array
         initial : (n_batch, 12) array
             States at the beginning.

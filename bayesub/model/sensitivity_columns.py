@@ -23,7 +23,7 @@ def sensitivity_columns(
     Parameters
     ----------
     parameters : iterable of str
-        Names as for :meth:`bayesub.model.simulate.Simulator.sensitivities`.
+        Names as for :meth:`bayesub.model.simulator.Simulator.sensitivities`.
     vehicle : Vehicle
     subproblem : str or None
         Plane to which the motion is confined.

@@ -14,7 +14,7 @@ from bayesub.io import log_files
 from bayesub.io.log_files import ACCELERATIONS
 
 if TYPE_CHECKING:
-    from bayesub.model.simulate import Simulator
+    from bayesub.model.simulator import Simulator
 
 
 @dataclass(frozen=True)

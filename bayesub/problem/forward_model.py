@@ -8,7 +8,8 @@ from bayesub.io import log_files
 from bayesub.model.disturbance import CURRENTS as WATER
 from bayesub.model.disturbance import ForceHistory
 from bayesub.model.equations import AXES
-from bayesub.model.simulate import STATUS, Simulator, Trajectory
+from bayesub.model.simulator import STATUS, Simulator
+from bayesub.model.trajectory import Trajectory
 from bayesub.problem.base import Costs
 from bayesub.problem.nuisance import CURRENTS, Nuisances
 from bayesub.sensors.current import Water, over_ground

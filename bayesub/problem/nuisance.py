@@ -73,7 +73,7 @@ class Nuisance:
     factor : float
         SI units in its unit.
     motion : dict of str to float
-        Parameters of :meth:`bayesub.model.simulate.Simulator.sensitivities` -> SI units for a unit of this one.
+        Parameters of :meth:`bayesub.model.simulator.Simulator.sensitivities` -> SI units for a unit of this one.
     channel : str
         Name of the channel, for parameters of one.
     attribute : str

@@ -7,7 +7,7 @@ import numpy as np
 
 from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem, linear_systems
-from bayesub.model.simulate import Trajectory
+from bayesub.model.trajectory import Trajectory
 from bayesub.problem.base import Costs, PosteriorDensity
 from bayesub.problem.distributions import Prior, joined
 from bayesub.problem.disturbances import History, of_history, of_process

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.model.actuators import Actuator
+from bayesub.model.actuator import Actuator
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle
 from bayesub.report.examination import Examination

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from bayesub.model.equations import Term
-from bayesub.model.simulate import Trajectory
+from bayesub.model.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,9 @@ from bayesub.io.log_files import VELOCITIES, positions
 from bayesub.kernels import workspace
 from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import of_inputs
-from bayesub.model.simulate import Simulator, Trajectory, accelerations
+from bayesub.model.simulate import accelerations
+from bayesub.model.simulator import Simulator
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.report.contributions import slopes
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.model.simulate import Trajectory
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.report import vehicle_lines
 from bayesub.report.actuator_examination import actuators

@@ -9,7 +9,7 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.words import listed
 from bayesub.kernels import workspace
-from bayesub.model.simulate import Trajectory
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.report.contributions import Contributions, forces, slopes
 from bayesub.report.examination import CardWarning, Examination

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bayesub.model.equations import AXES, EquationSet
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 

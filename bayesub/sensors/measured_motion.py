@@ -13,7 +13,7 @@ from bayesub.sensors.record import Record
 from bayesub.sensors.sensor import rounded
 
 if TYPE_CHECKING:  # the simulator needs numba, of which importing takes a second
-    from bayesub.model.simulate import Simulator
+    from bayesub.model.simulator import Simulator
     from bayesub.model.trajectory import Trajectory
 
 # The states that stand in the equations of motion of a sub-problem; position and heading do not.

@@ -22,7 +22,7 @@ from bayesub.problem.disturbances import CORRELATION_TIME, CURRENT_TIME, Unknown
 from bayesub.study.prior_section import LogSd
 
 if TYPE_CHECKING:  # the simulator needs numba, of which importing takes a second
-    from bayesub.model.simulate import Simulator
+    from bayesub.model.simulator import Simulator
     from bayesub.model.trajectory import Trajectory
 
 # Key -> the axes that it may be given for, and its largest value, far above anything that floats.

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.io.errors import InputError, error_source
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.disturbances import UnknownDisturbance

@@ -10,7 +10,7 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import Manoeuvre, of_inputs
 from bayesub.model.prescribed import STATES, Prescribed, check, smoothed
-from bayesub.model.simulate import Trajectory
+from bayesub.model.trajectory import Trajectory
 from bayesub.problem import priors
 from bayesub.problem.nuisance import CURRENTS, INITIAL, MOVING
 from bayesub.sensors import QUANTITIES, Record, flat, velocity

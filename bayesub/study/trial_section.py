@@ -190,7 +190,8 @@ class TrialKeys(Section):
         """
         if self.data is not None:
             return trial
-        from bayesub.model.simulate import simulate, true_step
+        from bayesub.model.simulate import simulate
+        from bayesub.model.time_step import true_step
 
         actuators = self.truth.actuators
         truth = simulate(vehicle, trial.manoeuvre, dt=true_step(step, trial.manoeuvre), actuators=actuators)

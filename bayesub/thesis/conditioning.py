@@ -9,7 +9,8 @@ from bayesub.baselines import sqp
 from bayesub.identifiability import Cancellation, Collinearity, Contribution, Profile, Spectrum
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import Trajectory, simulate
+from bayesub.model.simulate import simulate
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem

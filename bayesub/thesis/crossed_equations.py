@@ -8,7 +8,8 @@ from bayesub.checks.fit import criticise
 from bayesub.io.log_files import VELOCITIES, positions
 from bayesub.model.equations import AXES, EquationSet, load_equations
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
-from bayesub.model.simulate import Simulator, Trajectory
+from bayesub.model.simulator import Simulator
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem

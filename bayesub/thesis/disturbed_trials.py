@@ -15,7 +15,7 @@ from bayesub.model.disturbance import CURRENTS, Disturbance
 from bayesub.model.equations import AXES
 from bayesub.model.hull_forces import hull_force_rms
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.disturbances import UnknownDisturbance, force_scales

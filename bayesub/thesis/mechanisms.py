@@ -10,7 +10,8 @@ from bayesub.kernels import workspace
 from bayesub.model.coefficients import INDEX
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import Trajectory, simulate
+from bayesub.model.simulate import simulate
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle, load_vehicle
 
 PAIRS = {"v and r": ("v", "r"), "w and q": ("w", "q")}

@@ -7,7 +7,8 @@ from bayesub import identifiability
 from bayesub.model.coefficients import AXES, NAMES, SUBPROBLEMS, columns
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import Trajectory, simulate
+from bayesub.model.simulate import simulate
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem

@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.baselines import gauss_newton
 from bayesub.identifiability import null_space
 from bayesub.model.coefficients import NAMES, columns
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.joint import JointProblem

@@ -18,7 +18,9 @@ from bayesub.io.log_files import VELOCITIES
 from bayesub.model.equations.equation_set import Term
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import Trajectory, choose_step, simulate
+from bayesub.model.simulate import simulate
+from bayesub.model.time_step import choose_step
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem

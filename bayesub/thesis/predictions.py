@@ -5,7 +5,7 @@ import numpy as np
 from bayesub.baselines.estimate import Estimate
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.coefficients import INDEX
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.problem.problem import Problem
 from bayesub.thesis.cases import WEIGHT, time_scale, unseen
 

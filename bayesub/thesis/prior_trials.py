@@ -4,7 +4,8 @@ import numpy as np
 
 from bayesub.checks.calibration import prior_trajectory
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import simulate, true_step
+from bayesub.model.simulate import simulate
+from bayesub.model.time_step import true_step
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem.likelihoods import Normal
 from bayesub.problem.priors import Spread

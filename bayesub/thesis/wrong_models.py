@@ -16,7 +16,7 @@ from bayesub.model.disturbance import Disturbance
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 from bayesub.model.hull_forces import hull_force_rms
-from bayesub.model.simulate import Trajectory
+from bayesub.model.trajectory import Trajectory
 from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.priors import perturbed, relative_normal
 from bayesub.problem.problem import Problem

@@ -9,7 +9,8 @@ import pytest
 
 from bayesub.cli import arithmetic, scalar_simulator
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import STEP_TOLERANCE_M, Simulator
+from bayesub.model.simulator import Simulator
+from bayesub.model.time_step import STEP_TOLERANCE_M
 from bayesub.model.vehicles import load_vehicle
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from bayesub.cli import bench, scalar_simulator
 from bayesub.cli.bench_tables import tables
 from bayesub.cli.scalar_simulator import spiral
-from bayesub.model.simulate import STEP_TOLERANCE_M
+from bayesub.model.time_step import STEP_TOLERANCE_M
 
 
 def test_functions_take_turns():

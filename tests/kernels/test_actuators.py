@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bayesub.kernels.actuators import step_response
-from bayesub.model.actuators import Actuator
+from bayesub.model.actuator import Actuator
 
 RATE, TAU, LIMIT = 0.087, 1.3, 0.5
 

@@ -11,7 +11,7 @@ from support import slow_twin
 import bayesub as bs
 from bayesub.kernels.workspace import LANES
 from bayesub.model.coefficients import ADDED_MASSES, AXES, NAMES, names_of_axis
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 # Round-off of a sum of about 150 terms, magnified by the mass matrix; 1e-12 is 4500 machine epsilons. It is taken
 # relative to the acceleration of the bow, in which linear and angular parts have one unit.

@@ -11,7 +11,7 @@ from support.motions import smooth_manoeuvre
 from bayesub.kernels import noise
 from bayesub.kernels.workspace import LANES
 from bayesub.model.coefficients import INDEX
-from bayesub.model.simulate import STATUS, Simulator
+from bayesub.model.simulator import STATUS, Simulator
 
 SPACING = 1 / 16  # of the control history: every step below and its middle meet a knot, so the controls are exact
 STEPS = np.array([4.0, 2.0, 1.0, 0.5])

@@ -14,7 +14,7 @@ from bayesub.io.log_files import OUTPUTS, STATES
 from bayesub.kernels.workspace import BODY
 from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 INITIAL = tuple(f"{state}0" for state in STATES)
 # Eighth-order central differences.

@@ -11,7 +11,7 @@ from bayesub.io import log_files, toml_files
 from bayesub.model import closed_loop
 from bayesub.model.manoeuvre_files import read_manoeuvre
 from bayesub.model.manoeuvres import of_inputs
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 TAILS = {
     "cruciform": (0.0, 90.0, 180.0, 270.0),

@@ -8,7 +8,7 @@ import pytest
 import bayesub as bs
 from bayesub.model.disturbance import ForceHistory, Knots
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 NAMES = ("delay_rudder_s", "scale_rudder", "bias_rudder_deg")
 COMMANDED = ("lag_rudder_s", *NAMES)

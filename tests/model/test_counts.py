@@ -8,7 +8,7 @@ from support.fins import BOW, PORT, X_TAIL, fins, with_actuators
 
 import bayesub as bs
 from bayesub.model.control_histories import ControlHistories
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 UNIT_DEG, ZERO = 0.05, 512.0
 

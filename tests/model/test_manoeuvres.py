@@ -11,7 +11,7 @@ import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.model import closed_loop
 from bayesub.model.manoeuvre_files import read_manoeuvre
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 # Submarines of the 101 terms, an AUV and a ship: the kernels of further boats would take minutes to compile.
 VEHICLES = ("auv690", "npsauv", "suboff", "remus100", "mariner")

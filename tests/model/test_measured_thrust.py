@@ -9,7 +9,7 @@ from scipy import stats
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.problem.priors import normal
 
 MEASURED = {"model": "measured", "thrust_deduction": 0.2, "thrust_line_z_m": 0.5}

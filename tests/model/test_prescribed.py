@@ -9,7 +9,7 @@ import bayesub as bs
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.model.prescribed import Prescribed, smoothed
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 TIMES = np.linspace(0.0, 300.0, 301)
 THETA, Q, U, W = log_files.positions("theta", "q", "u", "w")

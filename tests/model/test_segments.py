@@ -9,7 +9,7 @@ import bayesub as bs
 from bayesub.io.log_files import STATES
 from bayesub.model.disturbance import ForceHistory, Knots
 from bayesub.model.segments import Segment
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 
 @pytest.fixture(scope="module")

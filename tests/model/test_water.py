@@ -10,7 +10,7 @@ import bayesub as bs
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.kernels import workspace
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import GRAVITY_MPS2
 from bayesub.model.water import WaterColumn, with_water
 

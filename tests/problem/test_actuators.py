@@ -12,7 +12,7 @@ from support.motions import smooth_manoeuvre
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.problem.priors import normal
 
 SENSORS = bs.sensors.Track(0.5, 0.1, interval_s=2.0)

@@ -157,7 +157,7 @@ def test_without_jit_the_numbers_are_the_same(tmp_path):
         "boat = bs.load_vehicle('npsauv')\n"
         "spiral = bs.load_manoeuvre('horizontal', boat)\n"
         "sets = boat.xi * (1 + 0.1 * np.random.default_rng(1).standard_normal((3, 101)))\n"
-        "from bayesub.model.simulate import Simulator\n"
+        "from bayesub.model.simulator import Simulator\n"
         "for attitude in ('euler', 'quaternion'):\n"
         "    sim = Simulator(boat, spiral, [0.0, 1.3, 4.0, 6.0], dt=0.5, subproblem=None, attitude=attitude)\n"
         "    states, status = sim.run(sets, parallel=False)\n"

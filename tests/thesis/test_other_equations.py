@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 from bayesub.thesis import crossed_equations, other_equations
 
 # Vehicle, and axis -> rank, columns, and the axes whose equations of motion are its null directions, on the spiral.

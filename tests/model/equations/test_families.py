@@ -17,7 +17,7 @@ import bayesub as bs
 from bayesub.kernels import compilation, families
 from bayesub.model.equations import generate, load_equations
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from support import feldman
 
 import bayesub as bs
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 BOATS = ("npsauv_crossflow", "phoenix")
 FOOT, INCH = 0.3048, 0.0254

@@ -16,7 +16,7 @@ from bayesub.kernels.workspace import BODY
 from bayesub.model.equations import AXES, load_equations
 from bayesub.model.equations.generate import BUILT_IN, EXTERNAL, directory, source
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.simulate import Simulator
+from bayesub.model.simulator import Simulator
 
 # Eighth-order central differences.
 OFFSETS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])

@@ -1,0 +1,381 @@
+"""A vehicle on a manoeuvre, prepared once, and flown with many batches of coefficient sets."""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from bayesub.io import log_files
+from bayesub.io.errors import InputError
+from bayesub.kernels import families, workspace
+from bayesub.model import prescribed
+from bayesub.model.control_histories import ControlHistories
+from bayesub.model.disturbance import Disturbance, ForceHistory, Knots, check_axes
+from bayesub.model.equations import AXES
+from bayesub.model.equations.generate import EXTERNAL
+from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.sensitivity_columns import sensitivity_columns
+from bayesub.model.stage_changes import StageChanges
+from bayesub.model.trajectory import Trajectory
+from bayesub.model.vehicles import Vehicle
+
+STATUS = ("ok", "diverged", "left_envelope")
+MAX_SPEED_RATIO = 10.0  # a member faster than this many times the trial speed has diverged
+MAX_STEPS = 2_000_000  # of one flight, and of its output times
+OF_MANOEUVRE = "of the manoeuvre"
+
+
+class Simulator:
+    """A vehicle on a manoeuvre, prepared once for many batches of coefficient sets.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+    manoeuvre : Manoeuvre
+    times : (n_times,) array
+        Output times within the manoeuvre, s, which must not descend.
+    dt : float, optional
+        Integration step, s; by default one that is good to 5 cm (:func:`choose_step`).
+    controls : str
+        "linear" interpolates the control history at the Runge-Kutta stages, "hold" takes the value at the start of each
+        step (the convention of the thesis, first order).
+    subproblem : str or None
+        "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
+    attitude : str
+        "euler", or "quaternion" to fly through 90 degrees of pitch (output in Euler angles all the same).
+    varied : tuple of str
+        Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`), n_varied of them, by which
+        members of a batch may differ.
+    changes : dict of str to float
+        Parameters of actuators -> how much they differ, for all members, from no bias, a scale of one, no delay and
+        the lag of the vehicle.
+    knots : Knots, optional
+        Where each member has forces of its own that the equations leave out; they vary after the parameters of
+        actuators.
+    forces : ForceHistory, optional
+        Forces that the equations leave out, for all members. A current among them moves the boat over the ground, and
+        not in the water, in which all states here are.
+
+    Raises
+    ------
+    InputError
+        For an option that does not exist, and for output times that descend or lie outside the manoeuvre.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        manoeuvre: Manoeuvre,
+        times: np.ndarray,
+        *,
+        dt: float | None = None,
+        controls: str = "linear",
+        subproblem: str | None = OF_MANOEUVRE,
+        attitude: str = "euler",
+        varied: tuple[str, ...] = (),
+        changes: Mapping[str, float] | None = None,
+        knots: Knots | None = None,
+        forces: ForceHistory | None = None,
+    ):
+        if subproblem == OF_MANOEUVRE:
+            subproblem = manoeuvre.subproblem
+        subproblem = vehicle.equations.subproblem(subproblem)
+        if controls not in ("linear", "hold"):
+            raise InputError(f"unknown control convention '{controls}': expected linear or hold")
+        if attitude not in ("euler", "quaternion"):
+            raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion")
+        if dt is not None and not (np.isfinite(dt) and dt > 0):
+            raise InputError(f"the time step must be a positive number of seconds, found {dt}")
+        manoeuvre.check(vehicle)
+        self.knots, self.forces = knots, forces
+        for axes in (() if part is None else part.axes for part in (knots, forces)):
+            if axes:
+                check_axes(axes, subproblem)
+        for one in manoeuvre.prescribed:
+            prescribed.check(one.angle, subproblem)
+            if controls == "hold":
+                raise InputError(f"prescribed: {one.angle} cannot be held over a step; leave out controls = hold")
+        felt = None if forces is None else forces.of_forces
+        self._disturbed = knots is not None or felt is not None
+        self._pushed = self._disturbed or bool(manoeuvre.prescribed)
+        self._folder = vehicle.kernel_folder(subproblem, external=self._pushed)
+        self.vehicle = vehicle.restricted(subproblem)
+        self.manoeuvre = manoeuvre
+        self.subproblem = subproblem
+        self.convention, self.attitude = controls, attitude
+        self.varied = (*varied, *(() if knots is None else knots.parameters))
+        self.changes = dict(changes or {})
+        from bayesub.model.time_step import choose_step  # it flies simulators itself
+
+        self.step = choose_step(vehicle, manoeuvre, subproblem, attitude) if dt is None else float(dt)
+        self.times = np.array(times, dtype=float)
+        if self.times.size == 0 or not (self.times[0] >= 0 and self.times[-1] <= manoeuvre.duration * (1 + 1e-12)):
+            raise InputError(f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s")
+        steps = np.diff(self.times)
+        if not np.all(steps >= 0):
+            k = int(np.argmin(steps >= 0))
+            raise InputError(f"output times must ascend, found {self.times[k + 1]:g} s after {self.times[k]:g} s")
+        if not self.times[-1] / self.step <= MAX_STEPS:
+            raise InputError(
+                f"{manoeuvre.name}: {self.times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
+                "shorten the manoeuvre or give a longer step"
+            )
+        n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
+        starts = np.arange(n_steps + 1) * self.step
+        middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
+        equations = vehicle.equations
+        self._inactive = np.isin(equations.names, equations.active(subproblem=subproblem), invert=True)
+        self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
+        boundaries = np.arange(max(n_steps, 3) + 1) * self.step
+        self._prescribed = {one: one.on_steps(boundaries) for one in manoeuvre.prescribed}
+        self._stage_times = [starts + f * self.step for f in (0.0, middle, end)]
+        of_actuators = tuple(name for name in self.varied if name in vehicle.actuators.parameters)
+        self.histories = ControlHistories(
+            vehicle, manoeuvre, starts, self.step, self._stage_times, of_actuators, self.changes, subproblem
+        )
+        pairs = zip(self._stage_times, self.histories.stages, strict=True)
+        self._stages = np.stack([self._controls(at, inputs) for at, inputs in pairs], axis=1)
+        self._stage_changes = StageChanges(vehicle, subproblem, self.varied, self.histories, self._stage_times, knots)
+
+    def at(self, times: np.ndarray) -> "Simulator":
+        """The same simulator with other output times."""
+        return self._changed(times=times)
+
+    @property
+    def undisturbed(self) -> "Simulator":
+        """The same simulator without the forces that the equations leave out."""
+        return self._changed(knots=None, forces=None) if self._disturbed or self.forces is not None else self
+
+    def disturbed(self, disturbance: Disturbance | ForceHistory, rng: np.random.Generator | None = None) -> "Simulator":
+        """The same simulator with forces that the equations leave out, for all members.
+
+        Parameters
+        ----------
+        disturbance : Disturbance or ForceHistory
+            The forces, or a process, of which a history is sampled at the beginning and end of each step.
+        rng : Generator, optional
+            Of that history.
+
+        Raises
+        ------
+        InputError
+            For a correlation time shorter than a step, and for a process without `rng`.
+        """
+        if isinstance(disturbance, Disturbance):
+            if rng is None:
+                raise InputError("disturbance: a history of it needs random numbers; give rng")
+            if not disturbance.shortest_s >= self.step:
+                raise InputError(
+                    f"disturbance: correlation_time_s is {disturbance.shortest_s:g} s, shorter than the time "
+                    f"step of {self.step:g} s; give a shorter step"
+                )
+            n_steps = int(np.ceil(self.manoeuvre.duration / self.step * (1.0 - 1e-12)))
+            disturbance = disturbance.sample(np.arange(n_steps + 1) * self.step, rng)
+        return self._changed(forces=disturbance)
+
+    def _changed(self, **changes) -> "Simulator":
+        arguments = {
+            "times": self.times,
+            "dt": self.step,
+            "controls": self.convention,
+            "subproblem": self.subproblem,
+            "attitude": self.attitude,
+            "varied": tuple(name for name in self.varied if name in self.vehicle.actuators.parameters),
+            "changes": self.changes,
+            "knots": self.knots,
+            "forces": self.forces,
+        }
+        return Simulator(self.vehicle, self.manoeuvre, **arguments | changes)
+
+    def controls_at(self, times: np.ndarray) -> np.ndarray:
+        """(n, n_controls + 1): the controls of the equations and n/k0; then, if there are any, forces from outside."""
+        return self._controls(times, self.histories.at(times))
+
+    def _controls(self, times, inputs):
+        """The same of values (n, n_actuators) of the actuators."""
+        history, actuators = self.manoeuvre, self.vehicle.actuators
+        speed = np.interp(times, history.times, history.rpm / self.vehicle.rpm_per_mps)
+        controls = actuators.kernel_controls(inputs, speed, self.subproblem)
+        for parameter, amount in self.changes.items():
+            if actuators.parameters[parameter][1] in ("bias", "scale"):
+                controls = controls + amount * actuators.variation(parameter, inputs, self.subproblem)
+        if self._pushed and not actuators.external:
+            controls = np.hstack([controls, np.zeros((len(controls), len(EXTERNAL)))])
+        if self._disturbed and self.forces is not None:
+            controls[:, self._first_force : self._first_force + len(AXES)] += self.forces.at(times)
+        for one, angle in self._prescribed.items():
+            column = self._first_force + AXES.index(one.axis)
+            controls[:, column] += prescribed.INERTIA * np.interp(times, angle.x, angle(angle.x, 2))
+        return controls
+
+    @property
+    def _first_force(self) -> int:
+        """Column of the first force from outside in what the kernels take as controls."""
+        return len(self.vehicle.equations.controls) + 1
+
+    @property
+    def kernels(self) -> families.Family:
+        """The compiled kernels of the equations and the sub-problem."""
+        return families.compiled(self._folder)
+
+    def dimensional(self, xi: np.ndarray) -> np.ndarray:
+        """(n_batch, n_terms) dimensional coefficients, zero where they play no part in the sub-problem."""
+        dimensional = np.atleast_2d(np.asarray(xi, dtype=float)) * self.vehicle.dimensional_factors
+        dimensional[:, self._inactive] = 0.0
+        return dimensional
+
+    def run(
+        self,
+        xi: np.ndarray,
+        *,
+        body: np.ndarray | None = None,
+        initial: np.ndarray | None = None,
+        amounts: np.ndarray | None = None,
+        outputs: tuple[str, ...] = log_files.STATES,
+        parallel: bool = True,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Simulate a batch of coefficient sets.
+
+        Parameters
+        ----------
+        xi : (n_batch, n_terms) array
+        body : (n_batch, N_BODY) array, optional
+            Body vectors, SI units; by default the vehicle's.
+        initial : (n_batch, 12) array, optional
+            States at the start; by default the manoeuvre's.
+        amounts : (n_batch, n_varied) array, optional
+            How much the parameters of the actuators that vary differ, and forces at the knots (N, N m); by default not
+            at all.
+        outputs : tuple of str
+            Short names of the states and accelerations that are wanted.
+        parallel : bool
+            Whether a large batch is shared among threads.
+
+        Returns
+        -------
+        states : (n_batch, n_times, n_outputs) array
+            At the output times.
+        status : (n_batch,) array
+            Positions in STATUS.
+        """
+        dimensional = self.dimensional(xi)
+        n_batch = len(dimensional)
+        kernel = families.compiled(self._folder, quaternions=self.attitude == "quaternion").integrate
+        integrate = kernel.integrate_parallel if parallel and n_batch > workspace.LANES else kernel.integrate
+        states, status = integrate(
+            dimensional,
+            self._bodies(body, n_batch),
+            self._initials(initial, n_batch),
+            self._stages,
+            self._stage_changes.variations,
+            self._stage_changes.numbers(np.zeros((n_batch, len(self.varied))) if amounts is None else amounts),
+            self.step,
+            self.times,
+            MAX_SPEED_RATIO * self.vehicle.speed_mps,
+            np.array(log_files.positions(*outputs)),
+        )
+        if self.attitude == "quaternion":
+            angles = np.isin(outputs, log_files.ANGLES)
+            states[..., angles] = np.unwrap(states[..., angles], axis=1)
+        return states, status
+
+    def accelerations(self, xi: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """Body accelerations (n_batch, n_times, 6) of coefficient sets `xi` along `states` at the output times."""
+        dimensional = self.dimensional(xi)
+        bodies = self._bodies(None, len(dimensional))
+        return self.kernels.integrate.body_accelerations(dimensional, bodies, states, self.controls_at(self.times))
+
+    def sensitivities(
+        self,
+        xi: np.ndarray,
+        parameters: Iterable[str],
+        outputs: tuple[str, ...] = log_files.STATES,
+        *,
+        body: np.ndarray | None = None,
+        initial: np.ndarray | None = None,
+        amounts: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Derivatives of the motion of one coefficient set at the output times.
+
+        They are those of the discretised motion, exact to round-off where it is differentiable (model manual, section
+        6).
+
+        Parameters
+        ----------
+        xi : (n_terms,) array
+        parameters : iterable of str
+            Names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9 non-dimensional;
+            mass, weight and buoyancy are three numbers), of states at the start, such as "u0", of what is unknown of
+            actuators, such as "bias_rudder_deg", or of forces at the knots.
+        outputs : tuple of str
+            Short names of the states and accelerations whose derivatives are wanted.
+        body : (N_BODY,) array, optional
+            By default the vehicle's.
+        initial : (12,) array, optional
+            By default the manoeuvre's.
+        amounts : (n_varied,) array, optional
+            As of :meth:`run`.
+
+        Returns
+        -------
+        (n_times, n_outputs, n_parameters) array
+            Not a number from the failure of the simulation on.
+        """
+        if self.attitude != "euler":
+            raise InputError("sensitivities need the attitude in Euler angles")
+        dimensional = self.dimensional(xi)
+        bodies = self._bodies(None if body is None else np.array(body)[None], 1)
+        initial = self._initials(None if initial is None else np.array(initial)[None], 1)
+        stages = self._stages
+        if amounts is not None:
+            (numbers,) = self._stage_changes.numbers(amounts[None])
+            stages = stages + self._stage_changes.variations.added(numbers, stages.shape[2])
+        kernel = self.kernels.sensitivities
+        history = kernel.fly(dimensional, bodies, initial, stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps)
+        firsts, variations, slots, *columns = self._sensitivity_columns(parameters, amounts)
+        rows = np.array(log_files.positions(*outputs))
+        derivatives = kernel.sensitivities(
+            dimensional, bodies, history, stages, variations, slots, self.step, self.times, *columns, rows
+        )
+        if len(firsts) < derivatives.shape[1]:
+            derivatives = np.add.reduceat(derivatives, firsts, axis=1)
+        return derivatives.swapaxes(1, 2)
+
+    def _sensitivity_columns(self, parameters, amounts):
+        """First column of each parameter, and what the kernel `sensitivities` asks for, variations first."""
+        parameters = tuple(parameters)
+        if parameters not in self._columns:
+            width = self.kernels.sensitivities.WIDTH
+            firsts, varied, slots, *arrays = sensitivity_columns(
+                parameters, self.vehicle, self.subproblem, width, self.knots
+            )
+            self._columns[parameters] = firsts, varied, self._stage_changes.by(varied, amounts), slots, *arrays
+        firsts, varied, variations, *arrays = self._columns[parameters]
+        if not self._stage_changes.are_linear:
+            variations = self._stage_changes.by(varied, amounts)
+        return firsts, variations, *arrays
+
+    def trajectory(self, xi: np.ndarray) -> Trajectory:
+        """The motion of coefficient sets `xi` (n_batch, n_terms), all twelve states."""
+        states, status = self.run(xi)
+        n = len(self.vehicle.equations.controls)
+        controls, ordered_speed = np.split(self.controls_at(self.times)[:, : n + 1], [n], axis=1)
+        rpm = ordered_speed[:, 0] * self.vehicle.rpm_per_mps
+        return Trajectory(self.times, states, controls, rpm, np.array(STATUS)[status], self, np.atleast_2d(xi))
+
+    def _bodies(self, body, n_batch):
+        """Body vectors (n_batch, N_BODY), by default the vehicle's, with the constants of the equations."""
+        body = self._repeated(self.vehicle.body, n_batch) if body is None else body
+        bodies = np.hstack([body, self._repeated(self.vehicle.constants, n_batch)])
+        bodies[:, [one.inertia for one in self._prescribed]] = prescribed.INERTIA
+        return bodies
+
+    def _initials(self, initial, n_batch):
+        """States at the start (n_batch, 12), by default the manoeuvre's, with the angles that are prescribed."""
+        initial = self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else np.array(initial)
+        for one, angle in self._prescribed.items():
+            initial[:, log_files.positions(*one.states)] = angle(0.0), angle(0.0, 1)
+        return initial
+
+    @staticmethod
+    def _repeated(row, n_batch):
+        return np.repeat(row[None], n_batch, axis=0)
