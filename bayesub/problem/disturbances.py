@@ -39,6 +39,7 @@ CORRELATION_TIME = "correlation_time_disturbance_s"
 CURRENT_TIME = "correlation_time_current_s"
 _SD, _HISTORY = "sd_disturbance_", "disturbance_"
 KNOTS_A_TIME = 2.0  # knots in a correlation time, if no interval is given
+KNOTS_A_TIME_CURRENT = 5.0  # of a current, which bottom tracks read and do not integrate
 _WIDE = 0.99  # probability of sds below the one with which searches begin
 _FINE = 16  # points of an interval for the integrals
 _ROUND_OFF = 1e-12  # variance, far below any that matters; of a force that hardly changes the covariance is singular
@@ -80,7 +81,7 @@ class UnknownDisturbance:
     kind : str
         As of :class:`bayesub.model.disturbance.Disturbance`.
     knot_interval_s : float or None
-        By default half of the shortest correlation time, or of its prior median.
+        By default half of the correlation time of forces and a fifth of that of currents, or of their prior medians.
     correlation_time_current_s : float, Prior or None
         Correlation time of the current, if it is not that of the forces.
 
@@ -137,7 +138,11 @@ class UnknownDisturbance:
     @property
     def interval_s(self) -> float:
         """Longest time between knots, s."""
-        return self.knot_interval_s or self.time_s / KNOTS_A_TIME
+        densities = {True: KNOTS_A_TIME_CURRENT, False: KNOTS_A_TIME}
+        intervals = [
+            _middle(time) / densities[self.axes[members[0]] in CURRENTS] for _, time, members, _ in self.groups
+        ]
+        return self.knot_interval_s or min(intervals)
 
     def sd(self, axis: str) -> float:
         """The standard deviation of an axis, or its prior median, non-dimensional."""

@@ -18,10 +18,11 @@ from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
-from bayesub.problem.disturbances import UnknownDisturbance, force_scales
+from bayesub.problem.disturbances import UnknownDisturbance, force_scales, of_process
 from bayesub.problem.likelihoods import AR1
 from bayesub.problem.problem import Problem
 from bayesub.problem.state_space import StateSpace
+from bayesub.sampling import sample
 from bayesub.sampling.histories import marginal_mode, with_process
 from bayesub.sensors import observe
 
@@ -217,6 +218,18 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     process = dict(zip(collapsed.names[n:], (weights @ parameters[:, n:]).tolist(), strict=True))
     outcome = {"failed": effective < _TOO_FEW, "effective": effective, "process": process}
     return judged(problem, xi, means, sds, below) | outcome
+
+
+def sampled(problem: Problem, xi: np.ndarray, rng: np.random.Generator) -> dict:
+    """:func:`judged` of the posterior, by sampling."""
+    posterior = sample(problem, rng=rng)
+    n = problem.n_coefficients
+    draws = posterior.draws[:, :n]
+    below = np.mean(draws < xi[problem.columns], axis=0)
+    process = dict(zip(problem.names, posterior.draws.mean(axis=0).tolist(), strict=True))
+    process = {name: mean for name, mean in process.items() if of_process(name)}
+    outcome = {"failed": not posterior.converged, "effective": float(posterior.bulk_ess.min()), "process": process}
+    return judged(problem, xi, draws.mean(axis=0), draws.std(axis=0), below) | outcome
 
 
 def _log_t(x, centre, lower):
