@@ -10,13 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_smoothing_spline
-from scipy.optimize import brentq
 
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
+
+if TYPE_CHECKING:  # it takes half a second to import
+    from scipy.interpolate import CubicSpline
 
 INERTIA = 1e15  # kg m^2; a moment of 100 N m turns it by 1e-5 rad in 4 hours
 PLANES = {"pitch": "vertical", "yaw": "horizontal"}
@@ -59,6 +61,8 @@ class Prescribed:
 
     def on_steps(self, boundaries: np.ndarray) -> CubicSpline:
         """The spline that is flown, through the angles at the boundaries of the steps (n,), s; it needs two steps."""
+        from scipy.interpolate import CubicSpline
+
         return CubicSpline(boundaries, self.of(boundaries))
 
 
@@ -95,6 +99,9 @@ def smoothed(angle: str, times: np.ndarray, readings: np.ndarray, sd: float) -> 
     InputError
         For fewer than five readings.
     """
+    from scipy.interpolate import make_smoothing_spline
+    from scipy.optimize import brentq
+
     if len(times) < _FEWEST:
         raise InputError(f"prescribed: {angle} has {len(times)} readings; it needs {_FEWEST}")
 

@@ -59,7 +59,7 @@ def test_completion_knows_commands_options_and_what_is_built_in():
     assert completed("check", "") == ["file"]
     assert completed("list", "m") == ["manoeuvres"]
     assert "--quick" in completed("run", "--q")
-    assert completed("new", "vehicle", "x", "--from", "s") == ["suboff"]
+    assert completed("new", "vehicle", "x", "--from", "s") == ["slocum_comet", "suboff"]
     assert completed("new", "vehicle", "x", "--equations", "b") == ["booth"]
     assert completed("convert", "ma") == ["matlab", "mavlink"]
     assert completed("convert", "ros", "") == ["file"]

@@ -74,7 +74,11 @@ def test_the_noise_of_the_readings_is_that_of_the_calm_trial(fly, tmp_path):
         ("4.0", "0.3", "correlation_time_s is 0.3 s, shorter than the time step of 0.4 s"),
         ("share = 0.02", "share = -0.02", "key 'disturbance.share.X': input should be greater than 0"),
         ("share = 0.02", "sd_n = 1.0", "axis N has its sd in one of sd, sd_nm, share; found none"),
-        ('"X", "Y"', '"X", "M"', "axis M has no part in the horizontal sub-problem, which has X Y N; leave it out"),
+        (
+            '"X", "Y"',
+            '"X", "M"',
+            "axis M has no part in the horizontal sub-problem, which has X Y N north east; leave it out",
+        ),
         ("axes", "axis", "unknown key 'disturbance.axis': did you mean 'axes'?"),
     ],
 )

@@ -37,7 +37,7 @@ def test_a_template_has_every_key_and_no_coefficient(tmp_path):
         "propulsion": PolynomialSection,
         "actuators": ActuatorsSection,
     }
-    assert content.keys() == VehicleFile.model_fields.keys() - {"hull"}  # of equations that integrate along it
+    assert content.keys() == VehicleFile.model_fields.keys() - {"hull", "displacement"}  # of a cross-flow, of gliders
     for key, section in sections.items():
         assert content[key].keys() == section.model_fields.keys() - OPTIONAL, key
     assert content["body"]["inertia_kgm2"].keys() == InertiaSection.model_fields.keys()

@@ -54,9 +54,9 @@ def bayesub(*arguments) -> tuple[int, str]:
     return status or 0, out.getvalue()
 
 
-def finite_track(path: Path) -> None:
-    """The track of a boat that did not fail is finite throughout."""
-    log = log_files.read_log(path)
+def finite_track(path: Path, columns: tuple[str, ...]) -> None:
+    """The track of a boat with actuators of these columns, which did not fail, is finite throughout."""
+    log = log_files.read_log(path, columns)
     if not all(np.isfinite(column).all() for column in log.values()):
         raise Defect("a track that is 'ok' is not finite")
 
@@ -74,7 +74,7 @@ def flown(folder: Path, vehicle, manoeuvre, *options) -> None:
     if status and not ("diverged" in out or "left_envelope" in out):
         raise Defect(f"status {status} without a word: {out}")
     if not status:
-        finite_track(folder / "track.csv")
+        finite_track(folder / "track.csv", bs.load_vehicle(vehicle).actuators.columns)
 
 
 def drive(kind: str, path: Path) -> None:

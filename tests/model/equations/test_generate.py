@@ -157,14 +157,14 @@ def test_the_rigid_body_in_the_coefficients_and_forces_from_outside(included, bo
     """Then only the mass matrix holds it; forces from outside act as they are, and in proportion to u."""
     states, controls, rpm = random_motions
     kernel = user_set.compiled()[1].integrate
-    outside = rng.uniform(-1e6, 1e6, (len(states), 12))
+    outside = np.hstack([rng.uniform(-1e6, 1e6, (len(states), 12)), np.zeros((len(states), 4))])  # and no weights
     all_controls = np.column_stack([controls, rpm / included.rpm_per_mps, outside])
     body = np.concatenate([included.body, included.constants])[None]
     dimensional = (included.xi * included.dimensional_factors)[None]
     accelerations = kernel.body_accelerations(dimensional, body, states[None].copy(), all_controls)[0]
     forces = forces_of(included.equations, included, states, controls, rpm, np.zeros((len(states), 6)))
     parts = mechanical(boat, states, rpm, rigid_body=0.0)
-    external = outside[:, :6] + outside[:, 6:] * states[:, 6:7]
+    external = outside[:, :6] + outside[:, 6:12] * states[:, 6:7]
     close(accelerations @ included.mass_matrix.T, forces + parts + external, forces, parts, external)
 
 
