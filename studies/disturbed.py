@@ -24,7 +24,6 @@ from bayesub.thesis.disturbed_trials import (
     guessed_current,
     integrated,
     normal,
-    sampled,
     slow_noise,
 )
 
@@ -137,16 +136,13 @@ def wrong_boat(name, k):
     pose = partial(trials.problem, record, truth.removed, dt=STEP["log"])
     plain = pose()
     mode = bs.baselines.posterior_mode(plain, rng=rng)
+    inferred = pose(disturbance=guessed_current() if truth.current_mps else trials.guessed(**GUESS))
     start = dict(zip(plain.names, mode.values, strict=True))
-    if truth.current_mps:
-        inferred = fitted(sampled, pose(disturbance=guessed_current()), xi, rng)
-    else:
-        inferred = fitted(integrated, pose(disturbance=trials.guessed(**GUESS)), xi, start, rng)
     return {
         "share": truth.share,
         "boats_drawn_again": n_failed,
         "noise only": normal(plain, xi, mode),
-        "inferred": inferred,
+        "inferred": fitted(integrated, inferred, xi, start, rng),
     }
 
 
