@@ -3,8 +3,8 @@
 Question: a likelihood that knows only noise of the readings takes waves, wake and missing terms for information. Do
 slow noise, a filter, or forces with unknown histories make honest intervals?
 Claim: with histories of forces of a known process 90 % intervals hold 87 to 93 % of the coefficients of boats from the
-prior at any disturbance, whether the process is known or inferred, no search fails, and they are no wider than with
-slow noise where that holds the truth.
+prior at any disturbance, no search fails, and they are no wider than with slow noise where that holds the truth. With
+an inferred process they do so too, but the importance sampling of this study fails for one boat of eight at 5 %.
 Cost: forty minutes.
 """
 
@@ -20,9 +20,11 @@ from bayesub.thesis.disturbed_trials import (
     FINER,
     DisturbedTrials,
     Truth,
+    approximated,
     filtered,
     guessed_current,
     integrated,
+    known_current,
     normal,
     slow_noise,
 )
@@ -136,14 +138,14 @@ def wrong_boat(name, k):
     pose = partial(trials.problem, record, truth.removed, dt=STEP["log"])
     plain = pose()
     mode = bs.baselines.posterior_mode(plain, rng=rng)
-    inferred = pose(disturbance=guessed_current() if truth.current_mps else trials.guessed(**GUESS))
     start = dict(zip(plain.names, mode.values, strict=True))
-    return {
-        "share": truth.share,
-        "boats_drawn_again": n_failed,
-        "noise only": normal(plain, xi, mode),
-        "inferred": fitted(integrated, inferred, xi, start, rng),
-    }
+    result = {"share": truth.share, "boats_drawn_again": n_failed, "noise only": normal(plain, xi, mode)}
+    if truth.current_mps:
+        for likelihood, current in (("histories", known_current(truth)), ("inferred", guessed_current())):
+            result[likelihood] = fitted(approximated, pose(disturbance=current), xi, start)
+    else:
+        result["inferred"] = fitted(integrated, pose(disturbance=trials.guessed(**GUESS)), xi, start, rng)
+    return result
 
 
 def timed(work, *arguments, **options):

@@ -122,6 +122,11 @@ class DisturbedTrials:
         return UnknownDisturbance(DISTURBED, spread, priors.log_normal(time_s, log_sd_of_time))
 
 
+def known_current(truth: Truth) -> UnknownDisturbance:
+    """The current of a truth, with unknown histories."""
+    return UnknownDisturbance(CURRENTS, dict.fromkeys(CURRENTS, truth.current_mps), truth.time_s)
+
+
 def guessed_current() -> UnknownDisturbance:
     """A current of which only the order of magnitude is known."""
     sds = {axis: priors.log_normal(0.03, 1.0) for axis in CURRENTS}
@@ -186,13 +191,8 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     coefficients : dict of str to float
         Where one search for the mode begins; the other begins in the middle of the prior.
     """
-    known = problem.with_wide_process()
-    searches = [gauss_newton(known, start) for start in (with_histories(known, coefficients), None)]
-    search = min(searches, key=lambda estimate: estimate.costs[0])
-    collapsed, mode = marginal_mode(problem, with_process(problem, search))
-    centre = collapsed.prior.scaled(mode)
-    jacobian = collapsed.prior.scaled_chain(collapsed.jacobian(mode), centre)
-    covariance = laplace = np.linalg.inv(jacobian.T @ jacobian + np.eye(len(centre)))
+    collapsed, centre, laplace = _marginal(problem, coefficients)
+    covariance = laplace
     draws, targets, proposals = [], [], []
     for n in range(_ROUNDS[1]):
         lower = np.linalg.cholesky(covariance)
@@ -224,6 +224,26 @@ def _log_t(x, centre, lower):
     """Log densities (n,) of x (n, n_params) but for a constant."""
     squares = np.sum(np.linalg.solve(lower, (x - centre).T) ** 2, axis=0)
     return -0.5 * (_FREEDOM + x.shape[1]) * np.log1p(squares / _FREEDOM) - np.log(np.diag(lower)).sum()
+
+
+def approximated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, float]) -> dict:
+    """As :func:`integrated`, by the normal approximation about the marginal mode."""
+    collapsed, centre, laplace = _marginal(problem, coefficients)
+    n = problem.n_coefficients
+    means = collapsed.prior.unscaled(centre)[:n]
+    sds = problem.coefficient_prior.sd * np.sqrt(np.diag(laplace))[:n]  # their prior is normal
+    return judged(problem, xi, means, sds) | {"failed": False}
+
+
+def _marginal(problem, coefficients):
+    """The collapsed problem, its mode in scaled coordinates, and the covariance there."""
+    known = problem.with_wide_process()
+    searches = [gauss_newton(known, start) for start in (with_histories(known, coefficients), None)]
+    search = min(searches, key=lambda estimate: estimate.costs[0])
+    collapsed, mode = marginal_mode(problem, with_process(problem, search))
+    centre = collapsed.prior.scaled(mode)
+    jacobian = collapsed.prior.scaled_chain(collapsed.jacobian(mode), centre)
+    return collapsed, centre, np.linalg.inv(jacobian.T @ jacobian + np.eye(len(centre)))
 
 
 def filtered(problem: Problem, xi: np.ndarray, start: np.ndarray, rng: np.random.Generator) -> dict:
