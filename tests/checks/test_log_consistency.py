@@ -5,7 +5,7 @@ import pytest
 
 import bayesub as bs
 from bayesub.checks import logs
-from bayesub.io import log_files
+from bayesub.io import log_files, toml_files
 from bayesub.sensors import ADCP, DVL, INS, Compass, Pressure, Sensor, Track
 
 DEGREE, KNOT = np.pi / 180.0, 1852.0 / 3600.0
@@ -272,6 +272,13 @@ def test_a_boat_that_turns_back_in_a_gap_is_no_jump_of_the_clock():
     times = np.concatenate([np.arange(0.0, 400.0), np.arange(590.0, 900.0)])
     depth = np.where(times < 400.0, 0.1 * (400.0 - times), 0.1 * (times - 590.0))
     assert lines({"time": times, "depth": depth}) == []
+
+
+def test_nothing_is_said_of_the_log_of_the_glider(bayesub):
+    """Between its parts it lies at the surface for three minutes."""
+    log = toml_files.find_log("slocum_comet")
+    status, out, _ = bayesub("check", "slocum_comet", log)
+    assert (status, out.splitlines()[-1]) == (0, "no column contradicts another")
 
 
 def test_radians_are_likelier_than_minutes(clean):

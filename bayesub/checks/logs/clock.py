@@ -11,6 +11,7 @@ JUMP = 10.0  # median intervals, beyond which a step of the clock is compared wi
 STILL = 0.2  # share of the expected motion below which the boat stood still over the step
 ALIKE = 0.25  # share of their sum by which speeds before and after may differ
 _MOVED = 20.0  # median changes between readings that the expected motion must exceed
+_SLOW = 0.5  # share of the median speed of the log below which nobody knows what was due: a glider at the surface
 
 
 def stamps(log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[Finding]]:
@@ -68,8 +69,8 @@ def jumps(log: dict[str, np.ndarray]) -> list[Finding]:
             columns = [data[name] for name in names if name in data]
             if len(columns) < len(names):
                 continue
-            moved, expected, typical = _over(columns, before, after)
-            if expected > _MOVED * typical and moved < STILL * expected:
+            moved, expected, typical, usual = _over(columns, before, after)
+            if expected > max(_MOVED * typical, _SLOW * usual) and moved < STILL * expected:
                 words = f"jumps from {before:.6g} to {after:.6g} s, in which {' and '.join(names)} change by "
                 words += f"{moved:.3g} m where {expected:.3g} m are due"
                 remedy = f"subtract {after - before - np.median(steps):.4g} from the rows after it"
@@ -79,8 +80,8 @@ def jumps(log: dict[str, np.ndarray]) -> list[Finding]:
 
 
 def _over(columns, before, after, n: int = 8):
-    """Motion over a step of the clock, the motion due by the speed on both sides, the typical one of a reading."""
-    moved, expected, typical = [], [], []
+    """Motion over a step of the clock, as read and as due by speeds beside it; the usual one of a reading and of it."""
+    moved, expected, typical, usual = [], [], [], []
     for column in columns:
         first = np.searchsorted(column.times, before, side="right")
         sides = slice(max(0, first - n), first), slice(first, first + n)
@@ -90,7 +91,8 @@ def _over(columns, before, after, n: int = 8):
         moved.append(column.values[first] - column.values[first - 1])
         expected.append(np.mean(speeds) * (after - before))
         typical.append(np.median(np.abs(np.diff(column.values))))
-    return tuple(float(np.linalg.norm(part)) for part in (moved, expected, typical))
+        usual.append(typical[-1] * (after - before) / np.median(np.diff(column.times)))
+    return tuple(float(np.linalg.norm(part)) for part in (moved, expected, typical, usual))
 
 
 def _speed(times, values) -> float:
