@@ -7,6 +7,7 @@ standard normal for the surrogate, and a step of the sampler moves both.
 from functools import partial
 
 import numpy as np
+import threadpoolctl
 
 from bayesub.baselines import gauss_newton
 from bayesub.sampling.collapsed import Collapsed
@@ -114,6 +115,7 @@ def with_process(problem, mode) -> np.ndarray:
     return values
 
 
+@threadpoolctl.threadpool_limits.wrap(1, "blas")  # its threads wait for those that solve members
 def marginal_mode(problem, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
     """The collapsed problem, expanded near its own mode, and that (n_params,), from all parameters near the mode.
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import threadpoolctl
 from scipy import special
 
 from bayesub.baselines import filter_error, gauss_newton
@@ -180,6 +181,7 @@ def slow_noise(problem: Problem, pose, estimate: Estimate) -> Estimate:
     return estimate
 
 
+@threadpoolctl.threadpool_limits.wrap(1, "blas")
 def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, float], rng: np.random.Generator) -> dict:
     """:func:`judged` of the posterior with the histories integrated out, by importance sampling.
 
