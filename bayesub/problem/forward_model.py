@@ -125,7 +125,9 @@ class ForwardModel:
         return predicted, status
 
     def water(self, values, history: ForceHistory | None = None) -> Water | None:
-        """How the water moves at the times of the readings, (n_batch, n_times, 2) each; None without a current.
+        """How the water moves at the times of the readings; None without a current.
+
+        Of (n_batch, n_times, 2) each, or (n_times, 2) of a history alone.
 
         Parameters
         ----------
@@ -137,7 +139,6 @@ class ForwardModel:
         steady = None if currents is None else Water.steady(currents, times)
         if history is not None:
             varying = Water.varying(history, times)
-            varying = Water(varying.velocity[None], varying.displacement[None])
         elif self._by_water is not None:
             knots = np.zeros((len(values), len(WATER), self._by_water.velocity.shape[1]))
             members = self.disturbances.members(WATER)
@@ -191,8 +192,10 @@ class ForwardModel:
         by_nuisances = np.zeros((len(slopes), len(self.nuisances)))
         if moved:
             by_nuisances += slopes[:, len(names) :] @ effects
-        for k, towards in self.nuisances.current_columns():
-            by_nuisances[:, k] += self.measurement.current_slopes(outputs, self._steady, water)[:, towards, 0]
+        if currents := self.nuisances.current_columns():
+            by_steady = self.measurement.current_slopes(outputs, self._steady, water)
+            for k, towards in currents:
+                by_nuisances[:, k] += by_steady[:, towards, 0]
         if self._by_water is not None:
             by_knots = self.measurement.current_slopes(outputs, self._by_water, water)[:, self._towards()]
             own = self._history_slopes(values, WATER)

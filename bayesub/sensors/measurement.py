@@ -104,7 +104,7 @@ class MeasurementModel:
         outputs : (n_batch, n_times, n_measured) array
             The :attr:`measured` outputs in the water.
         water : Water, optional
-            Of (n_batch or 1, n_times, 2) each; for a model with a current.
+            Of (n_batch, n_times, 2) or (n_times, 2) each; for a model with a current.
         """
         # The kernels are imported where they compute, because importing numba takes a second.
         from bayesub.kernels.noise import gathered
@@ -112,13 +112,13 @@ class MeasurementModel:
         readings = gathered(outputs.reshape(len(outputs), -1), self._position)
         if water is not None:
             for place, parts in self._seen(outputs):
-                moved = water.behind(place.channel.state)[:, place.rows]
+                moved = water.behind(place.channel.state)[..., place.rows, :]
                 readings[:, place.part] += np.sum(parts * moved, axis=-1)
         for place in self._at_lever_arms:
             channel = place.channel
             readings[:, place.part] += displaced(channel.state, channel.lever_arm_m, place.causes(outputs))
         for place in self._velocities:
-            current = np.zeros(2) if water is None else water.velocity[:, place.rows]
+            current = np.zeros(2) if water is None else water.velocity[..., place.rows, :]
             readings[:, place.part] = velocity.readings(*self._velocity(place, place.causes(outputs), current))
         return readings
 

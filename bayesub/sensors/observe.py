@@ -58,7 +58,7 @@ def observe(
     water = Water.steady(np.array(current_mps), model.times)
     if history is not None:
         water += Water.varying(history, model.times)
-    (truth,) = model.of(outputs[None], Water(water.velocity[None], water.displacement[None]))
+    (truth,) = model.of(outputs[None], water)
     readings = [
         sensor.read(at, truth[part], rng) for sensor, at, part in zip(sensors, times, model.slices, strict=True)
     ]
