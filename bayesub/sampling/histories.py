@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import threadpoolctl
 
-from bayesub.baselines import gauss_newton
+from bayesub.baselines import gauss_newton, posterior_mode
 from bayesub.sampling.collapsed import Collapsed
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import crank_nicolson
@@ -149,9 +149,15 @@ def _log_density(collapsed, x) -> float:
     return float((log_likelihood + collapsed.prior.scaled_log_density(x[None]))[0])
 
 
-def straightened(problem, mode, rng, progress) -> tuple[HistoryGeometry, HistorySurrogate, np.ndarray]:
-    """Sampling coordinates, a surrogate, and draws (n, n_others) of it, from all parameters near the mode."""
-    collapsed, others = marginal_mode(problem, mode)
+def searched(problem, smooth, rng) -> tuple[Collapsed, np.ndarray]:
+    """As :func:`marginal_mode` of the smooth problem, from the posterior mode of a problem with a wide process."""
+    return marginal_mode(smooth, with_process(problem, posterior_mode(problem.with_wide_process(), rng=rng)))
+
+
+def straightened(
+    collapsed: Collapsed, others: np.ndarray, rng, progress
+) -> tuple[HistoryGeometry, HistorySurrogate, np.ndarray]:
+    """Sampling coordinates, a surrogate, and draws (n, n_others) of it, of a collapsed problem and its mode."""
     geometry = Geometry.whitened(collapsed, others)
     surrogate, draws = learn(collapsed, geometry, rng, progress)
     return HistoryGeometry(geometry, collapsed), HistorySurrogate(surrogate), draws

@@ -10,12 +10,11 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from bayesub.baselines import posterior_mode
 from bayesub.checks import convergence
 from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.io.errors import InputError
 from bayesub.sampling.geometry import Geometry
-from bayesub.sampling.histories import marginal_mode, with_process
+from bayesub.sampling.histories import searched
 from bayesub.sampling.posterior import Posterior
 from bayesub.sampling.sampler import SMOOTH, problem_histories, straightened
 
@@ -264,7 +263,6 @@ def _geometry(problem, rng, progress):
     """Sampling coordinates; with histories those whitened at the mode, in which they are nearly normal as it is."""
     if not problem_histories(problem):
         return straightened(problem, rng, progress)[0]
-    mode = posterior_mode(problem.with_wide_process(), rng=rng)
     smooth = problem.smoothed(SMOOTH)
-    collapsed, others = marginal_mode(smooth, with_process(problem, mode))
+    collapsed, others = searched(problem, smooth, rng)
     return Geometry.whitened(smooth, collapsed.full(others))

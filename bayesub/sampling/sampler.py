@@ -250,8 +250,7 @@ def straightened(
     searches, surrogates = rng.spawn(2)
     smooth = problem.smoothed(SMOOTH)
     if problem_histories(problem):
-        mode = posterior_mode(problem.with_wide_process(), rng=searches)
-        return histories.straightened(smooth, histories.with_process(problem, mode), surrogates, progress)
+        return histories.straightened(*histories.searched(problem, smooth, searches), surrogates, progress)
     mode = posterior_mode(problem, rng=searches).values
     if examine is not None:
         examine(mode)
