@@ -130,7 +130,7 @@ def marginal_mode(problem, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
         lower = np.linalg.cholesky(estimate.covariance)
         moved = np.linalg.solve(lower, estimate.values - collapsed.prior.unscaled(x))
         if np.linalg.norm(moved) < _NEAR * np.sqrt(len(moved)):
-            return collapsed, estimate.values
+            return Collapsed(problem, collapsed.full(estimate.values)), estimate.values
         step = collapsed.prior.scaled(estimate.values) - x
         for share in min(1.0, 2.0 * share) * 0.5 ** np.arange(_HALVINGS):  # noqa: B020
             there = Collapsed(problem, collapsed.full(collapsed.prior.unscaled(x + share * step)))
