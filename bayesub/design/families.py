@@ -1,0 +1,210 @@
+"""Families of manoeuvres: numbers between -1 and 1 that make orders which planes and propeller can follow.
+
+``steps``
+    orders that hold until the next, as a helmsman gives them
+``curves``
+    straight lines between knots, as an autopilot can follow them
+``multisines``
+    harmonics that the controls share among themselves, with free amplitudes and phases (Morelli 2016)
+``standard``
+    zig-zags of rudder and planes with free angles and periods, and circles where a period is longer than the trial
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bayesub.design.limits import Limits
+from bayesub.io import log_files
+from bayesub.io.errors import InputError, nearest
+from bayesub.model.manoeuvre_files import straight_and_level
+from bayesub.model.manoeuvres import Manoeuvre, of_inputs
+from bayesub.model.vehicles import Vehicle
+
+LENGTHS = 44.0  # ship lengths that a trial takes unless its limits say otherwise: ten minutes of suboff
+N_SAMPLES = 1200  # of a control history
+RPM = "rpm"
+
+
+@dataclass(frozen=True)
+class Control:
+    """One control that may be moved.
+
+    Attributes
+    ----------
+    column : str
+        Of a log, ``rudder_deg`` or ``rpm``.
+    rest, lower, upper : float
+        SI units.
+    rate : float
+        Largest rate of change, 1/s.
+    """
+
+    column: str
+    rest: float
+    lower: float
+    upper: float
+    rate: float
+
+
+def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
+    """What may be moved on a vehicle: its actuators within the limits, and the propeller if its speed may change.
+
+    Raises
+    ------
+    InputError
+        For a limit of a control that the vehicle does not have.
+    """
+    members = {m.column: m for m in vehicle.actuators.members if m.short in vehicle.inputs and m.column != RPM}
+    given, expected = limits.of_controls, [f"{column}{rate}" for column in members for rate in ("", "ps")]
+    for key in given:
+        if key not in expected:
+            raise InputError(f"limits: '{key}' is no limit and no control of '{vehicle.name}'{nearest(key, expected)}")
+    moved = []
+    for column, member in members.items():
+        factor, (lower, upper) = log_files.si_factor(column), member.range
+        largest = given.get(column, np.inf) * factor
+        rate = min(np.inf if member.rate is None else member.rate, given.get(f"{column}ps", np.inf) * factor)
+        moved.append(Control(column, member.rest, max(lower, -largest), min(upper, largest), rate))
+    steady = vehicle.rpm_per_mps * vehicle.speed_mps
+    low, high = (0.01 * percent * steady for percent in (limits.min_rpm_percent, limits.max_rpm_percent))
+    if RPM in vehicle.inputs and low < high:
+        moved.append(Control(RPM, steady, low, high, np.inf))
+    return tuple(moved)
+
+
+@dataclass(frozen=True)
+class Family:
+    """Manoeuvres of one kind.
+
+    Attributes
+    ----------
+    kind : str
+        A key of :data:`KINDS`.
+    vehicle : Vehicle
+    limits : Limits
+    controls : tuple of Control
+    subproblem : str or None
+    n_knots : int
+        Orders, knots or harmonics of each control.
+    """
+
+    kind: str
+    vehicle: Vehicle
+    limits: Limits
+    controls: tuple[Control, ...]
+    subproblem: str | None = None
+    n_knots: int = 45
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        return self.limits.duration_s or LENGTHS * self.vehicle.length_m / self.vehicle.speed_mps
+
+    @property
+    def n_dims(self) -> int:
+        """How many numbers make a manoeuvre."""
+        return self._kind[0](self) * len(self.controls)
+
+    @property
+    def _kind(self):
+        return KINDS[self.kind]
+
+    @cached_property
+    def times(self) -> np.ndarray:
+        """(n_samples,) of the control history, s."""
+        return np.linspace(0.0, self.duration, N_SAMPLES + 1)
+
+    def start(self, rng: np.random.Generator) -> np.ndarray:
+        """(n_dims,) numbers of a random manoeuvre."""
+        return rng.uniform(-1.0, 1.0, self.n_dims)
+
+    def manoeuvre(self, numbers: np.ndarray, name: str = "design") -> Manoeuvre:
+        """The manoeuvre of numbers (n_dims,); the controls follow as fast as they can."""
+        shapes = self._kind[1](self, np.clip(numbers, -1.0, 1.0).reshape(len(self.controls), -1))
+        orders = {c.column: _within(c, shape, self.times) for c, shape in zip(self.controls, shapes, strict=True)}
+        return self._of(orders, name)
+
+    def straight(self) -> Manoeuvre:
+        """The manoeuvre in which nothing moves."""
+        return self._of({}, "straight")
+
+    def _of(self, histories, name):
+        vehicle = self.vehicle
+        inputs = np.tile(vehicle.actuators.rest, (len(self.times), 1))
+        rpm = histories.get(RPM, np.full(len(self.times), vehicle.rpm_per_mps * vehicle.speed_mps))
+        for k, member in enumerate(vehicle.actuators.members):
+            if member.column in histories:
+                inputs[:, k] = histories[member.column]
+        return of_inputs(
+            name, self.times, inputs, rpm, straight_and_level(vehicle), vehicle, subproblem=self.subproblem
+        )
+
+
+def _within(control: Control, shape: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """(n,) values of a control, from rest, that follow a shape (n,) from -1 to 1 as fast as the control can."""
+    below, above = control.rest - control.lower, control.upper - control.rest
+    wanted = control.rest + np.where(shape < 0.0, below * shape, above * shape)
+    if control.column == RPM:  # as ever as the rest is at one end
+        wanted = 0.5 * (control.lower + control.upper) + 0.5 * (control.upper - control.lower) * shape
+    return _followed(wanted, control.rest, control.rate * (times[1] - times[0]))
+
+
+def _followed(wanted, rest, largest):
+    """Values that approach what is wanted (n,) by at most `largest` a sample, from rest."""
+    if not np.isfinite(largest):
+        return np.concatenate([[rest], wanted[1:]])
+    values, value = np.empty(len(wanted)), rest
+    for k, target in enumerate(wanted.tolist()):
+        value += min(max(target - value, -largest), largest) if k else 0.0
+        values[k] = value
+    return values
+
+
+def _n_orders(family: Family) -> int:
+    """Steps of each control: what the helmsman can follow, at most as many as knots."""
+    an_hour = family.limits.orders_an_hour
+    return family.n_knots if an_hour is None else max(1, min(family.n_knots, int(an_hour * family.duration / 3600.0)))
+
+
+def _steps(family: Family, numbers):
+    held = np.minimum((np.arange(len(family.times)) * numbers.shape[1]) // len(family.times), numbers.shape[1] - 1)
+    return numbers[:, held]
+
+
+def _curves(family: Family, numbers):
+    knots = np.linspace(0.0, family.duration, numbers.shape[1])
+    return [np.interp(family.times, knots, row) for row in numbers]
+
+
+def _multisines(family: Family, numbers):
+    """Control j has the harmonics j + 1, j + 1 + n_controls, ..; amplitudes share a control's range."""
+    n, (n_controls, _) = family.n_knots, numbers.shape
+    shapes = []
+    for j, row in enumerate(numbers):
+        amplitudes, phases = 0.5 * (row[:n] + 1.0), np.pi * row[n:]
+        harmonics = 1 + j + n_controls * np.arange(n)
+        waves = np.sin(2.0 * np.pi * np.outer(harmonics, family.times / family.duration) + phases[:, None])
+        shape = amplitudes @ waves
+        shapes.append(shape / max(np.abs(shape).max(), 1.0))
+    return shapes
+
+
+def _standard(family: Family, numbers):
+    """Square waves: amplitude, mean, logarithm of the period from a fiftieth to twice the trial, phase."""
+    shapes = []
+    for amplitude, mean, period, phase in numbers:
+        period = family.duration * 10.0 ** (-0.7 + period)
+        square = np.sign(np.sin(2.0 * np.pi * family.times / period + np.pi * phase))
+        shapes.append(np.clip(0.5 * (1.0 + amplitude) * square + 0.5 * mean, -1.0, 1.0))
+    return shapes
+
+
+KINDS: dict[str, tuple[Callable, Callable]] = {  # numbers of each control, and shapes (n_controls, n_samples) of them
+    "steps": (_n_orders, _steps),
+    "curves": (lambda family: family.n_knots, _curves),
+    "multisines": (lambda family: 2 * family.n_knots, _multisines),
+    "standard": (lambda _family: 4, _standard),
+}

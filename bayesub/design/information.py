@@ -1,0 +1,114 @@
+"""What a trial will tell of the coefficients, before it is flown: expected standard deviations and optimality criteria.
+
+All matrices are in prior standard deviations of the coefficients, so that the prior precision is the identity unless an
+earlier trial has sharpened it. Criteria are those of optimal experiment design (Goodwin & Payne 1977, Morelli 2016).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg
+
+
+@dataclass(frozen=True)
+class Information:
+    """Expected information of readings on coefficients, in the normal approximation.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The n coefficients.
+    values : (n,) array
+        Where they were taken, in the units of their names.
+    prior_sd : (n,) array
+        The unit of all matrices.
+    precision : (n, n) array
+        Of the prior, the identity if it knows no correlation.
+    gram : (n, n) array
+        Fisher information of the readings, all else integrated out.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    prior_sd: np.ndarray
+    precision: np.ndarray
+    gram: np.ndarray
+
+    def __add__(self, other: "Information") -> "Information":
+        """What two independent trials of the same boat tell together."""
+        return replace(self, gram=self.gram + other.gram)
+
+    @cached_property
+    def _factor(self) -> np.ndarray:
+        return linalg.cholesky(self.precision + self.gram, lower=True)
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """(n, n) expected posterior covariance, in prior sds."""
+        return linalg.cho_solve((self._factor, True), np.eye(len(self.names)))
+
+    @property
+    def posterior_sd(self) -> np.ndarray:
+        """(n,) expected posterior standard deviations, in the units of the coefficients."""
+        return self.prior_sd * np.sqrt(np.diag(self.covariance))
+
+    @property
+    def relative_sd(self) -> np.ndarray:
+        """(n,) expected posterior standard deviations over the size of the values."""
+        return self.posterior_sd / np.abs(self.values)
+
+    def n_known(self, share: float) -> int:
+        """Number of coefficients with an expected posterior sd of at most a share of their value."""
+        return int(np.count_nonzero(self.relative_sd <= share))
+
+    @cached_property
+    def singular_values(self) -> np.ndarray:
+        """(n,) descending: along a direction with s the data alone have an sd of 1/s of the prior's.
+
+        They follow from the information, and those below 1e-8 of the largest are rounding errors.
+        """
+        lower = linalg.cholesky(self.precision, lower=True)
+        white = linalg.solve_triangular(lower, linalg.solve_triangular(lower, self.gram, lower=True).T, lower=True)
+        return np.sqrt(np.maximum(np.linalg.eigvalsh(white)[::-1], 0.0))
+
+    @property
+    def n_sharper(self) -> int:
+        """Number of directions in which the data are sharper than the prior."""
+        return int(np.count_nonzero(self.singular_values > 1.0))
+
+    @property
+    def d_optimality(self) -> float:
+        """Mean logarithm of the posterior over the prior sd along the principal directions."""
+        determinants = [
+            2.0 * np.log(np.diag(factor)).sum() for factor in (linalg.cholesky(self.precision), self._factor)
+        ]
+        return 0.5 * (determinants[0] - determinants[1]) / len(self.names)
+
+    @property
+    def a_optimality(self) -> float:
+        """Mean posterior variance of the coefficients over that of the prior."""
+        before = np.diag(linalg.inv(self.precision))
+        return float(np.mean(np.diag(self.covariance) / before))
+
+    def e_optimality(self, n_null: int) -> float:
+        """Largest posterior over prior sd along a direction that is not one of `n_null` null directions."""
+        return float(1.0 / np.sqrt(1.0 + self.singular_values[len(self.names) - 1 - n_null] ** 2))
+
+    def sd_of(self, gradient: np.ndarray) -> float:
+        """Expected posterior sd of a quantity with a gradient (n,) by the coefficients, in its own unit."""
+        scaled = gradient * self.prior_sd
+        return float(np.sqrt(scaled @ self.covariance @ scaled))
+
+    def prior_sd_of(self, gradient: np.ndarray) -> float:
+        """As :meth:`sd_of`, before the trial."""
+        scaled = gradient * self.prior_sd
+        return float(np.sqrt(scaled @ np.linalg.solve(self.precision, scaled)))
+
+    def with_known(self, members: Sequence[int], relative_sd: float) -> "Information":
+        """The same if some coefficients, by position, had been measured to a relative sd besides."""
+        precision = self.precision.copy()
+        for k in members:
+            precision[k, k] += (self.prior_sd[k] / (relative_sd * abs(self.values[k]))) ** 2
+        return replace(self, precision=precision)

@@ -1,0 +1,219 @@
+"""Judge manoeuvres by what their readings will tell: exact sensitivities, without a single reading.
+
+Normal noise weighs the sensitivities of the readings whatever is read. A reading that is rounded weighs as one with
+normal noise of the same expected information (:func:`expected_sd`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+
+import numpy as np
+from scipy.special import ndtr
+
+from bayesub.design.information import Information
+from bayesub.identifiability.fisher import integrated_out
+from bayesub.io.errors import InputError
+from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem.distributions import Prior
+from bayesub.problem.disturbances import UnknownDisturbance
+from bayesub.problem.noise import Noise
+from bayesub.problem.priors import CoefficientPrior, relative_normal
+from bayesub.problem.problem import Problem
+from bayesub.sensors.observe import unread
+from bayesub.sensors.record import Channel, Record
+from bayesub.sensors.sensor import Sensor
+
+_ACCURATE = 0.02  # relative change of an expected sd by half the step
+_COARSEST, _HALVINGS = 0.25, 8  # of the time in which the boat travels its length
+_PHASES, _TAIL = 64, 9.0  # of a value between two multiples of the resolution; sds beyond which nothing is read
+MIN_SHARPNESS = 0.05  # noise below this share of the resolution tells no more in these sums
+
+
+@dataclass(frozen=True)
+class Judge:
+    """The expected information of any manoeuvre of a boat.
+
+    Attributes
+    ----------
+    vehicle : Vehicle
+    sensors : tuple of Sensor
+    free : tuple of str
+        Coefficients to infer; those that are zero, or have no part in the sub-problem, are left out.
+    prior : CoefficientPrior
+        Of one trial and the next; by default a normal one with a quarter of the value.
+    precision : (n, n) array or None
+        Prior precision of :attr:`names` in prior sds, where an earlier trial knows more.
+    nuisance : dict of str to Prior
+        Nuisance parameters of each trial, integrated out.
+    noise : dict of str to Noise
+        As of :class:`bayesub.Problem`.
+    disturbance : UnknownDisturbance or None
+        Unmodelled forces, whose histories are integrated out.
+    subproblem : str or None
+    draws : (n_draws, n_terms) array or None
+        Coefficient sets over which a criterion is averaged, by default the values of the vehicle alone.
+    step_s : float or None
+        Integration step, by default :meth:`accurate_step` of the first manoeuvre that is judged.
+    """
+
+    vehicle: Vehicle
+    sensors: tuple[Sensor, ...]
+    free: tuple[str, ...] = ()
+    prior: CoefficientPrior = field(default_factory=lambda: relative_normal(0.25))
+    precision: np.ndarray | None = None
+    nuisance: Mapping[str, Prior] = field(default_factory=dict)
+    noise: Mapping[str, Noise] = field(default_factory=dict)
+    disturbance: UnknownDisturbance | None = None
+    subproblem: str | None = None
+    draws: np.ndarray | None = None
+    step_s: float | None = None
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The n coefficients, in the order of the equations."""
+        equations, xi = self.vehicle.equations, self.vehicle.xi
+        active = equations.active(subproblem=self.subproblem)
+        columns = equations.columns(self.free or active)
+        scale = self.prior.has_scale(columns, xi, equations.names)
+        chosen = {equations.names[k] for k, has in zip(columns, scale, strict=True) if has} & set(active)
+        if not chosen:
+            raise InputError(
+                f"{self.vehicle.name}: none of the coefficients asked for has a value and a part in the motion"
+            )
+        return tuple(name for name in equations.names if name in chosen)
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """(n,) where the coefficients stand among those of the equations."""
+        return self.vehicle.equations.columns(self.names)
+
+    @property
+    def values(self) -> np.ndarray:
+        """(n,) values of the coefficients of the vehicle."""
+        return self.vehicle.xi[self.columns]
+
+    @property
+    def sets(self) -> np.ndarray:
+        """(n_draws, n_terms) coefficient sets over which a criterion is averaged."""
+        return self.vehicle.xi[None] if self.draws is None else self.draws
+
+    def problem(self, manoeuvre: Manoeuvre, step_s: float) -> Problem:
+        """The inference problem of a trial that has not been flown; it has Jacobians, and no likelihood."""
+        record = Record(tuple(map(_as_normal, unread(self.sensors, manoeuvre.duration).channels)))
+        manoeuvre = replace(manoeuvre, subproblem=self.subproblem)
+        return Problem(
+            self.vehicle, manoeuvre, record, free=self.names, prior=self.prior, nuisance=dict(self.nuisance),
+            noise=dict(self.noise), dt=step_s, disturbance=self.disturbance,
+        )  # fmt: skip
+
+    def information(self, manoeuvre: Manoeuvre) -> list[Information]:
+        """What a manoeuvre will tell, at each of :attr:`sets`."""
+        return Sensed(self, manoeuvre, self.step_s or self.accurate_step(manoeuvre)).information()
+
+    def accurate_step(self, manoeuvre: Manoeuvre) -> float:
+        """The longest step, s, of which a half changes no expected sd by more than two per cent."""
+        step = _COARSEST * self.vehicle.length_m / self.vehicle.speed_mps
+        judge = replace(self, draws=None)
+        (before,) = Sensed(judge, manoeuvre, step).information()
+        for _ in range(_HALVINGS):
+            (after,) = Sensed(judge, manoeuvre, 0.5 * step).information()
+            if np.abs(before.posterior_sd / after.posterior_sd - 1.0).max() < _ACCURATE:
+                return step
+            step, before = 0.5 * step, after
+        return step
+
+    def empty(self) -> Information:
+        """What is known before any trial."""
+        return self._information(np.zeros((len(self.names), len(self.names))))
+
+    def _information(self, gram) -> Information:
+        prior_sd, precision = self._known
+        return Information(self.names, self.values, prior_sd, precision, gram)
+
+    @cached_property
+    def _known(self) -> tuple[np.ndarray, np.ndarray]:
+        """Prior sds (n,) and precision (n, n) in them."""
+        prior = self.prior.on(self.columns, self.vehicle.xi, self.vehicle.equations.names)
+        if self.precision is not None:
+            return prior.sd, self.precision
+        n = len(self.names)
+        lower = prior.chain(np.eye(n), np.zeros(n))  # parameters by standard normal coordinates
+        lower /= np.linalg.norm(lower, axis=1)[:, None]
+        return prior.sd, np.linalg.inv(lower @ lower.T)
+
+
+class Sensed:
+    """The derivatives of the readings of one manoeuvre, of which any part may be taken for the information.
+
+    Parameters
+    ----------
+    judge : Judge
+    manoeuvre : Manoeuvre
+    step_s : float
+        Integration step.
+
+    Attributes
+    ----------
+    times : (n_readings,) array
+        s.
+    rows : dict of str to slice
+        Channel -> its readings.
+    """
+
+    def __init__(self, judge: Judge, manoeuvre: Manoeuvre, step_s: float):
+        self.judge, self._problem = judge, judge.problem(manoeuvre, step_s)
+        self.times, self.rows = self._problem.times, self._problem.rows
+        problem = self._problem
+        self._places = np.array([judge.names.index(name) for name in problem.names[: problem.n_coefficients]])
+        self._jacobians = [self._jacobian(xi) for xi in judge.sets]
+
+    def _jacobian(self, xi):
+        """(n_rows, n_params) derivatives of the readings over their sds by parameters in prior sds."""
+        problem = self._problem
+        parameters = problem.prior.mean.copy()
+        parameters[: problem.n_coefficients] = xi[self.judge.columns[self._places]]
+        return problem.jacobian(parameters) * problem.prior.sd
+
+    def information(self, readings: np.ndarray | None = None) -> list[Information]:
+        """What the readings, or those of a mask (n_readings,) alone, tell at each coefficient set."""
+        return [self._of(jacobian, readings) for jacobian in self._jacobians]
+
+    def _of(self, jacobian, readings):
+        jacobian = jacobian[: len(self.times)]
+        jacobian = jacobian if readings is None else jacobian[readings]
+        n = self._problem.n_coefficients
+        by_coefficients = jacobian[:, :n]
+        if jacobian.shape[1] > n:
+            by_coefficients = integrated_out(by_coefficients, jacobian[:, n:])
+        gram = np.zeros((len(self.judge.names),) * 2)
+        gram[np.ix_(self._places, self._places)] = by_coefficients.T @ by_coefficients
+        return self.judge._information(gram if np.isfinite(gram).all() else np.zeros_like(gram))
+
+
+def _as_normal(channel: Channel) -> Channel:
+    if not channel.resolution:
+        return channel
+    return replace(channel, sd=expected_sd(channel.sd, channel.resolution), resolution=0.0)
+
+
+@cache
+def expected_sd(sd: float, resolution: float) -> float:
+    """Sd of normal noise whose information is that expected of a reading with noise that is then rounded.
+
+    Expected over where the true value lies between two multiples of the resolution. Without noise, or with little, a
+    reading tells where a jump is and the information is without bound; then it is that of noise of a twentieth of the
+    resolution.
+    """
+    if not resolution:
+        return sd
+    sd = max(sd, MIN_SHARPNESS * resolution)
+    phases = (np.arange(_PHASES) + 0.5) / _PHASES * resolution
+    n = int(np.ceil(_TAIL * sd / resolution)) + 1
+    upper = (np.arange(-n, n + 1) + 0.5) * resolution
+    ends = (np.stack([upper - resolution, upper])[:, None] - phases[:, None]) / sd  # (2, n_phases, n_multiples)
+    probability = ndtr(ends[1]) - ndtr(ends[0])
+    slope = np.diff(np.exp(-0.5 * ends**2), axis=0)[0] / np.sqrt(2.0 * np.pi) / sd
+    information = np.divide(slope**2, probability, out=np.zeros_like(slope), where=probability > 0.0).sum(axis=1)
+    return float(1.0 / np.sqrt(information.mean()))

@@ -1,0 +1,211 @@
+"""Limits of a trial: what the boat, its crew and the range allow, judged by simulation."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import pydantic
+
+from bayesub.io import log_files, toml_files
+from bayesub.io.errors import InputError
+from bayesub.io.toml_files import Positive, Section
+from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.simulator import Simulator
+from bayesub.model.vehicles import Vehicle
+
+N_DRAWS = 32  # of the prior, that fly a manoeuvre
+_SAMPLES = 300  # of a flight, at which limits are judged
+Percent = Annotated[float, pydantic.Field(ge=0.0, le=200.0)]
+Share = Annotated[float, pydantic.Field(ge=0.0, le=1.0)]
+ORDERED = (  # the first is not above the second
+    ("min_rpm_percent", "max_rpm_percent"),
+    ("min_speed_mps", "max_speed_mps"),
+    ("surface_m", "bottom_m"),
+)
+
+
+class Limits(Section):
+    """What a manoeuvre must keep within; what is left out is not limited, but that planes have limits of their own.
+
+    Any other key is the column of a plane or actuator, such as ``rudder_deg``, with its largest value to either side,
+    or the same with its rate, ``rudder_degps``; by default those of the vehicle.
+
+    Attributes
+    ----------
+    duration_s : float or None
+        Length of the trial; by default 44 ship lengths travelled.
+    min_rpm_percent, max_rpm_percent : float
+        Of the propeller speed that self-propels; equal ones keep it.
+    orders_an_hour : float or None
+        Orders to one control that a helmsman can follow; None for an autopilot, which follows any curve.
+    depth_change_m : float or None
+        Largest distance from the depth at the start.
+    surface_m, bottom_m : float or None
+        Smallest depth of the highest point of the hull, and largest of the lowest.
+    pitch_deg, roll_deg : float or None
+    min_speed_mps, max_speed_mps : float or None
+        Surge velocity.
+    range_north_m, range_east_m : float or None
+        Size of the area.
+    share_of_draws : float
+        Share of the boats that the prior holds possible that must keep all limits too.
+    """
+
+    model_config = pydantic.ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Positive]
+
+    duration_s: Positive | None = None
+    min_rpm_percent: Percent = 50.0
+    max_rpm_percent: Percent = 100.0
+    orders_an_hour: Positive | None = None
+    depth_change_m: Positive | None = None
+    surface_m: float | None = None
+    bottom_m: float | None = None
+    pitch_deg: Positive | None = None
+    roll_deg: Positive | None = None
+    min_speed_mps: float | None = None
+    max_speed_mps: Positive | None = None
+    range_north_m: Positive | None = None
+    range_east_m: Positive | None = None
+    share_of_draws: Share = 0.0
+
+    @property
+    def of_controls(self) -> dict[str, float]:
+        """Column, or column with ``ps`` after its unit -> largest value or rate."""
+        return dict(self.__pydantic_extra__ or {})
+
+    @pydantic.model_validator(mode="after")
+    def _ordered(self):
+        for low, high in ORDERED:
+            lower, upper = getattr(self, low), getattr(self, high)
+            if lower is not None and upper is not None and lower > upper:
+                raise ValueError(f"{low} is above {high}")
+        return self
+
+
+def load_limits(path: str | Path) -> Limits:
+    """Read a limits file.
+
+    Raises
+    ------
+    InputError
+        With file, key and remedy.
+    """
+    return toml_files.read_toml(Path(path), Limits)
+
+
+def usual_limits(vehicle: Vehicle) -> Limits:
+    """Those of a boat of which nobody says more: depth within 0.9 lengths, pitch under 30 and roll under 45 degrees."""
+    if vehicle.equations.degrees_of_freedom < 6:
+        return Limits(min_speed_mps=0.1 * vehicle.speed_mps)
+    return Limits(
+        depth_change_m=0.9 * vehicle.length_m, pitch_deg=30.0, roll_deg=45.0, min_speed_mps=0.1 * vehicle.speed_mps
+    )
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far a manoeuvre stays from one limit.
+
+    Attributes
+    ----------
+    key : str
+        Of the limits file.
+    limit : float
+        In the unit of the key.
+    reached : (n_flights,) array
+        Extreme value of each flight, that of the vehicle itself first.
+    is_upper : bool
+        Whether the limit is the largest value rather than the smallest.
+    """
+
+    key: str
+    limit: float
+    reached: np.ndarray
+    is_upper: bool = True
+
+    @property
+    def excess(self) -> np.ndarray:
+        """(n_flights,) how far each flight is beyond the limit, as a share of its size; negative within."""
+        size = max(abs(self.limit), 1e-9)
+        return (self.reached - self.limit) / size * (1.0 if self.is_upper else -1.0)
+
+    @property
+    def share_within(self) -> float:
+        """Share of the draws, the flights but the first, that keep the limit."""
+        return float(np.mean(self.excess[1:] <= 0.0)) if len(self.reached) > 1 else float("nan")
+
+
+class Range:
+    """The limits of a vehicle, and the flights that show whether a manoeuvre keeps them.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+    limits : Limits
+    draws : (n_draws, n_terms) array
+        Coefficient sets that the prior holds possible.
+    subproblem : str or None
+    step_s : float
+        Integration step.
+    """
+
+    def __init__(self, vehicle: Vehicle, limits: Limits, draws: np.ndarray, subproblem: str | None, step_s: float):
+        self.vehicle, self.limits, self.subproblem, self.step_s = vehicle, limits, subproblem, step_s
+        self.sets = np.vstack([vehicle.xi[None], draws])
+
+    def flown(self, manoeuvre: Manoeuvre) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times (n_times,), states (n_flights, n_times, 12) and whether each flight (n_flights,) came to its end."""
+        times = np.linspace(0.0, manoeuvre.duration, _SAMPLES + 1)
+        simulator = Simulator(self.vehicle, manoeuvre, times, dt=self.step_s, subproblem=self.subproblem)
+        states, status = simulator.run(self.sets, parallel=False)
+        return times, states, status == 0
+
+    def margins(self, manoeuvre: Manoeuvre) -> list[Margin]:
+        """The margin to each limit; that of a flight that failed is infinitely beyond."""
+        _, states, whole = self.flown(manoeuvre)
+        return [
+            Margin(key, limit, np.where(whole, reached, np.inf if is_upper else -np.inf), is_upper)
+            for key, limit, reached, is_upper in self._extremes(states)
+        ]
+
+    def _extremes(self, states) -> Iterator[tuple[str, float, np.ndarray, bool]]:
+        x, y, z, phi, theta, u = np.moveaxis(
+            states[..., log_files.positions("x", "y", "z", "phi", "theta", "u")], -1, 0
+        )
+        half = 0.5 * self.vehicle.length_m * np.abs(np.sin(theta))
+        extremes = {
+            "depth_change_m": (lambda: np.abs(z - z[:, :1]).max(1), True),
+            "surface_m": (lambda: (z - half).min(1), False),
+            "bottom_m": (lambda: (z + half).max(1), True),
+            "pitch_deg": (lambda: np.degrees(np.abs(theta).max(1)), True),
+            "roll_deg": (lambda: np.degrees(np.abs(phi).max(1)), True),
+            "min_speed_mps": (lambda: u.min(1), False),
+            "max_speed_mps": (lambda: u.max(1), True),
+            "range_north_m": (lambda: np.ptp(x, axis=1), True),
+            "range_east_m": (lambda: np.ptp(y, axis=1), True),
+        }
+        for key, (reached, is_upper) in extremes.items():
+            limit = getattr(self.limits, key)
+            if limit is not None:
+                yield key, limit, reached(), is_upper
+
+    def penalty(self, margins: list[Margin]) -> float:
+        """Zero within all limits; otherwise how far beyond, flights summed as far as they are asked for."""
+        beyond = np.max([np.zeros(len(self.sets)), *(np.minimum(m.excess, 10.0) for m in margins)], axis=0)
+        total = beyond[0]
+        wanted = int(np.ceil(self.limits.share_of_draws * (len(beyond) - 1)))
+        if wanted:
+            total += np.sort(beyond[1:])[:wanted].mean()
+        return float(total)
+
+    def refuse(self, straight: Manoeuvre) -> None:
+        """InputError if even straight flight breaks a limit."""
+        for margin in self.margins(straight):
+            if margin.excess[0] > 0.0:
+                raise InputError(
+                    f"limits: even straight flight at {self.vehicle.speed_mps:g} m/s reaches "
+                    f"{margin.reached[0]:.3g}, beyond {margin.key} = {margin.limit:g}; widen it"
+                )

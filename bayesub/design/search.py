@@ -1,0 +1,161 @@
+"""Search a family of manoeuvres for the one that a goal likes best, within limits.
+
+The optimiser is the covariance matrix adaptation of a kept library, with a diagonal matrix (Ros & Hansen 2008): there
+are a hundred numbers and more, and a generation asks for a dozen or two of manoeuvres at once. It depends on nothing
+but its seed and the costs that it has been told, so that a search continues from the costs on file.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from cmaes import SepCMA
+
+from bayesub.design.families import Family
+from bayesub.design.goals import Goal
+from bayesub.design.judge import Judge
+from bayesub.design.limits import Range
+from bayesub.identifiability.interface import Progress
+from bayesub.io.atomic import write_text
+from bayesub.io.errors import InputError
+
+BEYOND = 100.0  # cost of a share of a limit beyond it
+OUTSIDE = 1e3  # cost of a manoeuvre that no boat flies
+SIGMA = 0.5
+
+
+@dataclass(frozen=True)
+class Cost:
+    """The cost of a set of manoeuvres, flown one after the other by the same boat; a function of numbers (n_dims,)."""
+
+    judge: Judge
+    range: Range
+    families: tuple[Family, ...]
+    goal: Goal
+
+    @property
+    def n_dims(self) -> int:
+        """Numbers of the whole set."""
+        return sum(family.n_dims for family in self.families)
+
+    def manoeuvres(self, numbers: np.ndarray) -> list:
+        """The manoeuvres of numbers (n_dims,)."""
+        ends = np.cumsum([family.n_dims for family in self.families])
+        parts = np.split(numbers, ends[:-1])
+        return [family.manoeuvre(part) for family, part in zip(self.families, parts, strict=True)]
+
+    def __call__(self, numbers: np.ndarray) -> float:
+        """What the goal says of all manoeuvres together, on average over the coefficient sets, plus the penalty."""
+        manoeuvres = self.manoeuvres(numbers)
+        penalty = sum(self.range.penalty(self.range.margins(manoeuvre)) for manoeuvre in manoeuvres)
+        if penalty > 1.0:
+            return OUTSIDE + BEYOND * penalty
+        information = [self.judge.information(manoeuvre) for manoeuvre in manoeuvres]
+        goal = np.mean([self.goal(sum(rest, first)) for first, *rest in zip(*information, strict=True)])
+        return float(goal + BEYOND * penalty)
+
+
+@dataclass(frozen=True)
+class Found:
+    """The best of a search.
+
+    Attributes
+    ----------
+    numbers : (n_dims,) array
+    cost : float
+    n_judgements : int
+    best : (n_generations,) array
+        Least cost after each generation.
+    """
+
+    numbers: np.ndarray
+    cost: float
+    n_judgements: int
+    best: np.ndarray
+
+
+def search(
+    cost: Cost,
+    rng: np.random.Generator,
+    *,
+    n_judgements: int,
+    start: np.ndarray | None = None,
+    sigma: float = SIGMA,
+    mapped: Callable[..., Iterable] = map,
+    saved: Path | None = None,
+    progress: Progress | None = None,
+) -> Found:
+    """Search for the least cost.
+
+    Parameters
+    ----------
+    cost : Cost
+    rng : Generator
+        Of the start, and of the seed of the optimiser.
+    n_judgements : int
+        Manoeuvres to judge, rounded up to whole generations.
+    start : (n_dims,) array, optional
+        By default the best of a generation's random ones.
+    sigma : float
+        How far the first generation spreads.
+    mapped : callable
+        As :func:`map`, possibly over processes.
+    saved : Path, optional
+        File of all costs so far, from which a search of the same seed continues.
+    progress : object with ``update(done, total, unit, note)``, optional
+
+    Raises
+    ------
+    InputError
+        If no manoeuvre that was tried could be flown within the limits.
+    """
+    seed = int(rng.integers(2**31))
+    costs = _Costs(cost, mapped, saved)
+    size = 4 + int(3.0 * np.log(cost.n_dims))
+    if start is None:
+        starts = [np.concatenate([family.start(rng) for family in cost.families]) for _ in range(size)]
+        starts = [share * numbers for numbers in starts for share in (0.1, 0.3, 1.0)]
+        start = starts[int(np.argmin(costs(starts)))]
+    bounds = np.tile([-1.0, 1.0], (cost.n_dims, 1))
+    optimiser = SepCMA(np.clip(start, -1.0, 1.0), sigma, bounds=bounds, seed=seed, population_size=size)
+    least, numbers, history = np.inf, start, []
+    while costs.n < n_judgements:
+        asked = [optimiser.ask() for _ in range(size)]
+        answers = costs(asked)
+        optimiser.tell(list(zip(asked, answers, strict=True)))
+        k = int(np.argmin(answers))
+        if answers[k] < least:
+            least, numbers = answers[k], asked[k]
+        history.append(least)
+        if progress is not None:
+            progress.update(min(costs.n, n_judgements), n_judgements, "manoeuvres")
+        if optimiser.should_stop():
+            break
+    if least >= OUTSIDE:
+        raise InputError(
+            f"design: none of {costs.n} manoeuvres keeps the limits for all boats that are asked to; widen the limits, "
+            "lower share_of_draws, or shorten the trial"
+        )
+    return Found(numbers, float(least), costs.n, np.array(history))
+
+
+class _Costs:
+    """The costs of manoeuvres, taken from a file as far as it goes and written there."""
+
+    def __init__(self, cost, mapped, saved):
+        self._cost, self._mapped, self._saved, self.n = cost, mapped, saved, 0
+        text = saved.read_text(encoding="utf-8") if saved is not None and saved.exists() else ""
+        self._known = [float(line) for line in text[: text.rfind("\n") + 1].split()]
+        if saved is not None:
+            write_text(saved, "".join(f"{known!r}\n" for known in self._known))
+
+    def __call__(self, candidates):
+        """The costs of some candidates (n_dims,)."""
+        done = self._known[self.n : self.n + len(candidates)]
+        fresh = list(self._mapped(self._cost, candidates[len(done) :]))
+        if self._saved is not None and fresh:
+            with self._saved.open("a", encoding="utf-8") as stream:
+                stream.write("".join(f"{value!r}\n" for value in fresh))
+        self.n += len(candidates)
+        return done + fresh
