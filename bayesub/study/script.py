@@ -153,7 +153,7 @@ class ScriptRun:
         """A part of the work as JSON types: what `make` returns, or what an earlier session of the run has saved."""
         file = self.folder / f"{name}.json"
         if not file.exists():
-            write_text(file, _json(make(), f"part {name}", indent=None))
+            write_text(file, _json(make(), f"part {name}"))
         return json.loads(file.read_text(encoding="utf-8"))
 
     def parts(self, stage: str, makes: dict[str, Callable[[], dict]]) -> dict[str, dict]:
@@ -232,7 +232,7 @@ def run(script: Script, folder: Path, *, pdf: bool = False, progress: Progress =
     """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
     study = ScriptRun(script.name, folder, quick=script.is_quick, progress=progress, formats=_formats(pdf))
     module = load(script.path)
-    text = _json(module.compute(study), "compute()")
+    text = _json(_shortened(module.compute(study)), "compute()")
     write_text(folder / NUMBERS, text)
     progress.stage("figures")
     return _conclude(module, study, json.loads(text), script.question)
@@ -286,9 +286,18 @@ def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str
     return StudyResult(study.name, question, verdict, str(study.folder), text=failed or "")
 
 
-def _json(content, source: str, indent: int | None = 1) -> str:
+def _shortened(content):
+    """The same with nine significant digits: half the size, and more than any figure or claim needs."""
+    if isinstance(content, dict):
+        return {key: _shortened(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_shortened(value) for value in content]
+    return float(f"{content:.9g}") if isinstance(content, float) else content
+
+
+def _json(content, source: str) -> str:
     """JSON of what a script returns; TypeError names what is no JSON type."""
     try:
-        return json.dumps(content, indent=indent)
+        return json.dumps(content)
     except (TypeError, ValueError) as error:
         raise TypeError(f"{source} must return JSON types: {error}") from None
