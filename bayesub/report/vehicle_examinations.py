@@ -9,6 +9,7 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.words import listed
 from bayesub.kernels import workspace
+from bayesub.model.quantities import absence
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.report.contributions import Contributions, forces, slopes
@@ -208,14 +209,6 @@ def _roll_terms(boat: Vehicle) -> str:
     return f"{', '.join(texts)} and "
 
 
-def _lacks(boat: Vehicle, column: str) -> str:
-    """Why a control is not tried; empty if the equations have it and an actuator moves it."""
-    columns = [control.column for control in boat.equations.controls]
-    if column not in columns:
-        return f"the equations '{boat.equations.name}' know no {column}"
-    return "" if boat.actuators.allocation[:, columns.index(column)].any() else f"no actuator moves {column}"
-
-
 def _angle(boat: Vehicle, column: str, largest: float) -> float:
     """An angle in degrees to which the actuators can bring a control."""
     return min(largest, float(np.degrees(boat.actuators.limits[boat.equations.control(column, "check")])))
@@ -223,7 +216,7 @@ def _angle(boat: Vehicle, column: str, largest: float) -> float:
 
 def turn(boat: Vehicle) -> Examination:
     """The turning circle."""
-    if reason := _lacks(boat, RUDDER):
+    if reason := absence(boat, RUDDER):
         return Examination({"turning_circle": None}, skipped={"turning_circle": reason})
     rudder = _angle(boat, RUDDER, RUDDER_DEG)
     orders = {RUDDER: np.radians(rudder)}
@@ -255,7 +248,7 @@ def turn(boat: Vehicle) -> Examination:
 
 def dive(boat: Vehicle) -> Examination:
     """The answer to the stern planes."""
-    if reason := PLANAR if boat.equations.degrees_of_freedom == 3 else _lacks(boat, STERN_PLANE):
+    if reason := PLANAR if boat.equations.degrees_of_freedom == 3 else absence(boat, STERN_PLANE):
         return Examination({"stern_plane": None}, skipped={"stern_plane": reason})
     plane = _angle(boat, STERN_PLANE, PLANE_DEG)
     trajectory, states, warnings = _flight(boat, DIVE, {STERN_PLANE: np.radians(plane)}, "vertical", "the dive")
