@@ -1,0 +1,107 @@
+"""What minutes, sensors and towing-tank values bring."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.design import towing_tank, worth
+from bayesub.design.information import Information
+from bayesub.design.judge import Judge
+from bayesub.sensors import DVL, Pressure, Track
+
+STEP = 2.0
+
+
+@pytest.fixture(scope="module")
+def boat():
+    return bs.load_vehicle("suboff")
+
+
+@pytest.fixture(scope="module")
+def judge(boat):
+    sensors = (*Track(0.5, 0.1, interval_s=5.0), *Pressure(sd_m=0.1, interval_s=5.0))
+    return Judge(boat, sensors, free=("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr"), step_s=STEP)
+
+
+@pytest.fixture(scope="module")
+def manoeuvre(boat):
+    return bs.load_manoeuvre("coupled", boat)
+
+
+def test_a_minute_is_a_shorter_trial(judge, manoeuvre):
+    minutes = worth.by_minute(judge, manoeuvre, (2.0, 5.0, manoeuvre.duration / 60.0))
+    n = int(np.searchsorted(manoeuvre.times, 120.0)) + 1
+    history = {key: getattr(manoeuvre, key)[:n] for key in ("times", "controls", "rpm")}
+    (shorter,) = judge.information(replace(manoeuvre, **history))
+    assert minutes[2.0].relative_sd == pytest.approx(shorter.relative_sd, rel=1e-6)
+    (whole,) = judge.information(manoeuvre)
+    *early, last = minutes.values()
+    assert last.relative_sd == pytest.approx(whole.relative_sd, rel=1e-12)
+    assert np.all(early[0].relative_sd >= early[1].relative_sd)
+    assert np.all(early[1].relative_sd >= last.relative_sd)
+
+
+def test_a_channel_alone_and_left_out(judge, manoeuvre):
+    channels = worth.by_sensor(judge, manoeuvre)
+    assert list(channels) == ["x", "y", "z", "roll", "pitch", "yaw", "depth"]
+    for channel, sensor in zip(channels, judge.sensors, strict=True):
+        (alone,) = replace(judge, sensors=(sensor,)).information(manoeuvre)
+        (without,) = replace(judge, sensors=tuple(set(judge.sensors) - {sensor})).information(manoeuvre)
+        assert channels[channel].alone.relative_sd == pytest.approx(alone.relative_sd, rel=1e-9)
+        assert channels[channel].without.relative_sd == pytest.approx(without.relative_sd, rel=1e-9)
+    total = channels["yaw"].alone.gram + channels["yaw"].without.gram
+    (whole,) = judge.information(manoeuvre)
+    assert total == pytest.approx(whole.gram, rel=1e-9)
+
+
+def test_a_further_sensor_adds_or_takes_the_place_of_one_that_reads_the_same(judge, manoeuvre):
+    log = DVL(sd_mps=0.005, interval_s=5.0)
+    extra = worth.further_sensors(judge, manoeuvre, {"log": log, "pressure": Pressure(sd_m=0.1, interval_s=5.0)})
+    (present,) = judge.information(manoeuvre)
+    assert np.all(extra["log"].relative_sd <= present.relative_sd)
+    assert extra["log"].relative_sd[0] < 0.9 * present.relative_sd[0]
+    assert extra["pressure"].relative_sd == pytest.approx(present.relative_sd, rel=1e-9)
+
+
+def told(gram):
+    n = len(gram)
+    return Information(tuple("abcdef"[:n]), np.ones(n), np.full(n, 0.25), np.eye(n), np.array(gram))
+
+
+def test_the_first_value_from_a_tank_is_the_one_that_unlocks_most():
+    """A sum of a, b and c is known exactly, d by itself: any of a, b or c tells of the others, d of none."""
+    row = np.array([1.0, 2.0, 1.0, 0.0])
+    information = told(1e8 * np.outer(row, row) + np.diag([0.0, 0.0, 0.0, 9.0]))
+    first, second, *_ = towing_tank.unlocking(information, 1e-3, 4)
+    gains = {}
+    for k in range(4):
+        rest = np.delete(np.arange(4), k)
+        after = information.with_known([k], 1e-3)
+        gains["abcd"[k]] = np.mean(np.log(information.posterior_sd / after.posterior_sd)[rest])
+    assert first.name == max(gains, key=gains.__getitem__)
+    assert first.gain == pytest.approx(gains[first.name], rel=1e-6)
+    assert "d" not in (first.name, second.name)
+    both = information.with_known(["abcd".index(first.name), "abcd".index(second.name)], 1e-3)
+    assert second.n_known == both.n_known(0.1)
+    assert second.mean_log_sd == pytest.approx(np.mean(np.log(both.relative_sd)))
+
+
+def test_half_of_the_gain_takes_the_relative_sd_that_is_said(rng):
+    rows = rng.standard_normal((3, 6)) * 30.0
+    information = told(rows.T @ rows)
+    (first,) = towing_tank.unlocking(information, 1e-4, 1)
+    k = information.names.index(first.name)
+    sharp, half = (
+        towing_tank.unlocking(information, sd, 1, candidates=[first.name])[0].gain for sd in (1e-9, first.half_gain_sd)
+    )
+    assert half == pytest.approx(0.5 * sharp, rel=1e-6)
+    assert towing_tank.gain(information.covariance, k, 1e3) == pytest.approx(0.0, abs=1e-5)
+
+
+def test_only_candidates_are_towed(rng):
+    rows = rng.standard_normal((3, 6))
+    values = towing_tank.unlocking(told(rows.T @ rows), 0.01, 5, candidates=["b", "e"])
+    assert {value.name for value in values} == {"b", "e"}
+    assert values[1].n_known >= values[0].n_known
