@@ -18,9 +18,11 @@ from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import Prior
 from bayesub.problem.disturbances import UnknownDisturbance
+from bayesub.problem.likelihoods import Normal, UnknownSd
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, relative_normal
 from bayesub.problem.problem import Problem
+from bayesub.problem.rounding import Rounded, SetMembership
 from bayesub.sensors.observe import unread
 from bayesub.sensors.record import Channel, Record
 from bayesub.sensors.sensor import Sensor
@@ -104,8 +106,8 @@ class Judge:
         record = Record(tuple(map(_as_normal, unread(self.sensors, manoeuvre.duration).channels)))
         manoeuvre = replace(manoeuvre, subproblem=self.subproblem)
         return Problem(
-            self.vehicle, manoeuvre, record, free=self.names, prior=self.prior, nuisance=dict(self.nuisance),
-            noise=dict(self.noise), dt=step_s, disturbance=self.disturbance,
+            self.vehicle, manoeuvre, record, free=self.names, prior=self.prior, nuisance=dict(self.nuisance), dt=step_s,
+            noise={name: _without_readings(one) for name, one in self.noise.items()}, disturbance=self.disturbance,
         )  # fmt: skip
 
     def information(self, manoeuvre: Manoeuvre) -> list[Information]:
@@ -196,6 +198,13 @@ def _as_normal(channel: Channel) -> Channel:
     if not channel.resolution:
         return channel
     return replace(channel, sd=expected_sd(channel.sd, channel.resolution), resolution=0.0)
+
+
+def _without_readings(noise: Noise) -> Noise:
+    """The normal noise that a noise model amounts to if it weighs a reading by what is read; others as they are."""
+    if isinstance(noise, Rounded | SetMembership):
+        return Normal(expected_sd(getattr(noise, "sd", 0.0), noise.resolution))
+    return Normal(noise.sd) if isinstance(noise, UnknownSd) else noise
 
 
 @cache
