@@ -52,6 +52,8 @@ class Control:
 def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
     """What may be moved on a vehicle: its actuators within the limits, and the propeller if its speed may change.
 
+    An actuator without a limit, be it of the vehicle or of the trial, stays at rest.
+
     Raises
     ------
     InputError
@@ -64,10 +66,11 @@ def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
             raise InputError(f"limits: '{key}' is no limit and no control of '{vehicle.name}'{nearest(key, expected)}")
     moved = []
     for column, member in members.items():
-        factor, (lower, upper) = log_files.si_factor(column), member.range
-        largest = given.get(column, np.inf) * factor
+        factor = log_files.si_factor(column)
+        largest = min(member.limit, given.get(column, np.inf) * factor)
         rate = min(np.inf if member.rate is None else member.rate, given.get(f"{column}ps", np.inf) * factor)
-        moved.append(Control(column, member.rest, max(lower, -largest), min(upper, largest), rate))
+        if np.isfinite(largest):  # and not the density of the water, or a tank of which nobody says how large it is
+            moved.append(Control(column, member.rest, member.zero - largest, member.zero + largest, rate))
     steady = vehicle.rpm_per_mps * vehicle.speed_mps
     low, high = (0.01 * percent * steady for percent in (limits.min_rpm_percent, limits.max_rpm_percent))
     if RPM in vehicle.inputs and low < high:
