@@ -2,6 +2,8 @@
 
 import json
 import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,6 +24,8 @@ class Options:
         The small version.
     resume, force, keep_stale, cross_check, leave_out, pdf : bool
         As in :func:`bayesub.run`.
+    dask : str
+        What does independent parts (:func:`bayesub.campaign.connection.connect`); empty for this machine.
     """
 
     quick: bool = False
@@ -31,6 +35,7 @@ class Options:
     cross_check: bool = False
     leave_out: bool = False
     pdf: bool = False
+    dask: str = ""
 
     def words(self) -> list[str]:
         """The options with which a run is continued that was begun with these."""
@@ -41,7 +46,20 @@ class Options:
             "--pdf": self.pdf,
             "--keep-stale": self.keep_stale,
         }
-        return [word for word, is_given in options.items() if is_given]
+        words = [word for word, is_given in options.items() if is_given]
+        return [*words, "--dask", self.dask] if self.dask else words
+
+    @contextmanager
+    def executor(self) -> Iterator:
+        """What does independent parts, as long as the block lasts; None for processes of this machine."""
+        if not self.dask:
+            yield None
+            return
+        from bayesub.campaign.connection import connect
+        from bayesub.study.provenance import code
+
+        with connect(self.dask, code, say) as executor:
+            yield executor
 
 
 @click.command(epilog="Example: bayesub run studies/quickstart.toml -o runs/quickstart")
@@ -63,8 +81,14 @@ class Options:
     help="Fit all trials but one, for each of several trials, and predict it; works with --resume, trial by trial.",
 )
 @click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
+@click.option(
+    "--dask",
+    default="",
+    metavar="CLUSTER",
+    help="Do independent parts on a cluster: tcp://host:port, local:N or cluster.yaml; see the page 'cluster'.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Only the results, as JSON.")
-def run(source: Path, output: Path | None, as_json: bool, **flags: bool) -> None:
+def run(source: Path, output: Path | None, as_json: bool, **given: bool | str) -> None:
     """Run a STUDY: TOML (simulate, fit, sample, report) or Python script (compute, draw, judge its claims).
 
     Given a FOLDER, run every study in it, each into a folder of its own under DIR. Those that are done and not stale
@@ -75,31 +99,32 @@ def run(source: Path, output: Path | None, as_json: bool, **flags: bool) -> None
     Exit status 1 if a posterior has not converged, a cross-check does not agree, a log that was not fitted is not
     predicted, or a claim does not hold.
     """
-    options = Options(**flags)
+    options = Options(**given)
     if options.force and (options.resume or options.keep_stale):
         raise InputError("--force excludes --resume and --keep-stale")
     console.quiet = as_json
-    if source.is_dir():
-        results = run_folder(source, output or Path("runs"), options)
-    else:
-        results = [run_file(source, output, options)]
+    with options.executor() as executor:
+        if source.is_dir():
+            results = run_folder(source, output or Path("runs"), options, executor)
+        else:
+            results = [run_file(source, output, options, executor)]
     if as_json:
         click.echo(json.dumps([result.to_json() for result in results], indent=2))
     if not all(result.good for result in results):
         raise click.exceptions.Exit(FAILED)
 
 
-def run_file(file: Path, output: Path | None, options: Options):
+def run_file(file: Path, output: Path | None, options: Options, executor=None):
     """Run a study into its folder, ``runs/NAME`` if none is given, and say what came of it."""
     from bayesub.study.run import read
 
     study = read(file, quick=options.quick)
     folder = output or Path("runs") / study.name
     again = ["bayesub", "run", str(file), "-o", str(folder), *options.words(), "--resume"]
-    return _run(study, folder, options, again)
+    return _run(study, folder, options, again, executor)
 
 
-def _run(study, folder: Path, options: Options, again: list[str]):
+def _run(study, folder: Path, options: Options, again: list[str], executor):
     """Run a study with a bar for each stage; Ctrl-C ends it with the command that continues."""
     from bayesub.study.run import RunInterrupted
     from bayesub.study.run import run as run_study
@@ -108,7 +133,7 @@ def _run(study, folder: Path, options: Options, again: list[str]):
     try:
         with Bars() as bars:
             tasks = {"cross_check": options.cross_check, "leave_out": options.leave_out}
-            result = run_study(study, folder, **flags, **tasks, progress=bars)
+            result = run_study(study, folder, **flags, **tasks, progress=bars, executor=executor)
     except RunInterrupted:
         complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
     tell(result)
@@ -130,7 +155,7 @@ def tell(result) -> None:
     say(result.verdict.upper() + (f": {result.text}" if result.text else ""))
 
 
-def run_folder(source: Path, output: Path, options: Options) -> list:
+def run_folder(source: Path, output: Path, options: Options, executor=None) -> list:
     """Run the studies of a folder, each into a folder of its own under `output`, and list them on a page there."""
     from bayesub.study import runs
 
@@ -138,19 +163,19 @@ def run_folder(source: Path, output: Path, options: Options) -> list:
     folders, results = runs.folders(runs.studies_in(source), output), []
     for n, (file, folder) in enumerate(folders.items(), start=1):
         say(f"{n} of {len(folders)}: {file}")
-        results.append(_run_or_skip(file, folder, options, again))
+        results.append(_run_or_skip(file, folder, options, again, executor))
         if output.is_dir():
             runs.write_index(output, results)
     _summarise(results, output)
     return results
 
 
-def _run_or_skip(file: Path, folder: Path, options: Options, again: list[str]):
+def _run_or_skip(file: Path, folder: Path, options: Options, again: list[str], executor):
     """The result of a study of a folder; one that fails says why and does not stop the others."""
     from bayesub.study.result import FAILED, StudyResult
 
     try:
-        return _run_unless_done(file, folder, options, again)
+        return _run_unless_done(file, folder, options, again, executor)
     except InputError as error:
         text = str(error)
     except Exception as error:
@@ -159,7 +184,7 @@ def _run_or_skip(file: Path, folder: Path, options: Options, again: list[str]):
     return StudyResult(file.stem, "", FAILED, str(folder), text=text)
 
 
-def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str]):
+def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str], executor):
     from bayesub.study import runs
     from bayesub.study.leave_out import is_done
     from bayesub.study.run import read
@@ -184,7 +209,7 @@ def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str
         say(f"stale, run again: {state.stale}")
     resume = state.is_begun and not force
     options = replace(options, resume=resume, force=force, cross_check=cross_check, leave_out=leave_out)
-    return _run(study, folder, options, again)
+    return _run(study, folder, options, again, executor)
 
 
 def _summarise(results: list, output: Path) -> None:

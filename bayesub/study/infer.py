@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub import baselines, identifiability
+from bayesub.campaign.executors import Executor
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.model.linear_form import linear_systems, stacked
@@ -26,7 +27,14 @@ _STREAM_OF_MODE, _STREAM_OF_PREDICTIONS = 6, 7  # of the study's seed; a report 
 
 
 def infer(
-    setup: Setup, folder: Path, *, cross_check: bool, leave_out: bool = False, pdf: bool, progress: TimedProgress
+    setup: Setup,
+    folder: Path,
+    *,
+    cross_check: bool,
+    leave_out: bool = False,
+    pdf: bool,
+    progress: TimedProgress,
+    executor: Executor | None = None,
 ) -> StudyResult:
     """Do the work of a study in an opened folder.
 
@@ -44,6 +52,8 @@ def infer(
         Draw every figure as PDF too.
     progress : TimedProgress
         To report to.
+    executor : Executor
+        What fits all trials but one; left out, processes of this machine.
 
     Returns
     -------
@@ -82,7 +92,7 @@ def infer(
         check = compare_with_nuts(problem, posterior, rng=setup.check_rng, progress=progress)
         write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
     if leave_out:
-        others.fit(setup, folder, progress)
+        others.fit(setup, folder, progress, executor)
     progress.stage("predictions, figures and report")
     seconds["all before the report"] = progress.seconds
     return conclude(setup, folder, estimates, posterior, check, seconds=seconds, pdf=pdf, commit=commit())

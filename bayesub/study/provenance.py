@@ -31,6 +31,12 @@ def environment(*, quick: bool) -> dict:
     }
 
 
+def code() -> dict[str, str]:
+    """What two processes must have in common so that their results have the same bits: name -> version."""
+    here = environment(quick=False)
+    return here["versions"] | {"sources of bayesub": here["sources_sha256"][:12]}
+
+
 @functools.cache
 def sources_digest() -> str:
     """The SHA-256 of all sources of the package from which a number or a figure can come, with their names.

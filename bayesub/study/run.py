@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from bayesub.campaign.executors import Executor
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.interrupts import interruptible
@@ -41,6 +42,7 @@ def run(
     leave_out: bool = False,
     pdf: bool = False,
     progress: Progress = SILENT,
+    executor: Executor | None = None,
 ) -> StudyResult:
     """Run a study into a folder that explains itself.
 
@@ -65,6 +67,8 @@ def run(
         Draw every figure as PDF too.
     progress : Progress
         Object with the methods ``stage`` and ``update`` (:class:`bayesub.io.terminal.Progress`).
+    executor : Executor
+        What does independent parts; left out, processes of this machine.
 
     Returns
     -------
@@ -86,7 +90,7 @@ def run(
     with open_folder(folder, study.config(), study.copies(), **options), _interruptions(folder):
         (folder / RESULT).unlink(missing_ok=True)
         clock = TimedProgress(folder, progress)
-        result = work(folder, pdf=pdf, progress=clock)
+        result = work(folder, pdf=pdf, progress=clock, executor=executor)
         clock.save()
         result = replace(result, seconds=clock.seconds)
         result.save()
@@ -94,7 +98,7 @@ def run(
 
 
 def _work(study: Study | Script, cross_check: bool, leave_out: bool):
-    """The work of a study: a function of its folder, whether figures are drawn as PDF too, and progress."""
+    """The work of a study: a function of its folder, whether figures are drawn as PDF too, progress and executor."""
     if isinstance(study, Script):
         if cross_check:
             raise InputError("--cross-check is for studies in TOML; a Python script says itself what it compares")

@@ -15,15 +15,21 @@ import ast
 import importlib.util
 import json
 import re
-import signal
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import ModuleType
 
+from bayesub.campaign import executors
+from bayesub.campaign.campaign import complete
+from bayesub.campaign.executors import Executor
+from bayesub.campaign.piece import is_remote
+from bayesub.campaign.store import Files, Lines, as_json, write_arrays
 from bayesub.io import toml_files
-from bayesub.io.atomic import replacing, write_text
+from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.provenance import environment, file_digest
@@ -124,6 +130,8 @@ class ScriptRun:
         To report to.
     formats : tuple of str
         Suffixes of figures.
+    executor : Executor
+        What does parts that are independent of each other.
     """
 
     def __init__(
@@ -134,12 +142,14 @@ class ScriptRun:
         quick: bool,
         progress: Progress = SILENT,
         formats: tuple[str, ...] = (".png",),
+        executor: Executor | None = None,
     ):
         self.name, self.folder, self.quick, self.progress, self.formats = name, folder, quick, progress, formats
+        self.executor = executor or executors.local()
 
     def __getstate__(self):
-        """In another process there is nobody to report to."""
-        return self.__dict__ | {"progress": SILENT}
+        """In another process there is nobody to report to, and no other processes."""
+        return self.__dict__ | {"progress": SILENT, "executor": executors.Serial()}
 
     def figure(self, name: str) -> list[Path]:
         """The files to draw a figure to, one for each format."""
@@ -151,26 +161,36 @@ class ScriptRun:
 
     def part(self, name: str, make: Callable[[], dict]) -> dict:
         """A part of the work as JSON types: what `make` returns, or what an earlier session of the run has saved."""
-        file = self.folder / f"{name}.json"
-        if not file.exists():
-            write_text(file, _json(make(), f"part {name}"))
-        return json.loads(file.read_text(encoding="utf-8"))
+        if is_remote():
+            return json.loads(as_json(make(), f"part {name}"))
+        store = Files({name: self.folder / name})
+        if name not in store.results:
+            store.add(name, make())
+        return store.results[name]
 
     def parts(self, stage: str, makes: dict[str, Callable[[], dict]]) -> dict[str, dict]:
-        """What each of `makes` returns, by name, one after the other: a stage of the run, each a :meth:`part`."""
+        """What each of `makes` returns, by name: a stage of the run, whose parts are independent of each other.
+
+        Each is kept in a file named after stage and part. One that returns a pair, a dictionary and one of arrays, has
+        the arrays kept for :meth:`load_arrays` under the same name; it must not write to the run folder itself, which
+        may be on another machine.
+        """
+        store = Files({name: self.folder / _file_of(f"{stage} {name}") for name in makes})
         self.progress.stage(stage)
-        results = {}
-        for name, make in makes.items():
-            results[name] = self.part(re.sub(r"\W+", "_", f"{stage} {name}"), make)
-            self.progress.update(len(results), len(makes), "parts", name)
-        return results
+        return self._complete(stage, partial(_made, makes), {name: name for name in makes}, store, "parts")
+
+    @contextmanager
+    def work_folder(self) -> Iterator[Path]:
+        """A folder from which a part that was stopped goes on: the run folder, or on a cluster a temporary one."""
+        if is_remote():
+            with TemporaryDirectory() as folder:
+                yield Path(folder)
+        else:
+            yield self.folder
 
     def save_arrays(self, name: str, **arrays) -> None:
         """Keep arrays for ``draw``, compressed."""
-        import numpy as np
-
-        with replacing(self.folder / f"{name}.npz") as partial_file, partial_file.open("wb") as file:
-            np.savez_compressed(file, **arrays)
+        write_arrays(self.folder / f"{name}.npz", arrays)
 
     def load_arrays(self, name: str) -> dict:
         """The arrays that ``compute`` has saved: name -> array; InputError if the run left none."""
@@ -183,41 +203,30 @@ class ScriptRun:
             return dict(arrays)
 
     def repeat(self, name: str, work: Callable[[int], dict], n: int) -> list[dict]:
-        """What `work` returns for 0, 1, .., n - 1, each in a process of its own.
+        """What `work` returns for 0, 1, .., n - 1, pieces that are independent of each other.
 
-        ``<name>.jsonl`` has a line of JSON for each. It is read as far as it goes; a line that a kill left half
-        written is done again.
+        ``<name>.jsonl`` has a line of JSON for each (:class:`bayesub.campaign.store.Lines`); those that are there are
+        not done again.
         """
-        file = self.folder / f"{name}.jsonl"
-        text = file.read_text(encoding="utf-8") if file.exists() else ""
-        lines = text[: text.rfind("\n") + 1].splitlines()[:n]
-        write_text(file, "".join(line + "\n" for line in lines))
-        for result in self.in_processes(work, range(len(lines), n)):
-            lines.append(json.dumps(result))
-            with file.open("a", encoding="utf-8") as stream:
-                stream.write(lines[-1] + "\n")
-            self.progress.update(len(lines), n, name)
-        return [json.loads(line) for line in lines]
+        numbers = {str(k): k for k in range(n)}
+        store = Lines(self.folder / f"{name}.jsonl", numbers)
+        return list(self._complete(name, work, numbers, store, name).values())
 
-    def in_processes(self, work: Callable, items: Iterable) -> Iterator:
-        """As :func:`in_processes`; in `work` :meth:`part` may be used."""
-        return in_processes(work, items)
+    def in_processes(self, work: Callable, items: Iterable) -> list:
+        """What `work` returns for each item, in order, from processes of this machine or from a cluster."""
+        return self.executor.map(work, items)
+
+    def _complete(self, name, work, pieces, store, unit):
+        failures = self.folder / f"{_file_of(name)}_failures.txt"
+        return complete(self.executor, work, pieces, store, failures=failures, progress=self.progress, unit=unit)
 
 
-def in_processes(work: Callable, items: Iterable) -> Iterator:
-    """What `work` returns for each item, in order.
+def _file_of(name: str) -> str:
+    return re.sub(r"\W+", "_", name)
 
-    Each item has a process with one thread, and there are as many processes as cores. For parts that share nothing,
-    such as trials that are repeated with other noise. With ``NUMBA_NUM_THREADS=1`` the items are done one after the
-    other in this process.
-    """
-    import joblib
-    import numba
 
-    ignore_interrupt = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)  # which this process answers for all
-    with joblib.parallel_config("loky", inner_max_num_threads=1, initializer=ignore_interrupt):
-        parallel = joblib.Parallel(n_jobs=numba.get_num_threads(), return_as="generator")
-        yield from parallel(joblib.delayed(work)(item) for item in items)
+def _made(makes: dict[str, Callable[[], dict]], name: str) -> dict:
+    return makes[name]()
 
 
 def load(path: Path) -> ModuleType:
@@ -228,11 +237,14 @@ def load(path: Path) -> ModuleType:
     return module
 
 
-def run(script: Script, folder: Path, *, pdf: bool = False, progress: Progress = SILENT) -> StudyResult:
+def run(
+    script: Script, folder: Path, *, pdf: bool = False, progress: Progress = SILENT, executor: Executor | None = None
+) -> StudyResult:
     """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
-    study = ScriptRun(script.name, folder, quick=script.is_quick, progress=progress, formats=_formats(pdf))
+    given = {"quick": script.is_quick, "progress": progress, "formats": _formats(pdf), "executor": executor}
+    study = ScriptRun(script.name, folder, **given)
     module = load(script.path)
-    text = _json(_shortened(module.compute(study)), "compute()")
+    text = as_json(_shortened(module.compute(study)), "compute()")
     write_text(folder / NUMBERS, text)
     progress.stage("figures")
     return _conclude(module, study, json.loads(text), script.question)
@@ -293,11 +305,3 @@ def _shortened(content):
     if isinstance(content, list | tuple):
         return [_shortened(value) for value in content]
     return float(f"{content:.9g}") if isinstance(content, float) else content
-
-
-def _json(content, source: str) -> str:
-    """JSON of what a script returns; TypeError names what is no JSON type."""
-    try:
-        return json.dumps(content)
-    except (TypeError, ValueError) as error:
-        raise TypeError(f"{source} must return JSON types: {error}") from None

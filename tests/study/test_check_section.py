@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
+from bayesub.campaign import executors
 from bayesub.io import log_files
 from bayesub.sampling import posterior_file
 from bayesub.study import leave_out
@@ -234,6 +235,7 @@ def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub,
         return sample(problem, **given)
 
     monkeypatch.setattr(leave_out, "sample", counted)
+    monkeypatch.setattr(executors, "local", executors.Serial)  # other processes do not count
     assert bayesub("run", study, "-o", run, "--resume", "--leave-out")[0] == 130
     status, out, err = bayesub("run", study, "-o", run, "--resume", "--leave-out")
     assert status == 0, err
@@ -250,7 +252,7 @@ def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub,
 def test_a_fit_that_fails_without_a_trial_is_told_and_the_others_go_on(folder, monkeypatch):
     """Nothing of a long run is lost by one trial that the others need."""
     setup, remarks, saved = prepare(load_study(folder / "joint.toml")), [], []
-    progress = SimpleNamespace(stage=lambda _: None, remark=remarks.append)
+    progress = SimpleNamespace(stage=lambda _: None, update=lambda *_: None, remark=remarks.append)
 
     def sample(problem, **_):
         if "log" not in problem.problems:
@@ -259,7 +261,7 @@ def test_a_fit_that_fails_without_a_trial_is_told_and_the_others_go_on(folder, m
 
     monkeypatch.setattr(leave_out, "sample", sample)
     monkeypatch.setattr(leave_out.posterior_file, "save", lambda posterior, _: saved.append(posterior))
-    leave_out.fit(setup, folder, progress)
+    leave_out.fit(setup, folder, progress, executors.Serial())
     assert remarks == ["without 'log': no mode"]
     assert saved == [("log", "third"), ("log", "other")]
 

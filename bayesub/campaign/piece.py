@@ -1,0 +1,66 @@
+"""One piece of a campaign: done with one thread, it has a result or a failure, and never an exception."""
+
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from bayesub.io.errors import InputError, one_line
+
+_place = {"remote": False}
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a piece has no result.
+
+    Attributes
+    ----------
+    cause : str
+        One line, such as ``ValueError: negative depth``.
+    details : str
+        The traceback; empty if the process ended without one.
+    is_final : bool
+        Whether the same would come of another attempt.
+    """
+
+    cause: str
+    details: str = ""
+    is_final: bool = False
+
+
+def attempt(work: Callable[[Any], Any], argument: Any) -> Any:
+    """What `work` returns for an argument, or a :class:`Failure`."""
+    try:
+        with one_thread():
+            return work(argument)
+    except Exception as error:
+        is_input = isinstance(error, InputError)
+        cause = str(error) if is_input else f"{type(error).__name__}: {error}"
+        return Failure(one_line(cause), traceback.format_exc(), is_final=is_input)
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """One thread for the kernels and for the BLAS, so that a piece has the same bits wherever it is done."""
+    import numba
+    import threadpoolctl
+
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        with threadpoolctl.threadpool_limits(1):
+            yield
+    finally:
+        numba.set_num_threads(before)
+
+
+def is_remote() -> bool:
+    """Whether this process works for a coordinator that may be on another machine, with other folders."""
+    return _place["remote"]
+
+
+def become_remote() -> None:
+    """Say that it does."""
+    _place["remote"] = True
