@@ -37,13 +37,9 @@ def compute(run):
     """Every case, and those of the thesis's paper of 2003."""
     effort = QUICK if run.quick else (N_STARTS, N_FREE_STARTS, MAX_ITERATIONS)
     pairs = QUICK_CASES if run.quick else CASES
-    run.progress.stage("cases")
-    cases = {}
-    for n, pair in enumerate(pairs):
-        run.progress.update(n, len(pairs), "cases", " ".join(pair))
-        cases[" ".join(pair)] = run.part("_".join(pair), partial(compare, *pair, *effort))
-    run.progress.stage("IFAC cases")
-    return {"cases": cases, "ifac": run.part("ifac", partial(ifac_cases, effort[-1]))}
+    makes = {" ".join(pair): partial(compare, *pair, *effort) for pair in pairs}
+    *cases, ifac = run.parts("cases", makes | {"IFAC": partial(ifac_cases, effort[-1])}).values()
+    return {"cases": dict(zip(makes, cases, strict=True)), "ifac": ifac}
 
 
 def draw(run, numbers):

@@ -34,17 +34,8 @@ QUICK_DRAWS, QUICK_TUNE = 240, 40
 
 def compute(run):
     """Both samplers on every case, and the differences of their moments."""
-    run.progress.stage("cases")
-    numbers, selection = {}, QUICK if run.quick else CASES
-    for case, result in zip(selection, run.in_processes(partial(saved, run), selection.items()), strict=True):
-        numbers[case] = result
-        run.progress.update(len(numbers), len(selection), "cases", case)
-    return numbers
-
-
-def saved(run, item):
-    """The result of a case, now or before."""
-    return run.part(item[0].replace(" ", "_"), partial(compare, *item, quick=run.quick))
+    selection = QUICK if run.quick else CASES
+    return run.parts("cases", {case: partial(compare, case, free, quick=run.quick) for case, free in selection.items()})
 
 
 def compare(case, free, *, quick):

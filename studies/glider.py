@@ -8,6 +8,7 @@ Cost: two minutes; the package gliderflight is compared with where it is install
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import minimize
@@ -54,9 +55,7 @@ def compute(run):
     noise, optimum = calibrated(fitted, rng)
     numbers = {"fitted": len(fitted), "unseen": len(unseen), "noise": noise, "drag and mass": optimum, "fits": {}}
     numbers["gliderflight"] = peer(run, fitted, unseen)
-    for fit in FITS:
-        run.progress.stage(fit)
-        numbers["fits"][fit] = run.part(file(fit), lambda fit=fit: fit_and_predict(run, fit, fitted, unseen, noise))
+    numbers["fits"] = run.parts("fit", {fit: partial(fit_and_predict, fit, fitted, unseen, noise) for fit in FITS})
     return numbers
 
 
@@ -166,23 +165,23 @@ def most_likely(problem, parameters, channel, guess):
     return [float(value) for value in np.exp(minimize(cost, np.log(guess), method="Nelder-Mead").x)]
 
 
-def fit_and_predict(run, fit, fitted, unseen, noise):
-    """Posterior of one fit, its trade-offs, and its predictions of unseen casts."""
+def fit_and_predict(fit, fitted, unseen, noise):
+    """Posterior of one fit, its trade-offs, its predictions of unseen casts, and the arrays that are drawn."""
     rng = np.random.default_rng([SEED, list(FITS).index(fit)])
     glider = bs.load_vehicle(LOG)
     problem = posed(fitted, FITS[fit], noise, glider)
     sampling = {"n_ensembles": 4, "max_steps": 20_000}
-    posterior = bs.sample(problem, rng=rng, **sampling, progress=run.progress)
+    posterior = bs.sample(problem, rng=rng, **sampling)
     draws = posterior.draws[rng.choice(len(posterior.draws), N_DRAWS, replace=len(posterior.draws) < N_DRAWS)]
     named = dict(zip(problem.names, draws.T, strict=True))
     density = mean_density(fitted)
     values = physical(named, density)
     before = physical(dict(zip(problem.names, problem.prior.sample(rng, 4000).T, strict=True)), density)
-    run.save_arrays(f"draws_{file(fit)}", **values)
     shared = [k for k, name in enumerate(problem.names) if "[" not in name]
     scaled = posterior.draws[:, shared] / problem.prior.sd[shared]
     sizes, directions = np.linalg.eigh(np.cov(scaled.T))
-    return {
+    prediction, speeds = predicted(fit, named, unseen, noise, glider, rng)
+    numbers = {
         "converged": posterior.converged,
         "seconds": posterior.seconds,
         "n_params": problem.n_params,
@@ -197,8 +196,10 @@ def fit_and_predict(run, fit, fitted, unseen, noise):
             {"sd": float(np.sqrt(size)), **{problem.names[k]: float(v) for k, v in zip(shared, way, strict=True)}}
             for size, way in zip(sizes[::-1], directions.T[::-1], strict=True)
         ],
-        "prediction": predicted(run, fit, named, unseen, noise, glider, rng),
+        "prediction": prediction,
     }
+    arrays = {"draws": values, "speeds": speeds}
+    return numbers, {f"{kind} {name}": of for kind, group in arrays.items() for name, of in group.items()}
 
 
 def physical(named, density):
@@ -219,11 +220,11 @@ def physical(named, density):
     }
 
 
-def predicted(run, fit, named, casts, noise, glider, rng):
-    """Depths and speeds of unseen casts: shares of readings in bands, and errors of the mean."""
+def predicted(fit, named, casts, noise, glider, rng):
+    """Depths and speeds of unseen casts: shares of readings in bands, errors of the mean; arrays of the cast drawn."""
     problem = posed(casts, (tuple(noise), *FITS[fit][1:]), noise, glider)
     inside = {channel: {level: [] for level in LEVELS} for channel in noise}
-    errors = {"u": [], "rate": []}
+    errors, speeds = {"u": [], "rate": []}, {}
     for cast, (_, one, _) in zip(casts, problem.each_trial(problem.prior.mean), strict=True):
         parameters = one.prior.sample(rng, N_DRAWS)  # of the start
         for k, name in enumerate(one.names):
@@ -246,9 +247,9 @@ def predicted(run, fit, named, casts, noise, glider, rng):
                 travelled = (middle[-1] - middle[0]) - (one.readings[rows][-1] - one.readings[rows][0])
                 errors["rate"].append(travelled / (channel.times[-1] - channel.times[0]))
         if cast == shown(casts):
-            run.save_arrays(f"speeds_{file(fit)}", **arrays)
+            speeds = arrays
     sound = [e for e in errors["u"] if abs(e.mean()) < SOUND_MPS]
-    return {
+    numbers = {
         "coverage": {c: {str(level): share(of) for level, of in levels.items()} for c, levels in inside.items()},
         "coverage_of_sound_speeds": {
             str(level): share(
@@ -261,6 +262,7 @@ def predicted(run, fit, named, casts, noise, glider, rng):
         "speed_bias_of_casts_mps": [float(e.mean()) for e in errors["u"]],
         "depth_rate_rms_mps": float(np.sqrt(np.mean(np.square(errors["rate"])))),
     }
+    return numbers, speeds
 
 
 def share(hits):
@@ -271,12 +273,18 @@ def share(hits):
 def draw(run, numbers):
     """The figure and the page."""
     drawn = list(FITS)[:2]
-    draws, speeds = ({fit: run.load_arrays(f"{kind}_{file(fit)}") for fit in drawn} for kind in ("draws", "speeds"))
+    arrays = {fit: run.load_arrays(f"fit_{file(fit)}") for fit in drawn}
+    draws, speeds = ({fit: of_kind(kind, arrays[fit]) for fit in drawn} for kind in ("draws", "speeds"))
     peers = {}
     if numbers["gliderflight"]:
         peers = {fit: run.load_arrays(f"gliderflight_{file(fit)}") for fit in drawn}
     plots.draw(run.figure("glider"), {fit: numbers["fits"][fit] for fit in drawn}, draws, speeds, peers)
     run.page(tables(numbers))
+
+
+def of_kind(kind, arrays):
+    """Those of the arrays of a fit that are draws, or speeds."""
+    return {name.removeprefix(f"{kind} "): of for name, of in arrays.items() if name.startswith(f"{kind} ")}
 
 
 def tables(numbers):

@@ -34,19 +34,14 @@ CANCELS = 10.0  # an order of magnitude; the thesis has 42 between its largest t
 def compute(run):
     """Everything that is asked of every case."""
     converged = max(published()["sqp"]["horizontal"]["mean_converged_cost"])
-    pairs, numbers = QUICK_CASES if run.quick else CASES, {}
-    run.progress.stage("ill-conditioning")
-    for n, pair in enumerate(pairs):
-        run.progress.update(n, len(pairs), "cases", " ".join(pair))
-        numbers[" ".join(pair)] = run.part(f"case_{'_'.join(pair)}", partial(analyse, run, *pair, converged))
-    return numbers
+    pairs = QUICK_CASES if run.quick else CASES
+    return run.parts("case", {" ".join(pair): partial(analyse, *pair, converged) for pair in pairs})
 
 
-def analyse(run, vehicle, manoeuvre, converged):
-    """The numbers of one case; what its figures need besides goes to a file of arrays."""
+def analyse(vehicle, manoeuvre, converged):
+    """The numbers of one case, and the arrays that its figures need besides."""
     case = conditioning.analyse(vehicle, manoeuvre, converged)
-    run.save_arrays(f"case_{vehicle}_{manoeuvre}", **case.arrays())
-    return case.numbers()
+    return case.numbers(), case.arrays()
 
 
 def draw(run, numbers):

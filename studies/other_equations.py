@@ -53,7 +53,11 @@ def compute(run):
         for vehicle in vehicles
         for manoeuvre in (PLANAR if run.quick or name == "abkowitz" else PLANAR + OTHERS)
     }
-    fits = {f"{vehicle} {name}": partial(fit, run, vehicle, name) for vehicle, name in FITS[: 4 if run.quick else None]}
+    max_steps = QUICK_STEPS if run.quick else MAX_STEPS
+    fits = {
+        f"{vehicle} {name}": partial(fit, vehicle, name, max_steps)
+        for vehicle, name in FITS[: 4 if run.quick else None]
+    }
     return {"cases": run.parts("cases", cases), "fits": run.parts("fits", fits)}
 
 
@@ -64,7 +68,7 @@ def case(name, vehicle, manoeuvre):
     return {"equations": name, "vehicle": vehicle, "manoeuvre": manoeuvre, "axes": axes, "spectra": spectra}
 
 
-def fit(run, vehicle, name):
+def fit(vehicle, name, max_steps):
     """The posterior of the horizontal spiral in some equations, what it predicts, and what the model check says."""
     track, boat = other_equations.flight(vehicle, "horizontal"), load_vehicle(vehicle)
     streams = [np.random.default_rng(seed) for seed in np.random.SeedSequence(SEED).spawn(4)]
@@ -74,9 +78,7 @@ def fit(run, vehicle, name):
     else:
         crossed = crossed_equations.crossed(boat, name, "horizontal")
         problem = crossed_equations.crossed_trial(track, crossed, streams[0])
-    posterior = sample(
-        problem, rng=streams[1], max_steps=QUICK_STEPS if run.quick else MAX_STEPS, progress=run.progress
-    )
+    posterior = sample(problem, rng=streams[1], max_steps=max_steps)
     # Random manoeuvres move stern planes too, which the equations of a ship do not have.
     names = UNSEEN if boat.equations.degrees_of_freedom == 6 else UNSEEN[:3]
     manoeuvres = crossed_equations.unseen(boat, names, "horizontal")

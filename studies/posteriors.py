@@ -58,17 +58,18 @@ MEASURES = {
 
 def compute(run):
     """Every case; a posterior that has been sampled and searches that are done are read back."""
-    n_sets, max_iterations, max_steps = QUICK if run.quick else (N_SETS, MAX_ITERATIONS, MAX_STEPS)
-    numbers = {}
-    for pair in QUICK_CASES if run.quick else cases.CASES:
-        run.progress.stage(" ".join(pair))
-        problem, name = cases.trial(*pair), "_".join(pair)
-        file = run.folder / f"posterior_{name}.nc"
-        posterior = cases.sampled(problem, file, max_steps=max_steps, progress=run.progress)
-        sets = run.part(f"sets_{name}", partial(searches, problem, n_sets, max_iterations))
-        numbers[" ".join(pair)], arrays = compare(problem, posterior, sets)
-        run.save_arrays(f"case_{name}", **arrays)
-    return numbers
+    effort = QUICK if run.quick else (N_SETS, MAX_ITERATIONS, MAX_STEPS)
+    pairs = QUICK_CASES if run.quick else cases.CASES
+    return run.parts("case", {" ".join(pair): partial(case, run, pair, *effort) for pair in pairs})
+
+
+def case(run, pair, n_sets, max_iterations, max_steps):
+    """The numbers of one case, and the arrays that its figures need besides."""
+    problem, name = cases.trial(*pair), "_".join(pair)
+    with run.work_folder() as folder:
+        posterior = cases.sampled(problem, folder / f"posterior_{name}.nc", max_steps=max_steps)
+    sets = run.part(f"sets_{name}", partial(searches, problem, n_sets, max_iterations))
+    return compare(problem, posterior, sets)
 
 
 def draw(run, numbers):

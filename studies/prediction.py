@@ -30,24 +30,22 @@ SETS = {"best": "o", "middle": "s", "worst": "D"}
 def compute(run):
     """Errors of every set, calibration level and posterior draw on every manoeuvre."""
     vehicles = ("npsauv",) if run.quick else cases.VEHICLES
-    return {vehicle: run.part(f"flights_{vehicle}", partial(predict, run, vehicle)) for vehicle in vehicles}
+    return run.parts("flights", {vehicle: partial(predict, run, vehicle) for vehicle in vehicles})
 
 
 def predict(run, vehicle):
-    """The numbers of one vehicle; its errors and worst tracks go to a file of arrays."""
+    """The numbers of one vehicle, and the arrays of its errors and worst tracks."""
     n_sets, n_manoeuvres, max_iterations = QUICK if run.quick else (N_SETS, N_MANOEUVRES, MAX_ITERATIONS)
-    run.progress.stage(f"{vehicle}: identify")
     problem, estimate = cases.identified(vehicle, "coupled", n_sets, max_iterations)
-    run.progress.stage(f"{vehicle}: sample the posterior")
     trial = cases.trial(vehicle, "coupled", free=QUICK_FREE if run.quick else None)
-    posterior = cases.sampled(trial, run.folder / f"posterior_{vehicle}_coupled.nc", progress=run.progress)
+    with run.work_folder() as folder:
+        posterior = cases.sampled(trial, folder / f"posterior_{vehicle}_coupled.nc")
     rows = np.random.default_rng(cases.SEED).choice(len(posterior.draws), N_DRAWS, replace=False)
-    run.progress.stage(f"{vehicle}: predict")
     draws = trial.coefficient_sets(posterior.draws[rows])
-    flights = fly_all(problem, estimate, draws, n_manoeuvres, run.progress)
+    flights = fly_all(problem, estimate, draws, n_manoeuvres)
     numbers = summary(problem, estimate, flights)
-    run.save_arrays(f"flights_{vehicle}", errors=flights["errors"]["sets"], **worst_tracks(numbers, flights))
-    return numbers | {"shortcomings": [] if posterior.converged else list(posterior.shortcomings)}
+    numbers["shortcomings"] = [] if posterior.converged else list(posterior.shortcomings)
+    return numbers, {"errors": flights["errors"]["sets"], **worst_tracks(numbers, flights)}
 
 
 def draw(run, numbers):

@@ -33,14 +33,14 @@ def compute(run):
     """Errors, standard errors and coverage of every coefficient, for each vehicle and pair of resolutions."""
     numbers, errors = {}, {}
     n = QUICK_MANOEUVRES if run.quick else N_MANOEUVRES
-    for case, (vehicle, scaled) in list(CASES.items())[: 1 if run.quick else None]:
-        run.progress.stage(case)
-        boat = bs.load_vehicle(vehicle)
-        resolution = resolutions(boat, scaled)
-        trials = run.part(f"trials_{file_of(case)}", partial(manoeuvres, boat, n, resolution, run.progress))["trials"]
+    boats = {case: bs.load_vehicle(vehicle) for case, (vehicle, _) in list(CASES.items())[: 1 if run.quick else None]}
+    steps = {case: resolutions(boat, CASES[case][1]) for case, boat in boats.items()}
+    parts = run.parts("trials", {case: partial(manoeuvres, boat, n, steps[case]) for case, boat in boats.items()})
+    for case, boat in boats.items():
+        trials = parts[case]["trials"]
         numbers[case] = {
-            "velocity_resolution_mps": resolution[0],
-            "acceleration_resolution_mps2": resolution[1],
+            "velocity_resolution_mps": steps[case][0],
+            "acceleration_resolution_mps2": steps[case][1],
         } | rounded_regression.summary(trials, boat.xi)
         errors[case] = rounded_regression.errors(trials, boat.xi)["rounded"].astype(np.float32)
     run.save_arrays("errors", **errors)
@@ -56,11 +56,9 @@ def resolutions(boat, scaled):
     return VELOCITY_RESOLUTION * ratio, ACCELERATION_RESOLUTION * (ratio**2 * suboff.length_m / boat.length_m)
 
 
-def manoeuvres(boat, n, resolution, progress):
+def manoeuvres(boat, n, resolution):
     """The trials of a case."""
-    held = cases.held("coupled")
-    report = partial(progress.update, total=n, unit="manoeuvres")
-    return {"trials": list(rounded_regression.trials(boat, n, resolution, held, report))}
+    return {"trials": list(rounded_regression.trials(boat, n, resolution, cases.held("coupled")))}
 
 
 def file_of(case):

@@ -87,7 +87,7 @@ class ClusterFile(Section):
     interface: str | None = None
     log_directory: str | None = None
     setup: tuple[str, ...] = ()
-    options: dict[str, Any] = {}
+    options: dict[str, Any] = pydantic.Field(default_factory=dict)
     tls: Tls | None = None
 
     @pydantic.model_validator(mode="after")
@@ -153,11 +153,8 @@ def _security(tls: Tls | None):
     for name, file in tls:
         if not Path(file).is_file():
             raise InputError(f"--dask: key 'tls.{name}': there is no file {file}")
-    roles = {
-        f"tls_{role}_{part}": getattr(tls, part)
-        for role in ("client", "scheduler", "worker")
-        for part in ("cert", "key")
-    }
+    pairs = product(("client", "scheduler", "worker"), ("cert", "key"))
+    roles = {f"tls_{role}_{part}": getattr(tls, part) for role, part in pairs}
     return Security(tls_ca_file=tls.ca_file, require_encryption=True, **roles)
 
 

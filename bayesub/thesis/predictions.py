@@ -3,7 +3,6 @@
 import numpy as np
 
 from bayesub.baselines.estimate import Estimate
-from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.coefficients import INDEX
 from bayesub.model.simulator import Simulator
 from bayesub.problem.problem import Problem
@@ -15,9 +14,7 @@ N_TIMES = 10  # of a manoeuvre at which the posterior predictive is compared wit
 STATISTICS = {"max": np.nanmax, "mean": np.nanmean, "median": np.nanmedian, "min": np.nanmin}
 
 
-def fly_all(
-    problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvres: int, progress: Progress = SILENT
-) -> dict:
+def fly_all(problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvres: int) -> dict:
     """Fly every set on random manoeuvres; those on which the true boat leaves the envelope are passed over.
 
     Parameters
@@ -27,7 +24,6 @@ def fly_all(
         at the truth (thesis section 8.5)
     draws : (n_draws, 101) posterior coefficient sets
     n_manoeuvres : number of manoeuvres
-    progress : what to report to
 
     Returns
     -------
@@ -57,7 +53,6 @@ def fly_all(
         some, codes = flown["posterior"]
         ranks.append(np.mean(some[codes == 0][:, looks, :3] < states[0, looks, :3], axis=0))
         seeds.append(int(manoeuvre.name.partition(":")[2]))
-        progress.update(len(seeds), n_manoeuvres, "manoeuvres")
     return {
         "errors": {key: np.stack(values, axis=1) for key, values in errors.items()},
         "costs": {key: np.stack(values, axis=1) for key, values in costs.items()},

@@ -1,6 +1,6 @@
 """Linear least squares on a motion whose velocities and accelerations are rounded (thesis section 9.6)."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -17,20 +17,10 @@ FITS = ("rounded", "rounded load only", "total least squares")
 BIASED = 4.0  # standard errors of a mean
 
 
-def trials(
-    boat: Vehicle, n: int, resolution: tuple[float, float], held, report: Callable[[int], None]
-) -> Iterator[dict]:
-    """The trials of the first `n` random manoeuvres, without those that have no result (:func:`trial`).
-
-    Parameters
-    ----------
-    report : called with the number of manoeuvres done
-    """
-    for seed in range(n):
-        result = trial(boat, seed, resolution, held)
-        report(seed + 1)
-        if result is not None:
-            yield result
+def trials(boat: Vehicle, n: int, resolution: tuple[float, float], held) -> Iterator[dict]:
+    """The trials of the first `n` random manoeuvres, without those that have no result (:func:`trial`)."""
+    results = (trial(boat, seed, resolution, held) for seed in range(n))
+    return (result for result in results if result is not None)
 
 
 def trial(boat: Vehicle, seed: int, resolution: tuple[float, float], held) -> dict | None:
