@@ -178,8 +178,8 @@ class Sensed:
         parameters[: problem.n_coefficients] = xi[self.judge.columns[self._places]]
         return problem.jacobian(parameters) * problem.prior.sd
 
-    def information(self, readings: np.ndarray | None = None) -> list[Information]:
-        """What the readings, or those of a mask (n_readings,) alone, tell at each coefficient set."""
+    def information(self, readings: np.ndarray | slice | None = None) -> list[Information]:
+        """What the readings, or those of a mask (n_readings,) or slice alone, tell at each coefficient set."""
         return [self._of(jacobian, readings) for jacobian in self._jacobians]
 
     def _of(self, jacobian, readings):

@@ -1,0 +1,140 @@
+"""Which manoeuvre tells most of the coefficients, how far can one get, and what is in the way?
+
+Question: the thesis ends on it. Every manoeuvre that it tried was ill-conditioned, to try them all is impossible, and a
+condition number might judge one without identifying (chapter 10). Here exact sensitivities judge ten thousand random
+manoeuvres of each of four vehicles, the built-in ones, and those that a search finds within limits: how many
+coefficients will be known to 10 %, by tracks, by rounded readings of an ADCP and an INS (thesis section 9.6), and by a
+Doppler log with gyros?
+Claim: no manoeuvre tells all of them. Null directions stay whatever is flown, and are few; most of the rest are
+imitated by others. The best manoeuvre of a search tells more than any random one within the limits, and these tell
+more than the standard one. Condition numbers of the equations rank manoeuvres, but worse than the expected information
+does. Posteriors of boats of the prior are as wide as expected and hold the truth as often as they say.
+Cost: an hour on two cores; a killed run continues with --resume.
+
+The prior is normal with 25 %. Limits: depth within 0.9 lengths, pitch under 30 and roll under 45 degrees, speed above a
+tenth, planes within their own limits, propeller between half and the whole of its speed; flown by the vehicle itself.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from bayesub.thesis import richest, richest_floor, richest_proof, richest_tables
+from bayesub.thesis.plots import richest as plots
+
+SEED = 22
+VEHICLES = ("suboff", "auv690", "npsauv", "remus100")
+SENSORS = ("track", "rounded", "log")
+KINDS = ("curves", "multisines")  # of searches
+N_RANDOM, CHUNK = 10_000, 100
+N_JUDGEMENTS = 4000  # of a search
+N_CONDITIONS = 300  # random manoeuvres whose condition numbers are computed
+PROOF = ("auv690", "track")
+N_BOATS, N_SEARCHES, N_UNSEEN, MAX_STEPS = 20, 50, 50, 4000
+QUICK = {"random": 30, "judgements": 40, "conditions": 8}
+QUICK_PROOF = {"n_boats": 1, "n_searches": 1, "n_unseen": 2, "max_steps": 60}
+
+
+def compute(run):
+    """Random manoeuvres, searches, a closer look at some, and the proof."""
+    vehicles = VEHICLES[3:] if run.quick else VEHICLES
+    numbers, arrays = {"vehicles": {}}, {}
+    for vehicle in vehicles:
+        run.progress.stage(vehicle)
+        numbers["vehicles"][vehicle], closer = of_vehicle(run, vehicle)
+        arrays |= {f"{vehicle}/{key}": array for key, array in closer.items()}
+    run.save_arrays("richest", **arrays)
+    run.progress.stage("proof")
+    vehicle, sensors = ("remus100", "track") if run.quick else PROOF
+    best = numbers["vehicles"][vehicle]["searches"][sensors]
+    numbers["proof"] = prove(run, vehicle, sensors, {"kind": best["kind"], "numbers": best["numbers"]})
+    return numbers
+
+
+def of_vehicle(run, vehicle):
+    """The numbers of one vehicle, and arrays for its figures."""
+    n_random, chunk = (QUICK["random"], QUICK["random"]) if run.quick else (N_RANDOM, CHUNK)
+    work = partial(richest.random_chunk, vehicle, SEED, chunk)
+    results = richest.joined(run.repeat(f"random_{vehicle}", work, n_random // chunk))
+    searches = search_all(run, vehicle, results)
+    specs = {f"standard {name}": {"name": name} for name in richest.appraiser_of(vehicle).standard()}
+    for sensors in SENSORS:
+        numbers = richest.ranked(results, sensors)
+        specs |= {f"{sensors} {rank}": {"seed": (SEED, number)} for rank, number in numbers.items()}
+        specs[f"{sensors} optimised"] = {key: searches[sensors][key] for key in ("kind", "numbers")}
+    looks = run.repeat(f"closer_{vehicle}", partial(closer_look, vehicle, list(specs.values())), len(specs))
+    looks = dict(zip(specs, looks, strict=True))
+    arrays = {f"{name}/{key}": np.float32(a) for name, look in looks.items() for key, a in look.pop("arrays").items()}
+    histograms = {
+        s: np.stack([np.bincount(results[s]["n"][part], minlength=200) for part in parts(results)]) for s in SENSORS
+    }
+    every = np.linspace(0, n_random - 1, QUICK["conditions"] if run.quick else N_CONDITIONS).astype(int).tolist()
+    conditions = run.part(f"conditions_{vehicle}", partial(richest_floor.conditions, vehicle, SEED, every))
+    return {
+        "n_coefficients": len(richest.appraiser_of(vehicle).exact.names),
+        "n_random": n_random,
+        "n_within": int(np.count_nonzero(results["penalty"] == 0.0)),
+        "searches": searches,
+        "manoeuvres": looks,
+        "correlations": richest_floor.correlations(conditions, results, every),
+    }, plots.chosen(arrays) | {f"histogram {s}": counts.astype(np.int32) for s, counts in histograms.items()}
+
+
+def parts(results):
+    """Masks (n_random,) of random manoeuvres within the limits and beyond."""
+    within = results["penalty"] == 0.0
+    return within, ~within
+
+
+def closer_look(vehicle, specs, k):
+    """The summary of one manoeuvre."""
+    return richest_floor.summary(vehicle, specs[k])
+
+
+def search_all(run, vehicle, results):
+    """Sensors -> the best result of the searches of several families."""
+    pairs = [(sensors, kind) for sensors in SENSORS for kind in KINDS]
+    starts = [richest.best_start(results, *pair) if pair[1] in richest.KINDS else None for pair in pairs]
+    found = run.repeat(f"searches_{vehicle}", partial(search_one, vehicle, pairs, starts, run.quick), len(pairs))
+    searches = {}
+    for sensors in SENSORS:
+        some = [result for (name, _), result in zip(pairs, found, strict=True) if name == sensors]
+        searches[sensors] = min(some, key=lambda r: r["cost"]) | {"costs": {r["kind"]: r["cost"] for r in some}}
+    return searches
+
+
+def search_one(vehicle, pairs, starts, quick, k):
+    """One search, which begins at the best random manoeuvre of its family that keeps the limits, if there is one."""
+    sensors, kind = pairs[k]
+    start = None if starts[k] is None else (SEED, starts[k])
+    seed = (SEED, 1, VEHICLES.index(vehicle), k)
+    return richest.optimised(vehicle, sensors, kind, seed, QUICK["judgements"] if quick else N_JUDGEMENTS, start)
+
+
+def prove(run, vehicle, sensors, best):
+    """Results of trials of boats of the prior, on the best manoeuvre and on the standard one."""
+    sizes = {"n_boats": N_BOATS, "n_searches": N_SEARCHES, "n_unseen": N_UNSEEN, "max_steps": MAX_STEPS}
+    sizes = QUICK_PROOF if run.quick else sizes
+    specs = {"best": best, "standard": {"name": richest.TYPICAL}}
+    work = partial(richest_proof.boat_results, vehicle, sensors, specs, SEED, sizes)
+    boats = run.repeat("proof", work, sizes["n_boats"])
+    return {"vehicle": vehicle, "sensors": sensors, "boats": len(boats)} | {
+        name: richest_proof.summary([boat[name] for boat in boats]) for name in specs
+    }
+
+
+def draw(run, numbers):
+    """Counts, spectra, why coefficients stay unknown, the coupling of motions, the best manoeuvre, and the proof."""
+    arrays = run.load_arrays("richest")
+    plots.draw_counts(run.figure("richest"), numbers["vehicles"], arrays)
+    plots.draw_spectra(run.figure("spectra"), numbers["vehicles"], arrays)
+    plots.draw_reasons(run.figure("floor"), numbers["vehicles"])
+    plots.draw_coupling(run.figure("coupling"), numbers["vehicles"], arrays)
+    plots.draw_manoeuvre(run.figure("manoeuvre"), next(iter(numbers["vehicles"])), arrays)
+    plots.draw_proof(run.figure("proof"), numbers["proof"])
+    run.page(richest_tables.page(numbers))
+
+
+def claims(numbers):
+    """What the docstring says."""
+    yield from richest_tables.claims(numbers)
