@@ -28,8 +28,7 @@ import numpy as np
 from scipy import stats
 
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.plots import posterior as posterior_plots
-from bayesub.plots import style
+from bayesub.plots import corner, style
 from bayesub.problem.distributions import Normal
 from bayesub.thesis import cases, posterior_tables
 from bayesub.thesis.plots import posteriors as plots
@@ -109,7 +108,7 @@ def draw_case(run, name, case, arrays):
     draws = DrawsOfCoefficients(tuple(np.array(case["names"])[some]), arrays["draws"].astype(float), prior.sd)
     sets = arrays["exact"][:, some]
     path, everything = run.figure(f"trade_offs_{name}"), np.arange(len(some))
-    posterior_plots.draw_corner(path, draws, prior, reference[some], EQUATIONS, chosen=everything, sets=sets)
+    corner.draw(path, draws, prior, reference[some], EQUATIONS, chosen=everything, sets={"SQP, exact track": sets})
 
 
 def claims(numbers):

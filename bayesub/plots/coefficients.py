@@ -1,6 +1,4 @@
-"""The coefficient picture of the thesis (Figures 33 to 59): a column a coefficient, its ratio to the truth upwards."""
-
-from functools import partial
+"""The coefficient picture of the thesis (Figures 33 to 59), lying on its side: a row a coefficient."""
 
 import numpy as np
 
@@ -8,6 +6,9 @@ from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # of intervals
+PRIOR_EDGES = (0.05, 0.95)  # of the band of the prior
+ROWS = 45  # that can be read below each other
+PRIOR_PROBABILITIES = np.linspace(0.001, 0.999, 400)
 
 
 def labels(names, equations: EquationSet) -> list[str]:
@@ -27,6 +28,12 @@ def ratios(values, reference, prior) -> np.ndarray:
     values = np.asarray(values)[..., :n]
     absent = reference == 0.0
     return np.where(absent, 1.0 + values / prior.sd[:n], values / np.where(absent, 1.0, reference))
+
+
+def prior_density(quantiles) -> tuple[np.ndarray, np.ndarray]:
+    """Places and density of a prior from its quantiles at PRIOR_PROBABILITIES."""
+    quantiles = np.sort(quantiles)
+    return 0.5 * (quantiles[1:] + quantiles[:-1]), np.diff(PRIOR_PROBABILITIES) / np.diff(quantiles)
 
 
 def starred(names, reference, equations: EquationSet) -> list[str]:
@@ -56,54 +63,96 @@ def draw(path, posterior, prior, reference, estimates, reference_word: str, equa
         Whose coefficients they are.
     """
     n = len(reference)
-    names = posterior.names[:n]
-    columns = np.arange(n)
-    ratio = partial(ratios, reference=reference, prior=prior)
-    with style.figure(path, max(6.0, 0.42 * n + 1.0), 4.6, (0.7, 0.1, 0.7, 0.4)) as figure:
-        axis = figure.subplots()
-        lowest, highest = intervals(axis, columns, posterior.quantiles(QUANTILES), prior, reference)
-        for estimate in estimates:
-            place = np.array([estimate.names.index(name) for name in names])
-            if estimate.method == "SQP":
-                offsets = np.linspace(-0.25, 0.25, len(estimate.solutions)) if len(estimate.solutions) > 1 else [0.3]
-                for j, (offset, solution) in enumerate(zip(offsets, estimate.solutions[:, place], strict=True)):
-                    label = f"SQP from {len(estimate.solutions)} starts" if j == 0 else None
-                    axis.plot(columns + offset, ratio(solution), "o", ms=3, color=style.SQP, label=label)
-            else:
-                values = ratio(estimate.values[place])
-                axis.plot(columns + 0.36, values, "x", ms=4.5, color=style.LINEAR, label=f"{estimate.method}, no noise")
-        names_below = {"rotation": 60, "ha": "right", "rotation_mode": "anchor", "fontsize": style.NAMES}
-        axis.set_xticks(columns, starred(names, reference, equations), **names_below)
-        axis.set_xlim(-0.7, n - 0.3)
-        axis.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
-        star = "" if np.all(reference) else "\n* zero there: 1 + value / prior sd"
-        axis.set_ylabel(f"ratio to {reference_word}{star}")
-        axis.grid(axis="x", visible=False)
-        for k in borders(names, equations):
-            axis.axvline(k - 0.5, color=style.TRUTH, lw=0.5, ls=":")
-        axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5 if n > 20 else 3, fontsize=8)
+    n_panels = -(-n // ROWS)
+    length = -(-n // n_panels)
+    places = [[estimate.names.index(name) for name in posterior.names[:n]] for estimate in estimates]
+    values = [
+        ratios(estimate.solutions[:, place], reference, prior)
+        for estimate, place in zip(estimates, places, strict=True)
+    ]
+    quantiles = posterior.quantiles(QUANTILES)
+    low, high = limits(quantiles, prior, reference, values)
+    with style.figure(path, 7.4 * n_panels, 0.235 * length + 1.25) as figure:
+        panels = figure.subplots(1, n_panels, squeeze=False, sharex=True)[0]
+        for panel, rows in zip(panels, np.array_split(np.arange(n), n_panels), strict=True):
+            intervals(panel, rows, quantiles, prior, reference, lying=True)
+            for estimate, some in zip(estimates, values, strict=True):
+                _draw_estimate(panel, rows, estimate, some[:, rows], (low, high))
+            _name_rows(panel, rows, posterior, reference, equations)
+            star = "" if np.all(reference) else "; * zero there: 1 + value / prior sd"
+            panel.set(xlim=(low, high), ylim=(rows[0] + length - 0.4, rows[0] - 0.6))
+            panel.set_xlabel(f"ratio to {reference_word}{star}")
+            panel.grid(axis="y", visible=False)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8.5)
 
 
-def intervals(axis, columns, quantiles, prior, reference) -> tuple[float, float]:
+def limits(quantiles, prior, reference, values) -> tuple[float, float]:
+    """Limits of the ratios: all of the prior, the posterior and values, unless they are far off."""
+    edges = [ratios(some, reference, prior) for some in ([prior.quantiles(p) for p in PRIOR_EDGES], quantiles)]
+    everything = np.concatenate([np.ravel(some) for some in (*edges, *values)])
+    everything = everything[np.isfinite(everything)]
+    return max(everything.min() - 0.1, -1.5), min(everything.max() + 0.1, 4.0)
+
+
+def _draw_estimate(panel, rows, estimate, values, limits) -> None:
+    """The solutions (n_solutions, n_rows) of a baseline; triangles point to those beyond the limits."""
+    search = estimate.method == "SQP"
+    n, low, high = len(values), *limits
+    colour, marker, size = (style.SQP, "o", 3.4) if search else (style.LINEAR, "X", 5.0)
+    word = f"SQP from {n} starts" if search else f"{estimate.method}, no noise"
+    shifts = np.linspace(-0.25, 0.25, n) if n > 1 else np.array([0.3])
+    y = rows + shifts[:, None]
+    inside = (values >= low) & (values <= high)
+    panel.plot(values[inside], y[inside], marker, ms=size, mew=0, color=colour, label=word, zorder=3)
+    for beyond, edge, arrow in ((values < low, low, "<"), (values > high, high, ">")):
+        if beyond.any():
+            look = {"ms": 5, "mew": 0, "color": colour, "clip_on": False, "zorder": 3}
+            panel.plot(np.full(beyond.sum(), edge), y[beyond], arrow, **look)
+
+
+def _name_rows(panel, rows, posterior, reference, equations) -> None:
+    """Name and symbol of each coefficient at the left, its relative posterior sd at the right, axes apart."""
+    names = posterior.names[rows[0] : rows[-1] + 1]
+    symbols = starred(names, reference[rows], equations)
+    panel.set_yticks(rows, [f"{name}   {symbol}" for name, symbol in zip(names, symbols, strict=True)])
+    relative = posterior.sd[rows] / np.abs(posterior.mean[rows])
+    right = panel.secondary_yaxis("right")
+    right.set_yticks(rows, [f"{100 * value:.2g} %" if value < 1.0 else "> 100 %" for value in relative], fontsize=8)
+    right.tick_params(length=0)
+    right.spines[:].set_visible(False)
+    right.set_ylabel("posterior sd over mean", fontsize=8)
+    for k in borders(names, equations):
+        panel.axhline(rows[0] + k - 0.5, color=style.TRUTH, lw=0.5, ls=":")
+
+
+def intervals(axis, columns, quantiles, prior, reference, *, lying: bool = False) -> tuple[float, float]:
     """Draw prior band and posterior intervals; the lowest and highest ratio of them.
 
     Parameters
     ----------
-    axis : to draw on
-    columns : (n,) positions of the parameters, and where they are drawn
-    quantiles : (5, n_params) of the posterior, those of QUANTILES
-    prior : of all parameters
-    reference : as :func:`draw`
+    axis
+        To draw on.
+    columns
+        (n,) positions of the parameters, and where they are drawn.
+    quantiles
+        (5, n_params) of the posterior, those of QUANTILES.
+    prior
+        Of all parameters.
+    reference
+        As :func:`draw`.
+    lying
+        Whether ratios go to the right and not upwards.
     """
 
     def ratio(values):
         return np.sort(ratios(values, reference, prior)[:, columns], axis=0)
 
-    bottom, top = ratio([prior.quantiles(p) for p in (0.025, 0.975)])
-    axis.bar(columns, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 95 %")
-    axis.axhline(1.0, color=style.TRUTH, lw=0.8)
+    bottom, top = ratio([prior.quantiles(p) for p in PRIOR_EDGES])
     low, q1, median, q3, high = ratio(quantiles)
-    axis.vlines(columns, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
-    axis.vlines(columns, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
-    axis.plot(columns, median, "_", color="white", ms=7)
+    bars, lines, mark = (axis.barh, axis.hlines, "|") if lying else (axis.bar, axis.vlines, "_")
+    bars(columns, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 90 %")
+    (axis.axvline if lying else axis.axhline)(1.0, color=style.TRUTH, lw=0.8)
+    lines(columns, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
+    lines(columns, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
+    axis.plot(*((median, columns) if lying else (columns, median)), mark, color="white", ms=7)
     return min(bottom.min(), low.min()), max(top.max(), high.max())

@@ -64,6 +64,20 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
+def uncertain(value: float, sd: float) -> str:
+    """A value and its standard deviation, to two digits of the latter."""
+    digits = max(0, 1 - int(np.floor(np.log10(sd)))) if sd > 0.0 else 3
+    return f"{value:.{digits}f} ± {sd:.{digits}f}"
+
+
+def power(value: float) -> str:
+    """A number in one or two digits; a small or large one with a power of ten, for a figure."""
+    if value == 0.0 or 0.01 <= abs(value) < 1000.0:
+        return f"{value:.2g}"
+    mantissa, exponent = f"{value:.0e}".split("e")
+    return rf"${mantissa}\times10^{{{int(exponent)}}}$"
+
+
 @contextmanager
 def figure(
     path: Path | Sequence[Path], width: float, height: float, margins: Sequence[float] | None = None

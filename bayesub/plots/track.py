@@ -1,5 +1,6 @@
 """The track of a trial, and how far the readings are from what the posterior predicts."""
 
+import itertools
 from itertools import cycle
 
 import numpy as np
@@ -11,6 +12,8 @@ from bayesub.plots import style
 
 X, Y, Z, PHI, THETA = positions("x", "y", "z", "phi", "theta")
 VELOCITY = positions("u", "v", "w")
+STRAIGHT = 1e-3  # of its length: a track that moves less to the side is not drawn from above
+GAP = 5.0  # intervals without a reading
 _NAMES = {"x": "north", "y": "east", "z": "depth"}
 
 
@@ -35,10 +38,13 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
     dives = np.ptp(tracks[0, :, Z]) > 0.01 * np.ptp(tracks[0][:, [X, Y]], axis=0).max()
     last = max(channel.times[-1] for channel in channels)
     below = len(channels) if not dives else -(-len(channels) // 2)
-    rows = [["from above" if k < below else "from aside", c.name] for k, c in enumerate(channels)]
+    turns = np.ptp(tracks[0, :, Y]) > STRAIGHT * np.ptp(tracks[0, :, X]) or not dives
+    places = ["from above" if k < below and turns else "from aside" for k in range(len(channels))]
+    rows = [[place, channel.name] for place, channel in zip(places, channels, strict=True)]
     with style.figure(path, 9.0, max(4.6, 1.25 * len(channels))) as figure:
         axes = figure.subplot_mosaic(rows, width_ratios=[1.0, 1.15], empty_sentinel="")
-        _draw_path(axes["from above"], record, tracks, true_track)
+        if "from above" in axes:
+            _draw_path(axes["from above"], record, tracks, true_track)
         if "from aside" in axes:
             _draw_depth(axes["from aside"], tracks, true_track)
         ends = np.cumsum([len(channel.times) for channel in channels])
@@ -51,10 +57,14 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
             residual = factor * (channel.values - centre)
             axis.plot(channel.times, residual, ".", ms=2.0, color=style.READINGS, label="reading")
             low, high = np.quantile(factor * (predicted[:, part] - centre), [0.05, 0.95], axis=0)
-            axis.fill_between(channel.times, low, high, color=style.POSTERIOR, lw=0, label="90 % of the posterior")
-            if truth is not None:
-                off = factor * (true_readings[part] - centre)
-                axis.plot(channel.times, off, color=style.TRUTH, lw=0.8, label="truth")
+            off = None if truth is None else factor * (true_readings[part] - centre)
+            for k, some in enumerate(_without_gaps(channel.times)):
+                first = k == 0
+                band = {"color": style.POSTERIOR, "lw": 0, "label": "90 % of the posterior" if first else None}
+                axis.fill_between(channel.times[some], low[some], high[some], **band)
+                if off is not None:
+                    line = {"color": style.TRUTH, "lw": 0.8, "label": "truth" if first else None}
+                    axis.plot(channel.times[some], off[some], **line)
             axis.set_ylabel(name)
             axis.set_ylim(-4.2 * sd, 4.2 * sd)
             axis.set_xlim(-0.02 * last, 1.02 * last)
@@ -62,14 +72,21 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
         axes[channels[0].name].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
         axes[channels[-1].name].set_xlabel("time (s)")
         handles, labels = axes[channels[0].name].get_legend_handles_labels()
-        axes["from above"].legend(handles, labels, loc="best", fontsize=8, markerscale=3)
+        axes[places[0]].legend(handles, labels, loc="best", fontsize=8, markerscale=3)
+
+
+def _without_gaps(times) -> list[slice]:
+    """The parts of a channel between which nothing was read for longer than GAP intervals."""
+    intervals = np.diff(times)
+    ends = np.flatnonzero(intervals > GAP * np.median(intervals)) + 1 if len(intervals) else []
+    return [slice(a, b) for a, b in itertools.pairwise([0, *ends, len(times)])]
 
 
 def _labelled(channel) -> tuple[str, float]:
     """Name and unit for an axis, and the factor from SI to the unit."""
     header = log_files.HEADERS[channel.quantity]
     label = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
-    return style.with_unit(label).replace(" ground", " bottom"), 1.0 / log_files.si_factor(header)
+    return style.with_unit(label), 1.0 / log_files.si_factor(header)
 
 
 def _draw_path(axis, record, tracks, truth):

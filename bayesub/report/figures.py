@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.plots import coefficients, cross_check, disturbance, fit, posterior, prediction, spectrum, track
+from bayesub.plots import coefficients, corner, cross_check, disturbance, fit, posterior, prediction, spectrum, track
 from bayesub.problem.problem import Problem
 from bayesub.report import disturbances
 from bayesub.report.unseen import SQP, TrialPrediction
@@ -58,7 +58,8 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
     equations, prior = problem.equations, problem.prior_of_others
     yield ReportFigure(
         "coefficients",
-        f"Coefficients as ratios to the {word}, one column each. Grey: prior. Blue: posterior. "
+        f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior. Blue: "
+        "50 and 90 % of the posterior. "
         + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
         + "A blue bar as long as the grey one means that the data said nothing.",
         lambda path: coefficients.draw(path, sample, prior, reference[:n], results.estimates, word, equations),
@@ -70,8 +71,7 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
     yield ReportFigure(
         "spectrum",
         "Singular values of the Jacobian in prior standard deviations. Above one the data are sharper than the prior; "
-        "the last group, below the gap, are the null directions of the equations of motion, where only the prior "
-        "speaks.",
+        f"below it the prior is. {_null_words(results.spectrum.n_null)}",
         partial(spectrum.draw, spectrum=results.spectrum),
     )
     yield ReportFigure(
@@ -80,12 +80,7 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
         "of them better than each.",
         partial(posterior.draw_correlation, posterior=sample, equations=equations),
     )
-    yield ReportFigure(
-        "corner",
-        "Joint marginals (50 % and 90 %) of the best known coefficients (blue labels) and the worst known (yellow), "
-        f"as ratios to the {word} (orange lines). Dashed curves are the prior.",
-        lambda path: posterior.draw_corner(path, sample, prior, reference[:n], equations),
-    )
+    yield from _corners(results, reference, word)
     if results.residuals:
         yield ReportFigure(
             "criticism",
@@ -116,6 +111,74 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
         )
 
 
+def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
+    """Joint marginals: of the coefficients that trade off, and of directions from stiff to null."""
+    problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
+    equations, spectrum, null = problem.equations, results.spectrum, results.null_space.vectors
+    sets = {_legend(estimate): _placed(estimate, sample) for estimate in sorted(results.estimates, key=_is_no_search)}
+    points = "".join(f" {mark.capitalize()}: {label}." for mark, label in zip(corner.MARKS, sets, strict=False))
+    chosen = corner.trade_off_parameters(sample, n, null)
+    lines = f"Pink lines: null directions, {len(null)} in all, along which the motion stays the same. " if null else ""
+    yield ReportFigure(
+        "corner",
+        f"Joint marginals of coefficients that trade off{_strongest(sample, chosen)}"
+        f"{', and of those in null directions' if null else ''}, as ratios to the {word}; above each its mean and sd. "
+        "A narrow slanted shape is a pair of which the data know one combination. "
+        f"{lines}Black: the {word}. Dashed: the prior.{points}",
+        lambda path: corner.draw(
+            path, sample, problem.prior_of_others, reference[:n], equations, chosen=chosen, null=null, word=word,
+            sets={label: values[:, :n] for label, values in sets.items()},
+        ),
+    )  # fmt: skip
+    n_stiff, n_null, n_all = spectrum.n_informed, spectrum.n_null, len(spectrum.names)
+    yield ReportFigure(
+        "directions",
+        f"The posterior along directions of coefficient space: of {n_all}, {n_stiff} are stiff, "
+        f"{n_all - n_stiff - n_null} sloppy and {n_null} null; at most three of each kind, with their two largest "
+        "entries. All panels have one scale, prior standard deviations from the prior mean. What the data know "
+        "is a thin line; what they do not see is as wide as the prior (dashed: a normal of its spread)."
+        f"{' Black: the truth.' if word == 'truth' else ''}{points}",
+        lambda path: corner.draw_directions(
+            path, sample, spectrum, equations, reference=reference if word == "truth" else None, sets=sets
+        ),
+    )
+
+
+def _strongest(sample, chosen) -> str:
+    """The most correlated pair of some parameters, in words."""
+    some = np.abs(np.triu(sample.correlation[np.ix_(chosen, chosen)], 1))
+    if not some.any():
+        return ""
+    i, j = chosen[list(np.unravel_index(np.argmax(some), some.shape))]
+    return f" (most of all {sample.names[i]} with {sample.names[j]}, correlation {sample.correlation[i, j]:+.2f})"
+
+
+def _null_words(n_null: int) -> str:
+    """What the spectrum says of null directions."""
+    if not n_null:
+        return "No direction is null by the equations of motion: sensors that are good enough would see all."
+    group = "The last direction is null" if n_null == 1 else f"The last {n_null} directions are null"
+    return f"{group} by the equations of motion: the motion stays the same, and only the prior speaks."
+
+
+def _is_no_search(estimate) -> bool:
+    """The order of the baselines: searches first."""
+    return estimate.method != "SQP"
+
+
+def _legend(estimate) -> str:
+    return f"SQP from {len(estimate.solutions)} starts" if estimate.method == "SQP" else f"{estimate.method}, no noise"
+
+
+def _placed(estimate, sample) -> np.ndarray:
+    """(n_solutions, n_params) solutions of a baseline; parameters that it does not find are at their prior means."""
+    values = np.tile(sample.prior_mean, (len(estimate.solutions), 1))
+    for k, name in enumerate(sample.names):
+        if name in estimate.names:
+            values[:, k] = estimate.solutions[:, estimate.names.index(name)]
+    return values
+
+
 def _track(name: str, problem: Problem, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
     """The track of a trial of name "" or several."""
 
@@ -125,10 +188,23 @@ def _track(name: str, problem: Problem, draws: np.ndarray, *, synthetic: bool) -
 
     return ReportFigure(
         f"track_{name}" if name else "track",
-        f"The trial {f'{name} ' if name else ''}and {len(draws)} draws from the posterior, too close to tell apart on "
-        "the left. On the right the readings minus the posterior mean: pure noise if the model fits. The blue band is "
-        "the posterior's own uncertainty of the track, far thinner than the noise, whatever the coefficients do.",
+        f"The trial {f'{name} ' if name else ''}and {min(TRACKS, len(draws))} draws from the posterior. On the right "
+        f"the readings minus the posterior mean: pure noise if the model fits. {_band(problem, draws)}",
         draw,
+    )
+
+
+def _band(problem: Problem, draws: np.ndarray) -> str:
+    """How wide the posterior of the readings is beside their noise, by the channels where it is most and least so."""
+    share = problem.predicted(draws).std(axis=0) / problem.sds
+    ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
+    widths = {c.name: float(np.median(s)) for c, s in zip(problem.record.channels, np.split(share, ends), strict=True)}
+    least, most = min(widths, key=widths.get), max(widths, key=widths.get)
+    word = "The blue band is the posterior's own uncertainty of the readings: its sd is"
+    if least == most:
+        return f"{word} {widths[most]:.2g} of that of the noise."
+    return (
+        f"{word} {widths[least]:.2g} ({least}) to {widths[most]:.2g} ({most}) of that of the noise, medians over time."
     )
 
 

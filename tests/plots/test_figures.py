@@ -18,6 +18,7 @@ from bayesub.plots import (
     coefficients,
     collinearity,
     contribution,
+    corner,
     cross_check,
     data_card,
     fit,
@@ -118,7 +119,13 @@ def draw_correlation(path):
 
 
 def draw_corner(path):
-    posterior.draw_corner(path, POSTERIOR, PRIOR, REFERENCE[:N], EQUATIONS, sets=np.tile(REFERENCE[:N], (2, 1)))
+    null = ({"Yuv": 1.0, "Nuv": -0.5},)
+    corner.draw(path, POSTERIOR, PRIOR, REFERENCE[:N], EQUATIONS, sets={"SQP": REFERENCE[None, :N]}, null=null)
+
+
+def draw_corner_of_directions(path):
+    sets = {"SQP": REFERENCE[None]}
+    corner.draw_directions(path, POSTERIOR, SPECTRUM, EQUATIONS, reference=REFERENCE, sets=sets)
 
 
 def draw_nuisance(path):
@@ -161,6 +168,7 @@ FIGURES = {
     draw_spectra: ("direction", "singular value\n(prior sd / data sd)"),
     draw_directions: ("prior standard deviations along the unit direction (8 largest entries)",),
     draw_corner: (),
+    draw_corner_of_directions: (),
 }
 
 
@@ -245,23 +253,6 @@ def test_actuators_of_any_boat_are_drawn(n, tmp_path, drawings, spiral_track):
     assert words == (["fin 1"] if n == 2 else []) + ["thruster (N) / 5"]
     (right,) = (axis for axis in drawing.axes if axis.get_ylabel() == "of the largest")
     assert np.abs(right.lines[0].get_ydata()).max() == pytest.approx(1.0)
-
-
-def test_the_corner_holds_the_shares_of_draws_that_it_says():
-    """Of a correlated normal pair 50 and 90 % of the draws lie within the contours.
-
-    Smoothing by one cell widens a cloud whose sd is three cells or more by 5 % at most, and its contours with it.
-    """
-    draws = 0.5 + np.random.default_rng(0).standard_normal((20_000, 2)) @ np.array([[0.15, 0.06], [0.0, 0.12]])
-    axis = Figure().subplots()
-    posterior.draw_joint(axis, draws)
-    lines = next(c for c in axis.collections if len(c.get_paths()) == 2 and not c.get_fill())
-    side = posterior.SIDE
-    points = np.stack([side * draws[:, 0], 1.0 + side * (1.0 - draws[:, 1])], axis=1)
-    shares = sorted(path.contains_points(points).mean() for path in lines.get_paths())
-    wider = [1.0 - (1.0 - share) ** 1.05**2 for share in posterior.SHARES]
-    for measured, share, limit in zip(shares, posterior.SHARES, wider, strict=True):
-        assert share - 0.01 < measured < limit + 0.01
 
 
 def test_a_palette_keeps_common_colours_and_gradients():

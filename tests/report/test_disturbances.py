@@ -104,7 +104,17 @@ def test_forces_at_knots_are_in_no_table_and_no_figure_of_parameters(problem, re
     assert "disturbance_X_1" not in page.replace("&", "").split("NOT CONVERGED")[0]
 
 
-PICTURES = ("coefficients", "track", "criticism", "disturbance", "spectrum", "correlation", "corner", "nuisance")
+PICTURES = (
+    "coefficients",
+    "track",
+    "criticism",
+    "disturbance",
+    "spectrum",
+    "correlation",
+    "corner",
+    "directions",
+    "nuisance",
+)
 
 
 def test_numbers_are_those_of_the_draws(problem, results, numbers):

@@ -16,12 +16,13 @@ from bayesub.plots import fit as criticism_plot
 from bayesub.problem import likelihoods
 from bayesub.problem.joint import JointProblem
 from bayesub.report import findings, remedies, report
+from bayesub.report.figures import figures
 from bayesub.sampling.posterior import Posterior
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr")
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=2.0, channels=("x", "y", "yaw"))
 HOSTILE = "<script src='x'>alert(\"1\")</script>{{ 7 * 7 }}"
-FIGURES = ("coefficients", "track", "criticism", "spectrum", "correlation", "corner", "nuisance")
+FIGURES = ("coefficients", "track", "criticism", "spectrum", "correlation", "corner", "directions", "nuisance")
 
 
 def posed(track, seed=0, sensors=SENSOR, current_mps=(0.0, 0.0), **given):
@@ -53,11 +54,15 @@ def problem(spiral_track):
 
 
 @pytest.fixture(scope="module")
-def numbers(problem):
+def results(problem):
     posterior = posterior_of(problem, np.random.default_rng(1))
     estimates = [bs.baselines.sqp(problem.naive(), rng=np.random.default_rng(3), n_starts=1)]
     spectrum = identifiability.fisher(problem, posterior.best)
-    results = report.Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
+    return report.Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def numbers(results):
     return report.numbers_of(results) | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
 
 
@@ -169,10 +174,31 @@ def test_the_verdict_comes_first(page):
 
 def test_every_picture_has_words_and_is_in_the_page(page):
     pictures = Page(page).all("img")
-    assert len(pictures) == page.count("<figcaption>") == 7
+    assert len(pictures) == page.count("<figcaption>") == len(FIGURES)
     for picture in pictures:
         assert len(picture["alt"]) > 20
         assert picture["src"].startswith("data:image/png;base64,")
+
+
+def test_captions_say_what_the_data_say(results):
+    """No null direction is spoken of where there is none, and the width of the band is that of this posterior."""
+    captions = captions_of(results)
+    n_null = results.spectrum.n_null
+    assert n_null == 0
+    assert "No direction is null" in captions["spectrum"]
+    assert "Pink" not in captions["corner"]
+    assert f"and {n_null} null" in captions["directions"]
+    (width,) = re.findall(r"to ([\d.]+) \(\w+\) of that of the noise", captions["track"])
+    problem, share = results.problem, results.problem.predicted(results.draws).std(axis=0) / results.problem.sds
+    ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
+    assert float(width) == pytest.approx(max(np.median(part) for part in np.split(share, ends)), rel=0.05)
+    null = dataclasses.replace(results.spectrum, n_null=1)
+    assert "The last direction is null" in captions_of(dataclasses.replace(results, spectrum=null))["spectrum"]
+
+
+def captions_of(results):
+    reference = results.problem.reference
+    return {figure.name: figure.caption for figure in figures(results, reference, "truth", [])}
 
 
 def test_nothing_is_loaded(page):

@@ -79,7 +79,7 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
     assert "Is &lt;script&gt;alert(1)&lt;/script&gt; &amp;" in page
     assert "http" not in page.replace('xmlns="http', "")
     assert page.index("Converged.") < page.index("<img")
-    for name in ("coefficients", "track", "criticism", "spectrum", "correlation", "corner"):
+    for name in ("coefficients", "track", "criticism", "spectrum", "correlation", "corner", "directions"):
         assert (folder / f"{name}.png").stat().st_size > 5000
         assert not (folder / f"{name}.pdf").exists()
 

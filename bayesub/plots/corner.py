@@ -1,0 +1,362 @@
+"""Joint marginals of the posterior: of the coefficients that trade off, and of directions from stiff to null.
+
+All panels share one pair of axes, in units of panels: a figure of 78 axes takes four times as long to make and to
+render. The contours are those of the library corner.
+"""
+
+import warnings
+from collections.abc import Iterable, Mapping
+from itertools import chain
+
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from scipy import special
+
+from bayesub.model.equations import EquationSet
+from bayesub.plots import style
+from bayesub.plots.coefficients import PRIOR_PROBABILITIES, labels, prior_density, ratios, starred
+
+PARAMETERS = 10  # of a corner
+STRONG = 0.8  # correlation of a trade-off that is drawn before the null directions
+DRAWS = 20_000
+GAP = 0.06  # between panels, of which each is one unit with its gap
+SIDE = 1.0 - GAP
+SHARES = (0.5, 0.9)  # of the draws within each contour
+REACH = 3.3  # prior standard deviations from the middle to the edge of a panel of directions
+_EACH = 3  # directions of each kind
+_CELLS = 30  # of a panel in each direction
+_SMOOTHING = 1.0  # cells
+_BINS = 25  # of a marginal
+_LINE = 0.02  # of a panel: what is narrower is drawn as a thick line
+_PRIOR_LINE = "#777777"
+_PALE = "#A9CDE4"
+MARKS = {"orange dots": ("o", style.SQP), "green crosses": ("X", style.LINEAR), "yellow squares": ("s", style.WEAK)}
+_RADIUS = np.sqrt(-2.0 * np.log(1.0 - SHARES[-1]))  # of the circle that holds this share of two standard normals
+
+
+def trade_off_parameters(posterior, n: int, null: Iterable[Mapping[str, float]] = ()) -> np.ndarray:
+    """Positions, in their order, of at most PARAMETERS of the first n parameters: those that trade off.
+
+    First come the pairs with a correlation of STRONG and more, for which half of the places are kept, then in turn the
+    largest entries of each null direction in prior standard deviations, then further pairs.
+    """
+    names = posterior.names[:n]
+    rows, columns = np.triu_indices(n, 1)
+    sizes = np.abs(posterior.correlation[rows, columns])
+    pairs = [(rows[k], columns[k]) for k in np.argsort(-sizes)]
+    chosen = _filled({}, pairs[: np.count_nonzero(sizes >= STRONG)], PARAMETERS // 2)
+    entries = []
+    for vector in null:
+        size = {names.index(name): abs(x) for name, x in vector.items() if name in names}
+        entries.append(sorted(size, key=lambda k, size=size: -size[k] / posterior.prior_sd[k]))
+    by_rank = [[order[k] for order in entries if k < len(order)] for k in range(max(map(len, entries), default=0))]
+    chosen = _filled(chosen, [(k,) for k in chain(*by_rank)], PARAMETERS)
+    return np.sort(list(_filled(chosen, pairs, PARAMETERS)) or np.arange(n))
+
+
+def _filled(chosen: dict, groups, most: int) -> dict:
+    """The keys of `chosen` and those groups, in order, with which there are at most so many."""
+    for group in groups:
+        if len(chosen | dict.fromkeys(group)) <= most:
+            chosen = chosen | dict.fromkeys(group)
+    return chosen
+
+
+def draw(
+    path, posterior, prior, reference, equations: EquationSet, *, chosen=None, sets=None, null=(), word="truth"
+) -> None:
+    """Joint marginals of coefficients as ratios to `reference` (n_coefficients,), by every so many draws.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    posterior
+        With n_params parameters.
+    prior
+        Of the same parameters.
+    reference
+        (n_coefficients,) values that count as one.
+    equations
+        Whose coefficients they are.
+    chosen
+        (n,) positions; by default those of :func:`trade_off_parameters`.
+    sets
+        Label -> (n_sets, n_coefficients) values to draw as points.
+    null
+        Null directions, each a dict of coefficient -> change: lines through the posterior mean.
+    word
+        What the reference is.
+    """
+    chosen = trade_off_parameters(posterior, len(reference), null) if chosen is None else chosen
+    n, names = len(chosen), np.array(posterior.names)[chosen]
+
+    def ratio(values):
+        return ratios(values, reference, prior)[..., chosen]
+
+    draws = ratio(posterior.draws[:: -(-len(posterior.draws) // DRAWS)])
+    points = {label: ratio(np.reshape(values, (-1, len(reference)))) for label, values in (sets or {}).items()}
+    extent = np.vstack([np.quantile(draws, [0.001, 0.999], axis=0), *points.values(), np.ones((1, n))])
+    low, high = np.nanmin(extent, axis=0), np.nanmax(extent, axis=0)
+    panels = _Panels(low - 0.05 * (high - low), high + 0.05 * (high - low))
+    quantiles = ratio([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
+    unit = np.where(reference == 0.0, prior.sd[: len(reference)], reference)
+    with _figure(path, n) as axis:
+        draw_joint(axis, panels.placed(draws))
+        _draw_marginals(axis, panels.placed(draws), panels.placed(quantiles))
+        _draw_prior(axis, panels, ratio(_circles(prior, len(reference))))
+        for vector in null:
+            change = np.array([vector.get(name, 0.0) for name in names]) / unit[chosen]
+            _draw_line(axis, panels, draws.mean(axis=0), change)
+        _draw_reference(axis, panels, np.ones(n))
+        _draw_points(axis, panels, points)
+        titles = [
+            f"{name}\n{style.uncertain(value, sd)}"
+            for name, value, sd in zip(names, draws.mean(axis=0), draws.std(axis=0), strict=True)
+        ]
+        _label(axis, panels, starred(names, reference[chosen], equations), titles)
+        _add_legend(axis, n, points, word, null=bool(null))
+
+
+def draw_directions(path, posterior, spectrum, equations: EquationSet, *, reference=None, sets=None) -> None:
+    """Joint marginals along directions of the spectrum, all on one scale: prior standard deviations.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    posterior
+        Of the parameters of the spectrum, with the means and standard deviations of their prior.
+    spectrum
+        Whose directions are stiff, sloppy and null.
+    equations
+        Whose coefficients they are.
+    reference
+        (n_params,) the truth, if it is known.
+    sets
+        Label -> (n_sets, n_params) values to draw as points.
+    """
+    kinds = chosen_directions(spectrum)
+    chosen = [k for _, _, members in kinds for k in members]
+    n, directions = len(chosen), spectrum.directions[chosen]
+
+    def along(values):
+        return (np.asarray(values) - posterior.prior_mean) / posterior.prior_sd @ directions.T
+
+    draws = along(posterior.draws[:: -(-len(posterior.draws) // DRAWS)])
+    points = {label: along(np.reshape(values, (-1, len(posterior.names)))) for label, values in (sets or {}).items()}
+    panels = _Panels(np.full(n, -REACH), np.full(n, REACH))
+    colours = [colour for _, colour, members in kinds for _ in members]
+    words = [f"{kind} {k + 1}" for kind, _, members in kinds for k in members]
+    with _figure(path, n) as axis:
+        draw_joint(axis, panels.placed(draws))
+        quantiles = np.repeat(special.ndtri(PRIOR_PROBABILITIES)[:, None], n, axis=1)
+        _draw_marginals(axis, panels.placed(draws), panels.placed(quantiles), colours)
+        angles = np.linspace(0.0, 2.0 * np.pi, 100)
+        _draw_prior(axis, panels, _RADIUS * np.stack([np.cos(angles), np.sin(angles)])[..., None].repeat(n, axis=2))
+        if reference is not None:
+            _draw_reference(axis, panels, along(reference))
+        _draw_points(axis, panels, points)
+        titles = [f"{word}\nsd {style.power(sd)}" for word, sd in zip(words, draws.std(axis=0), strict=True)]
+        names = [_largest(spectrum, k, equations) for k in chosen]
+        _label(axis, panels, names, titles, colours)
+        _add_legend(axis, n, points, "" if reference is None else "truth", null=False)
+
+
+def chosen_directions(spectrum) -> list[tuple[str, str, list[int]]]:
+    """Kind, colour and positions of directions: of each kind the first, the middle and the last."""
+    n, n_null, n_stiff = len(spectrum.names), spectrum.n_null, spectrum.n_informed
+    bounds = (
+        ("stiff", style.POSTERIOR, 0, n_stiff),
+        ("sloppy", style.WEAK, n_stiff, n - n_null),
+        ("null", style.NULL, n - n_null, n),
+    )
+    some = [(kind, colour, np.linspace(a, b - 1, min(_EACH, b - a))) for kind, colour, a, b in bounds if b > a]
+    return [(kind, colour, [int(k) for k in places]) for kind, colour, places in some]
+
+
+def _largest(spectrum, k: int, equations: EquationSet) -> str:
+    """The two largest entries of a direction, one below the other."""
+    entries = list(spectrum.direction(k).items())[:2]
+    names = labels([name for name, _ in entries], equations)
+    return "\n".join(f"{x:+.2f} {name}" for (_, x), name in zip(entries, names, strict=True) if abs(x) > 0.1)
+
+
+class _Panels:
+    """Limits (n,) of n panels, of which each is one unit wide with its gap."""
+
+    def __init__(self, low, high):
+        self.low, self.high = low, high
+
+    def placed(self, values):
+        """Values (.., n) in units of their panels, of which they may be outside."""
+        return (values - self.low) / (self.high - self.low)
+
+    def pairs(self, across, up):
+        """x and y (.., n_pairs) of values (.., n) across and up, in every panel below the diagonal; nan outside."""
+        rows, columns = np.tril_indices(len(self.low), -1)
+        x, y = self.placed(across)[..., columns], self.placed(up)[..., rows]
+        outside = (x < 0.0) | (x > 1.0) | (y < 0.0) | (y > 1.0)
+        x, y = columns + SIDE * x, rows + SIDE * (1.0 - y)
+        return np.where(outside, np.nan, x), np.where(outside, np.nan, y)
+
+
+class _figure:
+    """A figure of one axis for n panels on each side, with their frames."""
+
+    def __init__(self, path, n):
+        beside = 0.1 if n > 4 else 1.6  # where the legend stands
+        self.n, size = n, 0.82 * n + 1.3
+        self.figure = style.figure(path, size + beside, size, (0.85, 0.1 + beside, 0.85, 0.45))
+
+    def __enter__(self):
+        axis = self.figure.__enter__().subplots()
+        axis.set(frame_on=False)
+        axis.grid(visible=False)
+        self.axis = axis
+        rows, columns = np.tril_indices(self.n)
+        corners = np.array([(0, 0), (SIDE, 0), (SIDE, SIDE), (0, SIDE)]) + np.stack([columns, rows], 1)[:, None]
+        axis.add_collection(PolyCollection(corners, facecolors="none", edgecolors=style.TRUTH, linewidths=0.6))
+        return axis
+
+    def __exit__(self, *exception):
+        self.axis.set(
+            xlim=(-0.005, self.n - GAP + 0.005), ylim=(self.n - GAP + 0.005, -0.005)
+        )  # here, since contours have set them
+        return self.figure.__exit__(*exception)
+
+
+def draw_joint(axis, draws) -> None:
+    """Draw the contours that hold 50 and 90 % of draws (n_draws, n), in units of panels, for each pair.
+
+    The cells divide the draws and not the panel, so that a narrow cloud has a contour too.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor once a day
+        import corner  # here, since it imports ArviZ and pyplot
+
+    low, high = np.quantile(draws, [0.001, 0.999], axis=0)
+    low, high = low - 0.05 * (high - low), high + 0.05 * (high - low)
+    is_line = high - low < _LINE
+    for row, column in zip(*np.tril_indices(draws.shape[1], -1), strict=True):
+        corner.hist2d(
+            column + SIDE * draws[:, column],
+            row + SIDE * (1.0 - draws[:, row]),
+            ax=axis,
+            bins=_CELLS,
+            range=[
+                (column + SIDE * low[column], column + SIDE * high[column]),
+                (row + SIDE * (1.0 - high[row]), row + SIDE * (1.0 - low[row])),
+            ],
+            smooth=_SMOOTHING,
+            levels=SHARES,
+            plot_datapoints=False,
+            plot_density=False,
+            no_fill_contours=True,
+            fill_contours=True,
+            contourf_kwargs={"colors": ["none", _PALE, style.POSTERIOR]},
+            contour_kwargs={"colors": style.POSTERIOR, "linewidths": 3.0 if is_line[row] or is_line[column] else 1.0},
+        )
+
+
+def _draw_marginals(axis, draws, quantiles, colours=None) -> None:
+    """Histogram of draws (n_draws, n) and the prior, by quantiles at PRIOR_PROBABILITIES, in units of panels.
+
+    With `colours` the histograms are filled, and each as high as its prior: their widths compare, not their heights.
+    """
+    for k, (values, prior) in enumerate(zip(draws.T, quantiles.T, strict=True)):
+        edges = np.linspace(*np.quantile(values, [0.0005, 0.9995]), _BINS + 1) if colours else np.linspace(0, 1, _BINS)
+        heights = np.histogram(values, edges, density=True)[0]
+        places, density = prior_density(prior)
+        inside = (places > 0.0) & (places < 1.0)
+        scale = [1.0 / max(heights.max(), density.max(initial=0.0))] * 2
+        if colours:
+            scale = [1.0 / heights.max(), 1.0 / density.max()]
+        heights, density = (SIDE / 1.1 * s * h for s, h in zip(scale, (heights, density), strict=True))
+        bottom = k + SIDE
+        look = {"color": style.POSTERIOR} if colours is None else {"fc": colours[k], "ec": colours[k], "fill": True}
+        width = 3.0 if np.ptp(edges) < _LINE else 1.2
+        axis.stairs(bottom - heights, k + SIDE * edges, baseline=bottom, lw=width, **look)
+        axis.plot(k + SIDE * places[inside], bottom - density[inside], color=_PRIOR_LINE, lw=1.0, ls="--")
+
+
+def _circles(prior, n: int):
+    """(2, n_points, n) coordinates, across and up, of the edge that holds 90 % of the prior of any two of n."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 60)
+    return np.array([[prior.quantiles(special.ndtr(_RADIUS * t))[:n] for t in f(angles)] for f in (np.cos, np.sin)])
+
+
+def _draw_prior(axis, panels, circles) -> None:
+    axis.plot(*panels.pairs(*circles), color=_PRIOR_LINE, lw=0.9, ls="--")
+
+
+def _draw_line(axis, panels, through, change) -> None:
+    """A null direction `change` (n,), in every panel of two of its entries, through a point (n,)."""
+    rows, columns = np.tril_indices(len(change), -1)
+    both = (change[rows] != 0.0) & (change[columns] != 0.0)
+    for pair in np.stack([columns, rows], axis=1)[both]:
+        ends = np.sort([(edge[pair] - through[pair]) / change[pair] for edge in (panels.low, panels.high)], axis=0)
+        steps = np.array([ends[0].max(), ends[1].min()])[:, None]
+        x, y = ((through[pair] + steps * change[pair] - panels.low[pair]) / (panels.high - panels.low)[pair]).T
+        axis.plot(pair[0] + SIDE * x, pair[1] + SIDE * (1.0 - y), color=style.NULL, lw=1.8)
+
+
+def _draw_reference(axis, panels, values) -> None:
+    """Lines at values (n,)."""
+    place = panels.placed(values)
+    seen = (place >= 0.0) & (place <= 1.0)
+    rows, columns = np.tril_indices(len(place))
+    upright, level = seen[columns], seen[rows] & (rows != columns)
+    axis.vlines((columns + SIDE * place[columns])[upright], rows[upright], (rows + SIDE)[upright], "k", lw=0.7)
+    axis.hlines((rows + SIDE * (1 - place[rows]))[level], columns[level], (columns + SIDE)[level], "k", lw=0.7)
+
+
+def _draw_points(axis, panels, points) -> None:
+    for values, (marker, colour) in zip(points.values(), MARKS.values(), strict=False):
+        x, y = panels.pairs(values, values)
+        axis.plot(x.ravel(), y.ravel(), marker, ms=3.8, mec="white", mew=0.4, color=colour)
+
+
+def _label(axis, panels, names, titles, colours=None) -> None:
+    """Ticks and names at the left and below, titles above the diagonal."""
+    n, colours = len(names), colours or [style.TRUTH] * len(names)
+    locator = MaxNLocator(3)
+    limits = list(zip(panels.low, panels.high, strict=True))
+    ticks = [[t for t in locator.tick_values(a, b) if 0.05 < (t - a) / (b - a) < 0.95] for a, b in limits]
+    places = [SIDE * (np.array(t) - a) / (b - a) for t, (a, b) in zip(ticks, limits, strict=True)]
+    words = [[f"{t:.6g}" for t in values] for values in ticks]
+    axis.set_xticks(np.concatenate([k + p for k, p in enumerate(places)]), [*chain(*words)], rotation=45)
+    heights = np.concatenate([np.empty(0), *(k + SIDE - p for k, p in enumerate(places) if k)])
+    axis.set_yticks(heights, [*chain(*words[1:])], rotation=45)
+    axis.tick_params(labelsize=8)
+    size = style.NAMES - 2.0 * any("\n" in name for name in names)
+    for k, (name, title, colour) in enumerate(zip(names, titles, colours, strict=True)):
+        text = {"color": colour, "ha": "center", "va": "center", "fontsize": size}
+        axis.text(k + 0.5 * SIDE, n + 0.58, name, text)
+        axis.text(k + 0.5 * SIDE, k - 0.04, title, text | {"va": "bottom", "fontsize": 7.5}, linespacing=1.05)
+        if k:
+            axis.text(-0.66, k + 0.5 * SIDE, name, text, rotation=90)
+
+
+def _add_legend(axis, n: int, points, word: str, *, null: bool) -> None:
+    """In the empty triangle, or beside a small figure."""
+    handles = [
+        Patch(color=style.POSTERIOR, label="posterior, 50 %"),
+        Patch(color=_PALE, label="posterior, 90 %"),
+        Line2D([], [], color=_PRIOR_LINE, lw=1.0, ls="--", label="prior, 90 %"),
+    ]
+    if word:
+        handles.append(Line2D([], [], color=style.TRUTH, lw=0.9, label=word))
+    if null:
+        handles.append(Line2D([], [], color=style.NULL, lw=1.8, label="null direction"))
+    for label, (marker, colour) in zip(points, MARKS.values(), strict=False):
+        handles.append(Line2D([], [], ls="", marker=marker, ms=6, color=colour, label=label))
+    place = (
+        {"loc": "upper right", "bbox_to_anchor": (1.0, 1.0)}
+        if n > 4
+        else {"loc": "upper left", "bbox_to_anchor": (1.02, 1.0)}
+    )
+    axis.legend(handles=handles, fontsize=9 if n > 4 else 8, **place)
