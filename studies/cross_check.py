@@ -30,6 +30,16 @@ ESS = 10_000  # of the ensemble sampler
 CASES = {f"{vehicle} {manoeuvre}": None for manoeuvre, vehicle in product(cases.MANOEUVRES[::-1], cases.VEHICLES)}
 QUICK = {"npsauv horizontal": ("Xuu", "Yuv", "Nuv")}  # free coefficients
 QUICK_DRAWS, QUICK_TUNE = 240, 40
+FIGURES = {
+    "*": "{}: differences of all means, sds and correlations by the two samplers in Monte Carlo standard errors, as "
+    "histograms with the normal curve that equal posteriors make, and the limit that holds all in 99 of 100 "
+    "comparisons.",
+}
+ANSWER = """
+NUTS with exact gradients agrees in all {*/check/threshold; count; .0f} cases. The largest difference of a mean is
+{*/check/mean_z; size; max; .1f} Monte Carlo standard errors, of an sd {*/check/sd_z; size; max; .1f}, of a
+correlation {*/check/correlation_z; size; max; .1f}.
+"""
 
 
 def compute(run):

@@ -60,6 +60,18 @@ WRONG = {
     "missing Yv_absr": Truth(0.0, TIME_S, removed="Yv_absr"),
     "current": Truth(0.0, 40.0, current_mps=0.05),
 }
+FIGURES = {
+    "disturbed": "Coverage of 90 % intervals by the size of the forces that nobody modelled. With noise only and with "
+    "slow noise it falls, with histories of forces it stays at 90 %.",
+}
+ANSWER = """
+With forces of 1.5 % of the hull's, 90 % intervals that know only noise hold the truth
+{trials/log/shares/0.015/noise only/coverage/90 %/mean; percent; .0f} % of the time, with slow noise
+{trials/log/shares/0.015/slow noise/coverage/90 %/mean; percent; .0f} %, with the filter
+{trials/log/shares/0.015/filter error/coverage/90 %/mean; percent; .0f} % and with histories of forces
+{trials/log/shares/0.015/histories/coverage/90 %/mean; percent; .0f} %. The intervals of the histories are
+{trials/log/shares/0.015/histories/sd; .2f} as wide as the prior's.
+"""
 
 
 def compute(run):

@@ -40,6 +40,16 @@ FITS = {  # channels, free coefficients and shared parameters of each fit
     "depths and speeds": (("depth", "u"), tuple(COEFFICIENTS), SHARED),
     "depths, known lift": (("depth",), ("Xuu",), SHARED),
 }
+FIGURES = {
+    "glider": "Left, mass against volume: only their difference is known. Middle, what each calibration knows of drag "
+    "and lift. Right, speeds of an unseen dive with their bands.",
+}
+GLOSSARY = "glider"
+ANSWER = """
+From depths alone parasite drag CD0 is {fits/depths/parameters/CD0/mean; .4f} +- {fits/depths/parameters/CD0/sd;
+.4f}, and of mass and volume only the difference is known, to {fits/depths/parameters/excess_g/sd; .1f} g. Bands of
+90 % hold {fits/depths/prediction/coverage/depth/0.9; percent; .0f} % of the depths of unseen dives.
+"""
 
 
 def compute(run):
@@ -272,6 +282,7 @@ def share(hits):
 
 def draw(run, numbers):
     """The figure and the page."""
+    run.page(tables(numbers))
     drawn = list(FITS)[:2]
     arrays = {fit: run.load_arrays(f"fit_{file(fit)}") for fit in drawn}
     draws, speeds = ({fit: of_kind(kind, arrays[fit]) for fit in drawn} for kind in ("draws", "speeds"))
@@ -279,7 +290,6 @@ def draw(run, numbers):
     if numbers["gliderflight"]:
         peers = {fit: run.load_arrays(f"gliderflight_{file(fit)}") for fit in drawn}
     plots.draw(run.figure("glider"), {fit: numbers["fits"][fit] for fit in drawn}, draws, speeds, peers)
-    run.page(tables(numbers))
 
 
 def of_kind(kind, arrays):

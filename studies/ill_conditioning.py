@@ -29,6 +29,27 @@ QUICK_CASES = (("suboff", "horizontal"),)
 # 1e-9 sd at most, so 1e-18 a reading and 1e-14 over a few thousand.
 FLAT = 1e-12
 CANCELS = 10.0  # an order of magnitude; the thesis has 42 between its largest term and the sum
+FIGURES = {
+    "cancellation_*": "{}: force errors of a set that SQP stopped at, over time. Terms err far more than their sum "
+    "(black).",
+    "directions_*": "{}: the stiffest directions, the sloppiest, and the null ones, by their largest entries.",
+    "spectra": "Singular values of all cases: sharper than the prior, left to the prior, and null.",
+    "contribution_*": "{} manoeuvre: cost of one coefficient changed alone, sorted by size, a panel a boat. Below the "
+    "dashed line the change costs less than the simulation's own error.",
+    "profiles_*": "{}: rise of -2 log likelihood if one coefficient is held off its best value. What is null stays "
+    "flat however good the sensors; what is sloppy rises with sensors a thousand times better.",
+    "correlation_*": "{}: correlation of the regressors of each axis about zero.",
+    "regressors": "Surge regressors against each other on the horizontal manoeuvre: nearly one line (thesis Figure "
+    "68).",
+}
+GLOSSARY = "booth"
+ANSWER = """
+On the horizontal spiral of suboff {suboff horizontal/n_sharpened; .0f} of {suboff horizontal/n_params; .0f}
+directions are sharper than the prior and {suboff horizontal/n_null; .0f} are null; alone every coefficient would be
+known, in company few are. A set that SQP stopped at has force errors of {suboff
+horizontal/largest_force_errors/X/Xvv; .0f} N in Xvv alone, of which {suboff horizontal/largest_sum/X; .0f} N are
+left in the sum.
+"""
 
 
 def compute(run):
@@ -46,6 +67,7 @@ def analyse(vehicle, manoeuvre, converged):
 
 def draw(run, numbers):
     """Spectra, contributions, regressors; directions, profiles, correlations and cancellation of each case."""
+    run.page(tables.page(numbers))
     spectra = {title: conditioning.restored_spectrum(case) for title, case in numbers.items()}
     spectrum.draw_cases(run.figure("spectra"), spectra, min(len(numbers), len(MANOEUVRES)))
     for manoeuvre in MANOEUVRES:
@@ -67,7 +89,6 @@ def draw(run, numbers):
         cancellation.draw(run.figure(f"cancellation_{stem}"), saved["times"], errors, EQUATIONS)
     surge = {t: conditioning.restored_regressors(a) for t, a in arrays.items() if t.endswith("horizontal")}
     collinearity.draw_scatter(run.figure("regressors"), surge, [("Xvr", "Xrr"), ("Xvr", "Xvv")], EQUATIONS)
-    run.page(tables.page(numbers))
 
 
 def claims(numbers):

@@ -42,6 +42,17 @@ UNSEEN = ("turning_circle", "zigzag_20_20", "zigzag_10_10", *(f"random:{seed}" f
 MAX_STEPS, QUICK_STEPS = 3000, 600
 N_STARTS, ITERATIONS = 5, 200
 SEED = 19
+FIGURES = {
+    "other_equations": "Left, columns and rank of each axis: what is missing is an equation of motion that the terms "
+    "can write. Middle, spectra of tracks. Right, errors on unseen manoeuvres by the terms that were fitted.",
+}
+ANSWER = """
+In {cases/*/spectra/track/n_params; count; .0f} cases of four equation sets every null direction is an equation of
+motion that the terms of its axis can write; terms that look alike make {cases/*/axes/*/terms; max; .0f}. Spectra
+span {cases/*/spectra/track/decades; min; .1f} to {cases/*/spectra/track/decades; max; .1f} decades besides, and
+auv690 fitted with the terms of remus misses unseen manoeuvres by {fits/auv690 remus/predictions/median_lengths;
+.2f} ship lengths instead of {fits/auv690 booth/predictions/median_lengths; .2f}.
+"""
 
 
 def compute(run):

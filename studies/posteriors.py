@@ -53,6 +53,27 @@ MEASURES = {
     "chi_square": "excess chi-square\nover its 95 % limit",
     "density": "loss of log density\nover its 95 % limit",
 }
+FIGURES = {
+    "scatter": "Scatter of SQP and spread of the posterior along each direction, against its singular value; left of "
+    "one the data see nothing. The posterior (crosses) keeps to the line; SQP scatters as widely where the data see "
+    "nothing, and less where they see.",
+    "trade_offs_*": "{}: the coefficients that trade off most, as ratios to the truth. SQP's sets from the exact "
+    "track (orange) run along the ellipses of the posterior and out of them. Added masses that SQP held stay at one "
+    "by choice.",
+    "contraction": "Posterior sd over prior sd of every coefficient in every case, best known first. One (pale) means "
+    "that the trial said nothing; empty cells have no part in the motion.",
+    "coefficients_*": "{}: prior (grey), posterior (blue) and the sets of SQP, as ratios to the truth. Added masses "
+    "that SQP held stay at one by choice.",
+    "distances": "How far out SQP's sets and the truth lie, over what holds 95 % of the posterior, by three measures.",
+    "correlations_*": "{}: posterior correlations, three manoeuvres.",
+}
+GLOSSARY = "booth"
+ANSWER = """
+From noisy readings {*/inside/noisy/chi_square; min; .0f} or more of fifty sets fit as well as the posterior does,
+but at most {*/scatter/noisy/stiff; max; percent; .0f} % of their variance is along directions that the data see.
+For the median coefficient their scatter is {*/scatter_over_posterior/noisy/1; min; .2f} to
+{*/scatter_over_posterior/noisy/1; max; .2f} of the posterior standard deviation, by case.
+"""
 
 
 def compute(run):

@@ -25,6 +25,25 @@ N_SETS, N_MANOEUVRES, MAX_ITERATIONS, N_DRAWS = 50, 100, 500, 200
 QUICK = (4, 5, 60)
 QUICK_FREE = ("Xuu", "Yuv", "Nuv", "Zuw", "Muw")
 SETS = {"best": "o", "middle": "s", "worst": "D"}
+FIGURES = {
+    "distributions": "Largest position error on a hundred unseen manoeuvres, on one axis for all boats, scaled to the "
+    "length of suboff. Sets that SQP identified (green, amber, vermilion) lie far left of random ones (pink), and "
+    "far right of the error of the simulation itself (black).",
+    "calibration": "How often bands of the posterior hold the true position, against what they claim. One trial a "
+    "boat: lines within the grey band are what chance alone makes.",
+    "sorted": "Errors by set and by manoeuvre, median and 90 %: sets differ more than manoeuvres do.",
+    "sets_*": "{}: the best, the middle and the worst set as ratios to the truth. Which predicts best cannot be seen "
+    "from the coefficients.",
+    "surface_*": "{}: largest position error of every set on every manoeuvre.",
+    "worst_tracks": "The worst prediction of the worst set of each boat, from above.",
+}
+GLOSSARY = "booth"
+ANSWER = """
+In between: the fifty identified sets miss a hundred unseen manoeuvres of suboff by {suboff/all/mean; .1f} m on
+average (largest position error), random sets within 10 % by {suboff/kinds/random/mean; .0f} m. The 90 % bands of
+the posterior hold {*/coverage/0.9; min; percent; .0f} to {*/coverage/0.9; max; percent; .0f} % of the true
+positions, of one trial a boat.
+"""
 
 
 def compute(run):

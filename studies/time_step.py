@@ -15,6 +15,18 @@ from bayesub.thesis.plots import time_step
 
 STEPS = (0.01, 0.1, 0.5, 1.0)  # s on a boat of suboff's length over speed
 REFERENCE_STEP, SAMPLE = 0.005, 0.1  # s, in the same way
+FIGURES = {
+    "time_step": "Largest position error of a step, by manoeuvre. Full lines, controls held over a step, fall by ten "
+    "when the step does, for every boat and for the thesis's three (bars). Dashed lines, controls interpolated, are "
+    "orders of magnitude below them; arrows point to errors below the edge.",
+}
+ANSWER = """
+With controls held over a step the largest position error of the spiral of suboff is {suboff
+horizontal/hold/position_m/0.1; .2f} m at steps of 0.1 s and {suboff horizontal/hold/position_m/1.0; .1f} m at 1 s,
+the thesis's own figures: the integrator converges with order {*/hold/order; min; .2f} to {*/hold/order; max; .2f}.
+With controls interpolated at its stages it is off by {suboff horizontal/linear/position_m/1.0; milli; .0f} mm at 1
+s.
+"""
 
 
 def compute(run):

@@ -30,6 +30,23 @@ EXCEPTIONS = {  # rank of ours where it is not the thesis's
     ("coupled", "suboff", "N"): 17,  # Yp_absp, which N does not have; in practice 16
     ("coupled", "auv690", "N"): 16,  # v and r are opposite from the first moment on
 }
+FIGURES = {
+    "ranks": "Rank and number of columns of each axis, by manoeuvre and vehicle, beside those of the thesis's boats "
+    "(Tables 6 to 8). A rank below the number of columns is a null direction.",
+    "spectra": "Singular values of the Jacobian of the track. The last values lie below a gap of many decades: they "
+    "are the null directions that the equations foretell.",
+    "null_vectors": "The null vectors by their entries, each in units of its largest.",
+    "signs": "When v and r, w and q have opposite signs on the coupled manoeuvre, and the regressors that are then "
+    "alike (thesis Figures 26 and 27).",
+}
+GLOSSARY = "booth"
+ANSWER = """
+On the horizontal spiral of suboff {ranks/horizontal/suboff/*/null_dimension; sum; .0f} of
+{ranks/horizontal/suboff/*/columns; sum; .0f} directions are null. Half of the size of every coefficient in a null
+direction moves no track by more than {null_directions/*/moved_m; max; .0e} m; the same changes with random signs
+move that of suboff by {null_directions/0/random_median_m & null_directions/1/random_median_m &
+null_directions/2/random_median_m; min; .0f} m and more.
+"""
 
 
 def compute(run):

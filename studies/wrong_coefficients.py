@@ -27,6 +27,19 @@ DATA = {"one manoeuvre": 1, "10 manoeuvres": 10, "100 manoeuvres": 100}
 N_DRAWS, N_UNSEEN = 20, 50
 QUICK_DATA, QUICK_DRAWS, QUICK_UNSEEN = {"one manoeuvre": 1, "2 manoeuvres": 2}, 3, 3
 RANDOM = {"random 1 %": 0.01, "random 10 %": 0.1}
+FIGURES = {
+    "wrong_coefficients": "Error of the median coefficient of a set against the largest error of any of fifty unseen "
+    "tracks, a dot a set. Tracks of more manoeuvres leave sets that miss less, with coefficients hardly less wrong. "
+    "Random errors of 1 % miss by far more. Sets moved along null directions by half of a coefficient stand in the "
+    "title: they miss nothing.",
+}
+ANSWER = """
+Yes. Along null directions half of a coefficient moves no unseen track by more than {*/null directions/unseen_m;
+max; .0e} m, and tracks of a hundred manoeuvres together leave sets with single coefficients {*/100
+manoeuvres/coefficient_largest; each median; min; percent; .0f} to {*/100 manoeuvres/coefficient_largest; each
+median; max; percent; .0f} % wrong that miss none of fifty further manoeuvres of suboff by more than {suboff/100
+manoeuvres/unseen_m; median; centi; .0f} cm (medians of twenty sets a boat).
+"""
 
 
 def compute(run):

@@ -66,7 +66,9 @@ def plain(text: str) -> str:
 
 def uncertain(value: float, sd: float) -> str:
     """A value and its standard deviation, to two digits of the latter."""
-    digits = max(0, 1 - int(np.floor(np.log10(sd)))) if sd > 0.0 else 3
+    if not sd > 0.0:
+        return f"{value:.4g}"
+    digits = max(0, 1 - int(np.floor(np.log10(sd))))
     return f"{value:.{digits}f} ± {sd:.{digits}f}"
 
 

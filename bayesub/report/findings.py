@@ -75,8 +75,9 @@ def _units(equations) -> str:
 
 
 def _entry(term) -> dict[str, str]:
-    """What a coefficient is: what it multiplies, and its meaning."""
-    return {"name": term.name, "factor": term.scale, "regressor": term.regressor, "meaning": term.meaning}
+    """What a coefficient is: its symbol, what it multiplies, and its meaning."""
+    entry = {"name": term.name, "label": term.label, "factor": term.scale}
+    return entry | {"regressor": term.regressor, "meaning": term.meaning}
 
 
 def _parameters(problem, posterior) -> list[dict]:
@@ -201,7 +202,8 @@ def _baseline(problem, estimate) -> dict:
 def sentences(numbers: dict) -> dict[str, str]:
     """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
     return (
-        _knowledge(numbers)
+        _answer(numbers)
+        | _knowledge(numbers)
         | _directions(numbers)
         | _strong_trade_offs(numbers)
         | _zeros(numbers)
@@ -215,6 +217,19 @@ def _zeros(numbers) -> dict[str, str]:
     if numbers["advice"]:
         parts.append(f"{numbers['advice']}.")
     return {"zeros": " ".join(parts)} if parts else {}
+
+
+def _answer(numbers) -> dict[str, str]:
+    """What the trial says, in one sentence."""
+    rows, n_null = numbers["parameters"], numbers["spectrum"]["n_null"]
+    known = sum(row["relative_sd"] < KNOWN for row in rows)
+    untouched = sum(row["relative_sd"] >= KNOWN and row["contraction"] >= UNTOUCHED for row in rows)
+    null = {0: "no combination leaves", 1: "one combination leaves"}.get(n_null, f"{n_null} combinations leave")
+    return {
+        "answer": f"Of {len(rows)} coefficients {known} are known to {100 * KNOWN:.0f} %, "
+        f"{len(rows) - known - untouched} better than before the trial, and {untouched} by the prior alone; {null} the "
+        "motion exactly the same."
+    }
 
 
 def _knowledge(numbers) -> dict[str, str]:

@@ -20,8 +20,9 @@ from bayesub.io.atomic import write_text, writing
 from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
-from bayesub.report import disturbances, findings, proposals, remedies, unseen
+from bayesub.report import disturbances, findings, proposals, remedies, symbols, unseen
 from bayesub.report.figures import figures
+from bayesub.report.report_page import markdown_page
 from bayesub.report.unseen import TrialPrediction
 from bayesub.sampling import CrossCheck, Posterior
 from bayesub.sampling.sampler import SMOOTH
@@ -128,7 +129,7 @@ def write_report(
     pdf: bool = False,
     commit: str | None = None,
 ) -> dict:
-    """Write ``numbers.json``, the figures and ``report.html`` into a folder.
+    """Write ``numbers.json``, the figures, ``report.html`` and ``report.md`` into a folder.
 
     The draws at which motions and residuals are looked at are chosen by a stream of the study's seed (of seed 0 if
     there is no study), so that a report which is written again says the same.
@@ -185,6 +186,8 @@ def write_report(
             pictures[figure.name] = (figure.caption, (folder / f"{figure.name}.png").read_bytes())
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         write_text(folder / "report.html", page(numbers, pictures, commit))
+        captions = {f"{name}.png": caption for name, (caption, _) in pictures.items()}
+        write_text(folder / "report.md", markdown_page(numbers, captions, problem.equations, commit))
     return numbers
 
 
@@ -235,6 +238,7 @@ def page(numbers: dict, pictures: Mapping[str, tuple[str, bytes]], commit: str |
         pictures=embedded,
         word=findings.reference_word(numbers),
         combination=findings.combination,
+        symbol=symbols.html,
         version=metadata.version("bayesub"),
         commit=commit,
     )

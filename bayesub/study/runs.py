@@ -8,6 +8,7 @@ from bayesub.io import templates, toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import duration
+from bayesub.study import gallery
 from bayesub.study.provenance import code_change, study_change
 from bayesub.study.result import FAILED, NOT_FINISHED, StudyResult, load_result
 from bayesub.study.run_folder import CONFIG, STOPPING, saved_config
@@ -119,9 +120,10 @@ def _unfinished(folder: Path) -> StudyResult:
 
 
 def _row(folder: Path, result: StudyResult) -> dict:
-    page = "report.html" if result.report else ""
-    link = f"{folder.name}/{page}" if folder.is_dir() else ""
-    return vars(result) | {"good": result.good, "place": folder.name, "link": link}
+    shown = gallery.entry(folder)
+    page = f"{folder.name}/report.html" if result.report else shown.page or f"{folder.name}/"
+    link = page if folder.is_dir() else ""
+    return vars(result) | {"good": result.good, "place": folder.name, "link": link, "picture": shown.picture}
 
 
 def _question(folder: Path) -> str:

@@ -4,11 +4,13 @@
     does the work and returns the numbers, as JSON types; what ``draw`` needs is among them. Where what it needs is not
     there, such as data, it returns ``{"skipped": why}``, and the others are not called
 ``draw(run, numbers)``
-    makes figures and tables of the numbers
+    makes figures and tables of the numbers; what needs arrays that ``compute`` has saved comes last
 ``claims(numbers)``
     yields pairs: whether a claim holds, and the sentence that is said if it does not
 
-`run` is a :class:`ScriptRun`. The numbers are on disk before anything is drawn or judged.
+`run` is a :class:`ScriptRun`. The numbers are on disk before anything is drawn or judged. The page of the run,
+``<name>.md``, takes ``FIGURES``, ``ANSWER`` and ``GLOSSARY`` from a script that has them
+(:mod:`bayesub.study.script_page`).
 """
 
 import ast
@@ -32,12 +34,17 @@ from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
+from bayesub.study import script_page
 from bayesub.study.provenance import environment, file_digest
 from bayesub.study.result import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED, StudyResult
 
 COPY = "study.py"  # of the script, in its run folder
 NUMBERS = "numbers.json"
 FUNCTIONS = ("compute", "draw", "claims")
+
+
+class MissingArrays(InputError):
+    """Arrays that figures need are not in the run folder."""
 
 
 @dataclass(frozen=True)
@@ -146,6 +153,7 @@ class ScriptRun:
     ):
         self.name, self.folder, self.quick, self.progress, self.formats = name, folder, quick, progress, formats
         self.executor = executor or executors.local()
+        self.tables: list[str] = []
 
     def __getstate__(self):
         """In another process there is nobody to report to, and no other processes."""
@@ -156,8 +164,8 @@ class ScriptRun:
         return [self.folder / f"{name}{suffix}" for suffix in self.formats]
 
     def page(self, lines: Iterable[str]) -> None:
-        """Write the tables of the study, Markdown."""
-        write_text(self.folder / f"{self.name}.md", "\n".join(lines) + "\n")
+        """Tables of the study, Markdown, for its page, which is written when figures are drawn and claims judged."""
+        self.tables += lines
 
     def part(self, name: str, make: Callable[[], dict]) -> dict:
         """A part of the work as JSON types: what `make` returns, or what an earlier session of the run has saved."""
@@ -198,7 +206,7 @@ class ScriptRun:
 
         file = self.folder / f"{name}.npz"
         if not file.exists():
-            raise InputError(f"{file}: is missing, and figures that need it cannot be drawn; run the study again")
+            raise MissingArrays(f"{file}: is missing, and figures that need it cannot be drawn; run the study again")
         with np.load(file) as arrays:
             return dict(arrays)
 
@@ -247,7 +255,7 @@ def run(
     text = as_json(_shortened(module.compute(study)), "compute()")
     write_text(folder / NUMBERS, text)
     progress.stage("figures")
-    return _conclude(module, study, json.loads(text), script.question)
+    return _conclude(module, study, json.loads(text), script.question, script.config())
 
 
 def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) -> StudyResult:
@@ -281,19 +289,32 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
     except ValueError as error:
         raise InputError(f"{numbers_file}: is damaged ({error}); run the study again") from None
     study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=_formats(pdf))
-    return _conclude(load(path), study, numbers, check(path))
+    return _conclude(load(path), study, numbers, check(path), config)
 
 
 def _formats(pdf: bool) -> tuple[str, ...]:
     return (".png", ".pdf") if pdf else (".png",)
 
 
-def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str) -> StudyResult:
-    """Draw, and then judge."""
+def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str, config: dict) -> StudyResult:
+    """Draw, judge, and write the page.
+
+    Raises
+    ------
+    MissingArrays
+        If figures cannot be drawn; the others are, and the page has been written.
+    """
     if "skipped" in numbers:
         return StudyResult(study.name, question, SKIPPED, str(study.folder), text=numbers["skipped"])
-    module.draw(study, numbers)
+    missing = None
+    try:
+        module.draw(study, numbers)
+    except MissingArrays as error:
+        missing = error
     failed = next((sentence for holds, sentence in module.claims(numbers) if not holds), None)
+    script_page.write(study.folder, config, module, numbers, study.tables, failed)
+    if missing is not None:
+        raise missing
     verdict = CLAIM_HOLDS if failed is None else CLAIM_FAILED
     return StudyResult(study.name, question, verdict, str(study.folder), text=failed or "")
 

@@ -6,6 +6,7 @@ from bayesub.io import toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.report.markdown import table
+from bayesub.study import gallery
 from bayesub.thesis import counterparts
 from bayesub.thesis.counterparts import NONE, NOT_KEPT, NOT_RUN, NUMBERS, Row, TableSection
 
@@ -41,6 +42,7 @@ def page(folder: Path) -> str:
     sections, elsewhere, beyond = counterparts.load()
     rows = {name: counterparts.rows(folder, name, section) for name, section in sections.items()}
     lines = [TITLE, "", INTRODUCTION, "", _count([row for some in rows.values() for row in some])]
+    lines += ["", "## All studies", "", *gallery.lines(folder)]
     for name, section in sections.items():
         lines += ["", f"## {section.title}", "", *_links(folder, section), *_table(rows[name])]
     lines += ["", "## Without a row", "", *table(("thesis", "reason"), elsewhere.items())]
@@ -67,7 +69,11 @@ def _links(folder: Path, section: TableSection) -> list[str]:
         return [f"Study {study}: {NOT_RUN}.", ""]
     files = {text: f"{study}/{file}" for text, file in section.figures.items()}
     drawn = [f"[{text}]({file})" for text, file in files.items() if (folder / file).exists()]
-    return [f"Study [{study}]({study})" + (f"; thesis {', '.join(drawn)}." if drawn else "."), ""]
+    return [
+        f"Study [{study}]({gallery.entry(folder / study).page or study})"
+        + (f"; thesis {', '.join(drawn)}." if drawn else "."),
+        "",
+    ]
 
 
 def _table(rows: list[Row]) -> list[str]:

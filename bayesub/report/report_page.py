@@ -1,0 +1,61 @@
+"""The short page of a report in Markdown."""
+
+from collections.abc import Mapping
+from importlib import metadata
+
+from bayesub.model.equations import EquationSet
+from bayesub.plots.style import uncertain
+from bayesub.report import findings
+from bayesub.report.markdown import table
+from bayesub.report.study_page import StudyPage
+
+
+def markdown_page(numbers: dict, captions: Mapping[str, str], equations: EquationSet, commit: str | None = None) -> str:
+    """The short page of a report, Markdown, for folders that are read where HTML is not shown.
+
+    Parameters
+    ----------
+    numbers : dict
+        The content of ``numbers.json``.
+    captions : mapping
+        File of a figure -> caption.
+    equations : EquationSet
+        Whose coefficients they are.
+    commit : str, optional
+        Of the sources.
+    """
+    verdict, convergence, cost = numbers["verdict"], numbers["convergence"], numbers["cost"]
+    shortcomings = "; ".join(convergence["shortcomings"])
+    converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
+    topics = ("prediction", "disturbance", "directions", "null", "trade_offs", "sqp", "cross_check")
+    rows = [
+        (
+            f"`{row['name']}`",
+            f"{row['reference']:.4g}",
+            uncertain(row["prior_mean"], row["prior_sd"]),
+            uncertain(row["mean"], row["sd"]),
+            f"{row['contraction']:.2g}",
+        )
+        for row in numbers["parameters"] + numbers["nuisance"]
+    ]
+    heads = (
+        "name",
+        findings.reference_word(numbers),
+        "prior, mean ± sd",
+        "posterior, mean ± sd",
+        "posterior / prior sd",
+    )
+    page = StudyPage(
+        name=numbers["name"],
+        question=numbers["question"] or f"What does the trial say of {numbers['vehicle']}?",
+        background=f"{numbers['vehicle']}, {numbers['manoeuvre']}: {numbers['n_readings']} readings.",
+        verdict=f"{converged} {verdict['fit']}",
+        answer=verdict["answer"],
+        pictures=captions,
+        tables=table(heads, rows),
+        method="\n\n".join(verdict[topic] for topic in topics if verdict.get(topic)),
+        equations=equations,
+        cost=f"{cost['evaluations']} simulations, {cost['jacobians']} Jacobians, {cost['sampling_seconds']:.0f} s.",
+        code=f"Made by bayesub {metadata.version('bayesub')}{f', commit {commit}' if commit else ''}.",
+    )
+    return page.text()
