@@ -1,5 +1,6 @@
 """Workers of Dask as executor of a campaign."""
 
+import contextlib
 import queue
 import time
 import warnings
@@ -341,7 +342,8 @@ class _Campaign:
 
     def cancel(self) -> None:
         """Call back what is under way."""
-        for _, future, _ in self.under_way.values():
-            future.cancel()
+        if self.cluster.client.status == "running":
+            with contextlib.suppress(*_LOST):
+                self.cluster.client.cancel([future for _, future, _ in self.under_way.values()])
         self.under_way.clear()
         self.shared = None

@@ -1,5 +1,6 @@
 """What ``--dask`` names: the address of a scheduler, workers on this machine, or a file about a cluster."""
 
+import logging
 import math
 import re
 from collections.abc import Callable
@@ -117,6 +118,7 @@ def connect(text: str, code: Callable[[], dict[str, str]], remark: Callable[[str
         import distributed  # noqa: F401
     except ImportError:
         raise InputError("--dask needs Dask: pip install 'bayesub[cluster]'") from None
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what is lost is said by the campaign
     if _ADDRESS.fullmatch(text):
         return _scheduler(text, None, code, remark)
     if match := re.fullmatch(r"local:([1-9]\d*)", text):
@@ -193,7 +195,8 @@ def _jobs(file: ClusterFile, name: str, code, remark) -> Executor:
     from bayesub.campaign.cluster import Patience
 
     security = _security(file.tls)
-    given = {"queue": file.partition, "account": file.account, "walltime": file.walltime, "interface": file.interface}
+    given = {"scheduler_options": {"dashboard_address": ":0"}}  # any free port
+    given |= {"queue": file.partition, "account": file.account, "walltime": file.walltime, "interface": file.interface}
     given |= {"log_directory": file.log_directory, "job_script_prologue": list(file.setup) or None}
     given |= {"security": security, "protocol": "tls://"} if security else {}
     given |= {key: list(value) if isinstance(value, tuple) else value for key, value in file.options.items()}
@@ -202,7 +205,7 @@ def _jobs(file: ClusterFile, name: str, code, remark) -> Executor:
         cluster = attrgetter(_CLASSES[file.queue])(dask_jobqueue)(
             cores=file.cores, processes=file.cores, memory=file.memory, **given
         )
-    except (TypeError, ValueError, OSError) as error:
+    except (TypeError, ValueError, OSError, RuntimeError) as error:
         raise InputError(f"{name}: {_CLASSES[file.queue]} of dask-jobqueue does not start: {error}") from None
     jobs = math.ceil(file.workers / file.cores)
     cluster.adapt(minimum_jobs=jobs, maximum_jobs=jobs)

@@ -141,6 +141,8 @@ class Bars:
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
         """As :meth:`Progress.update`."""
+        if self.task is None:
+            self.stage(unit)
         count = f"{done:g} of {total:g} {unit}" if unit else ""
         self.bars.update(self.task, completed=done, total=total, count=count, note=note)
 

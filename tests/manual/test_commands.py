@@ -17,6 +17,7 @@ from manual.pages import PAGES, ROOT, blocks
 from support import torpedo, vehicle_logs
 
 import bayesub as bs
+from bayesub.campaign.connection import cluster_file
 from bayesub.cli import manual
 from bayesub.io import toml_files
 from bayesub.study.study_file import Study
@@ -68,6 +69,9 @@ def test_what_a_page_shows_runs(page, folder, bayesub):
             exec(compile(block.run, page.name, "exec"), names)
         elif block.language == "toml":
             check_toml(block.run, folder)
+        elif block.language == "yaml":
+            (folder / block.file).write_text(block.run)
+            cluster_file(folder / block.file)
         else:
             assert block.language in TEXT or block.text.startswith(SHELL), block.text
 

@@ -1,0 +1,84 @@
+"""What a cluster adds to the work itself: time for each piece, efficiency by length of a piece, results by size."""
+
+import os
+import time
+from functools import partial
+
+from rich.table import Table
+
+from bayesub.campaign.executors import Executor
+from bayesub.cli.bench import BATCH, perturbed
+from bayesub.cli.scalar_simulator import spiral
+
+LENGTHS_S, QUICK_LENGTHS_S = (0.1, 1.0, 5.0), (0.1, 1.0)  # of a piece
+N_EMPTY, QUICK_EMPTY = 2000, 200
+N_EACH = 6  # pieces of a length for each worker
+RESULT, N_RESULTS = 1_000_000, 50  # bytes of a result, and number of them
+FUNCTION = 50_000_000  # bytes
+
+
+def run(executor: Executor, *, quick: bool = False) -> dict:
+    """All measurements: seconds, bytes, and shares of the time of the workers.
+
+    The efficiency is the time inside the pieces over the time of all workers. It does not suffer from other work on
+    the same processors, which makes pieces longer.
+    """
+    executor.map(_busy, [0.01] * N_EACH)  # starts workers and loads the kernels
+    n_workers = len(getattr(executor, "workers", ())) or getattr(executor, "n", 1)
+    n = QUICK_EMPTY if quick else N_EMPTY
+    numbers = {"workers": n_workers, "load": os.getloadavg()[0], "pieces": n}
+    numbers["seconds_per_piece"] = _seconds(executor, _nothing, range(n))[0] / n
+    seconds, _ = _seconds(executor, _large, [RESULT] * N_RESULTS)
+    numbers["result_bytes_per_s"] = N_RESULTS * RESULT / seconds
+    seconds, _ = _seconds(executor, partial(_with, bytes(FUNCTION)), range(n_workers))
+    numbers["function_bytes_per_s"] = FUNCTION / seconds
+    numbers["lengths"] = []
+    for length in QUICK_LENGTHS_S if quick else LENGTHS_S:
+        seconds, inside = _seconds(executor, _busy, [length] * N_EACH * n_workers)
+        busy = sum(inside)
+        row = {"length_s": busy / len(inside), "pieces": len(inside), "efficiency": busy / (n_workers * seconds)}
+        numbers["lengths"].append(row)
+    return numbers
+
+
+def _seconds(executor: Executor, work, items) -> tuple[float, list]:
+    """Seconds for all items, and the results."""
+    began = time.perf_counter()
+    results = executor.map(work, items)
+    return time.perf_counter() - began, results
+
+
+def _nothing(k: int) -> int:
+    return k
+
+
+def _large(size: int) -> bytes:
+    return bytes(size)
+
+
+def _with(content: bytes, _) -> int:
+    return len(content)
+
+
+def _busy(length: float) -> float:
+    """Simulate for some seconds, and say how many they were."""
+    simulator, began = spiral(), time.perf_counter()
+    xi = perturbed(simulator.vehicle, BATCH)
+    while time.perf_counter() - began < length:
+        simulator.run(xi)
+    return time.perf_counter() - began
+
+
+def tables(numbers: dict) -> list[Table | str]:
+    """What :func:`run` returns, for the terminal."""
+    table = Table("length of a piece", "pieces", "efficiency", title=f"{numbers['workers']} workers")
+    for row in numbers["lengths"]:
+        table.add_row(f"{row['length_s']:.2f} s", str(row["pieces"]), f"{row['efficiency']:.1%}")
+    each = numbers["seconds_per_piece"]
+    text = (
+        f"a piece that does nothing: {1e3 * each:.2f} ms, so {1.0 / each:.0f} pieces a second\n"
+        f"results: {numbers['result_bytes_per_s'] / 1e6:.0f} MB/s to the coordinator\n"
+        f"a function of {FUNCTION / 1e6:.0f} MB: {FUNCTION / numbers['function_bytes_per_s']:.2f} s to all workers\n"
+        f"load of this machine: {numbers['load']:.1f}"
+    )
+    return [text, table]

@@ -1,0 +1,135 @@
+"""Campaigns in this process and in others: every piece once, failures listed, nothing finished lost."""
+
+import errno
+import json
+import os
+from functools import partial
+
+import pytest
+from support import pieces
+
+from bayesub.campaign.campaign import HOPELESS, complete
+from bayesub.campaign.executors import ENDED, Processes, Serial
+from bayesub.campaign.piece import Failure
+from bayesub.campaign.store import Lines
+from bayesub.io.errors import InputError
+
+EXECUTORS = [Serial(), Processes(2)]
+NUMBERS = {str(k): k for k in range(6)}
+
+
+class Reports:
+    """A progress that keeps what it is told."""
+
+    def __init__(self):
+        self.updates = []
+
+    def update(self, *report):
+        self.updates.append(report)
+
+
+def whole(executor, work, folder, progress=None):
+    """A campaign of six pieces that are kept in a folder."""
+    store = Lines(folder / "pieces.jsonl", NUMBERS)
+    given = {"failures": folder / "failures.txt", "progress": progress or Reports(), "unit": "trials"}
+    return complete(executor, work, NUMBERS, store, **given)
+
+
+@pytest.mark.parametrize("executor", EXECUTORS, ids=["serial", "processes"])
+def test_a_piece_that_fails_is_listed_and_the_others_are_kept(executor, tmp_path):
+    progress = Reports()
+    with pytest.raises(InputError) as error:
+        whole(executor, pieces.failing, tmp_path, progress)
+    assert str(error.value) == (
+        f"1 of 6 trials failed: 3 (ValueError: the log\\nends early); tracebacks are in {tmp_path}/failures.txt, "
+        "what is done is saved, and --resume does these again"
+    )
+    assert "in failing" in (tmp_path / "failures.txt").read_text()
+    assert progress.updates[-1][:3] == (5, 6, "trials")
+    assert "1 failed" in progress.updates[-1][3]
+
+    marks = tmp_path / "marks"
+    marks.mkdir()
+    assert whole(executor, partial(pieces.counted, marks, 0.0), tmp_path) == {
+        n: pieces.number(k) for n, k in NUMBERS.items()
+    }
+    assert [mark.name.split("-")[0] for mark in marks.iterdir()] == ["3"]
+    assert not (tmp_path / "failures.txt").exists()
+
+
+def test_a_campaign_without_hope_ends(tmp_path):
+    """Ten failures and no result: a bug in the study, not in its data."""
+    tried = []
+
+    def work(k):
+        tried.append(k)
+        raise RuntimeError(f"bug {k}")
+
+    numbers = {str(k): k for k in range(100)}
+    with pytest.raises(InputError, match=r"10 of 100 pieces failed: 0 \(RuntimeError: bug 0\), .*, 7 more; tracebacks"):
+        complete(Serial(), work, numbers, Lines(tmp_path / "x.jsonl", numbers), failures=tmp_path / "x.txt")
+    assert len(tried) == HOPELESS
+
+
+def test_a_full_disk_is_one_line_and_loses_nothing_that_is_finished(tmp_path, bayesub, monkeypatch):
+    """Of the fourth result only half is written."""
+    (tmp_path / "study.py").write_text(
+        f'''"""Is there room?"""
+from functools import partial
+from support import pieces
+def compute(run):
+    return {{"numbers": run.repeat("pieces", partial(pieces.counted, {str(tmp_path)!r} + "/marks", 0.0), 6)}}
+def draw(run, numbers): ...
+def claims(numbers): yield True, ""
+'''
+    )
+    (tmp_path / "marks").mkdir()
+    run, add = tmp_path / "run", Lines.add
+
+    def full(store, name, result):
+        if len(store.results) == 3:
+            with store.file.open("a") as stream:
+                stream.write('{"piece": "')
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(store.file))
+        add(store, name, result)
+
+    with monkeypatch.context() as small:
+        small.setattr(Lines, "add", full)
+        status, _, err = bayesub("run", tmp_path / "study.py", "-o", run)
+    words = "no space left on device; what is done is saved, make room and use --resume"
+    assert (status, err) == (2, f"bayesub: {run}: {words}\n")
+    for mark in (tmp_path / "marks").iterdir():
+        mark.unlink()
+    assert bayesub("run", tmp_path / "study.py", "-o", run, "--resume")[0] == 0
+    assert len(list((tmp_path / "marks").iterdir())) == 3
+    assert json.loads((run / "numbers.json").read_text())["numbers"][5]["k"] == 5
+
+
+@pytest.mark.parametrize("executor", EXECUTORS, ids=["serial", "processes"])
+def test_a_piece_has_one_thread(executor):
+    assert executor.map(pieces.threads, range(2)) == [(1, 1), (1, 1)]
+
+
+def test_a_process_that_is_killed_takes_nothing_with_it(tmp_path):
+    results = dict(Processes(2).results(partial(pieces.deadly_once, tmp_path), NUMBERS))
+    assert (tmp_path / "killed").exists()
+    assert results == {name: pieces.number(k) for name, k in NUMBERS.items()}
+
+
+def test_a_piece_that_ends_its_process_is_known_and_the_others_are_done():
+    results = dict(Processes(2).results(pieces.deadly, NUMBERS))
+    assert results.pop("3") == Failure(ENDED)
+    assert results == {name: pieces.number(k) for name, k in NUMBERS.items() if k != 3}
+
+
+def test_a_map_is_in_order_and_a_failure_ends_it():
+    executor = Processes(2)
+    assert [r["k"] for r in executor.map(partial(pieces.slow, 0.01), [4, 2, 9])] == [4, 2, 9]
+    with pytest.raises(InputError, match="piece 3 of 4 failed: ValueError"):
+        executor.map(pieces.failing, range(4))
+
+
+def test_results_that_cannot_be_sent_back_are_failures():
+    ((name, failure),) = Processes(2).results(pieces.unsendable, {"x": 0})
+    assert (name, failure.is_final) == ("x", True)
+    assert "pickle" in failure.cause

@@ -1,0 +1,195 @@
+"""What --dask may say, and the one line for what it may not."""
+
+import builtins
+import json
+from pathlib import Path
+
+import pytest
+from support import pieces
+
+from bayesub.campaign import connection
+from bayesub.io.errors import InputError
+from bayesub.study.provenance import code
+
+SLURM = """
+queue: slurm
+workers: 64
+cores: 16
+memory: 32GB
+walltime: "04:00:00"
+partition: short
+setup: [module load python, source ~/venv/bin/activate]
+options: {job_extra_directives: ["--exclusive"]}
+"""
+STUDY = '''"""Are results those of one process?
+
+Claim: yes, in every bit that is kept.
+"""
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import bayesub as bs
+from bayesub.baselines import sqp
+from bayesub.design import families, goals, judge, limits
+from bayesub.design.search import Cost, search
+from bayesub.study.script import load
+from bayesub.thesis import cases
+
+CALIBRATION = load(Path({studies!r}) / "calibration.py")
+DISTURBED = load(Path({studies!r}) / "disturbed.py")
+
+
+def compute(run):
+    run.progress.stage("calibration")
+    experiment = CALIBRATION.planar(CALIBRATION.FEW)["track"]
+    trials = run.repeat("calibration", partial(CALIBRATION.trial, experiment, 0), 2)
+    parts = run.parts("SQP", {{f"start {{k}}": partial(searched, k) for k in range(2)}})
+    return {{
+        "ranks": [t["ranks"] for t in trials],
+        "SQP": parts,
+        "spectra": [float(run.load_arrays(f"SQP_start_{{k}}")["solution"].sum()) for k in range(2)],
+        "design": designed(run),
+    }}
+
+
+def searched(k):
+    boat = bs.load_vehicle("suboff")
+    problem = cases.track_problem(boat, "horizontal", ("Xuu", "Yuv", "Nuv"))
+    estimate = sqp(problem, rng=np.random.default_rng(k), n_starts=1, max_iterations=4)
+    return {{"costs": estimate.costs.tolist()}}, {{"solution": estimate.solutions[0]}}
+
+
+def designed(run):
+    boat = bs.load_vehicle("suboff")
+    limit = limits.Limits(duration_s=60.0)
+    family = families.Family("steps", boat, limit, families.controls(boat, limit)[:1], "horizontal", 4)
+    sensors = bs.sensors.Track(0.5, 0.1, 5.0, ("x", "y", "yaw"))
+    judged = judge.Judge(boat, (sensors,), ("Xuu", "Yuv"), subproblem="horizontal", step_s=2.0)
+    within = limits.Range(boat, limit, boat.xi[None], "horizontal", 2.0)
+    cost = Cost(judged, within, (family,), goals.d_optimality)
+    best = search(cost, np.random.default_rng(1), n_judgements=10, start=np.zeros(4), mapped=run.executor.map)
+    return {{"numbers": best.numbers.tolist(), "cost": best.cost}}
+
+
+def draw(run, numbers): ...
+def claims(numbers): yield True, ""
+'''
+
+
+def test_three_executors_give_the_same_bits(bayesub, tmp_path, monkeypatch):
+    """Calibration, SQP and the search for a manoeuvre, in this process, in others and on a cluster."""
+    pytest.importorskip("distributed")
+    from bayesub.campaign import executors
+
+    (tmp_path / "study.py").write_text(STUDY.format(studies=str(Path(__file__).parents[2] / "studies")))
+    contents = []
+    for name, executor in (("serial", executors.Serial), ("processes", lambda: executors.Processes(2)), ("dask", None)):
+        if executor:
+            monkeypatch.setattr(executors, "local", executor)
+        words = () if executor else ("--dask", "local:2")
+        status, out, err = bayesub("run", tmp_path / "study.py", "-o", tmp_path / name, *words)
+        assert status == 0, err
+        assert out.splitlines()[-1] == "CLAIM HOLDS"
+        assert out.startswith("dashboard: http") != bool(executor)
+        contents.append((tmp_path / name / "numbers.json").read_bytes())
+    assert contents[0] == contents[1] == contents[2]
+    assert len(json.loads(contents[0])["ranks"]) == 2
+    files = [(tmp_path / name / "SQP_start_1.json").read_bytes() for name in ("serial", "processes", "dask")]
+    assert files[0] == files[1] == files[2]
+
+
+def test_without_dask_the_command_says_what_to_install(bayesub, tmp_path, monkeypatch):
+    (tmp_path / "study.py").write_text(STUDY)
+    real = builtins.__import__
+
+    def without(name, *rest, **given):
+        if name == "distributed":
+            raise ImportError(name)
+        return real(name, *rest, **given)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    status, _, err = bayesub("run", tmp_path / "study.py", "-o", tmp_path / "run", "--dask", "local:2")
+    assert (status, err) == (2, "bayesub: --dask needs Dask: pip install 'bayesub[cluster]'\n")
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("text", ["local", "local:0", "tcp://host", "http://host:1", "cluster.toml", "local:two"])
+def test_what_is_no_cluster_is_one_line(text):
+    pytest.importorskip("distributed")
+    with pytest.raises(InputError, match=r"expected tcp://host:port, tls://host:port, local:N, or a YAML file"):
+        connection.connect(text, code, print)
+
+
+def test_a_scheduler_that_is_not_there_is_one_line(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(connection, "ANSWER_S", 0.3)
+    with pytest.raises(InputError, match=r"--dask tcp://127.0.0.1:9: no scheduler answers there"):
+        connection.connect("tcp://127.0.0.1:9", code, print)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("queue: slurm\nworker: 3", "unknown key 'worker': did you mean 'workers'?"),
+        ("queue: slurn\nworkers: 1\nmemory: 1GB", "key 'queue': input should be 'slurm', 'pbs'"),
+        ("queue: slurm\nworkers: many\nmemory: 1GB", "key 'workers': input should be a valid integer"),
+        ("workers: 3", "either 'scheduler' or 'queue' must be given"),
+        ("queue: slurm", "'workers' and 'memory' must be given with 'queue'"),
+        ("scheduler: host:8786", "scheduler must be tcp://host:port or tls://host:port"),
+        ("- 1", "is not a table of keys and values"),
+        ("a: [1", "line 1: is not valid YAML"),
+        ("scheduler: tls://h:1\ntls: {ca_file: a, cert: b}", "key 'tls.key' is missing"),
+    ],
+)
+def test_a_wrong_file_is_one_line_with_its_key(tmp_path, text, message):
+    pytest.importorskip("yaml")
+    (tmp_path / "c.yaml").write_text(text)
+    with pytest.raises(InputError) as error:
+        connection.cluster_file(tmp_path / "c.yaml")
+    assert str(error.value).startswith(f"{tmp_path / 'c.yaml'}: ")
+    assert message in str(error.value)
+
+
+def test_jobs_of_slurm_have_what_the_file_says(tmp_path, monkeypatch):
+    """The job script of dask-jobqueue, without a batch system to hand it to."""
+    jobqueue = pytest.importorskip("dask_jobqueue")
+    (tmp_path / "slurm.yaml").write_text(SLURM)
+    scripts = []
+
+    def submitted(cluster, name, *_):
+        cluster.close()
+        scripts.append((cluster.job_script(), name))
+
+    monkeypatch.setattr(connection, "_own", submitted)
+    monkeypatch.setattr(jobqueue.SLURMCluster, "adapt", lambda _, **jobs: scripts.append(jobs))
+    connection.connect(str(tmp_path / "slurm.yaml"), code, print)
+    jobs, (script, name) = scripts
+    assert jobs == {"minimum_jobs": 4, "maximum_jobs": 4}
+    assert name == str(tmp_path / "slurm.yaml")
+    for line in (
+        "-p short",
+        "-t 04:00:00",
+        "--mem=30G",
+        "-n 1",
+        "--cpus-per-task=16",
+        "--exclusive",
+        "module load python",
+    ):
+        assert line in script
+    assert "--nthreads 1 " in script
+    assert "--nworkers 16 " in script
+    (tmp_path / "slurm.yaml").write_text(SLURM.replace("job_extra_directives", "job_extra"))
+    with pytest.raises(InputError, match=r"SLURMCluster of dask-jobqueue does not start: .*job_extra"):
+        connection.connect(str(tmp_path / "slurm.yaml"), code, print)
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_workers_of_a_batch_system_do_a_campaign(tmp_path, monkeypatch):
+    """That of dask-jobqueue for tests, whose jobs are processes of this machine."""
+    pytest.importorskip("dask_jobqueue")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "jobs.yaml").write_text("queue: local\nworkers: 1\nmemory: 1GB\n")
+    with connection.connect("jobs.yaml", code, print) as executor:
+        assert dict(executor.results(pieces.number, {"a": 1})) == {"a": pieces.number(1)}
