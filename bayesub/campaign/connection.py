@@ -3,6 +3,7 @@
 import logging
 import math
 import re
+import signal
 from collections.abc import Callable
 from functools import partial
 from itertools import product
@@ -189,8 +190,11 @@ def _jobs(file: ClusterFile, name: str, code, remark) -> Executor:
     """Workers that a batch system starts; a job that ends is submitted again."""
     from operator import attrgetter
 
+    interrupt = signal.getsignal(signal.SIGINT)
     import dask_jobqueue
     import dask_jobqueue.local
+
+    signal.signal(signal.SIGINT, interrupt)  # which the import replaces
 
     from bayesub.campaign.cluster import Patience
 

@@ -152,6 +152,7 @@ def test_a_wrong_file_is_one_line_with_its_key(tmp_path, text, message):
     assert message in str(error.value)
 
 
+@pytest.mark.filterwarnings("ignore")
 def test_jobs_of_slurm_have_what_the_file_says(tmp_path, monkeypatch):
     """The job script of dask-jobqueue, without a batch system to hand it to."""
     jobqueue = pytest.importorskip("dask_jobqueue")
@@ -180,12 +181,12 @@ def test_jobs_of_slurm_have_what_the_file_says(tmp_path, monkeypatch):
         assert line in script
     assert "--nthreads 1 " in script
     assert "--nworkers 16 " in script
-    (tmp_path / "slurm.yaml").write_text(SLURM.replace("job_extra_directives", "job_extra"))
-    with pytest.raises(InputError, match=r"SLURMCluster of dask-jobqueue does not start: .*job_extra"):
+    (tmp_path / "slurm.yaml").write_text(SLURM.replace("job_extra_directives", "no_such_key"))
+    with pytest.raises(InputError, match=r"SLURMCluster of dask-jobqueue does not start: .*no_such_key"):
         connection.connect(str(tmp_path / "slurm.yaml"), code, print)
 
 
-@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings("ignore")
 def test_workers_of_a_batch_system_do_a_campaign(tmp_path, monkeypatch):
     """That of dask-jobqueue for tests, whose jobs are processes of this machine."""
     pytest.importorskip("dask_jobqueue")
