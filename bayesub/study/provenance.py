@@ -22,19 +22,18 @@ _NO_INFLUENCE = ("cli", "manual")  # folders of the package from which no number
 
 def environment(*, quick: bool) -> dict:
     """What a result depends on besides its study: entries of ``config.toml``."""
-    versions = {package: importlib.metadata.version(package) for package in PACKAGES}
-    return {
-        "quick_run": quick,
-        "sources_sha256": sources_digest(),
-        "commit": commit(),
-        "versions": {"python": platform.python_version()} | versions,
-    }
+    return {"quick_run": quick, "sources_sha256": sources_digest(), "commit": commit(), "versions": _versions()}
 
 
+def _versions() -> dict[str, str]:
+    packages = {package: importlib.metadata.version(package) for package in PACKAGES}
+    return {"python": platform.python_version()} | packages
+
+
+@functools.cache
 def code() -> dict[str, str]:
     """What two processes must have in common so that their results have the same bits: name -> version."""
-    here = environment(quick=False)
-    return here["versions"] | {"sources of bayesub": here["sources_sha256"][:12]}
+    return _versions() | {"sources of bayesub": sources_digest()[:12]}
 
 
 @functools.cache
