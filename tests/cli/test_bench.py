@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from bayesub.cli import bench, scalar_simulator
+from bayesub.campaign.executors import Serial
+from bayesub.cli import bench, bench_cluster, scalar_simulator
 from bayesub.cli.bench_tables import tables
 from bayesub.cli.scalar_simulator import spiral
 from bayesub.model.time_step import STEP_TOLERANCE_M
@@ -56,3 +57,23 @@ def test_tables_have_a_row_for_each_measurement():
     assert [*methods.columns[3].cells] == ["2.0", "1.0", "100.0"]
     assert [*jacobians.columns[3].cells] == ["50", "100"]
     assert "2.00 times" in text
+
+
+def test_a_cluster_is_measured_by_the_time_inside_its_pieces(monkeypatch):
+    """Pieces share their workers' time with what it takes to hand them out."""
+    for name, value in {
+        "QUICK_EMPTY": 3,
+        "QUICK_LENGTHS_S": (0.05,),
+        "N_EACH": 2,
+        "RESULT": 10,
+        "FUNCTION": 10,
+    }.items():
+        monkeypatch.setattr(bench_cluster, name, value)
+    numbers = bench_cluster.run(Serial(), quick=True)
+    (row,) = numbers["lengths"]
+    assert (numbers["workers"], row["pieces"]) == (1, 2)
+    assert row["length_s"] >= 0.05
+    assert 0.0 < row["efficiency"] <= 1.0
+    text, table = bench_cluster.tables(numbers)
+    assert table.row_count == 1
+    assert f"{1e3 * numbers['seconds_per_piece']:.2f} ms" in text
