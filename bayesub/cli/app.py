@@ -19,6 +19,7 @@ COMMANDS = {
     "check": "bayesub.cli.check:check",
     "simulate": "bayesub.cli.simulate:simulate",
     "rank": "bayesub.cli.rank:rank",
+    "design": "bayesub.cli.design:design",
     "run": "bayesub.cli.run:run",
     "report": "bayesub.cli.report:report",
     "manual": "bayesub.cli.manual:manual",

@@ -1,12 +1,14 @@
 """What the arguments of several commands share: paths, and completion of built-in names."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
 from click.shell_completion import CompletionItem
 
 from bayesub.io import toml_files
+from bayesub.io.terminal import say
 
 PATH = click.Path(path_type=Path)
 
@@ -36,3 +38,23 @@ subproblem = click.option(
 def plane(subproblem: str | None) -> dict[str, str | None]:
     """The option --subproblem as an argument of the simulator; left out, the manoeuvre decides."""
     return {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
+
+dask_option = click.option(
+    "--dask",
+    default="",
+    metavar="CLUSTER",
+    help="Do independent parts on a cluster: tcp://host:port, local:N or cluster.yaml; see the page 'cluster'.",
+)
+
+
+@contextmanager
+def executor_of(dask: str) -> Iterator:
+    """What does independent parts, as long as the block lasts; None for processes of this machine."""
+    if not dask:
+        yield None
+        return
+    from bayesub.campaign.connection import connect
+    from bayesub.study.provenance import code
+
+    with connect(dask, code, say) as executor:
+        yield executor

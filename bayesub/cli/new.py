@@ -1,4 +1,4 @@
-"""The commands `new equations`, `new vehicle`, `new geometry`, `new map` and `new study`."""
+"""The commands `new equations`, `new vehicle`, `new geometry`, `new map`, `new study` and `new limits`."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from bayesub.io.terminal import say
 
 @click.group(epilog="Example: bayesub new vehicle myboat")
 def new() -> None:
-    """Write a commented template: equations, a vehicle of your own, its hull, the map of its logs, or a study."""
+    """Write a commented template: equations, a vehicle of your own, its hull, a map of its logs, a study, or limits."""
 
 
 @new.command(epilog="Example: bayesub new equations mine --from booth")
@@ -100,6 +100,16 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
     else:
         text = new_study.of_log(name, path, vehicle, data)
     _write(path, text, f"look through it, then bayesub check {path} --card card.png")
+
+
+@new.command(epilog="Example: bayesub new limits -o limits.toml")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; limits.toml if left out.")
+def limits(output: Path | None) -> None:
+    """Write the limits of boat, crew and range for `bayesub design`, with every key."""
+    from bayesub.study import new_limits
+
+    path = output or Path("limits.toml")
+    _write(path, new_limits.template(path), f"change it, then bayesub design VEHICLE --limits {path} -o DIR")
 
 
 def _write(path: Path, text: str, advice: str) -> None:

@@ -2,14 +2,12 @@
 
 import json
 import shlex
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
 
-from bayesub.cli.arguments import PATH
+from bayesub.cli.arguments import PATH, dask_option, executor_of
 from bayesub.io.errors import InputError, one_line
 from bayesub.io.terminal import FAILED, INTERRUPTED, Bars, complain, console, duration, say
 
@@ -49,18 +47,6 @@ class Options:
         words = [word for word, is_given in options.items() if is_given]
         return [*words, "--dask", self.dask] if self.dask else words
 
-    @contextmanager
-    def executor(self) -> Iterator:
-        """What does independent parts, as long as the block lasts; None for processes of this machine."""
-        if not self.dask:
-            yield None
-            return
-        from bayesub.campaign.connection import connect
-        from bayesub.study.provenance import code
-
-        with connect(self.dask, code, say) as executor:
-            yield executor
-
 
 @click.command(epilog="Example: bayesub run studies/quickstart.toml -o runs/quickstart")
 @click.argument("source", type=PATH, metavar="STUDY|FOLDER")
@@ -81,12 +67,7 @@ class Options:
     help="Fit all trials but one, for each of several trials, and predict it; works with --resume, trial by trial.",
 )
 @click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
-@click.option(
-    "--dask",
-    default="",
-    metavar="CLUSTER",
-    help="Do independent parts on a cluster: tcp://host:port, local:N or cluster.yaml; see the page 'cluster'.",
-)
+@dask_option
 @click.option("--json", "as_json", is_flag=True, help="Only the results, as JSON.")
 def run(source: Path, output: Path | None, as_json: bool, **given: bool | str) -> None:
     """Run a STUDY: TOML (simulate, fit, sample, report) or Python script (compute, draw, judge its claims).
@@ -103,7 +84,7 @@ def run(source: Path, output: Path | None, as_json: bool, **given: bool | str) -
     if options.force and (options.resume or options.keep_stale):
         raise InputError("--force excludes --resume and --keep-stale")
     console.quiet = as_json
-    with options.executor() as executor:
+    with executor_of(options.dask) as executor:
         if source.is_dir():
             results = run_folder(source, output or Path("runs"), options, executor)
         else:

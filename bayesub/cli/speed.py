@@ -4,6 +4,7 @@ import json
 
 import click
 
+from bayesub.cli.arguments import executor_of
 from bayesub.io.terminal import console, say
 
 
@@ -32,9 +33,7 @@ def _of_simulator(quick: bool):
 
 
 def _of_cluster(dask: str, quick: bool):
-    from bayesub.campaign.connection import connect
     from bayesub.cli import bench_cluster
-    from bayesub.study.provenance import code
 
-    with connect(dask, code, say) as executor:
+    with executor_of(dask) as executor:
         return bench_cluster.run(executor, quick=quick), bench_cluster.tables

@@ -58,7 +58,7 @@ def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
             f"{folder}: posterior.nc is missing: without the draws neither figures nor report can be drawn again "
             "(numbers.json and the figures that are there are those of the run); run the study again to have them"
         )
-    study = _saved_study(folder, config)
+    study = saved_study(folder, config)
     from bayesub import baselines
     from bayesub.sampling import CrossCheck, posterior_file
     from bayesub.study.infer import ESTIMATES, conclude
@@ -78,7 +78,7 @@ def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
     return conclude(prepare(study), folder, estimates, posterior, check, **options)
 
 
-def _saved_study(folder: Path, config: dict) -> Study:
+def saved_study(folder: Path, config: dict) -> Study:
     """The study of a run, whose files are the copies in its folder, or for a run of before 0.2 the files themselves."""
     source = folder / CONFIG
     content = {key: value for key, value in config.items() if key not in COMPUTED}

@@ -87,7 +87,7 @@ def run(
         study = read(study)
     work = _work(study, cross_check, leave_out)  # bad input shows before a folder is made
     options = {"resume": resume, "force": force, "keep_stale": keep_stale}
-    with open_folder(folder, study.config(), study.copies(), **options), _interruptions(folder):
+    with open_folder(folder, study.config(), study.copies(), **options), interruptions(folder):
         (folder / RESULT).unlink(missing_ok=True)
         clock = TimedProgress(folder, progress)
         result = work(folder, pdf=pdf, progress=clock, executor=executor)
@@ -120,7 +120,7 @@ def _work(study: Study | Script, cross_check: bool, leave_out: bool):
 
 
 @contextmanager
-def _interruptions(folder: Path) -> Iterator[None]:
+def interruptions(folder: Path) -> Iterator[None]:
     """Ctrl-C is RunInterrupted, and a full disk an InputError."""
     try:
         with interruptible():

@@ -18,9 +18,10 @@ from bayesub.study.provenance import CODE, code_change, study_change
 CONFIG = "config.toml"
 SECONDS = "seconds.json"
 CROSS_CHECK = "cross_check.json"
-STOPPING = tuple(
-    f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus")
-)  # may change before a run is resumed
+STOPPING = (  # may change before a run is resumed
+    *(f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus")),
+    *(f"design.{key}" for key in ("minutes", "judgements")),
+)
 _SAVE_S = 10.0  # of work on a run, which a kill may leave uncounted
 
 

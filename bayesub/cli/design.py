@@ -1,0 +1,114 @@
+"""The command `design`."""
+
+import shlex
+from pathlib import Path
+
+import click
+
+from bayesub.cli.arguments import PATH, VEHICLE, dask_option, executor_of
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
+
+
+@click.command(epilog="Example: bayesub design suboff --limits limits.toml --minutes 10 -o trial")
+@click.argument("vehicle", **VEHICLE)
+@click.option("-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder for manoeuvre and page.")
+@click.option(
+    "--sensors",
+    type=PATH,
+    metavar="FILE",
+    help="TOML with [[sensors]] as in a study, and perhaps [free], [prior], [nuisance], [noise] and [disturbance]; if "
+    "left out, a Doppler log, gyros, attitude and depth.",
+)
+@click.option(
+    "--limits",
+    type=PATH,
+    metavar="FILE",
+    help="Of boat, crew and range (bayesub new limits); if left out, depth, pitch and roll.",
+)
+@click.option(
+    "--for",
+    "wanted",
+    multiple=True,
+    metavar="WHAT",
+    help="known:10 (coefficients known to 10 %, the default), D, A, E, or names of coefficients and quantities; may be "
+    "given several times.",
+)
+@click.option("--after", type=PATH, metavar="RUN", help="A run folder whose posterior is what is known before.")
+@click.option(
+    "--family",
+    "families",
+    multiple=True,
+    metavar="NAME",
+    help="curves, steps, multisines or standard; all if left out.",
+)
+@click.option(
+    "--trials", type=click.IntRange(1, 20), default=1, show_default=True, help="Manoeuvres designed together."
+)
+@click.option("--minutes", type=click.FloatRange(0.1, 10_000), metavar="M", help="Of search; 10 if left out.")
+@click.option(
+    "--judgements",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Manoeuvres to judge in place of minutes, for a result that does not depend on the speed of the machine.",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of everything random.")
+@click.option(
+    "--subproblem",
+    type=click.Choice(["horizontal", "vertical"]),
+    help="Plane to confine the motion to; if left out, none.",
+)
+@click.option(
+    "--resume", is_flag=True, help="Continue an interrupted search, bit for bit, or a finished one for longer."
+)
+@click.option("--force", is_flag=True, help="Replace what is in the folder.")
+@dask_option
+def design(
+    vehicle: str,
+    output: Path,
+    sensors: Path | None,
+    limits: Path | None,
+    wanted: tuple[str, ...],
+    after: Path | None,
+    families: tuple[str, ...],
+    trials: int,
+    minutes: float | None,
+    judgements: int | None,
+    seed: int,
+    subproblem: str | None,
+    resume: bool,
+    force: bool,
+    dask: str,
+) -> None:
+    """Design a trial of a VEHICLE (built-in name or TOML): the manoeuvre that tells most, within limits.
+
+    It writes manoeuvre.csv, which `bayesub simulate` and an autopilot fly, design.json, and a page design.html: orders,
+    track, margins to the limits, what each coefficient will be known to, and what stays out of reach whatever is flown.
+    A first answer is written within a minute.
+    """
+    from bayesub.study.design import design as design_trial
+    from bayesub.study.design_question import DEFAULT, MINUTES, Request
+    from bayesub.study.run import RunInterrupted
+
+    if resume and force:
+        raise InputError("--resume and --force exclude each other")
+    if minutes is not None and judgements is not None:
+        raise InputError("--minutes and --judgements exclude each other")
+    request = Request(
+        vehicle, wanted or (DEFAULT,), sensors, limits, after, families, trials, minutes or MINUTES, judgements, seed,
+        subproblem,
+    )  # fmt: skip
+    try:
+        with executor_of(dask) as executor, Bars() as bars:
+            design_trial(request, output, resume=resume, force=force, progress=bars, executor=executor)
+    except RunInterrupted:
+        complain(f"interrupted; what is done is saved, continue with: {_again()}", INTERRUPTED)
+    say(f"page: {output / 'design.html'}")
+
+
+def _again() -> str:
+    """The command that continues this one."""
+    import sys
+
+    words = [word for word in sys.argv[1:] if word not in ("--force", "--resume")]
+    return shlex.join(["bayesub", *words, "--resume"])

@@ -1,0 +1,235 @@
+"""The plan of a design: every family of manoeuvres briefly, the best of them for longer, then free curves from there.
+
+A family that is searched on continues its own search (:func:`bayesub.design.search.search`): the optimiser is told the
+costs on file again, and goes on where it was. Zig-zags have few numbers and are good soon; curves that begin as the
+best zig-zag, with many numbers, become better than it in ten times as many judgements.
+"""
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.design.families import KINDS, RPM, Family, controls
+from bayesub.design.goals import Goal
+from bayesub.design.judge import Judge
+from bayesub.design.limits import Limits, Range
+from bayesub.design.search import Cost, Found, search
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.terminal import SILENT, Progress
+from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.vehicles import Vehicle
+
+Mapped = Callable[..., Iterable]
+AUTOPILOT, HELMSMAN = ("curves", "multisines", "standard"), ("steps",)
+AMPLITUDES = (0.1, 0.3, 1.0)  # shares of the range of the controls, of manoeuvres that are tried before any search
+SAME = 1e-3  # relative change of an expected sd below which the readings tell nothing
+_TIMED = 4  # judgements, of each process, by which the pace is measured
+_LEAST = 120  # judgements of a family: its starts and some generations
+REFINED = "refined"  # curves that begin as the best manoeuvre of any family
+_KNOTS, _SIGMA = 60, 0.1  # of the refined
+_SHARE = 0.25  # of the judgements after the first answer, for the best family
+
+
+def kinds(limits: Limits, asked: Sequence[str] = ()) -> tuple[str, ...]:
+    """The families to search: those that are asked for, or those that a helmsman or an autopilot can follow.
+
+    Raises
+    ------
+    InputError
+        For an unknown family, and for one that a helmsman cannot follow.
+    """
+    for kind in asked:
+        if kind not in KINDS:
+            raise InputError(f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}")
+        if limits.orders_an_hour is not None and kind not in HELMSMAN:
+            raise InputError(
+                f"--family {kind} contradicts orders_an_hour of the limits, which a helmsman follows in steps; leave "
+                "one of them out"
+            )
+    return tuple(dict.fromkeys(asked)) or (AUTOPILOT if limits.orders_an_hour is None else HELMSMAN)
+
+
+def families(
+    vehicle: Vehicle, limits: Limits, asked: Sequence[str] = (), subproblem: str | None = None
+) -> dict[str, Family]:
+    """Kind -> family of the manoeuvres of a vehicle within limits, as :func:`kinds`."""
+    actuators = vehicle.actuators
+    acting = {
+        actuators.members[i].column
+        for name, (i, _) in actuators.parameters.items()
+        if actuators.moves(name, subproblem)
+    }
+    moved = tuple(control for control in controls(vehicle, limits) if control.column in (RPM, *acting))
+    if not moved:
+        raise InputError(f"{vehicle.name}: has no control that may move within the limits")
+    return {kind: Family(kind, vehicle, limits, moved, subproblem) for kind in kinds(limits, asked)}
+
+
+def tried(families: Iterable[Family], rng: np.random.Generator) -> list[Manoeuvre]:
+    """Random manoeuvres of each family, small and large, that need not keep any limit."""
+    return [family.manoeuvre(share * family.start(rng)) for family in families for share in AMPLITUDES]
+
+
+def refuse_uninformed(judge: Judge, manoeuvres: Sequence[Manoeuvre], gradients: dict[str, np.ndarray]) -> None:
+    """InputError if the readings tell nothing of a quantity, or of any coefficient, whatever is flown of these.
+
+    Parameters
+    ----------
+    judge : Judge
+    manoeuvres : sequence of Manoeuvre
+    gradients : dict of str to (n,) array
+        Coefficient or quantity -> its gradient by the coefficients; empty for criteria of all coefficients.
+    """
+    judged = [judge.information(manoeuvre)[0] for manoeuvre in manoeuvres]
+    channels = ", ".join(sensor.column for sensor in judge.sensors)
+    for name, gradient in gradients.items():
+        if all(i.sd_of(gradient) > (1.0 - SAME) * i.prior_sd_of(gradient) for i in judged):
+            raise InputError(
+                f"design: the sensors ({channels}) tell nothing of {name}: on none of {len(judged)} manoeuvres of any "
+                "size is it known better than before; give other sensors, or ask for something else"
+            )
+    if not any(i.singular_values[0] > SAME for i in judged):
+        raise InputError(
+            f"design: the sensors ({channels}) tell nothing of any coefficient on {len(judged)} manoeuvres of any "
+            "size; give other sensors"
+        )
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How many manoeuvres are judged.
+
+    Attributes
+    ----------
+    brief : int
+        Of each family, before the first answer.
+    rest : int
+        After it.
+    """
+
+    brief: int
+    rest: int
+
+    @classmethod
+    def of_total(cls, n_judgements: int, n_families: int) -> "Budget":
+        """A tenth for the first answer, shared among families."""
+        brief = max(_LEAST, n_judgements // (10 * n_families))
+        return cls(brief, max(0, n_judgements - brief * n_families))
+
+    @classmethod
+    def of_time(cls, seconds: float, first_s: float, pace_s: float, n_families: int) -> "Budget":
+        """What fits into a time of which so many seconds are for the first answer, at so many seconds a judgement."""
+        brief = max(_LEAST, int(min(first_s, seconds) / pace_s / n_families))
+        return cls(brief, max(0, int(seconds / pace_s) - brief * n_families))
+
+
+def at_knots(family: Family, manoeuvre: Manoeuvre) -> np.ndarray:
+    """(n_dims,) numbers of the curves that go through the orders of a manoeuvre at the knots."""
+    inputs = manoeuvre.controls if manoeuvre.inputs is None else manoeuvre.inputs
+    columns = [member.column for member in family.vehicle.actuators.members]
+    knots, numbers = np.linspace(0.0, family.duration, family.n_knots), []
+    for control in family.controls:
+        is_rpm = control.column == RPM
+        history = manoeuvre.rpm if is_rpm else inputs[:, columns.index(control.column)]
+        centre = 0.5 * (control.lower + control.upper) if is_rpm else control.rest
+        change = np.interp(knots, manoeuvre.times, history) - centre
+        numbers.append(change / np.where(change < 0.0, centre - control.lower, control.upper - centre))
+    return np.clip(np.concatenate(numbers), -1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be searched.
+
+    Attributes
+    ----------
+    judge : Judge
+    range : Range
+    families : dict of str to Family
+        By their kind.
+    goal : Goal
+    n_trials : int
+        Manoeuvres of the set.
+    seed : int
+    folder : Path
+        For the costs of each family, from which a search continues.
+    mapped : callable
+        As :func:`map`, possibly over processes.
+    """
+
+    judge: Judge
+    range: Range
+    families: dict[str, Family]
+    goal: Goal
+    n_trials: int
+    seed: int
+    folder: Path
+    mapped: Mapped = map
+
+    def family(self, kind: str) -> Family:
+        """The family of a kind, or the refined curves."""
+        if kind == REFINED:
+            return replace(self.families["curves"], n_knots=_KNOTS)
+        return self.families[kind]
+
+    def cost(self, kind: str) -> Cost:
+        """The cost of a set of manoeuvres of a family."""
+        return Cost(self.judge, self.range, (self.family(kind),) * self.n_trials, self.goal)
+
+    def pace(self) -> float:
+        """Seconds of a judgement, in as many processes as there are."""
+        cost = self.cost(next(iter(self.families)))
+        still = [np.zeros(cost.n_dims)] * _TIMED
+        list(self.mapped(cost, still))  # processes begin, and kernels are loaded
+        began = time.perf_counter()
+        list(self.mapped(cost, still))
+        return (time.perf_counter() - began) / _TIMED
+
+    def search(self, kind: str, n_judgements: int, progress: Progress = SILENT, **start: object) -> Found:
+        """Search a family, or continue its search, until so many manoeuvres are judged; more for ``search``."""
+        rng = np.random.default_rng([self.seed, [*KINDS, REFINED].index(kind)])
+        saved = self.folder / f"costs_{kind}.txt"
+        options = {"n_judgements": n_judgements, "mapped": self.mapped, "saved": saved, "progress": progress}
+        return search(self.cost(kind), rng, **options, **start)
+
+    def brief(self, n_judgements: int, progress: Progress = SILENT) -> dict[str, Found]:
+        """Kind -> the best of a brief search of each family; a family that finds nothing within the limits is left out.
+
+        Raises
+        ------
+        InputError
+            If no family finds anything within the limits.
+        """
+        answers, fault = {}, None
+        for kind in self.families:
+            progress.stage(f"{kind}, briefly")
+            try:
+                answers[kind] = self.search(kind, n_judgements, progress)
+            except InputError as error:
+                fault = error
+        if not answers:
+            raise fault
+        return answers
+
+    def thorough(self, answers: dict[str, Found], n_judgements: int, progress: Progress = SILENT) -> dict[str, Found]:
+        """The answers after more judgements: of the best family, and of curves that begin as its best manoeuvres."""
+        kind, n_refined = best(answers), 0
+        if "curves" in self.families:
+            n_refined = int((1.0 - _SHARE) * n_judgements)
+        progress.stage(f"{kind}, thoroughly")
+        n_before = answers[kind].n_judgements
+        answers = answers | {kind: self.search(kind, n_before + n_judgements - n_refined, progress)}
+        if not n_refined:
+            return answers
+        progress.stage("free curves from the best")
+        manoeuvres = self.cost(kind).manoeuvres(answers[kind].numbers)
+        start = np.concatenate([at_knots(self.family(REFINED), manoeuvre) for manoeuvre in manoeuvres])
+        return answers | {REFINED: self.search(REFINED, n_refined, progress, start=start, sigma=_SIGMA)}
+
+
+def best(answers: dict[str, Found]) -> str:
+    """The family with the least cost."""
+    return min(answers, key=lambda kind: answers[kind].cost)

@@ -1,0 +1,213 @@
+"""A designed trial: orders and track, margins to the limits, expected standard deviations, what more would bring."""
+
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+
+import numpy as np
+
+from bayesub.io import log_files
+from bayesub.io.log_files import positions
+from bayesub.plots import style
+
+X, Y, Z = positions("x", "y", "z")
+SHARES = (0.05, 0.10, 0.25)  # of the value, to which coefficients are counted as known
+COLOURS = (style.POSTERIOR, style.LINEAR, style.SQP, style.NULL, style.WEAK)
+BEYOND = 50.0  # per cent of a limit beyond it, where the axis ends
+_ROW = 0.145  # inches of a coefficient
+_LIMIT = {"color": style.SQP, "lw": 1.0, "ls": "--"}
+
+
+def draw_manoeuvre(path, times, orders: Mapping[str, np.ndarray], flights, band=None) -> None:
+    """The track from above and the depth of all flights, and the orders.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    times : (n,) array
+        Of the orders, s.
+    orders : dict of str to (n,) array
+        Column of a log -> what is ordered, in its unit.
+    flights : pair of (n_times,) and (n_flights, n_times, 12) arrays
+        Times and states, those of the vehicle itself first; not a number where a flight ended.
+    band : (float, float) or None
+        Depths between which the boat must stay, m.
+    """
+    at, states = flights
+    columns = list(orders)
+    dives = np.nanmax(np.ptp(states[0][:, Z])) > 1e-6
+    rows = [["track", column] for column in columns]
+    if dives:
+        rows = [["track", c] for c in columns[: -(-len(columns) // 2)]] + [
+            ["depth", c] for c in columns[-(-len(columns) // 2) :]
+        ]
+        rows = rows if len(rows) > 1 else [["track", columns[0]], ["depth", columns[0]]]
+    with style.figure(path, 9.0, max(4.4, 1.4 * len(rows))) as figure:
+        axes = figure.subplot_mosaic(rows, width_ratios=[1.0, 1.25])
+        axis = axes["track"]
+        axis.plot(states[1:, :, Y].T, states[1:, :, X].T, color=style.PRIOR, lw=0.6)
+        axis.plot(states[0, :, Y], states[0, :, X], color=style.POSTERIOR, lw=1.3)
+        axis.plot(states[0, 0, Y], states[0, 0, X], "o", color=style.TRUTH, ms=4)
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.set(xlabel="east (m)", ylabel="north (m)")
+        axis.set_title("track from above, from the dot; grey: boats of the prior", fontsize=9)
+        if dives:
+            axis = axes["depth"]
+            axis.plot(at, states[1:, :, Z].T, color=style.PRIOR, lw=0.6)
+            axis.plot(at, states[0, :, Z], color=style.POSTERIOR, lw=1.3)
+            for depth in band or ():
+                axis.axhline(depth, **_LIMIT)
+            axis.invert_yaxis()
+            axis.set(xlabel="time (s)", ylabel="depth (m)")
+        for column, colour in zip(columns, cycle(COLOURS), strict=False):
+            axes[column].plot(times, orders[column], color=colour, lw=1.1)
+            axes[column].set_ylabel(_label(column))
+            axes[column].set_xlim(0.0, times[-1])
+            axes[column].tick_params(labelbottom=column == columns[-1])
+        axes[columns[-1]].set_xlabel("time (s)")
+
+
+def _label(column: str) -> str:
+    name, _, unit = style.with_unit(column).rpartition(" ")
+    return f"{name}\n{unit}" if name else unit
+
+
+def draw_sds(path, labels: Sequence[str], before, standard, after) -> None:
+    """Expected sd of each coefficient over its size, per cent, best known first, in two columns.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    labels : sequence of str
+        Of the n coefficients.
+    before, after : (n,) array
+        Relative sds before the trial and after it.
+    standard : (n,) array or None
+        After the standard manoeuvre.
+    """
+    order, n_rows = np.argsort(after, kind="stable"), -(-len(labels) // 2)
+    per_cent = [None if sds is None else 100.0 * np.asarray(sds)[order] for sds in (before, standard, after)]
+    finite = np.concatenate([sds for sds in per_cent if sds is not None])
+    low, high = finite.min(), finite.max()
+    with style.figure(path, 9.0, max(2.6, 1.0 + _ROW * n_rows)) as figure:
+        panels = figure.subplots(1, 2 if len(labels) > 1 else 1, sharex=True, squeeze=False)[0]
+        for k, panel in enumerate(panels):
+            part = slice(k * n_rows, (k + 1) * n_rows)
+            prior, flown, sds = (None if values is None else values[part] for values in per_cent)
+            places = np.arange(len(sds))
+            panel.hlines(places, sds, prior, color=style.PRIOR, lw=2.0)
+            panel.plot(prior, places, "|", color="#808080", ms=6, mew=1.4, label="before the trial")
+            if flown is not None:
+                panel.plot(
+                    flown, places, "o", color=style.WEAK, ms=3.6, mfc="none", label="after the standard manoeuvre"
+                )
+            panel.plot(sds, places, "o", color=style.POSTERIOR, ms=3.8, label="after this trial")
+            for share in SHARES:
+                panel.axvline(100.0 * share, color=style.TRUTH, lw=0.6, ls=":")
+            panel.set_xscale("log")
+            panel.set_xlim(0.7 * low, 1.5 * high)
+            ticks = [t for t in (0.01, 0.1, 1.0, 5.0, 10.0, 25.0, 100.0) if 0.7 * low <= t <= 1.5 * high]
+            panel.set_xticks(ticks, [f"{t:g}" for t in ticks])
+            panel.minorticks_off()
+            panel.set_yticks(places, [labels[j] for j in order[part]], fontsize=7.5)
+            panel.set_ylim(n_rows - 0.4, -0.6)
+            panel.grid(axis="y", visible=False)
+            panel.set_xlabel("expected sd (% of the value)")
+        handles, words = panels[0].get_legend_handles_labels()
+        figure.legend(handles, words, loc="outside upper center", ncols=3, fontsize=8)
+
+
+def draw_margins(path, margins: Sequence[Sequence]) -> None:
+    """How far each flight stays from each limit, in per cent of the limit; a group of rows for each manoeuvre.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    margins : sequence of sequences of :class:`bayesub.design.limits.Margin`
+        Of each manoeuvre.
+    """
+    rows = [(k, margin) for k, of_one in enumerate(margins) for margin in of_one]
+    with style.figure(path, 9.0, 1.0 + 0.3 * len(rows)) as figure:
+        axis = figure.subplots()
+        lowest = min(-110.0, *(100.0 * m.excess[0] - 10.0 for _, m in rows)) if rows else -110.0
+        lowest = max(lowest, -160.0)
+        for place, (_, margin) in enumerate(rows):
+            excess = np.clip(100.0 * margin.excess, lowest + 3.0, BEYOND - 3.0)
+            axis.plot(excess[1:], np.full(len(excess) - 1, place), "|", color="#808080", ms=9, mew=0.8)
+            axis.plot(excess[0], place, "o", color=style.POSTERIOR, ms=6)
+        axis.axvline(0.0, **_LIMIT)
+        axis.axvspan(0.0, BEYOND, color=style.SQP, alpha=0.12, lw=0)
+        axis.set_xlim(lowest, BEYOND)
+        names = [_row_name(k, margin, len(margins)) for k, margin in rows]
+        axis.set_yticks(range(len(rows)), names)
+        axis.set_ylim(len(rows) - 0.4, -0.6)
+        axis.grid(axis="y", visible=False)
+        axis.set_xlabel("beyond the limit (% of it; negative: within)")
+
+
+def _row_name(k, margin, n_manoeuvres) -> str:
+    name = f"{style.with_unit(margin.key)}: {margin.limit:.4g}"
+    return f"{k + 1}: {name}" if n_manoeuvres > 1 else name
+
+
+def draw_search(path, best: Mapping[str, np.ndarray], per_generation: Mapping[str, int], title: str) -> None:
+    """The least cost of each family by the manoeuvres judged so far.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    best : dict of str to (n_generations,) array
+        Family -> least cost.
+    per_generation : dict of str to int
+        Family -> manoeuvres of a generation.
+    title : str
+        What the cost is.
+    """
+    with style.figure(path, 9.0, 2.9) as figure:
+        axis = figure.subplots()
+        for (kind, costs), colour in zip(best.items(), cycle(COLOURS), strict=False):
+            judged = per_generation[kind] * np.arange(1, len(costs) + 1)
+            flown = costs < 1e3  # what no boat flies has no place on the axis
+            axis.plot(judged[flown], costs[flown], color=colour, label=kind)
+        axis.set(xlabel="manoeuvres judged", ylabel=title)
+        axis.set_xscale("log")
+        axis.legend(fontsize=8)
+
+
+def draw_worth(path, minutes, sensors: Mapping[str, float], now: float, label: str) -> None:
+    """What more time and each sensor bring.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    minutes : pair of (n,) sequences
+        Lengths of the trial, min, and the measure at each.
+    sensors : dict of str to float
+        What is changed -> the measure with it.
+    now : float
+        The measure of the design.
+    label : str
+        What is measured.
+    """
+    with style.figure(path, 9.0, max(2.8, 1.0 + 0.26 * len(sensors))) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.1])
+        left.plot(*minutes, "o-", color=style.POSTERIOR, ms=4)
+        left.set(xlabel="length of the trial (min)", ylabel=label)
+        left.set_ylim(bottom=0.0)
+        places = np.arange(len(sensors))
+        right.barh(places, list(sensors.values()), color=style.READINGS, height=0.65)
+        right.axvline(now, color=style.TRUTH, lw=1.0)
+        right.set_yticks(places, [style.plain(name) for name in sensors], fontsize=8)
+        right.set_ylim(len(sensors) - 0.4, -0.6)
+        right.grid(axis="y", visible=False)
+        right.set_xlabel(f"{label}; line: as designed")
+
+
+def in_units(log: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Column -> history in its unit, of short names -> histories in SI units."""
+    headers = {name: log_files.HEADERS.get(name, name) for name in log}
+    return {headers[name]: values / log_files.si_factor(headers[name]) for name, values in log.items()}

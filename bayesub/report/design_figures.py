@@ -1,0 +1,89 @@
+"""The figures of a designed trial: what each shows in words, and how it is drawn."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.plots import design as plots
+from bayesub.plots.coefficients import labels
+
+
+@dataclass(frozen=True)
+class DesignFigure:
+    """One figure of a page.
+
+    Attributes
+    ----------
+    name : str
+        Of its file, without suffix.
+    title : str
+    caption : str
+        What it shows, in sentences.
+    draw : callable
+        Draws it to a list of paths.
+    """
+
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[list[Path]], None]
+
+
+def figures(design) -> Iterator[DesignFigure]:
+    """The figures of a :class:`bayesub.report.design.DesignedTrial`, in the order of the page."""
+    n = len(design.manoeuvres)
+    for k, manoeuvre in enumerate(design.manoeuvres, start=1):
+        yield _manoeuvre(design, manoeuvre, "" if n == 1 else f"_{k}", "" if n == 1 else f" {k}")
+    if any(design.margins):
+        yield DesignFigure(
+            "margins",
+            "Margins to the limits",
+            "How far the boat stays from each limit, as a share of the limit. Blue: the boat of the vehicle file. "
+            f"Grey: {len(design.plan.range.sets) - 1} boats that the prior holds possible; those at the right edge are "
+            "as far out or further.",
+            lambda path: plots.draw_margins(path, design.margins),
+        )
+    names = design.after.names
+    standard = None if design.after_standard is None else design.after_standard.relative_sd
+    yield DesignFigure(
+        "sds",
+        "What each coefficient will be known to",
+        "Expected standard deviation of each coefficient over its size, best known first, before the trial (grey), "
+        "after this trial (blue) and after the standard manoeuvre (open circles). Dotted: 5, 10 and 25 %.",
+        lambda path: plots.draw_sds(
+            path, labels(names, design.judge.vehicle.equations), design.before.relative_sd, standard,
+            design.after.relative_sd,
+        ),
+    )  # fmt: skip
+    yield DesignFigure(
+        "search",
+        "What was searched",
+        "The best of each family by the number of manoeuvres that were judged so far; the lower the better.",
+        lambda path: plots.draw_search(
+            path,
+            {kind: found.best for kind, found in design.searches.items()},
+            {kind: found.n_judgements // max(1, len(found.best)) for kind, found in design.searches.items()},
+            "cost of the best",
+        ),
+    )
+
+
+def _manoeuvre(design, manoeuvre, suffix, number) -> DesignFigure:
+    def draw(path):
+        times, states, whole = design.plan.range.flown(manoeuvre)
+        states = np.where(whole[:, None, None], states, np.nan)
+        orders = plots.in_units(manoeuvre.log)
+        moved = [c.column for c in design.plan.family(design.kind).controls]
+        change, depth = design.plan.range.limits.depth_change_m, design.judge.vehicle.depth_m
+        band = None if change is None else (depth - change, depth + change)
+        plots.draw_manoeuvre(path, manoeuvre.times, {c: orders[c] for c in moved}, (times, states), band)
+
+    return DesignFigure(
+        f"orders{suffix}",
+        f"Manoeuvre{number}",
+        f"Right, the orders of manoeuvre{suffix}.csv. Left, where the boat goes (blue), and "
+        f"{len(design.plan.range.sets) - 1} boats that the prior holds possible (grey). Dashed: the depth band.",
+        draw,
+    )

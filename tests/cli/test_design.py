@@ -1,0 +1,190 @@
+"""`bayesub design`: a manoeuvre that can be flown, a page, a search that a kill does not lose, and bad input."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.design.limits import load_limits
+
+COMMAND = [sys.executable, "-c", "from bayesub.__main__ import main; main()", "design"]
+FILES = ("manoeuvre.csv", "design.json", "design.html")
+QUICK = ("--subproblem", "horizontal", "--judgements", "160")
+LIMITS = "duration_s = 40.0\nrange_north_m = 80.0\nroll_deg = 30.0\n"
+SENSORS = """
+[[sensors]]
+kind = "dvl"
+sd_mps = 0.005
+channels = ["u_ground", "v_ground"]
+[[sensors]]
+kind = "ins"
+sd_degps = 0.01
+channels = ["r"]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with limits of a short trial and with sensors."""
+    (tmp_path / "limits.toml").write_text(LIMITS)
+    (tmp_path / "sensors.toml").write_text(SENSORS)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def content(folder):
+    return {name: (folder / name).read_bytes() for name in FILES}
+
+
+def test_a_design_is_written_judged_and_flown(folder, bayesub):
+    """Numbers and page agree, limits are kept, and `simulate` flies the manoeuvre."""
+    options = ("--limits", "limits.toml", "--family", "standard", *QUICK)
+    status, out, err = bayesub("design", "auv690", *options, "-o", "trial")
+    assert status == 0, err
+    assert "as none are given" in out
+    numbers = json.loads((folder / "trial" / "design.json").read_text())
+    after, before, standard = (numbers[key]["known_to_10_percent"] for key in ("after", "before", "standard"))
+    assert after >= standard >= before == 0
+    assert f"Known to 10 %: {after} of {len(numbers['coefficients'])} coefficients" in out
+    sds = {c["name"]: c["sd_after"] / abs(c["value"]) for c in numbers["coefficients"]}
+    assert sum(sd <= 0.10 for sd in sds.values()) == after
+    assert all(c["sd_after"] <= c["sd_before"] * (1 + 1e-9) for c in numbers["coefficients"])
+    margins = {m["limit"]: m for m in numbers["margins"][0]}
+    assert set(margins) == {"range_north_m", "roll_deg"}
+    assert all(m["excess"] <= 0.0 for m in margins.values())
+    page = (folder / "trial" / "design.html").read_text()
+    assert numbers["answer"] in page.replace("&#39;", "'")
+    assert "http" not in re.sub(r"http://www.w3.org\S*", "", page), "the page needs nothing from elsewhere"
+    flight = ("trial/manoeuvre.csv", "--subproblem", "horizontal", "-o", "track.csv")
+    assert bayesub("simulate", "auv690", *flight)[0] == 0
+    boat = bs.load_vehicle("auv690")
+    flown = bs.simulate(boat, bs.load_manoeuvre("trial/manoeuvre.csv", boat), subproblem="horizontal")
+    reached = np.ptp(flown.states[0, :, 0])
+    assert reached == pytest.approx(margins["range_north_m"]["reached"], rel=0.01)
+    rudder = np.degrees(np.abs(flown.simulator.manoeuvre.controls[:, 0]))
+    assert rudder.max() <= np.degrees(boat.actuators.members[0].range[1]) * (1 + 1e-9)
+
+
+def test_a_search_that_was_cut_off_is_continued_bit_for_bit(folder, bayesub):
+    """Whatever is left of the costs: some, a line that is half written, or none."""
+    options = ("auv690", "--limits", "limits.toml", "--family", "standard", *QUICK)
+    assert bayesub("design", *options, "-o", "whole")[0] == 0
+    whole, costs = content(folder / "whole"), folder / "whole" / "costs" / "costs_standard.txt"
+    text = costs.read_text()
+    for remains in (text[: len(text) // 2], ""):
+        costs.write_text(remains)
+        for name in FILES:
+            (folder / "whole" / name).unlink()
+        assert bayesub("design", *options, "-o", "whole", "--resume")[0] == 0
+        assert content(folder / "whole") == whole
+
+
+def test_ctrl_c_loses_nothing(folder, bayesub):
+    """One line with the command that continues, whose result is that of a search that was not interrupted."""
+    options = ("auv690", "--limits", "limits.toml", "--family", "standard", *QUICK)
+    process = subprocess.Popen([*COMMAND, *options, "-o", "cut"], stderr=subprocess.PIPE, text=True)
+    costs = folder / "cut" / "costs" / "costs_standard.txt"
+    while not (costs.exists() and costs.read_text()):
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert err.startswith("bayesub: interrupted; what is done is saved, continue with: bayesub design auv690")
+    again = err.strip().rpartition("bayesub ")[2].split()
+    assert bayesub(*again)[0] == 0
+    assert bayesub("design", *options, "-o", "whole")[0] == 0
+    same = [(folder / name / "manoeuvre.csv").read_bytes() for name in ("cut", "whole")]
+    assert same[0] == same[1]
+
+
+def test_several_manoeuvres_for_one_coefficient(folder, bayesub):
+    """Designed together: two files, and together they tell more than the same search of one."""
+    options = ("--limits", "limits.toml", "--sensors", "sensors.toml", "--family", "standard", *QUICK, "--for", "Nuv")
+    sds = []
+    for n in (1, 2):
+        assert bayesub("design", "auv690", *options, "--trials", n, "-o", f"of{n}")[0] == 0
+        numbers = json.loads((folder / f"of{n}" / "design.json").read_text())
+        (asked,) = numbers["asked_for"]
+        assert asked["name"] == "Nuv"
+        assert asked["sd_after"] < asked["sd_before"]
+        sds.append(asked["sd_after"])
+        assert len(numbers["margins"]) == n
+    assert sds[1] < sds[0]
+    assert sorted(path.name for path in (folder / "of2").glob("*.csv")) == ["manoeuvre_1.csv", "manoeuvre_2.csv"]
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_folder_is_not_overwritten(bayesub):
+    options = ("auv690", "--limits", "limits.toml", "--family", "standard", *QUICK)
+    assert bayesub("design", *options, "-o", "trial")[0] == 0
+    for more, remedy in (((), "use --resume"), (("--seed", "1"), "design.seed was 0 and is now 1")):
+        status, _, err = bayesub("design", *options, *more, "-o", "trial")
+        assert status == 2
+        assert remedy in err
+
+
+BAD = {
+    "limits that straight flight breaks": (
+        "--limits straight.toml", "even straight flight at .* m/s reaches .* beyond range_north_m = 10; widen it"
+    ),
+    "no limit": ("--limits typo.toml", "'depth_chang_m' is no limit.*"),
+    "a limit above another": ("--limits order.toml", "min_speed_mps is above max_speed_mps"),
+    "a missing file": ("--limits none.toml", "none.toml: cannot be read"),
+    "sensors that tell nothing": ("--sensors pressure.toml", r"sensors \(depth_m\) tell nothing of any coefficient"),
+    "a coefficient that the sensors do not tell": ("--sensors pressure.toml --for Nuv", "tell nothing of Nuv"),
+    "a typing error": ("--for Nuw", "--for Nuw: is no coefficient.*did you mean 'N"),
+    "a criterion and a name": ("--for D --for Nuv", "--for D --for Nuv: contradict each other"),
+    "no share": ("--for known:0", "expected known: and per cent"),
+    "a coefficient without part": ("--for Zuw", "--for Zuw: is not among the coefficients to infer"),
+    "no family": ("--family curve", "--family curve: unknown: did you mean 'curves'"),
+    "curves for a helmsman": ("--limits helmsman.toml --family curves", "contradicts orders_an_hour"),
+    "time twice": ("--minutes 1", "--minutes and --judgements exclude each other"),
+    "resume and force": ("--resume --force", "--resume and --force exclude each other"),
+    "nothing to resume": ("--resume", "holds no run to resume"),
+    "no run": ("--after nowhere", "--after nowhere: is not a run folder"),
+    "a prior of nothing": ("--sensors perturbed.toml", "prior.centre 'perturbed'"),
+    "a nuisance that is known": ("--sensors known.toml", "nuisance.bias_yaw_deg: a value leaves nothing to infer"),
+}  # fmt: skip
+
+
+def test_new_limits_are_limits(folder, bayesub):
+    """As they are, and with every key that is commented out."""
+    assert bayesub("new", "limits", "-o", "new.toml")[0] == 0
+    text = (folder / "new.toml").read_text()
+    assert load_limits(folder / "new.toml").pitch_deg == 30.0
+    (folder / "all.toml").write_text(re.sub(r"^# (\w+ = )", r"\1", text, flags=re.MULTILINE))
+    limits = load_limits(folder / "all.toml")
+    assert all(value is not None for value in limits.model_dump().values())
+    assert limits.of_controls == {"rudder_deg": 20.0, "rudder_degps": 3.0}
+    assert bayesub("new", "limits", "-o", "new.toml")[0] == 2
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(case, folder, bayesub):
+    """It names file or option and remedy, and makes no folder."""
+    options, message = BAD[case]
+    pressure = '[[sensors]]\nkind = "pressure"\nsd_m = 0.05\n'
+    (folder / "straight.toml").write_text("duration_s = 40.0\nrange_north_m = 10.0\n")
+    (folder / "typo.toml").write_text("depth_chang_m = 10.0\n")
+    (folder / "order.toml").write_text("min_speed_mps = 2.0\nmax_speed_mps = 1.0\n")
+    (folder / "helmsman.toml").write_text("duration_s = 40.0\norders_an_hour = 400.0\n")
+    (folder / "pressure.toml").write_text(pressure)
+    (folder / "perturbed.toml").write_text(
+        pressure + '[prior]\nkind = "relative_normal"\nsd = 0.2\ncentre = "perturbed"\n'
+    )
+    (folder / "known.toml").write_text(SENSORS + "[nuisance]\nbias_yaw_deg = { value = 1.0 }\n")
+    given = ("design", "auv690", *QUICK, *options.split(), "-o", "trial")
+    if "--limits" not in options:
+        given += ("--limits", "limits.toml")
+    status, _, err = bayesub(*given)
+    assert status == 2, err
+    assert re.search(message, err), err
+    assert err.count("\n") == 1
+    assert not (folder / "trial" / "config.toml").exists()
