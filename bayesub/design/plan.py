@@ -1,4 +1,4 @@
-"""The plan of a design: every family of manoeuvres briefly, the best of them for longer, then free curves from there.
+"""The plan of a design: every family of manoeuvres briefly, the two best for longer, then free curves from the best.
 
 A family that is searched on continues its own search (:func:`bayesub.design.search.search`): the optimiser is told the
 costs on file again, and goes on where it was. Zig-zags have few numbers and are good soon; curves that begin as the
@@ -6,7 +6,7 @@ best zig-zag, with many numbers, become better than it in ten times as many judg
 """
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,7 +23,7 @@ from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle
 
 Mapped = Callable[..., Iterable]
-AUTOPILOT, HELMSMAN = ("curves", "multisines", "standard"), ("steps",)
+AUTOPILOT, HELMSMAN = ("standard", "curves", "multisines"), ("steps",)  # the soonest good one first
 AMPLITUDES = (0.1, 0.3, 1.0)  # shares of the range of the controls, of manoeuvres that are tried before any search
 SAME = 1e-3  # relative change of an expected sd below which the readings tell nothing
 _TIMED = 4  # judgements, of each process, by which the pace is measured
@@ -64,7 +64,7 @@ def families(
     }
     moved = tuple(control for control in controls(vehicle, limits) if control.column in (RPM, *acting))
     if not moved:
-        raise InputError(f"{vehicle.name}: has no control that may move within the limits")
+        raise InputError(f"{vehicle.name}: has no control that may move; give limits of one (bayesub new limits)")
     return {kind: Family(kind, vehicle, limits, moved, subproblem) for kind in kinds(limits, asked)}
 
 
@@ -195,8 +195,8 @@ class Plan:
         options = {"n_judgements": n_judgements, "mapped": self.mapped, "saved": saved, "progress": progress}
         return search(self.cost(kind), rng, **options, **start)
 
-    def brief(self, n_judgements: int, progress: Progress = SILENT) -> dict[str, Found]:
-        """Kind -> the best of a brief search of each family; a family that finds nothing within the limits is left out.
+    def brief(self, n_judgements: int, progress: Progress = SILENT) -> Iterator[dict[str, Found]]:
+        """Search each family briefly: kind -> its best, after each family that finds something within the limits.
 
         Raises
         ------
@@ -210,21 +210,26 @@ class Plan:
                 answers[kind] = self.search(kind, n_judgements, progress)
             except InputError as error:
                 fault = error
+            else:
+                yield dict(answers)
         if not answers:
             raise fault
-        return answers
 
     def thorough(self, answers: dict[str, Found], n_judgements: int, progress: Progress = SILENT) -> dict[str, Found]:
-        """The answers after more judgements: of the best family, and of curves that begin as its best manoeuvres."""
-        kind, n_refined = best(answers), 0
-        if "curves" in self.families:
-            n_refined = int((1.0 - _SHARE) * n_judgements)
-        progress.stage(f"{kind}, thoroughly")
-        n_before = answers[kind].n_judgements
-        answers = answers | {kind: self.search(kind, n_before + n_judgements - n_refined, progress)}
+        """The answers after more judgements: of the two best families, and of curves that begin as the best manoeuvres.
+
+        After a brief search the second is often the better one: curves are good at once, zig-zags soon.
+        """
+        n_refined = int((1.0 - _SHARE) * n_judgements) if "curves" in self.families else 0
+        chosen = sorted(answers, key=lambda kind: answers[kind].cost)[:2]
+        for kind in chosen:
+            progress.stage(f"{kind}, thoroughly")
+            n = answers[kind].n_judgements + (n_judgements - n_refined) // len(chosen)
+            answers = answers | {kind: self.search(kind, n, progress)}
         if not n_refined:
             return answers
-        progress.stage("free curves from the best")
+        progress.stage("curves from the best")
+        kind = best(answers)
         manoeuvres = self.cost(kind).manoeuvres(answers[kind].numbers)
         start = np.concatenate([at_knots(self.family(REFINED), manoeuvre) for manoeuvre in manoeuvres])
         return answers | {REFINED: self.search(REFINED, n_refined, progress, start=start, sigma=_SIGMA)}

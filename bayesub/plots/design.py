@@ -177,15 +177,15 @@ def draw_search(path, best: Mapping[str, np.ndarray], per_generation: Mapping[st
         axis.legend(fontsize=8)
 
 
-def draw_worth(path, minutes, sensors: Mapping[str, float], now: float, label: str) -> None:
+def draw_worth(path, minutes, again, sensors: Mapping[str, float], now: float, label: str) -> None:
     """What more time and each sensor bring.
 
     Parameters
     ----------
     path
         One or several, as :func:`bayesub.plots.style.figure` takes them.
-    minutes : pair of (n,) sequences
-        Lengths of the trial, min, and the measure at each.
+    minutes, again : dict of float to float
+        Length of the trial, min -> the measure; of the trial, and if it is flown a second time.
     sensors : dict of str to float
         What is changed -> the measure with it.
     now : float
@@ -193,18 +193,21 @@ def draw_worth(path, minutes, sensors: Mapping[str, float], now: float, label: s
     label : str
         What is measured.
     """
-    with style.figure(path, 9.0, max(2.8, 1.0 + 0.26 * len(sensors))) as figure:
+    with style.figure(path, 9.0, max(2.8, 1.0 + 0.24 * len(sensors))) as figure:
         left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.1])
-        left.plot(*minutes, "o-", color=style.POSTERIOR, ms=4)
+        left.plot(list(minutes), list(minutes.values()), "o-", color=style.POSTERIOR, ms=4, label="as designed")
+        left.plot(list(again), list(again.values()), "--", color=style.POSTERIOR, label="the same again")
         left.set(xlabel="length of the trial (min)", ylabel=label)
         left.set_ylim(bottom=0.0)
+        left.legend(loc="lower right", fontsize=8)
         places = np.arange(len(sensors))
-        right.barh(places, list(sensors.values()), color=style.READINGS, height=0.65)
+        colours = [style.PRIOR if name.startswith("without") else style.READINGS for name in sensors]
+        right.barh(places, list(sensors.values()), color=colours, height=0.65)
         right.axvline(now, color=style.TRUTH, lw=1.0)
         right.set_yticks(places, [style.plain(name) for name in sensors], fontsize=8)
         right.set_ylim(len(sensors) - 0.4, -0.6)
         right.grid(axis="y", visible=False)
-        right.set_xlabel(f"{label}; line: as designed")
+        right.set_xlabel(label)
 
 
 def in_units(log: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayesub.plots import design as plots
 from bayesub.plots.coefficients import labels
+from bayesub.report.design_numbers import measure_label
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,13 @@ def figures(design) -> Iterator[DesignFigure]:
         ),
     )  # fmt: skip
     yield DesignFigure(
+        "worth",
+        "What more time and other sensors would bring",
+        "Left, what is known if the trial ends earlier, and (dashed) if the same is flown again. Right, what is known "
+        "without each channel, and with instruments that the boat may not have; the line is the trial as designed.",
+        lambda path: _draw_worth(path, design),
+    )
+    yield DesignFigure(
         "search",
         "What was searched",
         "The best of each family by the number of manoeuvres that were judged so far; the lower the better.",
@@ -65,9 +73,24 @@ def figures(design) -> Iterator[DesignFigure]:
             path,
             {kind: found.best for kind, found in design.searches.items()},
             {kind: found.n_judgements // max(1, len(found.best)) for kind, found in design.searches.items()},
-            "cost of the best",
+            _cost_label(design),
         ),
     )
+
+
+def _cost_label(design) -> str:
+    if design.asked:
+        return "mean log of sd over that before"
+    is_count = hasattr(design.plan.goal, "share")
+    return f"minus a smooth count of\n{measure_label(design)}" if is_count else "cost of the best"
+
+
+def _draw_worth(path, design) -> None:
+    minutes = {minute: design.measure(information) for minute, information in design.minutes.items()}
+    end = max(minutes)
+    again = {end + m: design.measure(design.after + information) for m, information in design.minutes.items()}
+    sensors = {name: design.measure(information) for name, information in design.sensors.items()}
+    plots.draw_worth(path, minutes, again, sensors, design.measure(design.after), measure_label(design))
 
 
 def _manoeuvre(design, manoeuvre, suffix, number) -> DesignFigure:
@@ -80,10 +103,12 @@ def _manoeuvre(design, manoeuvre, suffix, number) -> DesignFigure:
         band = None if change is None else (depth - change, depth + change)
         plots.draw_manoeuvre(path, manoeuvre.times, {c: orders[c] for c in moved}, (times, states), band)
 
+    dives = design.judge.vehicle.equations.subproblem(design.judge.subproblem) != "horizontal"
     return DesignFigure(
         f"orders{suffix}",
         f"Manoeuvre{number}",
         f"Right, the orders of manoeuvre{suffix}.csv. Left, where the boat goes (blue), and "
-        f"{len(design.plan.range.sets) - 1} boats that the prior holds possible (grey). Dashed: the depth band.",
+        f"{len(design.plan.range.sets) - 1} boats that the prior holds possible (grey)."
+        + (" Dashed: the depth band." if dives else ""),
         draw,
     )

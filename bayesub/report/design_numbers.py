@@ -43,13 +43,22 @@ def numbers(design: DesignedTrial) -> dict:
         },
         "asked_for": [
             {
-                "name": name,
-                "unit": design.units.get(name, ""),
-                "sd_before": design.before.prior_sd_of(gradient),
-                "sd_standard": None if given is None else given.sd_of(gradient),
-                "sd_after": after.sd_of(gradient),
+                "name": asked.name,
+                "unit": asked.unit,
+                "value": asked.value,
+                "sd_before": design.before.prior_sd_of(asked.gradient),
+                "sd_standard": None if given is None else given.sd_of(asked.gradient),
+                "sd_after": after.sd_of(asked.gradient),
             }
-            for name, gradient in design.gradients.items()
+            for asked in design.asked
+        ],
+        "share": design.share,
+        "measure": measure_label(design),
+        "by_minute": {f"{minute:.4g}": design.measure(one) for minute, one in design.minutes.items()},
+        "by_sensor": {name: design.measure(one) for name, one in design.sensors.items()},
+        "towing_tank": [
+            {"name": v.name, "n_known": v.n_known, "gain": v.gain, "half_gain_sd": v.half_gain_sd}
+            for v in design.tank_values
         ],
         "coefficients": _coefficients(design),
         "margins": [[_margin(margin) for margin in margins] for margins in design.margins],
@@ -109,27 +118,37 @@ def _finite(content):
 
 
 def sentence(design: DesignedTrial) -> str:
-    """The answer with its numbers."""
-    n, given, after = len(design.after.names), design.after_standard, design.after
-    share = getattr(design.plan.goal, "share", 0.10)
-    counts = [information.n_known(share) for information in design.on_draws]
-    text = f"Known to {100 * share:g} %: {after.n_known(share)} of {n} coefficients"
-    text += f" ({min(counts)} to {max(counts)} on boats of the prior); before the trial {design.before.n_known(share)}"
+    """The answer with its numbers; what was asked for by name comes first."""
+    given, after, parts = design.after_standard, design.after, []
+    for asked in design.asked:
+        unit = f" {asked.unit}" if asked.unit else ""
+        text = (
+            f"{asked.name} = {asked.value:.3g}{unit}: expected sd {after.sd_of(asked.gradient):.2g}{unit}, before the "
+        )
+        text += f"trial {design.before.prior_sd_of(asked.gradient):.2g}"
+        parts.append(text + ("" if given is None else f", standard manoeuvre {given.sd_of(asked.gradient):.2g}"))
+    counts = [information.n_known(design.share) for information in design.on_draws]
+    known = f"Known to {100 * design.share:g} %: {after.n_known(design.share)} of {len(after.names)} coefficients"
+    known += f" ({min(counts)} to {max(counts)} on boats of the prior); before the trial "
+    known += f"{design.before.n_known(design.share)}"
     if given is not None:
-        times = f", flown {len(design.manoeuvres)} times," if len(design.manoeuvres) > 1 else ""
-        text += f", the standard manoeuvre '{design.standard.name}'{times} {given.n_known(share)}"
+        times = f", {len(design.manoeuvres)} times" if len(design.manoeuvres) > 1 else ""
+        known += f"; the standard manoeuvre ({design.standard.name}, {design.standard.duration:.4g} s{times}) "
+        known += f"{given.n_known(design.share)}"
     n_null = len(design.structural)
-    text += f"; {n_null} combination{'s' * (n_null != 1)} of coefficients stay{'s' * (n_null == 1)} out of reach "
-    text += "whatever is flown."
+    known += f"; {n_null} combination{'s' * (n_null != 1)} of coefficients stay{'s' * (n_null == 1)} out of reach "
+    parts.append(known + "whatever is flown")
     if any(design.margins):
         n_boats, n_within = boats_within(design)
-        text += f" {n_within} of {n_boats} boats that the prior holds possible keep all limits."
-    for name, gradient in design.gradients.items():
-        unit = f" {design.units[name]}" if design.units.get(name) else ""
-        text += f" {name}: expected sd {after.sd_of(gradient):.3g}{unit}"
-        text += f", before the trial {design.before.prior_sd_of(gradient):.3g}"
-        text += "." if given is None else f", after the standard manoeuvre {given.sd_of(gradient):.3g}."
-    return text
+        parts.append(f"{n_within} of {n_boats} boats that the prior holds possible keep all limits")
+    return ". ".join(parts) + "."
+
+
+def measure_label(design: DesignedTrial) -> str:
+    """What :meth:`DesignedTrial.measure` is."""
+    if design.asked:
+        return "sd of what was asked for (% of that before)"
+    return f"coefficients known to {100 * design.share:g} %"
 
 
 def boats_within(design: DesignedTrial) -> tuple[int, int]:

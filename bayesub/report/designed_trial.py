@@ -1,26 +1,60 @@
 """A designed trial, judged: what is expected of it, of the standard manoeuvre, and of any manoeuvre."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from bayesub.design import worth
 from bayesub.design.families import Family
 from bayesub.design.information import Information
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Range
 from bayesub.design.plan import Plan
 from bayesub.design.search import Found
+from bayesub.design.towing_tank import TankValue, unlocking
 from bayesub.identifiability import NullSpace, null_space
 from bayesub.io.errors import InputError
+from bayesub.io.log_files import STATES
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.problem.joint import JointProblem
+from bayesub.problem.nuisance import MOVING
+from bayesub.sensors import DVL, INS, Track, flat
+from bayesub.sensors.sensor import QUANTITIES
 
 STANDARD = {None: "coupled", "horizontal": "horizontal", "vertical": "vertical"}  # manoeuvre of each sub-problem
 N_DRAWS = 8  # boats of the prior at which the expected sds are looked at too
+FURTHER = {  # instruments that a boat may not have, as good as they are in trials
+    "position to 1 m": Track(position_sd_m=1.0, attitude_sd_deg=1.0, channels=("x", "y")),
+    "heading to 0.05 deg": INS(sd_deg=0.05, channels=("yaw",)),
+    "linear accelerations to 2 mm/s²": INS(sd_mps2=0.002, channels=("udot", "vdot", "wdot")),
+    "rates to 0.001 deg/s": INS(sd_degps=0.001, channels=("p", "q", "r")),
+    "a Doppler log of 1 mm/s": DVL(sd_mps=0.001),
+}
+TANK_SD, N_TANK = 0.05, 5  # relative sd of a value from a towing tank, and how many
+_PARTS = 10  # of a manoeuvre, at whose ends it is said what is known
 _WILD = (0.3, 1.0)  # shares of the range of the controls, of manoeuvres that need not keep any limit
 _SEED = 101  # of these manoeuvres
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A coefficient or quantity that was asked for by name.
+
+    Attributes
+    ----------
+    name, unit : str
+    value : float
+        At the coefficients of the vehicle.
+    gradient : (n,) array
+        By the coefficients.
+    """
+
+    name: str
+    unit: str
+    value: float
+    gradient: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -36,14 +70,12 @@ class DesignedTrial:
     kind : str
         The family of the manoeuvres.
     manoeuvres : tuple of Manoeuvre
-    gradients : dict of str to (n,) array
-        Coefficient or quantity that was asked for -> gradient by the coefficients.
-    units : dict of str to str
-        Of these quantities.
     goal : str
         What was asked for, in words.
     inputs : dict
         Everything that the design depends on, as JSON types.
+    asked : tuple of Asked
+        By name.
     """
 
     plan: Plan
@@ -52,8 +84,7 @@ class DesignedTrial:
     manoeuvres: tuple[Manoeuvre, ...]
     goal: str
     inputs: dict
-    gradients: dict[str, np.ndarray] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
+    asked: tuple[Asked, ...] = ()
 
     @property
     def judge(self) -> Judge:
@@ -77,7 +108,7 @@ class DesignedTrial:
 
     def _of(self, judge):
         by_trial = [judge.information(manoeuvre) for manoeuvre in self.manoeuvres]
-        return [sum(rest, first) for first, *rest in zip(*by_trial, strict=True)]
+        return [_total(parts) for parts in zip(*by_trial, strict=True)]
 
     @cached_property
     def standard(self) -> Manoeuvre | None:
@@ -91,6 +122,50 @@ class DesignedTrial:
             return None
         (information,) = replace(self.judge, draws=None).information(self.standard)
         return replace(information, gram=len(self.manoeuvres) * information.gram)
+
+    @property
+    def share(self) -> float:
+        """Of a value, to which coefficients are counted as known."""
+        return getattr(self.plan.goal, "share", 0.10)
+
+    def measure(self, information: Information) -> float:
+        """What is compared: known coefficients, or per cent of the sds before that are left of what was asked for."""
+        if self.asked:
+            return 100.0 * float(np.exp(self.plan.goal(information)))
+        return float(information.n_known(self.share))
+
+    @cached_property
+    def minutes(self) -> dict[float, Information]:
+        """Minutes -> what is known then, of several manoeuvres one after the other."""
+        known, begin, by_minute = self.before, 0.0, {0.0: self.before}
+        for manoeuvre in self.manoeuvres:
+            length = manoeuvre.duration / 60.0
+            ends = np.arange(1, _PARTS + 1) / _PARTS * length
+            for end, information in worth.by_minute(self.judge, manoeuvre, ends.tolist()).items():
+                by_minute[begin + end] = known + information
+            known, begin = by_minute[begin + ends[-1]], begin + length
+        return by_minute
+
+    @cached_property
+    def sensors(self) -> dict[str, Information]:
+        """What is changed -> what is known: without each channel, and with each further instrument."""
+        without = [worth.by_sensor(self.judge, manoeuvre) for manoeuvre in self.manoeuvres]
+        worths = (
+            {f"without {c}": _total(of[c].without for of in without) for c in without[0]} if len(without[0]) > 1 else {}
+        )
+        moving = MOVING.get(self.judge.vehicle.equations.subproblem(self.judge.subproblem), STATES)
+        extra = {
+            f"with {name}": [sensor for sensor in flat([instrument]) if QUANTITIES[sensor.quantity].changes(moving)]
+            for name, instrument in FURTHER.items()
+        }
+        extra = {name: sensors for name, sensors in extra.items() if sensors}
+        more = [worth.further_sensors(self.judge, manoeuvre, extra) for manoeuvre in self.manoeuvres]
+        return worths | {name: _total(of[name] for of in more) for name in extra}
+
+    @cached_property
+    def tank_values(self) -> list[TankValue]:
+        """Values from a towing tank that would tell most of what the trial leaves unknown."""
+        return unlocking(self.after, TANK_SD, N_TANK, share=self.share)
 
     @cached_property
     def margins(self) -> list[list]:
@@ -106,6 +181,12 @@ class DesignedTrial:
     def structural(self) -> NullSpace:
         """The null directions that stay if wild manoeuvres, which need not keep any limit, are flown too."""
         return structural(self.judge, self.plan.range, self.plan.families, self.manoeuvres)
+
+
+def _total(parts: Iterable[Information]) -> Information:
+    """What independent trials tell together."""
+    first, *rest = parts
+    return sum(rest, first)
 
 
 def standard(judge: Judge) -> Manoeuvre | None:

@@ -36,8 +36,8 @@ def design(
 ) -> dict:
     """Design manoeuvres into a folder.
 
-    ``manoeuvre.csv`` (or ``manoeuvre_1.csv`` ..), ``design.json`` and ``design.html`` are written when every family has
-    been searched briefly, and again at the end.
+    ``manoeuvre.csv`` (or ``manoeuvre_1.csv`` ..), ``design.json`` and ``design.html`` are written when a first family
+    of manoeuvres has been searched briefly, and again at the end.
 
     Parameters
     ----------
@@ -85,11 +85,13 @@ def design(
 
 
 def _stages(plan: Plan, budget: Budget, progress: Progress) -> Iterator[tuple[str, dict[str, Found]]]:
-    """The searches so far, after each stage."""
-    searches = plan.brief(budget.brief, progress)
-    yield "first answer", searches
-    if budget.rest:
-        yield "answer", plan.thorough(searches, budget.rest, progress)
+    """The searches so far: when a first family has found something, and at the end."""
+    searches = {}
+    for answers in plan.brief(budget.brief, progress):
+        if not searches:
+            yield "first answer", answers
+        searches = answers
+    yield "answer", plan.thorough(searches, budget.rest, progress) if budget.rest else searches
 
 
 def _budget(plan: Plan, request: Request, folder: Path, progress: Progress) -> Budget:
@@ -114,9 +116,7 @@ def _write(folder: Path, question: Question, plan: Plan, searches: dict[str, Fou
     words = {f"{key}_in_words": question.words[key] for key in ("sensors", "limits", "prior")}
     code = {key: config[key] for key in CODE}
     inputs = {"design": config["design"], "files": files, "files_sha256": config["files_sha256"]} | words | code
-    trial = DesignedTrial(
-        plan, searches, kind, written, question.words["goal"], inputs, question.gradients, question.units
-    )
+    trial = DesignedTrial(plan, searches, kind, written, question.words["goal"], inputs, question.asked)
     return report.write(folder, trial)
 
 

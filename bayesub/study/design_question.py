@@ -12,8 +12,9 @@ from bayesub.design.limits import N_DRAWS, Limits, Range, load_limits, usual_lim
 from bayesub.design.plan import families, refuse_uninformed, tried
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
+from bayesub.model import quantities
 from bayesub.model.vehicles import load_vehicle
-from bayesub.report.designed_trial import structural
+from bayesub.report.designed_trial import Asked, structural
 from bayesub.study.design_file import PRIOR_SD, read_design, usual_sensors
 from bayesub.study.known_before import KnownBefore, known_before
 from bayesub.study.provenance import copy_name, environment, file_digest
@@ -91,10 +92,8 @@ class Question:
     range : Range
     families : dict of str to Family
     goal : Goal
-    gradients : dict of str to (n,) array
-        Of what is asked for by name.
-    units : dict of str to str
-        Of the same.
+    asked : tuple of Asked
+        By name.
     words : dict of str to str
         Goal, sensors, limits and prior.
     """
@@ -103,8 +102,7 @@ class Question:
     range: Range
     families: dict[str, Family]
     goal: goals.Goal
-    gradients: dict[str, np.ndarray]
-    units: dict[str, str]
+    asked: tuple[Asked, ...]
     words: dict[str, str]
 
 
@@ -137,15 +135,15 @@ def pose(request: Request) -> Question:
     flights = Range(judge.vehicle, limits, sets, subproblem, judge.step_s)
     if request.limits is not None:
         flights.refuse(family.straight())
-    goal, gradients, units, meaning = goal_of(request.wanted, judge, flights, of_kinds)
-    refuse_uninformed(judge, manoeuvres, gradients)
+    goal, asked, meaning = goal_of(request.wanted, judge, flights, of_kinds)
+    refuse_uninformed(judge, manoeuvres, {one.name: one.gradient for one in asked})
     words = {
         "goal": meaning,
         "sensors": _sensors(judge) + ("" if request.sensors else " (the usual ones, as none are given)"),
         "limits": _limits(limits, request),
         "prior": _prior(file, known, judge),
     }
-    return Question(judge, flights, of_kinds, goal, gradients, units, words)
+    return Question(judge, flights, of_kinds, goal, asked, words)
 
 
 def drawn(judge: Judge, n: int, rng: np.random.Generator) -> np.ndarray:
@@ -158,8 +156,8 @@ def drawn(judge: Judge, n: int, rng: np.random.Generator) -> np.ndarray:
 
 def goal_of(
     wanted: tuple[str, ...], judge: Judge, flights: Range, of_kinds: dict[str, Family]
-) -> tuple[goals.Goal, dict[str, np.ndarray], dict[str, str], str]:
-    """The goal of what is asked for, gradients and units of what is asked for by name, and the goal in words."""
+) -> tuple[goals.Goal, tuple[Asked, ...], str]:
+    """The goal of what is asked for, what is asked for by name, and the goal in words."""
     criteria = [word for word in wanted if word in OPTIMALITY or word.startswith("known")]
     if criteria and len(wanted) > 1:
         raise InputError(
@@ -167,10 +165,8 @@ def goal_of(
             "quantities"
         )
     if not criteria:
-        gradients, units = {}, {}
-        for name in wanted:
-            gradients[name], units[name] = _gradient(name, judge)
-        return goals.Sharpest(list(gradients.values())), gradients, units, ", ".join(wanted)
+        asked = tuple(_asked(name, judge) for name in dict.fromkeys(wanted))
+        return goals.Sharpest([one.gradient for one in asked]), asked, ", ".join(one.name for one in asked)
     (word,) = criteria
     if word == "D":
         goal = goals.d_optimality
@@ -180,8 +176,8 @@ def goal_of(
         goal = goals.EOptimality(len(structural(judge, flights, of_kinds)))
     else:
         percent = _percent(word)
-        return goals.Known(0.01 * percent), {}, {}, f"as many coefficients as possible known to {percent:g} %"
-    return goal, {}, {}, OPTIMALITY[word]
+        return goals.Known(0.01 * percent), (), f"as many coefficients as possible known to {percent:g} %"
+    return goal, (), OPTIMALITY[word]
 
 
 def _percent(word: str) -> float:
@@ -194,17 +190,37 @@ def _percent(word: str) -> float:
     return percent
 
 
-def _gradient(name: str, judge: Judge) -> tuple[np.ndarray, str]:
-    """Gradient (n,) of a coefficient or quantity by the coefficients of a judge, and its unit."""
+def _asked(name: str, judge: Judge) -> Asked:
+    """A coefficient or quantity of a judge by its name."""
+    vehicle = judge.vehicle
     if name in judge.names:
-        return np.eye(len(judge.names))[judge.names.index(name)], judge.vehicle.equations.term(name).unit
-    if name in judge.vehicle.equations.index:
-        raise InputError(
-            f"--for {name}: is not among the coefficients to infer of {judge.vehicle.name}: it is zero, held, or has "
-            "no part in the motion"
+        place = judge.names.index(name)
+        return Asked(
+            name, vehicle.equations.term(name).unit or "", judge.values[place], np.eye(len(judge.names))[place]
         )
-    valid = ("known:10", *OPTIMALITY, *judge.names)
-    raise InputError(f"--for {name}: is no coefficient and no criterion{nearest(name, valid)}")
+    if name in vehicle.equations.index:
+        raise InputError(
+            f"--for {name}: is not among the coefficients to infer of {vehicle.name}: it is zero, held, or has no part "
+            "in the motion"
+        )
+    if name not in quantities.QUANTITIES:
+        valid = (DEFAULT, *OPTIMALITY, *judge.names, *quantities.QUANTITIES)
+        raise InputError(
+            f"--for {name}: is no criterion, coefficient or quantity{nearest(name, valid)}; quantities are "
+            f"{', '.join(quantities.QUANTITIES)}"
+        )
+    quantity = quantities.QUANTITIES[name]
+    if reason := quantity.reason(vehicle):
+        raise InputError(f"--for {name}: {vehicle.name} has none: {reason}")
+    (value,) = quantity.values(vehicle, vehicle.xi)
+    gradient = quantities.gradient(vehicle, quantity, judge.columns)
+    if not (np.isfinite(value) and np.isfinite(gradient).all()):
+        raise InputError(f"--for {name}: {vehicle.name} does not reach it; ask for another quantity")
+    if not gradient.any():
+        raise InputError(
+            f"--for {name}: depends on none of the coefficients to infer; ask for another, or change [free]"
+        )
+    return Asked(name, quantity.unit, float(value), gradient)
 
 
 def _sensors(judge: Judge) -> str:

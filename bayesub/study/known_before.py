@@ -63,6 +63,8 @@ def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
         raise InputError(f"--after {folder}: is not a run folder, {CONFIG} is missing")
     if "script_sha256" in config:
         raise InputError(f"--after {folder}: is the run of a script; give that of a study in TOML")
+    if "design" in config:
+        raise InputError(f"--after {folder}: is a design, which nobody has flown; give the run of a study of its log")
     result = load_result(folder)
     if result is None:
         raise InputError(f"--after {folder}: the run has not finished; continue it with bayesub run .. --resume")

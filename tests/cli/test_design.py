@@ -12,6 +12,8 @@ import pytest
 
 import bayesub as bs
 from bayesub.design.limits import load_limits
+from bayesub.model.quantities import QUANTITIES
+from bayesub.sampling import posterior_file
 
 COMMAND = [sys.executable, "-c", "from bayesub.__main__ import main; main()", "design"]
 FILES = ("manoeuvre.csv", "design.json", "design.html")
@@ -139,10 +141,11 @@ BAD = {
     "a missing file": ("--limits none.toml", "none.toml: cannot be read"),
     "sensors that tell nothing": ("--sensors pressure.toml", r"sensors \(depth_m\) tell nothing of any coefficient"),
     "a coefficient that the sensors do not tell": ("--sensors pressure.toml --for Nuv", "tell nothing of Nuv"),
-    "a typing error": ("--for Nuw", "--for Nuw: is no coefficient.*did you mean 'N"),
+    "a typing error": ("--for Nuw", "--for Nuw: is no criterion.*did you mean 'N"),
     "a criterion and a name": ("--for D --for Nuv", "--for D --for Nuv: contradict each other"),
     "no share": ("--for known:0", "expected known: and per cent"),
     "a coefficient without part": ("--for Zuw", "--for Zuw: is not among the coefficients to infer"),
+    "a quantity of another plane": ("--for vertical_stability", "vertical_stability: depends on none of the coefficients"),
     "no family": ("--family curve", "--family curve: unknown: did you mean 'curves'"),
     "curves for a helmsman": ("--limits helmsman.toml --family curves", "contradicts orders_an_hour"),
     "time twice": ("--minutes 1", "--minutes and --judgements exclude each other"),
@@ -188,3 +191,72 @@ def test_bad_input_is_one_line(case, folder, bayesub):
     assert re.search(message, err), err
     assert err.count("\n") == 1
     assert not (folder / "trial" / "config.toml").exists()
+
+
+def test_a_quantity_first(folder, bayesub):
+    """Its expected sd comes first in the answer, and falls with time and with a sensor that reads what it needs."""
+    options = ("--limits", "limits.toml", "--sensors", "sensors.toml", "--family", "standard", *QUICK)
+    wanted = ("--for", "tactical_diameter_m", "--for", "straight_line_stability")
+    status, out, err = bayesub("design", "auv690", *options, *wanted, "-o", "trial")
+    assert status == 0, err
+    assert ": tactical_diameter_m = " in out
+    numbers = json.loads((folder / "trial" / "design.json").read_text())
+    boat = bs.load_vehicle("auv690")
+    (value,) = QUANTITIES["tactical_diameter_m"].values(boat, boat.xi)
+    assert numbers["asked_for"][0]["value"] == pytest.approx(value)
+    assert all(q["sd_after"] < 0.5 * q["sd_before"] for q in numbers["asked_for"])
+    left = list(numbers["by_minute"].values())
+    assert left == sorted(left, reverse=True)
+    assert left[0] == pytest.approx(100.0)
+    ratios = [q["sd_after"] / q["sd_before"] for q in numbers["asked_for"]]
+    assert left[-1] == pytest.approx(100.0 * np.sqrt(np.prod(ratios)))
+    assert numbers["by_sensor"]["without r"] > left[-1] > numbers["by_sensor"]["with rates to 0.001 deg/s"]
+    assert {v["name"] for v in numbers["towing_tank"]} <= {c["name"] for c in numbers["coefficients"]}
+
+
+STUDY = """
+name = "first"
+vehicle = "auv690"
+manoeuvre = "horizontal"
+seed = 3
+dt_s = 0.4
+sensors = [{ kind = "dvl", sd_mps = 0.02, interval_s = 4.0, channels = ["u_ground", "v_ground"] }]
+free = { coefficients = ["Xuu", "Yuv", "Nuv"] }
+prior = { kind = "relative_normal", sd = 0.25 }
+baselines = { linear_least_squares = false, sqp_starts = 0 }
+"""
+
+
+def test_after_a_first_trial(folder, bayesub):
+    """The posterior of a run is the prior; a run that is not finished or has not converged is refused."""
+    (folder / "first.toml").write_text(STUDY)
+    assert bayesub("run", "first.toml", "-o", "first")[0] == 0
+    options = ("--limits", "limits.toml", "--family", "standard", *QUICK, "--after", "first")
+    status, out, err = bayesub("design", "auv690", *options, "-o", "second")
+    assert status == 0, err
+    assert "the posterior of first of 3 coefficients" in out
+    numbers = json.loads((folder / "second" / "design.json").read_text())
+    posterior = posterior_file.load(folder / "first" / "posterior.nc")
+    for coefficient in numbers["coefficients"]:
+        place = posterior.names.index(coefficient["name"])
+        assert coefficient["value"] == pytest.approx(posterior.mean[place])
+        assert coefficient["sd_before"] == pytest.approx(posterior.sd[place])
+        assert coefficient["sd_after"] < coefficient["sd_before"]
+    refused = {
+        "is a run of 'auv690', not of 'suboff'": ("suboff", "first"),
+        "is not a run folder": ("auv690", "second/costs"),
+        "is a design": ("auv690", "second"),
+    }
+    for message, (vehicle, run) in refused.items():
+        status, _, err = bayesub("design", vehicle, "--after", run, "-o", "third")
+        assert (status, err.count("\n")) == (2, 1)
+        assert message in err
+    outcome = folder / "first" / "outcome.json"
+    saved = json.loads(outcome.read_text())
+    outcome.write_text(json.dumps(saved | {"verdict": "not converged"}))
+    status, _, err = bayesub("design", "auv690", *options, "-o", "third")
+    assert status == 2
+    assert "has not converged" in err
+    assert "max_steps" in err
+    outcome.unlink()
+    assert "has not finished" in bayesub("design", "auv690", *options, "-o", "third")[2]
