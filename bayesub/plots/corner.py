@@ -19,14 +19,14 @@ from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import PRIOR_PROBABILITIES, labels, prior_density, ratios, starred
 
-PARAMETERS = 10  # of a corner
+PARAMETERS = 8  # of a corner
 STRONG = 0.8  # correlation of a trade-off that is drawn before the null directions
 DRAWS = 20_000
 GAP = 0.06  # between panels, of which each is one unit with its gap
 SIDE = 1.0 - GAP
 SHARES = (0.5, 0.9)  # of the draws within each contour
 REACH = 3.3  # prior standard deviations from the middle to the edge of a panel of directions
-_EACH = 3  # directions of each kind
+_EACH = 2  # directions of each kind
 _CELLS = 30  # of a panel in each direction
 _SMOOTHING = 1.0  # cells
 _BINS = 25  # of a marginal
@@ -167,7 +167,7 @@ def draw_directions(path, posterior, spectrum, equations: EquationSet, *, refere
 
 
 def chosen_directions(spectrum) -> list[tuple[str, str, list[int]]]:
-    """Kind, colour and positions of directions: of each kind the first, the middle and the last."""
+    """Kind, colour and positions of directions: of each kind the first and the last."""
     n, n_null, n_stiff = len(spectrum.names), spectrum.n_null, spectrum.n_informed
     bounds = (
         ("stiff", style.POSTERIOR, 0, n_stiff),
@@ -208,7 +208,7 @@ class _figure:
     """A figure of one axis for n panels on each side, with their frames."""
 
     def __init__(self, path, n):
-        beside = 0.1 if n > 4 else 1.6  # where the legend stands
+        beside = 0.1 if n > 4 else 2.2  # where the legend stands
         self.n, size = n, 0.82 * n + 1.3
         self.figure = style.figure(path, size + beside, size, (0.85, 0.1 + beside, 0.85, 0.45))
 

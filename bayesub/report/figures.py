@@ -134,9 +134,9 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
     yield ReportFigure(
         "directions",
         f"The posterior along directions of coefficient space: of {n_all}, {n_stiff} are stiff, "
-        f"{n_all - n_stiff - n_null} sloppy and {n_null} null; at most three of each kind, with their two largest "
-        "entries. All panels have one scale, prior standard deviations from the prior mean. What the data know "
-        "is a thin line; what they do not see is as wide as the prior (dashed: a normal of its spread)."
+        f"{n_all - n_stiff - n_null} sloppy and {n_null} null; the first and the last of each kind, with their "
+        "two largest entries. All panels have one scale, prior standard deviations from the prior mean. What is known "
+        "is a thin line; what nobody sees is as wide as the prior (dashed: a normal of its spread)."
         f"{' Black: the truth.' if word == 'truth' else ''}{points}",
         lambda path: corner.draw_directions(
             path, sample, spectrum, equations, reference=reference if word == "truth" else None, sets=sets

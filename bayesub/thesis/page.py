@@ -69,11 +69,8 @@ def _links(folder: Path, section: TableSection) -> list[str]:
         return [f"Study {study}: {NOT_RUN}.", ""]
     files = {text: f"{study}/{file}" for text, file in section.figures.items()}
     drawn = [f"[{text}]({file})" for text, file in files.items() if (folder / file).exists()]
-    return [
-        f"Study [{study}]({gallery.entry(folder / study).page or study})"
-        + (f"; thesis {', '.join(drawn)}." if drawn else "."),
-        "",
-    ]
+    place = gallery.entry(folder / study).page or study
+    return [f"Study [{study}]({place})" + (f"; thesis {', '.join(drawn)}." if drawn else "."), ""]
 
 
 def _table(rows: list[Row]) -> list[str]:

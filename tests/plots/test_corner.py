@@ -49,19 +49,8 @@ def test_trade_offs_come_first_and_null_directions_have_their_places():
     names = [f"a{k}" for k in range(30)]
     pairs = [(f"a{2 * k}", f"a{2 * k + 1}", 0.99 - 0.01 * k) for k in range(8)]
     null = [{"a29": 1.0, "a28": 0.5, "a27": 0.1}, {"a26": 1.0}]
-    assert chosen_names(posterior_of(names, pairs), null) == [
-        "a0",
-        "a1",
-        "a2",
-        "a3",
-        "a4",
-        "a5",
-        "a26",
-        "a27",
-        "a28",
-        "a29",
-    ]
-    assert chosen_names(posterior_of(names, pairs)) == [f"a{k}" for k in range(10)]
+    assert chosen_names(posterior_of(names, pairs), null) == ["a0", "a1", "a2", "a3", "a26", "a27", "a28", "a29"]
+    assert chosen_names(posterior_of(names, pairs)) == [f"a{k}" for k in range(8)]
 
 
 def test_few_parameters_are_all_there():
@@ -70,11 +59,11 @@ def test_few_parameters_are_all_there():
 
 
 def test_directions_of_each_kind():
-    """The first, the middle and the last; a kind without directions is left out."""
+    """The first and the last; a kind without directions is left out."""
     values = np.array([1e4, 1e3, 1e2, 10.0, 2.0, 0.5, 0.1, 1e-14])
     some = Spectrum(tuple("abcdefgh"), values, np.eye(8), np.ones(8), 1, np.ones(8))
     assert [(kind, places) for kind, _, places in corner.chosen_directions(some)] == [
-        ("stiff", [0, 2, 4]),
+        ("stiff", [0, 4]),
         ("sloppy", [5, 6]),
         ("null", [7]),
     ]

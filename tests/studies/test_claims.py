@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from bayesub.study import script
+from bayesub.study.run_folder import saved_config
 from bayesub.thesis.cases import CASES
 from bayesub.thesis.optimisers import mean_with_error, shares_further
 
@@ -37,7 +38,7 @@ def test_a_committed_run_is_drawn_again(name, tmp_path):
     """The page says the same, and every figure is there."""
     committed = ROOT / "figures" / name
     shutil.copy(committed / "numbers.json", tmp_path)
-    result = script.redraw(tmp_path, {"name": name, "quick_run": False}, ROOT / "studies" / f"{name}.py")
+    result = script.redraw(tmp_path, saved_config(committed), ROOT / "studies" / f"{name}.py")
     assert (result.verdict, result.text) == ("claim holds", "")
     assert (tmp_path / f"{name}.md").read_text() == (committed / f"{name}.md").read_text()
     assert {file.name for file in tmp_path.glob("*.png")} == {file.name for file in committed.glob("*.png")}

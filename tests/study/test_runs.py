@@ -15,6 +15,7 @@ from bayesub.cli import app
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT
 from bayesub.study import provenance, runs
+from bayesub.study.redraw import redraw
 from bayesub.study.result import load_result
 
 HOLDS = '''"""Does it hold?"""
@@ -36,6 +37,20 @@ def draw(run, numbers):
 def claims(numbers):
     yield numbers["answer"] == 42, "said of nothing"
     yield numbers["answer"] == 43, "not <b>this</b> time"
+'''
+DRAWS = '''"""Is it drawn?"""
+FIGURES = {"first": "What is first."}
+ANSWER = "It is {off_m; max; .1f} m."
+def compute(run):
+    run.save_arrays("arrays", x=[1.0])
+    return {"off_m": [2.0, 3.5]}
+def draw(run, numbers):
+    run.page(["a table"])
+    for name in ("first", "second"):
+        for path in run.figure(name):
+            path.write_bytes(b"")
+        run.load_arrays("arrays")
+def claims(numbers): yield True, ""
 '''
 BREAKS = '''"""Is a bug a reason to stop?"""
 def compute(run):
@@ -179,6 +194,28 @@ def test_the_index_lists_runs_and_escapes_what_studies_say(studies, tmp_path, ca
     assert all((tmp_path / "out" / link).exists() for link in page.links)
 
 
+def test_the_index_shows_the_first_picture_of_a_page(studies, tmp_path):
+    """And links the page; arrays that are missing leave the pictures that are there, and the page is written anew."""
+    (studies / "b_holds.py").write_text(DRAWS)
+    folder = tmp_path / "out" / "b_holds"
+    bs.run(studies / "b_holds.py", folder)
+    page = Page(runs.write_index(tmp_path / "out").read_text())
+    assert set(page.links) == {"b_holds/b_holds.md", "b_holds/first.png"}
+    (folder / "arrays.npz").unlink()
+    (folder / "b_holds.md").unlink()
+    with pytest.raises(InputError, match=r"arrays.npz: is missing, and figures that need it cannot be drawn"):
+        redraw(folder)
+    text = (folder / "b_holds.md").read_text()
+    for words in (
+        "*first.* What is first.",
+        "*second.* Second.",
+        "a table",
+        "**Answer.** It is 3.5 m.",
+        "The claim holds",
+    ):
+        assert words in text
+
+
 def test_verdicts_as_json(studies, tmp_path, capsys):
     status, out = run(studies, "-o", tmp_path / "out", "--json", capsys=capsys)
     assert status == 1
@@ -220,7 +257,9 @@ def test_a_failed_claim_leaves_numbers_and_figures(studies, tmp_path, capsys):
     status, out = run(studies / "c_fails.py", "-o", tmp_path / "run", capsys=capsys)
     assert (status, out.splitlines()[-1]) == (1, "CLAIM FAILED: not <b>this</b> time")
     assert json.loads((tmp_path / "run/numbers.json").read_text()) == {"answer": 42}
-    assert (tmp_path / "run/c_fails.md").read_text() == "drawn\n"
+    page = (tmp_path / "run/c_fails.md").read_text()
+    assert "\n\ndrawn\n" in page
+    assert "**Verdict.** The claim fails: not &lt;b>this&lt;/b> time." in page
     with pytest.raises(AssertionError, match="two"):
         run(studies / "a_breaks.py", "-o", tmp_path / "other", capsys=capsys)
     assert not (tmp_path / "other/outcome.json").exists()
