@@ -5,7 +5,7 @@ import json
 import click
 
 from bayesub.cli.arguments import executor_of
-from bayesub.io.terminal import console, say
+from bayesub.io.terminal import console
 
 
 @click.command(epilog="Example: bayesub bench --quick")
