@@ -21,7 +21,7 @@ import numpy as np
 import bayesub as bs
 from bayesub.thesis import optimiser_tables as tables
 from bayesub.thesis.cases import CASES
-from bayesub.thesis.optimisers import compare, ifac_cases, mean_with_error, shares_further
+from bayesub.thesis.optimisers import compare, mean_with_error, shares_further
 from bayesub.thesis.plots import campaign
 
 N_STARTS, N_FREE_STARTS = 50, 5  # by the thesis's rule, and of each search to its own end
@@ -54,12 +54,10 @@ Gauss-Newton with exact Jacobians finds every coefficient to a millionth from
 
 
 def compute(run):
-    """Every case, and those of the thesis's paper of 2003."""
+    """Every case."""
     effort = QUICK if run.quick else (N_STARTS, N_FREE_STARTS, MAX_ITERATIONS)
     pairs = QUICK_CASES if run.quick else CASES
-    makes = {" ".join(pair): partial(compare, *pair, *effort) for pair in pairs}
-    *cases, ifac = run.parts("cases", makes | {"IFAC": partial(ifac_cases, effort[-1])}).values()
-    return {"cases": dict(zip(makes, cases, strict=True)), "ifac": ifac}
+    return {"cases": run.parts("cases", {" ".join(pair): partial(compare, *pair, *effort) for pair in pairs})}
 
 
 def draw(run, numbers):
@@ -69,12 +67,9 @@ def draw(run, numbers):
         campaign.draw_costs(run.figure(f"{stem}_costs"), case)
         sets = (np.array(search["ratios"]), np.array(search["starts"]))
         campaign.draw_coefficients(run.figure(f"{stem}_coefficients"), case["names"], *sets, BOUNDS)
-    for name, case in numbers["ifac"].items():
-        sets = (np.array([case["ratios"]]), np.array([case["starts"]]))
-        campaign.draw_coefficients(run.figure(f"ifac_{name}"), case["names"], *sets, case["bounds"])
     campaign.draw_accuracy(run.figure("accuracy"), numbers["cases"])
     campaign.draw_noise(run.figure("noise"), numbers["cases"])
-    run.page(tables.page(numbers["cases"], numbers["ifac"]))
+    run.page(tables.page(numbers["cases"]))
 
 
 def claims(numbers):

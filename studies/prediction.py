@@ -95,17 +95,18 @@ def tables(numbers):
     yield "Largest position errors, `ours / thesis = ratio`, in m on a boat as long as suboff: those of the AUVs times"
     yield "102.26 m over their length. Over all identified sets and manoeuvres (thesis Table 29):\n"
     words = {"max": "maximum", "mean": "mean", "median": "median", "min": "minimum"}
-    cells = {words[key]: lambda r, key=key: scaled(r["name"], r["all"][key], published[key]) for key in STATISTICS}
+    cells = {
+        words[key]: lambda r, key=key: scaled(r["name"], r["all"][key], published["all"][key]) for key in STATISTICS
+    }
     own = {"on its own manoeuvre, mean": lambda r: scaled(r["name"], r["own_manoeuvre_mean_m"])}
     yield from columns(named(numbers), vehicle | cells | own)
     yield "\nMean over the manoeuvres (Tables 30-32):\n"
-    keys = {f"{key} set": f"{key}_set_mean" for key in SETS}
-    keys |= {"simulation": "simulation_accuracy_mean", "random": "ten_percent_random_mean", "posterior": None}
+    keys = {f"{key} set": key for key in SETS} | {key: key for key in ("simulation", "random", "posterior")}
     cells = {
-        key: lambda r, key=key: scaled(
-            r["name"], r["kinds"][key.removesuffix(" set")]["mean"], published.get(keys[key])
+        word: lambda r, key=key: scaled(
+            r["name"], r["kinds"][key]["mean"], published["position"].get(key, {}).get("mean")
         )
-        for key in keys
+        for word, key in keys.items()
     }
     yield from columns(named(numbers), vehicle | cells)
     yield "\nShare of true positions inside central posterior predictive bands; shares of the variance of log errors:\n"

@@ -36,6 +36,15 @@ WEIGHT = 10.0  # samples of the thesis to one of ours
 
 def published() -> dict:
     """The thesis's numbers: table -> rows or columns, submarines 1 to 3 in order."""
+    return {name: section for name, section in _results().items() if name != "tables"}
+
+
+def legible() -> dict:
+    """Rows of each table of the thesis: how many it has, how many the scan leaves legible, and where they are."""
+    return _results()["tables"]
+
+
+def _results() -> dict:
     return tomllib.loads((resources.files("bayesub.thesis") / "thesis_results.toml").read_text(encoding="utf-8"))
 
 
@@ -66,8 +75,13 @@ def free_coefficients(boat: Vehicle, manoeuvre: str) -> list[str]:
     return [name for name in active if name not in held(manoeuvre)]
 
 
-def track_problem(boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, rng=None, sd=1.0) -> Problem:
+def track_problem(
+    boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, rng=None, sd=1.0, position_sd=None
+) -> Problem:
     """The track whose sum of squared residuals is the cost of the thesis when `sd` (m and degrees) is one.
+
+    `position_sd` (m) is that of the positions if it differs: the boat's :func:`length_scale` makes the cost that of a
+    boat as long as suboff.
 
     That cost is in the model manual, section 10.
     It is sampled every second and weighted ten-fold, for the thesis's every 0.1 s; times scale with length over speed.
@@ -75,7 +89,7 @@ def track_problem(boat: Vehicle, manoeuvre: str, free, *, centre=None, xi=None, 
     """
     flown = load_manoeuvre(manoeuvre, boat)
     truth = Simulator(boat, flown, flown.times).trajectory(boat.xi)
-    sensor = Track(sd / np.sqrt(WEIGHT), sd / np.sqrt(WEIGHT), time_scale(boat))
+    sensor = Track((position_sd or sd) / np.sqrt(WEIGHT), sd / np.sqrt(WEIGHT), time_scale(boat))
     record = observe(truth, sensor, rng)
     prior = priors.relative_normal(0.25, boat.xi if centre is None else centre)
     return Problem(boat, flown, record, free=free, prior=prior, xi=xi, dt=truth.simulator.step)

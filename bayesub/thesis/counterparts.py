@@ -39,8 +39,15 @@ class Entry:
     ours : key paths in ``numbers.json`` with {0}, {1}, {vehicle} and ``*``; none if there is no counterpart
     statistic : of the values at each path
     combine : statistic of what the paths give
+    over : key paths of what `ours` is divided by, one for each of its values
+    over_statistic : of the values at each of these paths
+    orders : whether the decimal logarithm of the quotient is the row's
     times : the study's unit in the thesis's
     on_suboff : whether lengths are scaled to a boat as long as suboff
+    also_on_suboff : whether they stand beside the unscaled ones
+    compared : whether the row has a ratio
+    percentile : whether the row says where among our values the thesis's lies, instead of a ratio
+    study : whose numbers they are, if not the section's
     """
 
     thesis: str
@@ -49,8 +56,15 @@ class Entry:
     ours: tuple[str, ...] = ()
     statistic: str = "all"
     combine: str = "all"
+    over: tuple[str, ...] = ()
+    over_statistic: str = "all"
+    orders: bool = False
     times: float = 1.0
     on_suboff: bool = False
+    also_on_suboff: bool = False
+    compared: bool = True
+    percentile: bool = False
+    study: str = ""
 
     def keys(self, path: tuple[str, ...]) -> list[str] | None:
         """The keys of a row that ``*`` stands for; None if the row is another entry's."""
@@ -59,15 +73,22 @@ class Entry:
             return None
         return [key for p, key in zip(pattern, path, strict=True) if p == "*"]
 
-    def values(self, numbers: dict, keys: list[str]) -> list:
+    def values(self, numbers: dict, keys: list[str], *, on_suboff: bool) -> list:
         """Our values, in the thesis's unit; KeyError if the run has not kept them."""
+        results = STATISTICS[self.combine](self._at(numbers, keys, self.ours, self.statistic, on_suboff))
+        if self.over:
+            divisors = self._at(numbers, keys, self.over, self.over_statistic, on_suboff=False)
+            results = [a / b for a, b in zip(results, divisors, strict=True)]
+        return np.log10(results).tolist() if self.orders else results
+
+    def _at(self, numbers, keys, paths, statistic, on_suboff) -> list:
         results = []
-        for path in self.ours:
+        for path in paths:
             for vehicle in thesis.VEHICLES if "{vehicle}" in path else thesis.VEHICLES[:1]:
-                values = STATISTICS[self.statistic](at(numbers, path.format(*keys, vehicle=vehicle)))
-                scale = self.times * (_to_suboff(vehicle) if self.on_suboff else 1.0)
+                values = STATISTICS[statistic](at(numbers, path.format(*keys, vehicle=vehicle)))
+                scale = self.times * (1.0 / thesis.length_scale(load_vehicle(vehicle)) if on_suboff else 1.0)
                 results += values if scale == 1.0 else [scale * value for value in values]
-        return STATISTICS[self.combine](results)
+        return results
 
 
 @dataclass(frozen=True)
@@ -79,13 +100,15 @@ class TableSection:
     title : heading on the page
     rows : counterparts
     study : whose numbers they are
-    figures : figures of the thesis -> file in the study's folder
+    figures : figures of the thesis -> file in the study's folder, or in a folder of runs
+    of : the table whose rows stand here a second time, beside another study; empty for those of its own
     """
 
     title: str
     rows: list[Entry]
     study: str = ""
     figures: dict[str, str] = field(default_factory=dict)
+    of: str = ""
 
 
 @dataclass(frozen=True)
@@ -96,53 +119,98 @@ class Row:
     ----------
     path : key path in ``thesis_results.toml``, the section first
     label : of the row
-    thesis : values
+    thesis : values; not a number where the scan is not legible
     ours : values, or a word that says why there are none
-    sentence : remark
+    entry : how they are compared
+    scaled : our values on a boat as long as suboff where `ours` are in the boats' own metres; empty otherwise
     """
 
     path: tuple[str, ...]
     label: str
     thesis: list
     ours: list | str
-    sentence: str
+    entry: Entry
+    scaled: list = field(default_factory=list)
+
+    @property
+    def sentence(self) -> str:
+        """Remark on the counterpart."""
+        return self.entry.sentence
 
     @property
     def ratios(self) -> list[float]:
         """Ours over the thesis's one by one, or of the means if the thesis has fewer; empty unless both are numbers."""
-        if isinstance(self.ours, str) or any(isinstance(v, str) for v in self.thesis + self.ours):
+        return self._over_thesis(self.ours) if self.entry.compared and not self.entry.percentile else []
+
+    @property
+    def scaled_ratios(self) -> list[float]:
+        """As `ratios`, of what is scaled."""
+        return self._over_thesis(self.scaled) if self.scaled else []
+
+    @property
+    def percentile(self) -> float | None:
+        """Percentage of our values that are below the thesis's; None if the row does not ask or has no values."""
+        if not self.entry.percentile or isinstance(self.ours, str):
+            return None
+        return 100.0 * float(np.mean(np.array(self.ours) < self.thesis[0]))
+
+    def _over_thesis(self, ours: list | str) -> list[float]:
+        if isinstance(ours, str) or any(isinstance(v, str) for v in self.thesis + ours):
             return []
-        if len(self.ours) != len(self.thesis):
-            return [float(np.mean(self.ours) / np.mean(self.thesis))]
-        return (np.array(self.ours) / np.array(self.thesis)).tolist()
+        if len(ours) != len(self.thesis):
+            return [float(np.mean(ours) / np.mean(self.thesis))]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return (np.array(ours) / np.array(self.thesis)).tolist()
 
 
 def comparison(ours: float, theirs: float | None) -> str:
     """Our number, the thesis's and their ratio; ours alone where the thesis has none."""
-    return f"{ours:.3g}" if theirs is None else f"{ours:.3g} / {theirs:.3g} = {ours / theirs:.2g}"
+    return f"{ours:.3g}" if theirs is None or np.isnan(theirs) else f"{ours:.3g} / {theirs:.3g} = {ours / theirs:.2g}"
 
 
-def load() -> tuple[dict[str, TableSection], dict[str, str], dict[str, str]]:
-    """Sections by name, reasons for what has no row, and what of the thesis studies without a row take further."""
+@dataclass(frozen=True)
+class Counterparts:
+    """What stands beside the thesis.
+
+    Attributes
+    ----------
+    sections : by name
+    figures : figures of the thesis that belong to no table -> file in a folder of runs
+    elsewhere : what has no row -> why
+    beyond : study without a row -> what of the thesis it takes further
+    """
+
+    sections: dict[str, TableSection]
+    figures: dict[str, str]
+    elsewhere: dict[str, str]
+    beyond: dict[str, str]
+
+
+def load() -> Counterparts:
+    """Everything of ``counterparts.toml``."""
     content = tomllib.loads((resources.files("bayesub.thesis") / "counterparts.toml").read_text(encoding="utf-8"))
-    elsewhere, beyond = content.pop("elsewhere"), content.pop("beyond")
+    others = [content.pop(name) for name in ("figures", "elsewhere", "beyond")]
     sections = {
         name: TableSection(**section | {"rows": [Entry(**entry) for entry in section["rows"]]})
         for name, section in content.items()
     }
-    return sections, elsewhere, beyond
+    return Counterparts(sections, *others)
 
 
 def rows(folder: Path, name: str, section: TableSection) -> list[Row]:
     """The rows of a section in the thesis's order, ours from a folder of runs; KeyError if no entry covers one."""
-    numbers = _read(folder / section.study / NUMBERS) if section.study else None
+    studies = {section.study, *(entry.study for entry in section.rows)}
+    numbers = {study: _read(folder / study / NUMBERS) if study else None for study in studies}
     lines = []
-    for path, theirs in leaves(thesis.published()[name]):
+    for path, theirs in leaves(thesis.published()[section.of or name]):
         entry, keys = next(((e, k) for e in section.rows if (k := e.keys(path)) is not None), (None, []))
         if entry is None:
             raise KeyError(f"{name}/{'/'.join(path)} has neither a counterpart nor a reason")
         label = entry.label.format(*(key.replace("_", " ") for key in keys)) + (" *" if entry.on_suboff else "")
-        lines.append(Row((name, *path), label, theirs, _ours(entry, numbers, keys), entry.sentence))
+        content = numbers[entry.study or section.study]
+        ours = _ours(entry, content, keys, entry.on_suboff)
+        scaled = _ours(entry, content, keys, True) if entry.also_on_suboff and not isinstance(ours, str) else []
+        lines.append(Row((name, *path), label, theirs, ours, entry, scaled))
     return lines
 
 
@@ -171,13 +239,13 @@ def at(numbers: dict, path: str) -> list:
     return values
 
 
-def _ours(entry: Entry, numbers: dict | None, keys: list[str]) -> list | str:
+def _ours(entry: Entry, numbers: dict | None, keys: list[str], on_suboff: bool) -> list | str:
     if not entry.ours:
         return NONE
     if numbers is None:
         return NOT_RUN
     try:
-        return entry.values(numbers, keys)
+        return entry.values(numbers, keys, on_suboff=on_suboff)
     except KeyError:
         return NOT_KEPT
 
@@ -189,7 +257,3 @@ def _read(file: Path) -> dict | None:
         return json.loads(file.read_text(encoding="utf-8"))
     except ValueError as error:
         raise InputError(f"{file}: is damaged ({error}); run the study again") from None
-
-
-def _to_suboff(vehicle: str) -> float:
-    return load_vehicle("suboff").length_m / load_vehicle(vehicle).length_m

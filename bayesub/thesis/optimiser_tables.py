@@ -18,7 +18,7 @@ _KINDS = {
 }
 
 
-def page(cases: dict, ifac: dict) -> Iterator[str]:
+def page(cases: dict) -> Iterator[str]:
     """Markdown, with the thesis's figure and the ratio of ours to it where it has one."""
     yield "SQP (thesis Tables 10-27; means over the starts; `ours / thesis = ratio`). Further than they began: of the"
     yield "coefficients by their medians over the starts, and of those of a search, mean with its 95 % interval.\n"
@@ -32,8 +32,6 @@ def page(cases: dict, ifac: dict) -> Iterator[str]:
     yield from linear_table(cases)
     yield "\nNoise: coefficients lost (standard error above 10 %).\n"
     yield from noise_table(cases)
-    yield "\nIFAC 2003 Table 1 (appendix G).\n"
-    yield from ifac_table(ifac)
 
 
 def _ends(case, kind) -> str:
@@ -142,29 +140,5 @@ def noise_table(cases: dict) -> list[str]:
             "lost first, half, all": quantiles("track_m", "mm"),
             "lost at 1 cm/s by linear least squares": lost("velocity_mps", 1e-2),
             "lost first, half": quantiles("velocity_mps", "mm/s"),
-        },
-    )
-
-
-def ifac_table(ifac: dict) -> list[str]:
-    """Table 1 of the paper of 2003."""
-    table = published()["ifac_2003"]
-
-    def against(key, title):
-        return lambda r: comparison(r[key], table[title].get(r["name"]))
-
-    def at_truth(r):
-        return comparison(r["cost_at_truth"], table["case3_cost_at_truth"]) if r["name"] == "case3" else "0"
-
-    return columns(
-        named(ifac),
-        {
-            "case": itemgetter("name"),
-            "m": lambda r: len(r["names"]),
-            "starting cost": against("starting_cost", "starting_cost"),
-            "converged cost": against("converged_cost", "converged_cost"),
-            "largest position error (m)": against("position_m", "max_position_error_m"),
-            "cost at the truth": at_truth,
-            "at bounds": lambda r: r["at_bounds"],
         },
     )

@@ -5,7 +5,7 @@ from scipy import stats
 
 from bayesub.baselines import linear_least_squares, linear_programme, sqp, trust_region
 from bayesub.baselines.estimate import Estimate
-from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES
+from bayesub.model.coefficients import INDEX, NAMES
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
@@ -98,18 +98,22 @@ def shares_further(search: dict) -> np.ndarray:
 def linear_fits(boat: Vehicle, systems: dict, held, names) -> dict:
     """Relative errors without noise of linear programming and least squares from a guess 10 % off, seconds by axis.
 
-    The error of a coefficient whose axis has no solution is None.
+    The error of a coefficient whose axis has no solution is None. Coefficients that are zero are free too: the largest
+    of their errors is in orders of magnitude below the smallest of the coefficients `names`.
     """
     off = np.where(np.isin(NAMES, held), 1.0, 1.1)
     guess = dict(zip(NAMES, off * boat.xi, strict=True))
-    seconds, errors = {}, {}
+    seconds, errors, zeros = {}, {}, {}
+    smallest = min(abs(boat.xi[INDEX[name]]) for name in names)
     for method, fit in (("LP", linear_programme), ("LLS", linear_least_squares)):
         estimates = {axis: fit({axis: system}, guess, held=held) for axis, system in systems.items()}
         values = {n: v for e in estimates.values() for n, v in zip(e.names, e.values, strict=True)}
         relative = [abs(float(values[name] / boat.xi[INDEX[name]] - 1)) for name in names]
         errors[method] = [error if np.isfinite(error) else None for error in relative]
         seconds[method] = {axis: estimate.seconds for axis, estimate in estimates.items()}
-    return {"seconds": seconds, "errors": errors}
+        largest = np.nanmax([abs(v) for n, v in values.items() if boat.xi[INDEX[n]] == 0.0], initial=0.0)
+        zeros[method] = float(np.log10(smallest / largest)) if largest > 0.0 else None
+    return {"seconds": seconds, "errors": errors, "zeros": zeros}
 
 
 def noise_limits(boat: Vehicle, problem: Problem, flown, held, rng: np.random.Generator) -> dict:
@@ -150,42 +154,4 @@ def noisy_track(boat: Vehicle, manoeuvre: str, problem: Problem, rng: np.random.
         "errors": np.abs(estimate.values / truth - 1).tolist(),
         "chi_square_per_reading": estimate.costs[0] / noisy.record.n_readings,
         "standard_errors": standard,
-    }
-
-
-def ifac_cases(max_iterations: int) -> dict:
-    """Appendix G: all coefficients unknown; the towed ones known; the towed ones known to 1 %."""
-    boat, rng = load_vehicle("suboff"), np.random.default_rng([cases.SEED, 2003])
-    names = [n for n in HORIZONTAL if boat.xi[INDEX[n]] != 0.0]
-    some = [n for n in names if n not in cases.TOWED and n not in cases.held("horizontal")]
-    start = boat.xi * rng.uniform(0.9, 1.1, len(NAMES))
-    towed = np.isin(NAMES, cases.TOWED)
-    wrong = np.where(towed, boat.xi * rng.uniform(0.99, 1.01, len(NAMES)), boat.xi)
-    problem = cases.track_problem
-    setups = {
-        "case1": (problem(boat, "horizontal", names, centre=start), {"start_spread": 0.0, "bounds": 0.1}),
-        "case2": (problem(boat, "horizontal", some, centre=boat.xi), {"bounds": 0.25}),
-        "case3": (problem(boat, "horizontal", some, centre=boat.xi, xi=wrong), {"bounds": 0.25}),
-    }
-    options = {"rng": rng, "n_starts": 1, "gradients": "forward", "max_iterations": max_iterations}
-    return {case: _ifac_case(boat, problem, options | limits) for case, (problem, limits) in setups.items()}
-
-
-def _ifac_case(boat, problem, options) -> dict:
-    """One search; the bounds of case 1 are 10 % about its start, and so differ by coefficient."""
-    estimate, truth = sqp(problem, **options), boat.xi[problem.columns]
-    ratios = estimate.values / truth
-    true_track = simulate(boat, problem.manoeuvre, dt=problem.simulator.step).resampled(problem.simulator.times)
-    off = problem.trajectory(estimate.values).states[0, :, :3] - true_track.states[0, :, :3]
-    limits = problem.prior.mean / truth * (1 + np.array([[-1.0], [1.0]]) * options["bounds"])
-    return {
-        "names": list(problem.names),
-        "starting_cost": float(np.sum(problem.residuals(estimate.starts) ** 2)),
-        "converged_cost": float(estimate.costs[0]),
-        "cost_at_truth": float(np.sum(problem.residuals(truth[None]) ** 2)),
-        "position_m": float(np.linalg.norm(off, axis=1).max()),
-        "ratios": ratios.tolist(),
-        "starts": (estimate.starts[0] / truth).tolist(),
-        "bounds": [] if "start_spread" in options else [0.75, 1.25],
-        "at_bounds": int(np.sum(np.min(np.abs(ratios - limits), axis=0) < 1e-6)),
     }

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
@@ -17,7 +19,10 @@ Every row of the thesis's tables that is legible, and what the studies of this f
 study's `numbers.json`. Three numbers in a row are submarines 1 to 3 there and suboff, auv690 and npsauv here. The
 thesis's boats are classified and ours are others: ranks, rankings and orders of magnitude can agree, values need not.
 Ratios are ours over the thesis's, of the means where the scan has fewer legible. Lengths marked * are on a boat as long
-as suboff. An empty last cell is as the one above. `bayesub report` of this folder writes the page."""
+as suboff; where both stand in a cell, a criterion in metres makes neither the better one. A dash is a number that the
+scan has lost. `median (5 % to 95 %)` is of fifty draws of what the thesis has one of, and the percentage says how many
+of the fifty are below its number. An empty last cell is as the one above. `bayesub report` of this folder writes the
+page."""
 
 
 def write(folder: Path) -> Path | None:
@@ -25,8 +30,8 @@ def write(folder: Path) -> Path | None:
 
     InputError if the folder has another README.
     """
-    sections, _, _ = counterparts.load()
-    if not any(_is_run(folder, section.study) for section in sections.values() if section.study):
+    sections = counterparts.load().sections.values()
+    if not any(_is_run(folder, section.study) for section in sections if section.study):
         return None
     file = folder / PAGE
     if file.exists() and not file.read_text(encoding="utf-8", errors="replace").startswith(TITLE):
@@ -39,14 +44,19 @@ def write(folder: Path) -> Path | None:
 
 def page(folder: Path) -> str:
     """The text of the page, in Markdown."""
-    sections, elsewhere, beyond = counterparts.load()
+    content = counterparts.load()
+    sections = content.sections
     rows = {name: counterparts.rows(folder, name, section) for name, section in sections.items()}
-    lines = [TITLE, "", INTRODUCTION, "", _count([row for some in rows.values() for row in some])]
-    lines += ["", "## All studies", "", *gallery.lines(folder)]
+    once = [row for name, some in rows.items() if not sections[name].of for row in some]
+    lines = [TITLE, "", INTRODUCTION, "", _count(once), "", "## All studies", "", *gallery.lines(folder)]
     for name, section in sections.items():
         lines += ["", f"## {section.title}", "", *_links(folder, section), *_table(rows[name])]
-    lines += ["", "## Without a row", "", *table(("thesis", "reason"), elsewhere.items())]
-    others = _others(folder, {section.study for section in sections.values()}, beyond)
+    drawn = [f"[{text}]({file})" for text, file in content.figures.items() if (folder / file).exists()]
+    if drawn:
+        lines += ["", "## Figures without a table", "", f"Thesis {', '.join(drawn)}."]
+    lines += ["", "## Without a row", "", *table(("thesis", "reason"), content.elsewhere.items())]
+    compared = {study for s in sections.values() for study in (s.study, *(entry.study for entry in s.rows))}
+    others = _others(folder, compared | {file.partition("/")[0] for file in content.figures.values()}, content.beyond)
     lines += ["", "## Beyond the thesis", "", *table(("study", "takes further", "question"), others)]
     return "\n".join(lines) + "\n"
 
@@ -67,7 +77,7 @@ def _links(folder: Path, section: TableSection) -> list[str]:
         return []
     if not _is_run(folder, study):
         return [f"Study {study}: {NOT_RUN}.", ""]
-    files = {text: f"{study}/{file}" for text, file in section.figures.items()}
+    files = {text: file if "/" in file else f"{study}/{file}" for text, file in section.figures.items()}
     drawn = [f"[{text}]({file})" for text, file in files.items() if (folder / file).exists()]
     place = gallery.entry(folder / study).page or study
     return [f"Study [{study}]({place})" + (f"; thesis {', '.join(drawn)}." if drawn else "."), ""]
@@ -76,12 +86,28 @@ def _links(folder: Path, section: TableSection) -> list[str]:
 def _table(rows: list[Row]) -> list[str]:
     lines, sentence = [], ""
     for row in rows:
-        ours = row.ours if isinstance(row.ours, str) else ", ".join(map(_text, row.ours))
-        theirs = ", ".join(v if isinstance(v, str) else f"{v:g}" for v in row.thesis)
-        ratios = ", ".join(f"{ratio:.2g}" for ratio in row.ratios)
+        theirs, ratios = _values(row.thesis, "{:g}"), _values(row.ratios, "{:.2g}")
+        if row.percentile is not None:
+            ours, ratios = _spread(row.ours), f"thesis's at {row.percentile:.0f} %"
+        else:
+            ours = row.ours if isinstance(row.ours, str) else _values(row.ours)
+        if row.scaled:
+            ours, ratios = f"{ours}; * {_values(row.scaled)}", f"{ratios}; * {_values(row.scaled_ratios, '{:.2g}')}"
         lines.append((row.label, theirs, ours, ratios, "" if row.sentence == sentence else row.sentence))
         sentence = row.sentence
     return table(("row", "thesis", "ours", "ratio", ""), lines)
+
+
+def _values(values: list, style: str = "") -> str:
+    """Values in a row; a dash for what the scan does not give."""
+    return ", ".join(
+        v if isinstance(v, str) else "-" if np.isnan(v) else style.format(v) if style else _text(v) for v in values
+    )
+
+
+def _spread(values: list) -> str:
+    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
+    return f"{_text(middle)} ({_text(low)} to {_text(high)})"
 
 
 def _text(value) -> str:

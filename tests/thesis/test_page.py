@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import bayesub as bs
@@ -14,12 +15,15 @@ from bayesub.thesis import counterparts, page
 from bayesub.thesis.counterparts import NONE, NOT_KEPT, NOT_RUN, Entry
 
 FIGURES = Path(__file__).parents[2] / "figures"
-SECTIONS, ELSEWHERE, BEYOND = counterparts.load()
+CONTENT = counterparts.load()
+SECTIONS, BEYOND = CONTENT.sections, CONTENT.beyond
 committed = pytest.mark.skipif(not FIGURES.is_dir(), reason="figures are not part of a source distribution")
 
 
 def all_rows(folder):
-    return {row.path: row for name, section in SECTIONS.items() for row in counterparts.rows(folder, name, section)}
+    """Row by its path in the thesis's numbers; those of sections that stand a second time are not among them."""
+    sections = {name: section for name, section in SECTIONS.items() if not section.of}
+    return {row.path: row for name, section in sections.items() for row in counterparts.rows(folder, name, section)}
 
 
 def planted(folder, study, numbers):
@@ -38,21 +42,42 @@ def test_every_row_of_the_thesis_has_a_counterpart_or_a_reason(tmp_path):
         assert (row.ours == NONE) == row.sentence.startswith("No counterpart: "), path
 
 
+def test_every_legible_row_of_every_table_is_there():
+    """Rows are counted table by table against what the scan leaves; the others are of the text, and all are in one."""
+    tables = thesis.legible()
+    rows = ["/".join(path) for path, _ in counterparts.leaves(thesis.published())]
+    text = tables.pop("text")
+    assert set(tables) >= {"1", "2", "3", "4", "5", "6-8", "9", "28", "29", "30-32", "34-36", "37-39", "IFAC 1"}
+    counted = []
+    for name, table in tables.items():
+        own = [row for row in rows if any(row.startswith(f"{place}/") for place in table["at"])]
+        assert len(own) == table["legible"] <= table["rows"], name
+        counted += own
+    rest = [row for row in rows if any(row == place or row.startswith(f"{place}/") for place in text)]
+    assert sorted(counted + rest) == sorted(rows)
+    assert len(rows) > 150
+
+
+def test_a_row_has_a_legible_number():
+    for path, values in counterparts.leaves(thesis.published()):
+        assert any(isinstance(v, str) or not np.isnan(v) for v in values), path
+
+
 def test_every_entry_is_some_rows_own():
     for name, section in SECTIONS.items():
-        paths = [path for path, _ in counterparts.leaves(thesis.published()[name])]
+        paths = [path for path, _ in counterparts.leaves(thesis.published()[section.of or name])]
         owners = {next(e.thesis for e in section.rows if e.keys(path) is not None) for path in paths}
         assert owners == {entry.thesis for entry in section.rows}, name
 
 
 @committed
 def test_every_path_leads_to_a_number_of_its_study():
-    found = all_rows(FIGURES)
-    assert not [path for path, row in found.items() if row.ours == NOT_KEPT]
     for name, section in SECTIONS.items():
-        run = (FIGURES / section.study / "numbers.json").is_file()
-        for row in (row for path, row in found.items() if path[0] == name):
-            assert (row.ours == NOT_RUN) == (bool(section.study) and not run), row.path
+        for row in counterparts.rows(FIGURES, name, section):
+            assert row.ours != NOT_KEPT, row.path
+            study = row.entry.study or section.study
+            run = (FIGURES / study / "numbers.json").is_file()
+            assert (row.ours == NOT_RUN) == (bool(study and row.entry.ours) and not run), row.path
 
 
 @committed
@@ -64,7 +89,9 @@ def test_every_link_leads_somewhere_and_every_figure_is_drawn():
     for section in SECTIONS.values():
         if (FIGURES / section.study / "numbers.json").is_file():
             for file in section.figures.values():
-                assert (FIGURES / section.study / file).is_file(), file
+                assert (FIGURES / (file if "/" in file else f"{section.study}/{file}")).is_file(), file
+    for file in CONTENT.figures.values():
+        assert (FIGURES / file).is_file(), file
 
 
 @committed
@@ -83,14 +110,22 @@ def test_ratios_are_of_what_the_study_found(tmp_path):
             "sqp": {
                 "position_m": [2e-3 * x * published["mean_max_position_error_mm"][k] for x in (0.5, 1.0, 1.5)],
                 "costs": [2 * published["mean_converged_cost"][k], None],
+                "initial_costs": [2e5 * published["mean_converged_cost"][k]],
+                "efforts": [90, 150],
             },
         }
     found = all_rows(planted(tmp_path, "baselines", {"cases": cases}))
     for key in ("mean_max_position_error_mm", "mean_converged_cost"):
         assert found["sqp", "horizontal", key].ratios == pytest.approx([2.0] * 3, rel=1e-12)
+    row = found["sqp", "horizontal", "mean_max_position_error_mm"]
+    lengths = [bs.load_vehicle(vehicle).length_m for vehicle in thesis.VEHICLES]
+    assert row.scaled_ratios == pytest.approx([2.0 * lengths[0] / length for length in lengths], rel=1e-12)
+    assert found["sqp", "horizontal", "orders_of_reduction"].ours == pytest.approx([5.0] * 3, rel=1e-12)
+    assert found["sqp", "horizontal", "evaluations_per_coefficient"].ours == [40.0] * 3
     assert found["sqp", "horizontal", "m"].ours == [3, 3, 3]
+    assert found["sqp", "horizontal", "m"].ratios == []
     assert found["sqp", "horizontal", "mean_seconds"].ours == NOT_KEPT
-    assert found["prediction", "max"].ours == NOT_RUN
+    assert found["prediction", "all", "max"].ours == NOT_RUN
 
 
 def test_lengths_scale_and_fewer_numbers_of_the_thesis_are_compared_by_means(tmp_path):
@@ -104,9 +139,24 @@ def test_lengths_scale_and_fewer_numbers_of_the_thesis_are_compared_by_means(tmp
     assert row.ratios == pytest.approx([0.01 * length / 0.6915], rel=1e-12)
 
 
+def test_one_number_of_the_thesis_has_a_percentile_among_fifty_of_ours(tmp_path):
+    costs = {"case1": {"starting_cost": [1e8, 2e8, 3e8, 4e8]}, "case3": {"starting_cost": [1e8]}}
+    row = all_rows(planted(tmp_path, "ifac_2003", costs))["ifac_2003", "starting_cost", "case1"]
+    assert row.percentile == 75.0
+    assert row.ratios == []
+    assert "| 3.3e+08 | 2.5e+08 (1.15e+08 to 3.85e+08) | thesis's at 75 % |" in page.page(tmp_path)
+
+
+def test_what_the_scan_has_lost_is_a_dash_and_has_no_ratio(tmp_path):
+    keys = ("x", "y", "z", "phi", "theta", "psi", "u", "v", "w", "p", "q", "r", "cost")
+    numbers = {"between": {v: {"other convention": dict.fromkeys(keys, 1.14)} for v in thesis.VEHICLES}}
+    text = page.page(planted(tmp_path, "simulators", numbers))
+    assert "| 0.57, -, 0.108 | 1.14, 1.14, 1.14 | 2, -, 11 |" in text
+
+
 def test_words_have_no_ratio(tmp_path):
-    numbers = {"cases": {"one": {"errors": {"LP": [1e-9, 3e-8], "LLS": [2e-10]}}}}
-    row = all_rows(planted(tmp_path, "baselines", numbers))["linear_programming", "relative_error"]
+    numbers = {"cases": {"one": {"LP": {"errors": {"Xuu": 1e-9, "Yuv": 3e-8}}}}}
+    row = all_rows(planted(tmp_path, "linear", numbers))["linear_programming", "relative_error"]
     assert row.ours == [3e-8]
     assert row.ratios == []
 
@@ -135,9 +185,10 @@ def test_a_study_is_picked_up_when_it_has_run(tmp_path, capsys):
     """Before, the page says so; no number of another folder gets there."""
     planted(tmp_path, "uniqueness", {})
     assert f"| wrong_coefficients | {BEYOND['wrong_coefficients']} | {NOT_RUN} |" in page.page(tmp_path)
-    kinds = {key: {"mean": 1.0} for key in ("best", "middle", "worst", "random", "simulation")}
     extremes = {"max": 431.2, "mean": 1.0, "median": 1.0, "min": 1.0}
-    planted(tmp_path, "prediction", {v: {"all": extremes, "kinds": kinds} for v in thesis.VEHICLES})
+    kinds = dict.fromkeys(("best", "middle", "worst", "random", "simulation"), extremes)
+    numbers = {"all": extremes, "cost": extremes, "kinds": kinds}
+    planted(tmp_path, "prediction", dict.fromkeys(thesis.VEHICLES, numbers))
     for name in ("wrong_coefficients", "towing"):
         planted(tmp_path, name, {})
         (tmp_path / name / "config.toml").write_text(f'question = "Why {name}?"\n')
