@@ -29,32 +29,26 @@ def compute(run):
     run.progress.stage("draws")
     draws = run.repeat("draws", partial(one_draw, max_iterations=max_iterations), n)
     boat = load_vehicle("suboff")
-    track = simulate(boat, load_manoeuvre("horizontal", boat)).states[0, ::20, :2]
-    return {"track": np.round(track, 1).tolist()} | {case: merged([d[case] for d in draws]) for case in CASES}
+    arrays = {"track": simulate(boat, load_manoeuvre("horizontal", boat)).states[0, ::20, :2]}
+    for case in CASES:
+        arrays |= {f"{case}/{key}": np.array([d[case][key] for d in draws]) for key in ("ratios", "starts")}
+        arrays[f"{case}/known"] = np.array([list(d[case]["known"].values()) for d in draws])
+        arrays[f"{case}/errors_m"] = np.array(draws[0][case]["errors_m"])
+    run.save_arrays("draws", **{key: values.astype(np.float32) for key, values in arrays.items()})
+    return {case: merged([d[case] for d in draws]) for case in CASES}
 
 
 def merged(draws):
-    """One case: every quantity of every draw, rounded."""
-    first = draws[0]
-    return {
-        "names": first["names"],
-        **{key: [rounded(d[key]) for d in draws] for key in QUANTITIES},
-        **{key: [[rounded(x) for x in d[key]] for d in draws] for key in ("ratios", "starts")},
-        "known": {name: [rounded(d["known"][name]) for d in draws] for name in first["known"]},
-        "errors_m": [rounded(x) for x in first["errors_m"]],
-    }
-
-
-def rounded(value):
-    """A number to five digits."""
-    return float(f"{value:.5g}")
+    """One case: every quantity of every draw, to five digits."""
+    values = {key: [float(f"{d[key]:.5g}") for d in draws] for key in QUANTITIES}
+    return values | {"names": draws[0]["names"], "known": list(draws[0]["known"])}
 
 
 def draw(run, numbers):
     """Track and errors over time, coefficients, and Table 1 with the spread over the draws."""
-    plots.draw_spiral(run.figure("spiral"), np.array(numbers["track"]))
-    plots.draw_errors(run.figure("errors"), {case: numbers[case]["errors_m"] for case in CASES})
-    plots.draw_coefficients(run.figure("coefficients"), {case: numbers[case] for case in CASES}, HORIZONTAL)
+    arrays = run.load_arrays("draws")
+    plots.draw_track(run.figure("track"), arrays["track"], {case: arrays[f"{case}/errors_m"] for case in CASES})
+    plots.draw_coefficients(run.figure("coefficients"), numbers, arrays, HORIZONTAL)
     run.page(tables(numbers))
 
 

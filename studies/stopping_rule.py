@@ -4,10 +4,10 @@ Question: by the same two tolerances SciPy's SQP stops after 33 to 78 evaluation
 as far off the track as the thesis's searches after 63 to 156 (Tables 10-27). What is read differently?
 Claim: the step of the forward differences, which the thesis calls small and does not give. The curvature of the cost is
 1e9 in normalised coefficients, so that a step of 1e-6 leaves an error in the gradient that ends searches hundreds of
-millimetres off, and the customary 1.5e-8 still more than a hundred. With 1e-10 the search of section 7.2.2 as its text
-has it repeats the thesis: on the horizontal manoeuvre converged cost, position error and evaluations for each
-coefficient are within a factor of three. The rule on the step that the line search accepts, instead of on that of the
-quadratic programme, ends some searches early.
+millimetres off, and the customary 1.5e-8 still about a hundred. With 1e-10 the search of section 7.2.2 as its text has
+it repeats the thesis: on the horizontal manoeuvre converged cost and position error are within a factor of four, and on
+all manoeuvres evaluations for each coefficient within a factor of two. As in section 7.7.3 searches of the coupled
+manoeuvre, and no others, get into an endless line search.
 Cost: about eight minutes.
 
 Costs and positions are those of a boat as long as suboff: tolerances are absolute, so that a boat of 7 m would stop
@@ -39,7 +39,7 @@ READINGS |= {
 ITERATIONS = 200
 N_STARTS = {"horizontal": 50, "vertical": 50, "coupled": 10}
 N_READING, N_QUICK = 10, 2
-WITHIN = 5.0  # of the thesis's cost, error and evaluations
+WITHIN = 4.0  # of the thesis's cost and error
 QUICK_CASES = (("suboff", "horizontal"),)
 
 
@@ -94,7 +94,6 @@ def summary(vehicle, manoeuvre, n, reading, *, keep=False):
         numbers
         | {
             "n_coefficients": problem.n_params,
-            "seconds": estimate.seconds / n,
             "further": float(np.mean(after > before)),
             "endless": 100.0 * estimate.statuses.count(LOOP) / n,
             "unfinished": 100.0 * sum("limit" in status for status in estimate.statuses) / n,
@@ -156,12 +155,20 @@ def claims(numbers):
         vehicle, manoeuvre = name.split()
         k, theirs = cases.VEHICLES.index(vehicle), published[manoeuvre]
         position, effort = position_mm(case | {"name": name}), np.mean(case["efforts"]) / case["n_coefficients"]
-        pairs = [("position error", position, theirs["mean_max_position_error_mm"][k])]
-        pairs += [("evaluations", effort, theirs["evaluations_per_coefficient"][k])]
-        pairs += [("cost", np.mean(case["costs"]), theirs.get("mean_converged_cost", [np.nan] * 3)[k])]
-        for word, ours, number in pairs:
-            if not np.isnan(number):
-                yield 1 / WITHIN < ours / number < WITHIN, f"{name}: {word} is {ours / number:.2g} times the thesis's"
+        ratio = effort / theirs["evaluations_per_coefficient"][k]
+        yield 0.5 < ratio < 2.0, f"{name}: evaluations are {ratio:.2g} times the thesis's"
+        yield (
+            case["endless"] == 0 or manoeuvre == "coupled",
+            f"{name}: {case['endless']:.0f} % in an endless line search",
+        )
+        if manoeuvre != "horizontal":
+            continue
+        for word, ours, key in (
+            ("position error", position, "mean_max_position_error_mm"),
+            ("cost", np.mean(case["costs"]), "mean_converged_cost"),
+        ):
+            ratio = ours / theirs[key][k]
+            yield 1 / WITHIN < ratio < WITHIN, f"{name}: {word} is {ratio:.2g} times the thesis's"
     readings = numbers["readings"]
     text = np.mean(readings[TEXT]["position_m"])
     for name in ("differences of 1e-06", "differences of 1.5e-08"):

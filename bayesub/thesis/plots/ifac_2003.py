@@ -6,49 +6,51 @@ from bayesub.plots import style
 from bayesub.thesis.plots.labels import labels
 
 
-def draw_spiral(path, track) -> None:
-    """The track (n_times, 2) from above (IFAC Figure 1)."""
-    with style.figure(path, 3.4, 3.2) as figure:
-        axis = figure.subplots()
-        axis.plot(track[:, 1], track[:, 0], color=style.TRUTH)
-        axis.plot(track[0, 1], track[0, 0], "o", color=style.TRUTH, ms=4)
-        axis.set(aspect="equal", xlabel="east (m)", ylabel="north (m)")
+def draw_track(path, track, errors) -> None:
+    """The track from above, and the distance from it over time of each case (IFAC Figures 1 and 2).
 
-
-def draw_errors(path, errors) -> None:
-    """Distance from the true track over time, s and m, of each case (IFAC Figure 2)."""
+    Parameters
+    ----------
+    path : one file or several
+    track : (n, 2) m
+    errors : case -> (n_times,) m, once a second
+    """
     colours = (style.POSTERIOR, style.LINEAR, style.SQP)
-    with style.figure(path, 6.0, 2.8) as figure:
-        axis = figure.subplots()
+    with style.figure(path, 8.0, 2.9) as figure:
+        above, over_time = figure.subplots(1, 2, width_ratios=(1.0, 2.2))
+        above.plot(track[:, 1], track[:, 0], color=style.TRUTH)
+        above.plot(track[0, 1], track[0, 0], "o", color=style.TRUTH, ms=4)
+        above.set_aspect("equal", adjustable="datalim")
+        above.set(xlabel="east (m)", ylabel="north (m)")
         for (case, values), colour in zip(errors.items(), colours, strict=True):
             times = np.arange(1, len(values) + 1)
-            axis.semilogy(times, values, color=colour, lw=1.0)
-            axis.annotate(
-                f"case {case[-1]}", (times[-1], values[-1]), (4, -3), textcoords="offset points", color=colour
-            )
-        axis.set(xlabel="time (s)", ylabel="position error (m)", ylim=(1e-5, None))
+            over_time.semilogy(times, values, color=colour, lw=1.0)
+            end = times[-1], values[-1]
+            over_time.annotate(f"case {case[-1]}", end, (4, -3), textcoords="offset points", color=colour)
+        over_time.set(xlabel="time (s)", ylabel="position error (m)", ylim=(1e-5, None))
 
 
-def draw_coefficients(path, cases, order) -> None:
+def draw_coefficients(path, cases, arrays, order) -> None:
     """Ratios to the truth, one dot a draw; crosses are held (IFAC Figures 3 to 5).
 
     Parameters
     ----------
     path : one file or several
-    cases : case -> "names", "ratios" (n_draws, n_params), "starts" and "known" (name -> ratios)
+    cases : case -> "names" and "known", of the coefficients that are free and held
+    arrays : "<case>/ratios", "<case>/starts" (n_draws, n_params) and "<case>/known" (n_draws, n_known)
     order : names, in the order of the axis
     """
     names = [name for name in order if name in cases["case1"]["names"]]
-    with style.figure(path, 8.0, 6.2) as figure:
+    with style.figure(path, 8.0, 5.6) as figure:
         panels = figure.subplots(len(cases), 1, sharex=True)
         for panel, (case, numbers) in zip(panels, cases.items(), strict=True):
             for shift, key, colour in ((-0.17, "starts", "#909090"), (0.17, "ratios", style.SQP)):
-                values = np.array(numbers[key])
+                values = arrays[f"{case}/{key}"]
                 x = [names.index(name) for name in numbers["names"]]
                 jitter = shift + np.linspace(-0.12, 0.12, len(values))[:, None]
                 word = {"starts": "start", "ratios": "SQP, converged"}[key]
                 panel.plot((x + jitter).ravel(), values.ravel(), "o", ms=2, mew=0, color=colour, label=word)
-            for name, values in numbers["known"].items():
+            for name, values in zip(numbers["known"], arrays[f"{case}/known"].T, strict=True):
                 x = names.index(name) + np.linspace(-0.2, 0.2, len(values))
                 panel.plot(x, values, "x", ms=3, mew=0.5, color=style.TRUTH)
             panel.plot([], [], "x", ms=4, color=style.TRUTH, label="held")
@@ -58,4 +60,5 @@ def draw_coefficients(path, cases, order) -> None:
         panels[-1].set_xticks(
             range(len(names)), labels(np.array(names)), rotation=70, ha="right", rotation_mode="anchor"
         )
-        panels[-1].legend(loc="lower center", bbox_to_anchor=(0.5, 3.35), ncols=3, fontsize=8, markerscale=1.5)
+        handles, words = panels[-1].get_legend_handles_labels()
+        figure.legend(handles, words, loc="outside upper center", ncols=3, fontsize=8, markerscale=1.5)

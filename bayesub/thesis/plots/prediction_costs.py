@@ -20,7 +20,7 @@ def draw_surfaces(path, logs) -> None:
 
 
 def draw_sorted(path, logs, n_extreme) -> None:
-    """Costs over manoeuvres sorted by their mean: all sets thin, and those that vary most and least."""
+    """Costs over manoeuvres sorted by their mean: the range of all sets, and those that vary most and least."""
     with style.figure(path, 10.0, 4.6) as figure:
         panels = figure.subplots(2, len(logs), squeeze=False, sharex=True, sharey=True)
         for column, (vehicle, values) in zip(panels.T, logs.items(), strict=True):
@@ -29,7 +29,7 @@ def draw_sorted(path, logs, n_extreme) -> None:
             pairs = ((extreme[-n_extreme:], "most", style.SQP), (extreme[:n_extreme], "least", style.POSTERIOR))
             x = np.arange(1, ordered.shape[1] + 1)
             for panel, (some, word, colour) in zip(column, pairs, strict=True):
-                panel.semilogy(x, 10.0**ordered.T, color=style.PRIOR, lw=0.3)
+                panel.fill_between(x, *10.0 ** np.nanquantile(ordered, (0.0, 1.0), axis=0), color=style.PRIOR, lw=0)
                 panel.semilogy(x, 10.0 ** ordered[some].T, color=colour, lw=0.8)
                 panel.semilogy(x, 10.0 ** np.nanmean(ordered, axis=0), color=style.TRUTH, lw=1.5)
                 panel.set_title(f"{vehicle}: {n_extreme} that vary {word}", fontsize=9)

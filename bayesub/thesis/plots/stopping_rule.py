@@ -1,6 +1,7 @@
 """Figures of the thesis's stopping rule: one search, and readings of the rule (thesis Figure 29)."""
 
 import numpy as np
+from matplotlib.ticker import LogLocator
 
 from bayesub.plots import style
 
@@ -44,5 +45,8 @@ def draw_readings(path, readings, thesis) -> None:
             panel.annotate("thesis", (number, 1.0), (3, 2), ("data", "axes fraction"), "offset points", fontsize=8)
             panel.lines[-1].set_zorder(0)
             panel.set_xlabel(word)
+            panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            panel.xaxis.set_major_formatter("{x:g}")
+            panel.xaxis.set_minor_formatter("")
             panel.set_yticks(rows, list(readings))
             panel.grid(axis="y", visible=False)

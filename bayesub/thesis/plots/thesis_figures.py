@@ -39,7 +39,7 @@ def draw_manoeuvres(path, arrays, interval) -> None:
         for key in (key for key in arrays if key.startswith("tracks/")):
             cloud.plot(arrays[key][:, 1], arrays[key][:, 0], color=style.POSTERIOR, lw=0.4)
         cloud.set_aspect("equal", adjustable="datalim")
-        cloud.set(title="a hundred random manoeuvres, suboff", xlabel="east (ship lengths)")
+        cloud.set(title="suboff, 100 random", xlabel="east (ship lengths)")
         cloud.title.set_fontsize(9)
         panels[0, 0].set_ylabel("angle (deg)")
         panels[1, 0].set_ylabel("north (ship lengths)")
