@@ -6,8 +6,8 @@ manoeuvres of each of four vehicles, the built-in ones, and those that a search 
 coefficients will be known to 10 %, by tracks, by rounded readings of an ADCP and an INS (thesis section 9.6), and by a
 Doppler log with gyros?
 Claim: no manoeuvre tells all of them. Null directions stay whatever is flown, and are few; most of the rest are
-imitated by others. The best manoeuvre of a search tells more than any random one within the limits, and these tell
-more than the standard one. Condition numbers of the equations rank manoeuvres, but worse than the expected information
+imitated by others. The best manoeuvre of a search tells more than any random one within the limits, and than the
+standard one. Condition numbers of the equations rank manoeuvres, but worse than the expected information
 does. Posteriors of boats of the prior are as wide as expected and hold the truth as often as they say.
 Cost: an hour on two cores; a killed run continues with --resume.
 
@@ -19,20 +19,22 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.thesis import richest, richest_floor, richest_proof, richest_tables
+from bayesub.thesis import richest, richest_floor, richest_proof, richest_tables, richest_worth
 from bayesub.thesis.plots import richest as plots
+from bayesub.thesis.richest_options import OPTIONS
 
 SEED = 22
 VEHICLES = ("suboff", "auv690", "npsauv", "remus100")
 SENSORS = ("track", "rounded", "log")
-KINDS = ("curves", "multisines")  # of searches
+KINDS = ("steps", "curves")  # of searches
 N_RANDOM, CHUNK = 10_000, 100
-N_JUDGEMENTS = 4000  # of a search
+N_JUDGEMENTS = {"suboff": 4000, "auv690": 1500, "npsauv": 1500, "remus100": 1500}  # of a search
+N_OPTION = 1500  # judgements of the search of an option
 N_CONDITIONS = 300  # random manoeuvres whose condition numbers are computed
 PROOF = ("auv690", "track")
-N_BOATS, N_SEARCHES, N_UNSEEN, MAX_STEPS = 20, 50, 50, 4000
+N_BOATS, N_SAMPLED, N_SEARCHES, N_UNSEEN, MAX_STEPS = 20, 3, 50, 50, 4000
 QUICK = {"random": 30, "judgements": 40, "conditions": 8}
-QUICK_PROOF = {"n_boats": 1, "n_searches": 1, "n_unseen": 2, "max_steps": 60}
+QUICK_PROOF = {"n_boats": 1, "n_sampled": 0, "n_searches": 1, "n_unseen": 2, "max_steps": 0}
 
 
 def compute(run):
@@ -41,17 +43,23 @@ def compute(run):
     numbers, arrays = {"vehicles": {}}, {}
     for vehicle in vehicles:
         run.progress.stage(vehicle)
-        numbers["vehicles"][vehicle], closer = of_vehicle(run, vehicle)
+        numbers["vehicles"][vehicle], closer = of_vehicle(run, vehicle, motion=vehicle == vehicles[0])
         arrays |= {f"{vehicle}/{key}": array for key, array in closer.items()}
     run.save_arrays("richest", **arrays)
+    run.progress.stage("options")
+    vehicle = vehicles[0]
+    best = numbers["vehicles"][vehicle]["searches"]["log"]
+    numbers["worth"] = run.part("worth", partial(richest_worth.worth, vehicle, "log", best))
+    names = list(OPTIONS)[: 2 if run.quick else None]
+    work = partial(richest_worth.option, names, SEED, QUICK["judgements"] if run.quick else N_OPTION)
+    numbers["options"] = run.repeat("options", work, len(names))
     run.progress.stage("proof")
     vehicle, sensors = ("remus100", "track") if run.quick else PROOF
-    best = numbers["vehicles"][vehicle]["searches"][sensors]
-    numbers["proof"] = prove(run, vehicle, sensors, {"kind": best["kind"], "numbers": best["numbers"]})
+    numbers["proof"] = prove(run, vehicle, sensors, numbers["vehicles"][vehicle]["searches"][sensors])
     return numbers
 
 
-def of_vehicle(run, vehicle):
+def of_vehicle(run, vehicle, *, motion):
     """The numbers of one vehicle, and arrays for its figures."""
     n_random, chunk = (QUICK["random"], QUICK["random"]) if run.quick else (N_RANDOM, CHUNK)
     work = partial(richest.random_chunk, vehicle, SEED, chunk)
@@ -61,15 +69,18 @@ def of_vehicle(run, vehicle):
     for sensors in SENSORS:
         numbers = richest.ranked(results, sensors)
         specs |= {f"{sensors} {rank}": {"seed": (SEED, number)} for rank, number in numbers.items()}
-        specs[f"{sensors} optimised"] = {key: searches[sensors][key] for key in ("kind", "numbers")}
+        specs[f"{sensors} optimised"] = searches[sensors]
     looks = run.repeat(f"closer_{vehicle}", partial(closer_look, vehicle, list(specs.values())), len(specs))
     looks = dict(zip(specs, looks, strict=True))
+    for name, look in looks.items():
+        richest_floor.count_reasons(look, names=name == "standard coupled" or name.endswith("optimised"))
     arrays = {f"{name}/{key}": np.float32(a) for name, look in looks.items() for key, a in look.pop("arrays").items()}
     histograms = {
         s: np.stack([np.bincount(results[s]["n"][part], minlength=200) for part in parts(results)]) for s in SENSORS
     }
     every = np.linspace(0, n_random - 1, QUICK["conditions"] if run.quick else N_CONDITIONS).astype(int).tolist()
     conditions = run.part(f"conditions_{vehicle}", partial(richest_floor.conditions, vehicle, SEED, every))
+    closer = plots.chosen(arrays, motion=motion)
     return {
         "n_coefficients": len(richest.appraiser_of(vehicle).exact.names),
         "n_random": n_random,
@@ -77,7 +88,7 @@ def of_vehicle(run, vehicle):
         "searches": searches,
         "manoeuvres": looks,
         "correlations": richest_floor.correlations(conditions, results, every),
-    }, plots.chosen(arrays) | {f"histogram {s}": counts.astype(np.int32) for s, counts in histograms.items()}
+    }, closer | {f"histogram {s}": counts.astype(np.int32) for s, counts in histograms.items()}
 
 
 def parts(results):
@@ -94,27 +105,26 @@ def closer_look(vehicle, specs, k):
 def search_all(run, vehicle, results):
     """Sensors -> the best result of the searches of several families."""
     pairs = [(sensors, kind) for sensors in SENSORS for kind in KINDS]
-    starts = [richest.best_start(results, *pair) if pair[1] in richest.KINDS else None for pair in pairs]
-    found = run.repeat(f"searches_{vehicle}", partial(search_one, vehicle, pairs, starts, run.quick), len(pairs))
+    starts = [richest.ranked(results, sensors)["best"] for sensors, _ in pairs]
+    n_judgements = QUICK["judgements"] if run.quick else N_JUDGEMENTS[vehicle]
+    ends = run.repeat(f"searches_{vehicle}", partial(search_one, vehicle, pairs, starts, n_judgements), len(pairs))
     searches = {}
     for sensors in SENSORS:
-        some = [result for (name, _), result in zip(pairs, found, strict=True) if name == sensors]
+        some = [result for (name, _), result in zip(pairs, ends, strict=True) if name == sensors]
         searches[sensors] = min(some, key=lambda r: r["cost"]) | {"costs": {r["kind"]: r["cost"] for r in some}}
     return searches
 
 
-def search_one(vehicle, pairs, starts, quick, k):
-    """One search, which begins at the best random manoeuvre of its family that keeps the limits, if there is one."""
-    sensors, kind = pairs[k]
-    start = None if starts[k] is None else (SEED, starts[k])
+def search_one(vehicle, pairs, starts, n_judgements, k):
+    """One search, which begins at the best random manoeuvre that keeps the limits."""
     seed = (SEED, 1, VEHICLES.index(vehicle), k)
-    return richest.optimised(vehicle, sensors, kind, seed, QUICK["judgements"] if quick else N_JUDGEMENTS, start)
+    return richest.optimised(vehicle, *pairs[k], seed, n_judgements, (SEED, starts[k]))
 
 
 def prove(run, vehicle, sensors, best):
     """Results of trials of boats of the prior, on the best manoeuvre and on the standard one."""
-    sizes = {"n_boats": N_BOATS, "n_searches": N_SEARCHES, "n_unseen": N_UNSEEN, "max_steps": MAX_STEPS}
-    sizes = QUICK_PROOF if run.quick else sizes
+    sizes = {"n_boats": N_BOATS, "n_sampled": N_SAMPLED, "n_searches": N_SEARCHES, "n_unseen": N_UNSEEN}
+    sizes = QUICK_PROOF if run.quick else sizes | {"max_steps": MAX_STEPS}
     specs = {"best": best, "standard": {"name": richest.TYPICAL}}
     work = partial(richest_proof.boat_results, vehicle, sensors, specs, SEED, sizes)
     boats = run.repeat("proof", work, sizes["n_boats"])
@@ -129,8 +139,10 @@ def draw(run, numbers):
     plots.draw_counts(run.figure("richest"), numbers["vehicles"], arrays)
     plots.draw_spectra(run.figure("spectra"), numbers["vehicles"], arrays)
     plots.draw_reasons(run.figure("floor"), numbers["vehicles"])
-    plots.draw_coupling(run.figure("coupling"), numbers["vehicles"], arrays)
-    plots.draw_manoeuvre(run.figure("manoeuvre"), next(iter(numbers["vehicles"])), arrays)
+    vehicle = next(iter(numbers["vehicles"]))
+    plots.draw_coupling(run.figure("coupling"), vehicle, numbers["vehicles"][vehicle], arrays)
+    plots.draw_manoeuvre(run.figure("manoeuvre"), vehicle, arrays)
+    plots.draw_options(run.figure("options"), numbers["options"], numbers["worth"])
     plots.draw_proof(run.figure("proof"), numbers["proof"])
     run.page(richest_tables.page(numbers))
 

@@ -27,7 +27,9 @@ SHARE = 0.10  # of its value, to which a coefficient is to be known
 SHARES = (0.05, SHARE)
 STANDARD = ("horizontal", "vertical", "coupled", "comparison", "turning_circle", "zigzag_10_10", "zigzag_20_20")
 KINDS = ("steps", "curves", "random")  # of random manoeuvres: two families, and those of thesis section 8.2
-N_KNOTS = {"multisines": 15}  # of a control, where not 45
+QUIET = 0.05  # largest amplitude of a harmonic with which a search begins, of the range of the control
+LATE = 0.9  # of a step, when a control has come to rest
+N_KNOTS = {"multisines": 15, "steps": 20}  # of a control in a search; steps hold 30 s on suboff, as the thesis's
 SMALLEST = 0.05  # of the range of controls, by which a random manoeuvre may be made smaller
 TYPICAL = "coupled"  # manoeuvre that decides the integration step of all that are compared
 START_SIGMA = 0.15  # of a search that starts at the best random manoeuvre
@@ -91,10 +93,10 @@ class Appraiser:
     def _fast(self) -> Judge:
         return self.unit(THINNED)
 
-    def family(self, kind: str) -> Family:
-        """A family of manoeuvres within the limits of controls."""
+    def family(self, kind: str, n_knots: int | None = None) -> Family:
+        """A family of manoeuvres within the limits of controls, by default with the knots of searches."""
         moved = controls(self.boat, self.limits)
-        return Family(kind, self.boat, self.limits, moved, n_knots=N_KNOTS.get(kind, Family.n_knots))
+        return Family(kind, self.boat, self.limits, moved, n_knots=n_knots or N_KNOTS.get(kind, Family.n_knots))
 
     def information(self, manoeuvre: Manoeuvre) -> dict[str, Information]:
         """Set of sensors -> what they will tell, from one reading in :data:`THINNED`."""
@@ -114,9 +116,12 @@ class Appraiser:
         return self.range.penalty(self.range.margins(manoeuvre))
 
     def manoeuvre(self, spec: dict) -> Manoeuvre:
-        """The manoeuvre of a ``name``, of the ``seed`` of a random one, or of ``kind`` and ``numbers``."""
+        """The manoeuvre of a ``name``, of the ``seed`` of a random one, or of ``kind`` and ``numbers``.
+
+        All move in six degrees of freedom.
+        """
         if "name" in spec:
-            return load_manoeuvre(spec["name"], self.boat)
+            return replace(load_manoeuvre(spec["name"], self.boat), subproblem=None)
         if "seed" in spec:
             return self.random(spec["seed"])[1]
         return self.family(spec["kind"]).manoeuvre(np.array(spec["numbers"]))
@@ -130,12 +135,29 @@ class Appraiser:
         rng, kind = np.random.default_rng(seed), KINDS[seed[-1] % len(KINDS)]
         if kind == "random":
             return kind, load_manoeuvre(f"random:{seed[-1]}", self.boat)
-        return kind, self.family(kind).manoeuvre(self.random_numbers(seed))
+        family = self.family(kind, Family.n_knots)
+        return kind, family.manoeuvre(SMALLEST ** rng.uniform(0.0, 1.0) * family.start(rng))
 
-    def random_numbers(self, seed: Sequence[int]) -> np.ndarray:
-        """(n_dims,) numbers of a random manoeuvre of a family."""
-        rng, kind = np.random.default_rng(seed), KINDS[seed[-1] % len(KINDS)]
-        return SMALLEST ** rng.uniform(0.0, 1.0) * self.family(kind).start(rng)
+    def numbers_like(self, manoeuvre: Manoeuvre, kind: str) -> np.ndarray:
+        """(n_dims,) numbers of steps or curves that follow a manoeuvre: its values late in each step, or at knots.
+
+        Harmonics follow nothing: multisines begin small.
+        """
+        family = self.family(kind)
+        if kind == "multisines":
+            numbers = np.random.default_rng(0).uniform(-1.0, 1.0, (len(family.controls), 2, family.n_knots))
+            numbers[:, 0] = QUIET * (numbers[:, 0] + 1.0) - 1.0  # amplitudes; then phases
+            return numbers.ravel()
+        n = family.n_dims // len(family.controls)
+        shares = (np.arange(n) + LATE) / n if kind == "steps" else np.linspace(0.0, 1.0, n)
+        histories = manoeuvre.log
+        shorts = {member.column: member.short for member in self.boat.actuators.members}
+        rows = []
+        for control in family.controls:
+            middle, half = 0.5 * (control.upper + control.lower), 0.5 * (control.upper - control.lower)
+            values = histories[shorts.get(control.column, control.column)]
+            rows.append((np.interp(shares * manoeuvre.duration, manoeuvre.times, values) - middle) / half)
+        return np.clip(np.concatenate(rows), -1.0, 1.0)
 
     def standard(self) -> tuple[str, ...]:
         """Names of the built-in manoeuvres that the vehicle can fly."""
@@ -219,15 +241,8 @@ def ranked(results: dict, sensors: str) -> dict[str, int]:
     return {key: int(number) for key, number in (numbers | {"best beyond": np.argmin(cost)}).items()}
 
 
-def best_start(results: dict, sensors: str, kind: str) -> int | None:
-    """Number of the best random manoeuvre of a family that keeps the limits, if one does."""
-    numbers = np.arange(len(results["penalty"]))
-    some = numbers[(results["penalty"] == 0.0) & (numbers % len(KINDS) == KINDS.index(kind))]
-    return int(some[np.argmin(results[sensors]["cost"][some])]) if len(some) else None
-
-
 def optimised(
-    vehicle: str, sensors: str, kind: str, seed: Sequence[int], n_judgements: int, start: Sequence[int] | None
+    vehicle: str, sensors: str, kind: str, seed: Sequence[int], n_judgements: int, start: Sequence[int]
 ) -> dict:
     """The best manoeuvre that a search of a family finds within the limits.
 
@@ -237,8 +252,8 @@ def optimised(
     seed : sequence of int
         Of the search.
     n_judgements : int
-    start : sequence of int or None
-        Seed of the random manoeuvre with which it begins.
+    start : sequence of int
+        Seed of the random manoeuvre that it begins with, as far as the family can follow it.
 
     Returns
     -------
@@ -247,8 +262,9 @@ def optimised(
     """
     appraiser = appraiser_of(vehicle)
     cost = Cost(SensorSet(appraiser, sensors), appraiser.range, (appraiser.family(kind),), Known(SHARE))
-    options = {} if start is None else {"start": appraiser.random_numbers(start), "sigma": START_SIGMA}
-    result = search(cost, np.random.default_rng(seed), n_judgements=n_judgements, **options)
+    first = appraiser.numbers_like(appraiser.random(start)[1], kind)
+    rng = np.random.default_rng(seed)
+    result = search(cost, rng, n_judgements=n_judgements, start=first, sigma=START_SIGMA)
     looks = np.linspace(0, len(result.best) - 1, min(20, len(result.best))).astype(int)
     return {
         "kind": kind,

@@ -106,6 +106,15 @@ def summary(vehicle: str, spec: dict) -> dict:
     }
 
 
+def count_reasons(look: dict, *, names: bool) -> None:
+    """Replace lists of coefficients in a summary by their numbers; if asked for, keep those of null directions."""
+    for result in look["sensors"].values():
+        lists = result["reasons"]
+        result["reasons"] = {reason: len(some) for reason, some in lists.items()}
+        if names:
+            result |= {"null": lists["null"], "little": lists["little"]}
+
+
 def _arrays(track: Trajectory, manoeuvre: Manoeuvre, information: dict[str, Information]) -> dict[str, np.ndarray]:
     """Motion, orders, singular values and expected sds, for figures."""
     every = np.linspace(0, len(track.times) - 1, N_POINTS).astype(int)

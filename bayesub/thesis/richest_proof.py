@@ -6,7 +6,6 @@ import numpy as np
 
 from bayesub.baselines import gauss_newton, sqp
 from bayesub.checks import calibration
-from bayesub.identifiability import null_space
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulate import simulate
 from bayesub.model.time_step import true_step
@@ -21,6 +20,7 @@ from bayesub.thesis.richest import SHARE, appraiser_of
 PRIOR_SD = 0.25
 START_SPREAD = float(np.sqrt(3.0) * PRIOR_SD)  # half width of uniform starts with the sd of the prior
 N_DRAWS = 39  # of a posterior that fly unseen manoeuvres: central 90 % of the ranks of a truth are 2 to 37
+MAX_ITERATIONS = 100  # of SQP
 N_TIMES = 10  # of an unseen manoeuvre
 FITS = 1.2  # mean square of the residuals over their sds, below which a search has found a fit
 _PRIOR = priors.relative_normal(PRIOR_SD)
@@ -52,7 +52,7 @@ class Proof:
 
 
 def boat_of_prior(boat: Vehicle, names: Sequence[str], manoeuvres: Sequence[Manoeuvre], rng: np.random.Generator):
-    """Coefficients (n_terms,) of a boat of the prior that completes all manoeuvres, and how many drawn before do not."""
+    """Coefficients (n_terms,) of a boat of the prior that completes all manoeuvres, and how many before it do not."""
     columns, n_failed = boat.equations.columns(names), 0
     prior = _PRIOR.on(columns, boat.xi, boat.equations.names)
     while True:
@@ -72,30 +72,43 @@ def trial_results(
     n_unseen: int,
     max_steps: int,
 ) -> dict:
-    """Posterior, searches and predictions of one record of a boat xi (n_terms,), as JSON types."""
+    """Posterior, searches and predictions of one record of a boat xi (n_terms,), as JSON types.
+
+    The posterior is the normal approximation at the mode that a search from the truth finds. If `max_steps` is not
+    zero it is sampled too, and compared.
+    """
     problem = proof.trial(xi, rng)
-    truth = xi[problem.columns]
-    posterior = sample(problem, rng=rng, max_steps=max_steps)
-    ranks = calibration.rank(truth, calibration.independent_draws(posterior, rng))
-    expected = dict(zip(proof.names, _expected(proof, xi), strict=True))
-    draws = posterior.draws[rng.choice(len(posterior.draws), N_DRAWS, replace=False)]
+    truth, centre = xi[problem.columns], problem.prior.mean
+    mode = gauss_newton(problem, truth)
+    sd = np.sqrt(np.diag(mode.covariance))
+    draws = rng.multivariate_normal(mode.values, mode.covariance, calibration.N_DRAWS, method="eigh")
+    expected = dict(zip(proof.names, _expected(proof), strict=True))
     searches = {"SQP": sqp_ends(problem, rng, n_searches), "Gauss-Newton": gauss_newton_ends(problem, rng, n_searches)}
     ends = {name: result.pop("solutions") for name, result in searches.items()}
-    sets = {"posterior mean": posterior.mean[None], "no trial": problem.prior.mean[None]} | ends
-    null = null_space(problem, problem.prior.mean).basis(problem.prior.sd)
+    sets = {"posterior": mode.values[None], "no trial": centre[None]} | ends
     return {
-        "names": list(problem.names),
-        "truth": _digits(truth / problem.prior.mean),
-        "mean": _digits(posterior.mean / problem.prior.mean),
-        "sd": _digits(posterior.sd / np.abs(problem.prior.mean)),
+        "n_params": problem.n_params,
+        "truth": _digits(truth / centre),
+        "mode": _digits(mode.values / centre),
+        "sd": _digits(sd / np.abs(centre)),
         "expected": _digits([expected[name] for name in problem.names]),
-        "rank": ranks.tolist(),
-        "null_part": _digits(np.linalg.norm(null, axis=0)),
+        "rank": calibration.rank(truth, draws).tolist(),
+        "converged": mode.statuses[0] == "converged",
+        "sampled": compared(problem, mode.values, sd, rng, max_steps) if max_steps else {},
+        "searches": {name: result | found(ends[name], truth) for name, result in searches.items()},
+        "unseen": predictions(problem, xi, draws[:N_DRAWS], sets, n_unseen),
+    }
+
+
+def compared(problem: Problem, mode: np.ndarray, sd: np.ndarray, rng: np.random.Generator, max_steps: int) -> dict:
+    """A sampled posterior against its normal approximation of a mode (n_params,) and sds (n_params,)."""
+    posterior = sample(problem, rng=rng, max_steps=max_steps)
+    return {
+        "sd_ratio": _digits(posterior.sd / sd),
+        "shift": _digits((posterior.mean - mode) / sd),
         "converged": bool(posterior.converged),
         "shortcomings": list(posterior.shortcomings),
         "seconds": round(posterior.seconds, 1),
-        "searches": {name: result | found(ends[name], truth) for name, result in searches.items()},
-        "unseen": predictions(problem, xi, draws, sets, n_unseen),
     }
 
 
@@ -103,7 +116,7 @@ def _digits(values) -> list[float]:
     return [float(f"{x:.4g}") for x in values]
 
 
-def _expected(proof, xi) -> np.ndarray:
+def _expected(proof) -> np.ndarray:
     """(n,) sds over the size of the values that the judge expects of the vehicle itself, without any record."""
     judge = proof.appraiser
     (name,) = (name for name, sensors in judge.sensors.items() if sensors == proof.sensors)
@@ -120,7 +133,7 @@ def boat_results(vehicle: str, sensors: str, specs: dict[str, dict], seed: int, 
         Manoeuvres, as :meth:`bayesub.thesis.richest.Appraiser.manoeuvre` takes them.
     seed : int
     sizes : dict of str to int
-        ``n_boats``, ``n_searches`` of them all together, ``n_unseen`` and ``max_steps``.
+        ``n_boats``, ``n_sampled`` of them, ``n_searches`` of them all together, ``n_unseen`` and ``max_steps``.
     k : int
     """
     appraiser = appraiser_of(vehicle)
@@ -128,7 +141,8 @@ def boat_results(vehicle: str, sensors: str, specs: dict[str, dict], seed: int, 
     rng = np.random.default_rng([seed, 2, k])
     xi, n_failed = boat_of_prior(appraiser.boat, appraiser.exact.names, list(manoeuvres.values()), rng)
     whole, rest = divmod(sizes["n_searches"], sizes["n_boats"])
-    options = {"n_searches": whole + (k < rest), "n_unseen": sizes["n_unseen"], "max_steps": sizes["max_steps"]}
+    max_steps = sizes["max_steps"] if k < sizes["n_sampled"] else 0
+    options = {"n_searches": whole + (k < rest), "n_unseen": sizes["n_unseen"], "max_steps": max_steps}
     return {
         name: trial_results(Proof(vehicle, sensors, manoeuvre), xi, np.random.default_rng([seed, 3, k, j]), **options)
         | {"boats_drawn_again": n_failed}
@@ -138,26 +152,25 @@ def boat_results(vehicle: str, sensors: str, specs: dict[str, dict], seed: int, 
 
 def sqp_ends(problem: Problem, rng: np.random.Generator, n: int) -> dict:
     """Where n searches without the prior end that start spread as the prior is."""
-    estimate = sqp(problem, rng=rng, n_starts=n, start_spread=START_SPREAD)
-    return _ends(problem, estimate.solutions, estimate.starts, estimate.seconds / n)
+    estimate = sqp(problem, rng=rng, n_starts=n, start_spread=START_SPREAD, max_iterations=MAX_ITERATIONS)
+    return _ends(problem, estimate.solutions, estimate.seconds / n)
 
 
 def gauss_newton_ends(problem: Problem, rng: np.random.Generator, n: int) -> dict:
     """Where n searches for the posterior mode end that start at draws of the prior."""
-    starts, solutions, seconds = [], [], 0.0
-    while len(starts) < n:
+    solutions, seconds = [], 0.0
+    while len(solutions) < n:
         (start,) = problem.prior.sample(rng, 1)
         try:
             estimate = gauss_newton(problem, start)
         except ValueError:  # the boat of the start does not complete the manoeuvre
             continue
-        starts.append(start)
         solutions.append(estimate.values)
         seconds += estimate.seconds
-    return _ends(problem, np.array(solutions), np.array(starts), seconds / n)
+    return _ends(problem, np.array(solutions), seconds / n)
 
 
-def _ends(problem, solutions, starts, seconds) -> dict:
+def _ends(problem, solutions, seconds) -> dict:
     misfit = np.nan_to_num(np.sum(problem.residuals(solutions) ** 2, axis=1), nan=1e9) / problem.record.n_readings
     return {"solutions": solutions, "misfit": _digits(misfit), "seconds": round(float(seconds), 2)}
 
@@ -218,36 +231,43 @@ def predictions(problem: Problem, xi: np.ndarray, draws: np.ndarray, sets: dict,
 
 def summary(trials: list[dict]) -> dict:
     """What the trials of several boats on one manoeuvre show together, as JSON types."""
-    ratios = np.concatenate([np.divide(t["sd"], t["expected"]) for t in trials])
-    errors = np.concatenate([np.subtract(t["mean"], t["truth"]) / np.array(t["sd"]) for t in trials])
+    expected, sd, mode, truth = (np.array([t[key] for t in trials]) for key in ("expected", "sd", "mode", "truth"))
     coverages = [calibration.coverage(t["rank"]) for t in trials]
-    expected, sds = ([np.array(t[key]) for t in trials] for key in ("expected", "sd"))
+    sampled = [t["sampled"] for t in trials if t["sampled"]]
+    unseen = [t["unseen"] for t in trials]
     return {
         "n_trials": len(trials),
-        "n_params": len(trials[0]["names"]),
+        "n_params": trials[0]["n_params"],
         "n_converged": sum(t["converged"] for t in trials),
         "boats_drawn_again": sum(t["boats_drawn_again"] for t in trials),
-        "seconds": float(np.median([t["seconds"] for t in trials])),
         "n_known": {
-            "expected": float(np.mean([np.count_nonzero(e <= SHARE) for e in expected])),
-            "posterior": float(np.mean([np.count_nonzero(s <= SHARE) for s in sds])),
+            key: float((s <= SHARE).sum(axis=1).mean()) for key, s in (("expected", expected), ("achieved", sd))
         },
-        "sd_over_expected": _digits(np.quantile(ratios, [0.05, 0.5, 0.95])),
-        "pairs": [_digits(values) for values in (np.mean(expected, axis=0), np.median(sds, axis=0))],
-        "rms_error": float(np.sqrt(np.mean(errors**2))),
+        "sd_over_expected": _digits(np.quantile(sd / expected, [0.05, 0.5, 0.95])),
+        "pairs": [_digits(expected[0]), _digits(np.median(sd, axis=0))],
+        "rms_error": float(np.sqrt(np.mean(((mode - truth) / sd) ** 2))),
         "coverage": {f"{100 * level:g} %": _mean([c[level] for c in coverages]) for level in calibration.INTERVALS},
+        "sampled": {
+            "n": len(sampled),
+            "n_converged": sum(s["converged"] for s in sampled),
+            "sd_ratio": _spread([x for s in sampled for x in s["sd_ratio"]]),
+            "shift": _spread([x for s in sampled for x in s["shift"]]),
+            "seconds": _spread([s["seconds"] for s in sampled]),
+        },
+        "found": _mean(np.mean(np.abs(mode / truth - 1.0) <= SHARE, axis=1)),
         "searches": {name: _searches([t["searches"][name] for t in trials]) for name in trials[0]["searches"]},
-        "found_by_posterior": _mean([np.mean(np.abs(np.divide(t["mean"], t["truth"]) - 1.0) <= SHARE) for t in trials]),
         "unseen": {
-            "n": sum(t["unseen"]["n"] for t in trials),
-            "errors": {
-                name: _digits(np.median([t["unseen"]["errors"][name] for t in trials], axis=0))
-                for name in trials[0]["unseen"]["errors"]
-            },
-            "held": _mean([t["unseen"]["held"] for t in trials]),
-            "failed": {name: sum(t["unseen"]["failed"][name] for t in trials) for name in trials[0]["unseen"]["failed"]},
+            "n": sum(u["n"] for u in unseen),
+            "errors": {key: _digits(np.median([u["errors"][key] for u in unseen], 0)) for key in unseen[0]["errors"]},
+            "held": _mean([u["held"] for u in unseen]),
+            "failed": {key: sum(u["failed"][key] for u in unseen) for key in unseen[0]["failed"]},
         },
     }
+
+
+def _spread(values) -> list[float]:
+    """Fifth, fiftieth and 95th per cent, nothing of nothing."""
+    return _digits(np.quantile(values, [0.05, 0.5, 0.95])) if len(values) else []
 
 
 def _searches(results) -> dict:

@@ -67,8 +67,7 @@ def draw_counts(path, vehicles: dict, arrays: dict) -> None:
                 panel.stairs(within, edges, color=style.READINGS, fill=True)
                 looks = result["manoeuvres"]
                 coupled, optimum = (
-                    looks[name]["sensors"][sensors]["n_known"][str(SHARE)]
-                    for name in (COUPLED, f"{sensors} optimised")
+                    looks[name]["sensors"][sensors]["n_known"][str(SHARE)] for name in (COUPLED, f"{sensors} optimised")
                 )
                 best, _ = best_standard(looks, sensors)
                 floor = looks[f"{sensors} optimised"]["sensors"][sensors]["sharper"]["no error"]
@@ -205,20 +204,31 @@ def draw_manoeuvre(path, vehicle: str, arrays: dict, sensors: str = "log") -> No
         panels[0].set_title(f"{vehicle}: optimised for {TITLES[sensors]}", fontsize=9)
 
 
-def draw_options(path, options: dict) -> None:
-    """How many coefficients each option of a trial makes known."""
-    names = list(options)
-    with style.figure(path, 7.5, 0.3 * len(names) + 0.9) as figure:
-        panel = figure.subplots()
-        counts = [options[name]["n_known"] for name in names]
-        panel.barh(range(len(names)), counts, color=[style.PRIOR, *[style.POSTERIOR] * (len(names) - 1)])
-        for k, count in enumerate(counts):
-            panel.text(count + 0.4, k, count, va="center", fontsize=8.5)
-        panel.axvline(counts[0], color=style.TRUTH, lw=0.8)
-        panel.set_yticks(range(len(names)), names)
-        panel.invert_yaxis()
-        panel.grid(axis="y", visible=False)
-        panel.set_xlabel(f"coefficients known to 10 % of {next(iter(options.values()))['n_coefficients']}")
+def draw_options(path, options: list[dict], worth: dict) -> None:
+    """How many coefficients each option of a trial makes known, each sensor, and each value from a towing tank."""
+    sensors = {f"without {name}": r for name, r in worth["without"].items()}
+    sensors |= {f"with {name}": r for name, r in worth["further"].items()}
+    sensors = {"as they are": worth["whole"]} | sensors
+    tank = {"none": worth["whole"]} | {f"+ {v['name']}": v for v in worth["tank"]}
+    columns = {
+        "search of each option": {r["name"]: r for r in options},
+        "best manoeuvre: sensors": sensors,
+        "best manoeuvre: towing-tank values": tank,
+    }
+    height = 0.22 * max(map(len, columns.values())) + 0.8
+    with style.figure(path, 11.0, height) as figure:
+        panels = figure.subplots(1, len(columns))
+        for panel, (title, results) in zip(panels, columns.items(), strict=True):
+            values = [r["n_known"] for r in results.values()]
+            panel.barh(range(len(values)), values, color=[style.PRIOR, *[style.POSTERIOR] * (len(values) - 1)])
+            for k, count in enumerate(values):
+                panel.text(count + 0.5, k, count, va="center", fontsize=8)
+            panel.axvline(values[0], color=style.TRUTH, lw=0.8)
+            panel.set_yticks(range(len(values)), list(results), fontsize=8)
+            panel.set_ylim(max(map(len, columns.values())) - 0.4, -0.6)
+            panel.set_title(title, fontsize=9)
+            panel.grid(axis="y", visible=False)
+        figure.supxlabel(f"coefficients known to 10 % of {worth['whole']['n_coefficients']}", fontsize=9)
 
 
 def draw_proof(path, proof: dict) -> None:
@@ -240,10 +250,10 @@ def draw_proof(path, proof: dict) -> None:
                 second.plot([j - 0.3, j + 0.3], [float(level.split()[0]) / 100] * 2, color=style.TRUTH, lw=0.8)
         second.set_xticks(range(3), list(proof["best"]["coverage"]))
         second.set(ylim=(0, 1.03), xlabel="intervals", ylabel="share that hold the truth")
-        words = ("posterior mean", "SQP", "Gauss-Newton")
+        words = ("posterior mode", "SQP", "Gauss-Newton")
         for k, (name, (colour, *_)) in enumerate(looks.items()):
             result = proof[name]
-            found = [result["found_by_posterior"], *(result["searches"][w]["found"] for w in words[1:])]
+            found = [result["found"], *(result["searches"][w]["found"] for w in words[1:])]
             place = np.arange(3) + 0.38 * (k - 0.5)
             third.bar(place, [f["mean"] for f in found], 0.36, yerr=[2.0 * (f["error"] or 0.0) for f in found],
                       color=colour, ecolor="#808080")  # fmt: skip
