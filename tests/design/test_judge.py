@@ -15,7 +15,7 @@ from bayesub.problem.rounding import Rounded
 from bayesub.sensors import ADCP, DVL, INS, Track
 
 STEP = 2.0
-FREE = ("Xuu", "Yuv", "Yur", "Nuv", "Nur", "Nuu_dr", "Muw", "Muq", "Kp")
+FREE = ("Xuu", "Yuv", "Yur", "Kup", "Muw", "Muq", "Nuv", "Nuu_dr", "Nur")
 SENSORS = (*Track(0.5, 0.1, interval_s=5.0), *DVL(sd_mps=0.005, interval_s=5.0))
 PRIOR = bs.priors.relative_normal(0.25)
 
@@ -87,8 +87,8 @@ def test_coefficients_that_a_manoeuvre_cannot_show_keep_their_prior(boat):
 def test_nuisance_parameters_are_integrated_out(boat, manoeuvre):
     normal = bs.priors.normal
     nuisance = {
-        "bias_yaw_deg": normal(0.0, 0.5), "bias_u_mps": normal(0.0, 0.02), "current_north_mps": normal(0.0, 0.2),
-        "bias_rudder_deg": normal(0.0, 0.5), "scale_stern_plane": normal(1.0, 0.1), "xG": normal(0.0, 0.1),
+        "bias_yaw_deg": normal(0.0, 0.5), "bias_u_ground_mps": normal(0.0, 0.02), "current_north_mps": normal(0.0, 0.2),
+        "bias_rudder_deg": normal(0.0, 0.5), "scale_stern_plane": normal(1.0, 0.1), "xG_m": normal(0.0, 0.1),
     }  # fmt: skip
     (told,) = judge_of(boat, nuisance=nuisance).information(manoeuvre)
     problem = posed(boat, manoeuvre, nuisance=nuisance)
