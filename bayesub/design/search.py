@@ -66,7 +66,7 @@ class Found:
     cost : float
     n_judgements : int
     best : (n_generations,) array
-        Least cost after each generation.
+        Least cost after each generation, that of the start included.
     """
 
     numbers: np.ndarray
@@ -96,7 +96,7 @@ def search(
     n_judgements : int
         Manoeuvres to judge, rounded up to whole generations.
     start : (n_dims,) array, optional
-        By default the best of a generation's random ones.
+        Which is judged too; by default the best of a generation's random ones.
     sigma : float
         How far the first generation spreads.
     mapped : callable
@@ -113,13 +113,16 @@ def search(
     seed = int(rng.integers(2**31))
     costs = _Costs(cost, mapped, saved)
     size = 4 + int(3.0 * np.log(cost.n_dims))
-    if start is None:
+    if start is not None:
+        starts = [np.clip(start, -1.0, 1.0)]
+    else:
         starts = [np.concatenate([family.start(rng) for family in cost.families]) for _ in range(size)]
         starts = [share * numbers for numbers in starts for share in (0.1, 0.3, 1.0)]
-        start = starts[int(np.argmin(costs(starts)))]
+    of_starts = costs(starts)
+    start = starts[int(np.argmin(of_starts))]
     bounds = np.tile([-1.0, 1.0], (cost.n_dims, 1))
-    optimiser = SepCMA(np.clip(start, -1.0, 1.0), sigma, bounds=bounds, seed=seed, population_size=size)
-    least, numbers, history = np.inf, start, []
+    optimiser = SepCMA(start.copy(), sigma, bounds=bounds, seed=seed, population_size=size)  # which moves its mean
+    least, numbers, history = min(of_starts), start, []
     while costs.n < n_judgements:
         asked = [optimiser.ask() for _ in range(size)]
         answers = costs(asked)

@@ -127,6 +127,22 @@ def test_nothing_within_the_limits_is_an_error_in_words():
         solved(Quadratic(OPTIMUM, offset=OUTSIDE), n=60)
 
 
+class Narrow(Quadratic):
+    """A bowl that only numbers near zero may enter."""
+
+    def __call__(self, numbers):
+        return super().__call__(numbers) + (OUTSIDE if np.abs(numbers).max() > 0.1 else 0.0)
+
+
+def test_a_start_that_no_later_manoeuvre_betters_is_the_answer():
+    """The generations of a short search spread further than the limits allow; its first manoeuvres did not."""
+    best = solved(Narrow(OPTIMUM), n=60)
+    assert best.cost < OUTSIDE
+    assert np.abs(best.numbers).max() <= 0.1
+    given = solved(Narrow(OPTIMUM), n=60, start=np.full(6, 0.05))
+    assert given.cost <= Narrow(OPTIMUM)(np.full(6, 0.05))
+
+
 @pytest.fixture(scope="module")
 def cost():
     boat = bs.load_vehicle("suboff")
