@@ -1,6 +1,7 @@
 """Random limits files of any boat: a design or a refusal in one line, never anything else."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -80,6 +81,24 @@ def test_any_limits_of_any_boat(tmp_path_factory, content, name, kind, numbers):
     message = refusal(vehicle, path, kind, numbers)
     assert "\n" not in message
     assert not message or 10 < len(message) < 500
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from(VEHICLES),
+    st.integers(0, 10_000),
+    st.sampled_from([0.1, 1.0, 30.0]),
+    st.sampled_from(sorted(KINDS)),
+)
+def test_boats_of_any_coefficients(tmp_path_factory, name, seed, spread, kind):
+    """Coefficients from a tenth off to thirty times as large and of the other sign: some boats fly, some do not."""
+    vehicle, rng = vehicle_of(name), np.random.default_rng(seed)
+    boat = replace(vehicle, xi=vehicle.xi * (1.0 + spread * rng.standard_normal(len(vehicle.xi))))
+    path = tmp_path_factory.mktemp("limits") / "limits.toml"
+    path.write_text("pitch_deg = 60.0\nroll_deg = 60.0\n", encoding="utf-8")
+    message = refusal(boat, path, kind, rng.uniform(-1.0, 1.0, 20))
+    assert "\n" not in message
+    assert not message or "straight flight" in message or "mass" in message
 
 
 LENIENT = {
