@@ -68,8 +68,8 @@ def examine(path: Path, vehicles: Sequence = ()) -> tuple[str, Card | None]:
             return describe(path)
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
-        "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors') nor "
-        "a disturbance (no 'disturbance')"
+        "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors'), a "
+        "disturbance (no 'disturbance') nor limits (no 'share_of_draws')"
     )
 
 
@@ -129,7 +129,10 @@ def _instruments(path: Path):
     from bayesub.sensors import flat
     from bayesub.study.trial_section import read_instruments
 
-    channels = flat([section.build() for section in read_instruments(path).sensors])
+    if toml_files.read_toml_table(path).keys() & {"free", "prior", "nuisance", "noise", "disturbance"}:
+        from bayesub.study.design_file import read_design as read_instruments
+    file = read_instruments(path)
+    channels = flat([section.build() for section in file.sensors])
     return f"instruments that read {', '.join(sensor.column for sensor in channels)}", None
 
 
@@ -139,6 +142,13 @@ def _map(path: Path):
     log_map = read_map(path)
     kind = f" of kind {log_map.kind}" if log_map.kind else ""
     return f"map of logs{kind} to {', '.join(log_map.columns)}", None
+
+
+def _limits(path: Path):
+    from bayesub.design.limits import load_limits
+
+    limits = load_limits(path).model_dump(exclude_none=True)
+    return f"limits of a trial: {', '.join(f'{key} {value:g}' for key, value in limits.items())}", None
 
 
 def _disturbance_file(path: Path):
@@ -159,6 +169,7 @@ _KINDS = {
     "kind": _manoeuvre,
     "sensors": _instruments,
     "disturbance": _disturbance_file,
+    "share_of_draws": _limits,
 }
 
 

@@ -20,6 +20,7 @@ from bayesub.study.known_before import KnownBefore, known_before
 from bayesub.study.provenance import copy_name, environment, file_digest
 
 DEFAULT, MINUTES = "known:10", 10.0
+EXACT = 1e-4  # relative sd of a quantity, before any trial, below which it depends on nothing that is unknown
 OPTIMALITY = {
     "D": "a small volume of the posterior (D-optimality)",
     "A": "small variances on average (A-optimality)",
@@ -216,7 +217,7 @@ def _asked(name: str, judge: Judge) -> Asked:
     gradient = quantities.gradient(vehicle, quantity, judge.columns)
     if not (np.isfinite(value) and np.isfinite(gradient).all()):
         raise InputError(f"--for {name}: {vehicle.name} does not reach it; ask for another quantity")
-    if not gradient.any():
+    if judge.empty().prior_sd_of(gradient) <= EXACT * abs(value):
         raise InputError(
             f"--for {name}: depends on none of the coefficients to infer; ask for another, or change [free]"
         )

@@ -145,7 +145,7 @@ BAD = {
     "a criterion and a name": ("--for D --for Nuv", "--for D --for Nuv: contradict each other"),
     "no share": ("--for known:0", "expected known: and per cent"),
     "a coefficient without part": ("--for Zuw", "--for Zuw: is not among the coefficients to infer"),
-    "a quantity of another plane": ("--for vertical_stability", "vertical_stability: depends on none of the coefficients"),
+    "a quantity of another plane": ("--for vertical_stability", "vertical_stability: depends on none of"),
     "no family": ("--family curve", "--family curve: unknown: did you mean 'curves'"),
     "curves for a helmsman": ("--limits helmsman.toml --family curves", "contradicts orders_an_hour"),
     "time twice": ("--minutes 1", "--minutes and --judgements exclude each other"),
@@ -167,6 +167,8 @@ def test_new_limits_are_limits(folder, bayesub):
     assert all(value is not None for value in limits.model_dump().values())
     assert limits.of_controls == {"rudder_deg": 20.0, "rudder_degps": 3.0}
     assert bayesub("new", "limits", "-o", "new.toml")[0] == 2
+    assert "limits of a trial: min_rpm_percent 50, " in bayesub("check", "new.toml")[1]
+    assert bayesub("check", "sensors.toml")[1].endswith("instruments that read u_ground_mps, v_ground_mps, r_degps\n")
 
 
 @pytest.mark.parametrize("case", BAD)
