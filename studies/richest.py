@@ -28,7 +28,7 @@ VEHICLES = ("suboff", "auv690", "npsauv", "remus100")
 SENSORS = ("track", "rounded", "log")
 KINDS = ("steps", "curves")  # of searches
 N_RANDOM, CHUNK = 10_000, 100
-N_JUDGEMENTS = {"suboff": 4000, "auv690": 1500, "npsauv": 1500, "remus100": 1500}  # of a search
+N_JUDGEMENTS = {"suboff": 4000, "auv690": 2000, "npsauv": 2000, "remus100": 2000}  # of a search
 N_OPTION = 1500  # judgements of the search of an option
 N_CONDITIONS = 300  # random manoeuvres whose condition numbers are computed
 PROOF = ("auv690", "track")
@@ -107,7 +107,9 @@ def search_all(run, vehicle, results):
     pairs = [(sensors, kind) for sensors in SENSORS for kind in KINDS]
     starts = [richest.ranked(results, sensors)["best"] for sensors, _ in pairs]
     n_judgements = QUICK["judgements"] if run.quick else N_JUDGEMENTS[vehicle]
-    ends = run.repeat(f"searches_{vehicle}", partial(search_one, vehicle, pairs, starts, n_judgements), len(pairs))
+    ends = run.repeat(
+        f"searches_{vehicle}", partial(search_one, run.folder, vehicle, pairs, starts, n_judgements), len(pairs)
+    )
     searches = {}
     for sensors in SENSORS:
         some = [result for (name, _), result in zip(pairs, ends, strict=True) if name == sensors]
@@ -115,10 +117,11 @@ def search_all(run, vehicle, results):
     return searches
 
 
-def search_one(vehicle, pairs, starts, n_judgements, k):
+def search_one(folder, vehicle, pairs, starts, n_judgements, k):
     """One search, which begins at the best random manoeuvre that keeps the limits."""
     seed = (SEED, 1, VEHICLES.index(vehicle), k)
-    return richest.optimised(vehicle, *pairs[k], seed, n_judgements, (SEED, starts[k]))
+    saved = folder / f"costs_{vehicle}_{'_'.join(pairs[k])}.txt"
+    return richest.optimised(vehicle, *pairs[k], seed, n_judgements, (SEED, starts[k]), saved)
 
 
 def prove(run, vehicle, sensors, best):

@@ -7,6 +7,7 @@ sum of that of single channels.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -242,7 +243,13 @@ def ranked(results: dict, sensors: str) -> dict[str, int]:
 
 
 def optimised(
-    vehicle: str, sensors: str, kind: str, seed: Sequence[int], n_judgements: int, start: Sequence[int]
+    vehicle: str,
+    sensors: str,
+    kind: str,
+    seed: Sequence[int],
+    n_judgements: int,
+    start: Sequence[int],
+    saved: Path | None = None,
 ) -> dict:
     """The best manoeuvre that a search of a family finds within the limits.
 
@@ -254,6 +261,8 @@ def optimised(
     n_judgements : int
     start : sequence of int
         Seed of the random manoeuvre that it begins with, as far as the family can follow it.
+    saved : Path, optional
+        File of costs from which a search that was killed, or one of fewer judgements, continues.
 
     Returns
     -------
@@ -264,7 +273,7 @@ def optimised(
     cost = Cost(SensorSet(appraiser, sensors), appraiser.range, (appraiser.family(kind),), Known(SHARE))
     first = appraiser.numbers_like(appraiser.random(start)[1], kind)
     rng = np.random.default_rng(seed)
-    result = search(cost, rng, n_judgements=n_judgements, start=first, sigma=START_SIGMA)
+    result = search(cost, rng, n_judgements=n_judgements, start=first, sigma=START_SIGMA, saved=saved)
     looks = np.linspace(0, len(result.best) - 1, min(20, len(result.best))).astype(int)
     return {
         "kind": kind,

@@ -159,7 +159,8 @@ def _proof(proof: dict) -> Iterator[str]:
     }
     yield from markdown.columns(results, cells)
     yield SEARCHES
-    cells = {"manoeuvre": itemgetter("name"), "posterior mode": lambda r: share(r["found"])}
+    cells = {"manoeuvre": itemgetter("name"), "prior mean": lambda r: share(r["guess"])}
+    cells |= {"posterior mode": lambda r: share(r["found"])}
     for name in ("SQP", "Gauss-Newton"):
         cells |= {
             name: lambda r, name=name: share(r["searches"][name]["found"]),

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from bayesub.io.log_files import STATES
+from bayesub.io.log_files import HEADERS, STATES
+from bayesub.model.vehicles import load_vehicle
 from bayesub.plots import style
 from bayesub.thesis.mechanisms import PAIRS
 from bayesub.thesis.richest import SHARE
@@ -172,9 +173,9 @@ def draw_coupling(path, vehicle: str, result: dict, arrays: dict) -> None:
                 panel.plot(x, y, "-", lw=0.5, color=style.PRIOR)
                 panel.plot(x, y, ".", ms=2.5, color=style.POSTERIOR)
                 panel.set_xlabel(f"{second} (deg/s)")
-                panel.text(0.97, 0.97, f"correlation {result['manoeuvres'][label]['coupling'][pair]:+.3f}",
-                           transform=panel.transAxes, ha="right", va="top", fontsize=8)  # fmt: skip
-            column[0].set_title(title, fontsize=9)
+                correlation = f"correlation {result['manoeuvres'][label]['coupling'][pair]:+.3f}"
+                panel.text(1.0, 1.01, correlation, transform=panel.transAxes, ha="right", va="bottom", fontsize=8)
+            column[0].set_title(title, fontsize=9, pad=16)
         for row, (first, _) in zip(panels, PAIRS.values(), strict=True):
             row[0].set_ylabel(f"{first} (m/s)")
 
@@ -183,7 +184,8 @@ def draw_manoeuvre(path, vehicle: str, arrays: dict, sensors: str = "log") -> No
     """Orders, depth and attitude of the optimised manoeuvre over time."""
     label = f"{vehicle}/{sensors} optimised"
     times, orders, states = (arrays[f"{label}/{key}"].astype(float) for key in ("times", "orders", "states"))
-    names = ("rudder (deg)", "bow plane (deg)", "stern plane (deg)")[: len(orders) - 1]
+    shorts = [control.short for control in load_vehicle(vehicle).equations.controls]
+    names = [style.with_unit(HEADERS.get(short, short)) for short in shorts]
     with style.figure(path, 8.0, 5.4) as figure:
         panels = figure.subplots(4, 1, sharex=True)
         colours = (style.POSTERIOR, style.LINEAR, style.SQP)
@@ -250,13 +252,13 @@ def draw_proof(path, proof: dict) -> None:
                 second.plot([j - 0.3, j + 0.3], [float(level.split()[0]) / 100] * 2, color=style.TRUTH, lw=0.8)
         second.set_xticks(range(3), list(proof["best"]["coverage"]))
         second.set(ylim=(0, 1.03), xlabel="intervals", ylabel="share that hold the truth")
-        words = ("posterior mode", "SQP", "Gauss-Newton")
+        words = ("no trial", "posterior mode", "SQP", "Gauss-Newton")
         for k, (name, (colour, *_)) in enumerate(looks.items()):
             result = proof[name]
-            found = [result["found"], *(result["searches"][w]["found"] for w in words[1:])]
-            place = np.arange(3) + 0.38 * (k - 0.5)
+            found = [result["guess"], result["found"], *(result["searches"][w]["found"] for w in words[2:])]
+            place = np.arange(len(words)) + 0.38 * (k - 0.5)
             third.bar(place, [f["mean"] for f in found], 0.36, yerr=[2.0 * (f["error"] or 0.0) for f in found],
                       color=colour, ecolor="#808080")  # fmt: skip
-        third.set_xticks(range(3), words)
-        third.set(ylabel="coefficients within 10 % of the truth", ylim=(0, 1))
+        third.set_xticks(range(len(words)), [word.replace(" ", "\n").replace("-", "-\n") for word in words])
+        third.set(ylabel="coefficients within 10 %", ylim=(0, 1))
         third.grid(axis="x", visible=False)
