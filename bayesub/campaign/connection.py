@@ -29,6 +29,8 @@ _CLASSES = {  # of dask-jobqueue
     "htcondor": "HTCondorCluster",
     "local": "local.LocalCluster",
 }
+# Text of a preload script: Ctrl-C at a terminal goes to the workers too.
+_DEAF = "from bayesub.campaign.executors import ignore_interrupt; ignore_interrupt()"
 _FORMS = "expected tcp://host:port, tls://host:port, local:N, or a YAML file"
 Count = Annotated[int, pydantic.Field(ge=1)]
 
@@ -182,7 +184,8 @@ def _scheduler(address: str, security, code, remark) -> Executor:
 def _on_this_machine(n: int, code, remark) -> Executor:
     from distributed import LocalCluster
 
-    cluster = LocalCluster(n, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs="CRITICAL")
+    options = {"threads_per_worker": 1, "processes": True, "dashboard_address": ":0", "silence_logs": "CRITICAL"}
+    cluster = LocalCluster(n, **options, preload=[_DEAF])
     return _own(cluster, f"local:{n}", code, remark)
 
 

@@ -127,10 +127,10 @@ class Processes(Executor):
         from joblib.externals.loky import get_reusable_executor
 
         threads = {f"{name}_NUM_THREADS": "1" for name in _THREADS}
-        return get_reusable_executor(self.n, timeout=_IDLE_S, initializer=_ignore_interrupt, env=threads)
+        return get_reusable_executor(self.n, timeout=_IDLE_S, initializer=ignore_interrupt, env=threads)
 
 
-def _ignore_interrupt() -> None:
+def ignore_interrupt() -> None:
     """Leave Ctrl-C to the process that has started this one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 

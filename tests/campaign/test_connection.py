@@ -38,6 +38,7 @@ from bayesub.study.script import load
 from bayesub.thesis import cases
 
 CALIBRATION = load(Path({studies!r}) / "calibration.py")
+CALIBRATION.MAX_STEPS = 300
 DISTURBED = load(Path({studies!r}) / "disturbed.py")
 
 
