@@ -40,7 +40,6 @@ FIGURES = {
     "point to errors below the edge.",
     "noise": "Share of coefficients that are lost, that is, uncertain by more than 10 %, by the noise of the track "
     "and of the velocities.",
-    "ifac_*": "IFAC 2003, {}: one search from a random start, ratios to the truth.",
 }
 GLOSSARY = "booth"
 ANSWER = """

@@ -2,7 +2,7 @@
 
 Question: the thesis draws the costs of 50 identified sets on 100 unseen manoeuvres, sorts the manoeuvres by their mean,
 and finds that single sets follow no order (Figures 75-78, 82, 115, 118-126; costs of Tables 30-32).
-Claim: the set explains more of the variance of log costs than the manoeuvre.
+Claim: the set explains more of the variance of log costs than the manoeuvre; but single sets do follow the order.
 Cost: about three minutes.
 
 Sets and manoeuvres are those of the study `prediction`. Costs and positions are those of a boat as long as suboff.
@@ -24,17 +24,31 @@ N_SETS, N_MANOEUVRES, MAX_ITERATIONS = 50, 100, 500
 QUICK = (4, 5, 60)
 N_EXTREME = 5  # sets that vary most, and least
 EVERY = 4  # samples of a track that are kept
+FIGURES = {
+    "sorted": "Costs over manoeuvres sorted by their mean (black) within the range of all sets (grey). The five sets "
+    "that vary most jump by as much as the mean rises. Those that vary least rise with it all the same, by a third to "
+    "all of what it rises by; in the thesis some do not.",
+    "surfaces": "Cost of every set on every manoeuvre, sorted: rows differ more than columns.",
+    "worst_tracks": "The set with the highest mean cost on its worst manoeuvre: from above, depth, and distance from "
+    "the true track over time, beside the largest error of all sets. Depths above the surface are the model's, which "
+    "knows none.",
+}
+ANSWER = """
+The set explains {*/variance/set; min; percent; .0f} to {*/variance/set; max; percent; .0f} % of the variance of log
+costs, the manoeuvre {*/variance/manoeuvre; min; percent; .0f} to {*/variance/manoeuvre; max; percent; .0f} %. The worst
+set of suboff ends {suboff/worst_set_m; .0f} m off, the largest error of any is {suboff/largest_m; .0f} m.
+"""
 
 
 def compute(run):
     """Errors and costs of every set on every manoeuvre, and the worst tracks."""
     vehicles = ("npsauv",) if run.quick else cases.VEHICLES
-    return run.parts("flights", {vehicle: partial(flights, run, vehicle) for vehicle in vehicles})
+    return run.parts("flights", {vehicle: partial(flights, vehicle, run.quick) for vehicle in vehicles})
 
 
-def flights(run, vehicle):
-    """One vehicle: numbers of Tables 29 to 32; errors, costs and worst tracks go to a file of arrays."""
-    n_sets, n_manoeuvres, max_iterations = QUICK if run.quick else (N_SETS, N_MANOEUVRES, MAX_ITERATIONS)
+def flights(vehicle, quick):
+    """One vehicle: numbers of Tables 29 to 32, and arrays of costs and worst tracks."""
+    n_sets, n_manoeuvres, max_iterations = QUICK if quick else (N_SETS, N_MANOEUVRES, MAX_ITERATIONS)
     problem, estimate = cases.identified(vehicle, "coupled", n_sets, max_iterations)
     boat, length = problem.vehicle, cases.length_scale(problem.vehicle)
     random = problem.coefficient_sets(estimate.starts)
@@ -53,7 +67,6 @@ def flights(run, vehicle):
         costs.append(some[1][:-1])
         held.append([x[-1] for x in some])
         tracks.append(states[: 1 + n_sets, ::EVERY, :3] / length)
-        run.progress.update(len(tracks), n_manoeuvres, "manoeuvres", vehicle)
     errors, costs, held = np.array(errors).T, np.array(costs).T, np.array(held).T
     order = np.argsort(np.nanmean(costs[identified], axis=1))
     chosen = {"best": order[0], "middle": order[len(order) // 2], "worst": order[-1]}
@@ -66,10 +79,10 @@ def flights(run, vehicle):
         arrays |= {f"{name}_true": tracks[m][0], f"{name}_predicted": tracks[m][1 + k]}
     logs = np.log10(costs[identified])
     arrays = {key: values.astype(np.float32) for key, values in arrays.items()}
-    run.save_arrays(f"flights_{vehicle}", log_costs=logs.astype(np.float16), **arrays)
+    arrays["log_costs"] = logs.astype(np.float16)
     rise = np.nanmean(logs, axis=0)
     extreme = np.argsort(np.nanstd(logs, axis=1))
-    return {
+    numbers = {
         "n_sets": n_sets,
         "all_m": spread(errors[identified]),
         "all_cost": spread(costs[identified]),
@@ -83,6 +96,7 @@ def flights(run, vehicle):
             "most varying": slopes(logs[extreme[-N_EXTREME:]], rise),
         },
     }
+    return numbers, arrays
 
 
 def off(states, truth, length):
@@ -100,13 +114,13 @@ def slopes(logs, rise):
 
 def draw(run, numbers):
     """Surfaces, sorted costs with single sets, worst tracks with depth and error over time, and the tables."""
+    run.page(tables(numbers))
     arrays = {vehicle: run.load_arrays(f"flights_{vehicle}") for vehicle in numbers}
     logs = {vehicle: a["log_costs"].astype(float) for vehicle, a in arrays.items()}
     plots.draw_surfaces(run.figure("surfaces"), logs)
     plots.draw_sorted(run.figure("sorted"), logs, N_EXTREME)
     interval = {v: EVERY * cases.time_scale(cases.load_vehicle(v)) for v in numbers}
     plots.draw_worst(run.figure("worst_tracks"), arrays, numbers, interval)
-    run.page(tables(numbers))
 
 
 def tables(numbers):
@@ -140,11 +154,11 @@ def tables(numbers):
 
 
 def claims(numbers):
-    """The set says more than the manoeuvre."""
+    """The set says more than the manoeuvre, and every set follows the order of the manoeuvres."""
     for vehicle, r in numbers.items():
         by_set, by_manoeuvre = r["variance"]["set"], r["variance"]["manoeuvre"]
+        rises = [x for slopes in r["slopes"].values() for x in slopes]
         few = r["n_sets"] < N_SETS  # a few sets need not decide it
-        yield (
-            few or by_set > by_manoeuvre,
-            f"{vehicle}: the set explains {by_set:.0%}, the manoeuvre {by_manoeuvre:.0%}",
-        )
+        yield few or min(rises) > 0.1, f"{vehicle}: a set rises by {min(rises):.2g} of what the mean rises by"
+        text = f"{vehicle}: the set explains {by_set:.0%}, the manoeuvre {by_manoeuvre:.0%}"
+        yield few or by_set > by_manoeuvre, text

@@ -100,11 +100,30 @@ def draw(run, numbers):
     }
     caption = (
         "Linear least squares on rounded data. Biased: mean error over the manoeuvres beyond four standard errors of\n"
-        "that mean. Coverage: how often the classical 95 % interval of a coefficient holds the truth.\n"
+        "that mean. Coverage: how often the classical 95 % interval of a coefficient holds the truth. Manoeuvres are left\n"
+        "out whose rounded regressors depend on each other, so that their coefficients are not unique (three of npsauv).\n"
     )
-    run.page([caption, *markdown.columns(markdown.named(numbers), cells)])
+    run.page([caption, *markdown.columns(markdown.named(numbers), cells), *beyond(numbers)])
     for case, errors in run.load_arrays("errors").items():
         plots.draw_ratios(run.figure(f"ratios_{file_of(case)}"), numbers[case]["names"], numbers[case]["truth"], errors)
+
+
+def beyond(numbers):
+    """Coefficients whose ratios leave the range that the thesis prints for those that leave its plots."""
+    low, high = cases.published()["rounding"]["ratios"]
+    yield f"\nCoefficients with a ratio below {low:g} or above {high:g}, the ends of the thesis's range: the truth over the"
+    yield "median size on its axis, and least and largest ratio. Most are terms of the roll rate, which hardly moves.\n"
+    lines = []
+    for case, result in numbers.items():
+        names, truth = result["names"], np.array(result["truth"])
+        extremes = np.array(result["fits"]["rounded"]["error_quartiles"])[[0, -1]]
+        for k in np.flatnonzero(truth):
+            ratios = np.sort(1.0 + extremes[:, k] / truth[k])
+            if ratios[0] < low or ratios[1] > high:
+                axis = [abs(t) for n, t in zip(names, truth, strict=True) if n[0] == names[k][0] and t != 0]
+                lines.append((case, names[k], abs(truth[k]) / np.median(axis), *ratios))
+    cells = [(case, name, f"{size:.2g}", f"{least:.3g}", f"{most:.3g}") for case, name, size, least, most in lines]
+    yield from markdown.table(("case", "coefficient", "truth over its axis", "least", "largest"), cells)
 
 
 def n_biased(result, fit):

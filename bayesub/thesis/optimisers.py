@@ -111,7 +111,8 @@ def linear_fits(boat: Vehicle, systems: dict, held, names) -> dict:
         relative = [abs(float(values[name] / boat.xi[INDEX[name]] - 1)) for name in names]
         errors[method] = [error if np.isfinite(error) else None for error in relative]
         seconds[method] = {axis: estimate.seconds for axis, estimate in estimates.items()}
-        largest = np.nanmax([abs(v) for n, v in values.items() if boat.xi[INDEX[n]] == 0.0], initial=0.0)
+        zero = [abs(v) for n, v in values.items() if boat.xi[INDEX[n]] == 0.0 and np.isfinite(v)]
+        largest = max(zero, default=0.0)
         zeros[method] = float(np.log10(smallest / largest)) if largest > 0.0 else None
     return {"seconds": seconds, "errors": errors, "zeros": zeros}
 

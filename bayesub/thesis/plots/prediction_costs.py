@@ -21,7 +21,7 @@ def draw_surfaces(path, logs) -> None:
 
 def draw_sorted(path, logs, n_extreme) -> None:
     """Costs over manoeuvres sorted by their mean: the range of all sets, and those that vary most and least."""
-    with style.figure(path, 10.0, 4.6) as figure:
+    with style.figure(path, 9.0, 3.8) as figure:
         panels = figure.subplots(2, len(logs), squeeze=False, sharex=True, sharey=True)
         for column, (vehicle, values) in zip(panels.T, logs.items(), strict=True):
             ordered = values[:, np.argsort(np.nanmean(values, axis=0))]
