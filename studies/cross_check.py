@@ -17,7 +17,6 @@ from operator import itemgetter
 import numpy as np
 
 import bayesub as bs
-from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import cross_check as plots
 from bayesub.report import markdown
 from bayesub.sampling import CrossCheck, cross_check
@@ -68,7 +67,7 @@ def compare(case, free, *, quick):
 def draw(run, numbers):
     """Both posteriors of each case, and a table with a row a case."""
     for case, result in numbers.items():
-        plots.draw(run.figure(case.replace(" ", "_")), CrossCheck.from_json(result["check"]), EQUATIONS)
+        plots.draw(run.figure(case.replace(" ", "_")), CrossCheck.from_json(result["check"]))
     cells = {
         "case": itemgetter("name"),
         "parameters": itemgetter("n_params"),

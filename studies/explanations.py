@@ -39,8 +39,8 @@ FOUND, FALSE = 0.9, 0.05
 KINDS = ("disturbance", "slow noise", "bias", "current", "coefficient", NONE, UNCORRELATED, FITS)
 ANSWER = """
 Of ten records of auv690 with forces of 1.5 % {auv690: forces of 1.5 %/first/disturbance; .0f} get `[disturbance]`
-proposed first, of ten with a current {auv690: current*/first/current; .0f} the current. Of suboff's ten
-with Xuu held 10 % off {suboff: Xuu held 10 % off/first/coefficient; .0f} get the coefficient.
+proposed first, of ten with a current {auv690: current*/first/current; .0f} the current. Of suboff's ten with Xuu
+held 10 % off {suboff: Xuu held 10 % off/first/coefficient; .0f} get the coefficient.
 """
 GLOSSARY = "booth"
 

@@ -127,7 +127,7 @@ def draw_case(run, name, case, arrays):
     some = arrays["chosen"]
     prior = Normal(prior.mean[some], prior.sd[some])
     draws = DrawsOfCoefficients(tuple(np.array(case["names"])[some]), arrays["draws"].astype(float), prior.sd)
-    sets = arrays["exact"][:, some]
+    sets = plots.identified(arrays["exact"], reference)[:, some]
     path, everything = run.figure(f"trade_offs_{name}"), np.arange(len(some))
     corner.draw(path, draws, prior, reference[some], EQUATIONS, chosen=everything, sets={"SQP, exact track": sets})
 

@@ -27,10 +27,10 @@ QUICK_FREE = ("Xuu", "Yuv", "Nuv", "Zuw", "Muw")
 SETS = {"best": "o", "middle": "s", "worst": "D"}
 FIGURES = {
     "distributions": "Largest position error on a hundred unseen manoeuvres, on one axis for all boats, scaled to the "
-    "length of suboff. Sets that SQP identified (green, amber, vermilion) lie far left of random ones (pink), and "
-    "far right of the error of the simulation itself (black).",
-    "calibration": "How often bands of the posterior hold the true position, against what they claim. One trial a "
-    "boat: lines within the grey band are what chance alone makes.",
+    "length of suboff. Sets that SQP identified (dotted, dash-dotted, vermilion) lie far left of random ones "
+    "(dashed), and far right of the error of the simulation itself (black).",
+    "calibration": "How often bands of the posterior hold the true position, against what they claim. It is one trial "
+    "a boat, so that a line may leave the diagonal by chance; the study calibration repeats trials.",
     "sorted": "Errors by set and by manoeuvre, median and 90 %: sets differ more than manoeuvres do.",
     "sets_*": "{}: the best, the middle and the worst set as ratios to the truth. Which predicts best cannot be seen "
     "from the coefficients.",
@@ -74,7 +74,7 @@ def draw(run, numbers):
         groups = [(label, ratios, marker, colour) for label, colour, ratios, marker in groups]
         campaign.draw_sets(run.figure(f"sets_{vehicle}"), r["names"], groups)
     kinds = {v: {key: np.array(e, dtype=float) for key, e in r["kind_errors"].items()} for v, r in numbers.items()}
-    prediction.draw_distributions(run.figure("distributions"), kinds)
+    prediction.draw_distributions(run.figure("distributions"), kinds, {v: to_suboff(v) for v in numbers})
     shares = {v: np.array(list(r["coverage"].values())) for v, r in numbers.items()}
     prediction.draw_calibration(run.figure("calibration"), LEVELS, shares)
     run.page(tables(numbers))
@@ -122,8 +122,12 @@ def tables(numbers):
 
 def scaled(vehicle, metres, published=None):
     """A length on a boat as long as suboff, beside the thesis's for submarines 1 to 3."""
-    ratio = bs.load_vehicle("suboff").length_m / bs.load_vehicle(vehicle).length_m
-    return comparison(ratio * metres, published[cases.VEHICLES.index(vehicle)] if published else None)
+    return comparison(to_suboff(vehicle) * metres, published[cases.VEHICLES.index(vehicle)] if published else None)
+
+
+def to_suboff(vehicle):
+    """What makes lengths of a boat those of one as long as suboff."""
+    return bs.load_vehicle("suboff").length_m / bs.load_vehicle(vehicle).length_m
 
 
 def claims(numbers):

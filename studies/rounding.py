@@ -28,8 +28,8 @@ CASES = {
     if not (vehicle == "suboff" and scaled)
 }
 FIGURES = {
-    "coverage": "Left, how often classical 95 % intervals hold the truth, coefficients in order. Right, their bias "
-    "over their scatter. Dotted: the same with an exact matrix, which has no bias.",
+    "coverage": "Above, how often classical 95 % intervals hold the truth, coefficients in order, a column a case. "
+    "Below, their bias over their scatter. Dashed: the same with an exact matrix.",
     "ratios_*": "{}: ratio to the truth of every coefficient, a dot a manoeuvre; marks at the edge are beyond it "
     "(thesis Figures 97 and 98).",
     "tracks": "How well the sets reproduce the manoeuvres from which they were identified (thesis Figure 99).",

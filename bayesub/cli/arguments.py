@@ -39,6 +39,7 @@ def plane(subproblem: str | None) -> dict[str, str | None]:
     """The option --subproblem as an argument of the simulator; left out, the manoeuvre decides."""
     return {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
 
+
 dask_option = click.option(
     "--dask",
     default="",

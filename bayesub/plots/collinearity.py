@@ -7,6 +7,7 @@ import numpy as np
 from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
+from bayesub.plots.posterior import strong_block
 
 MAX_COLUMNS = 3
 MAX_POINTS = 1500
@@ -18,23 +19,23 @@ def draw_correlation(path, collinearities, equations: EquationSet) -> None:
     Regressors carry the labels of their coefficients; `collinearities` is axis -> Collinearity, of these
     equations.
     """
-    axes = list(collinearities.values())
+    axes = [(c.axis, *strong_block(c.names, c.correlation)) for c in collinearities.values()]
     n_columns = min(MAX_COLUMNS, len(axes))
     n_rows = -(-len(axes) // n_columns)
-    size = 0.155 * max(len(c.names) for c in axes) + 1.1
+    size = 0.155 * max(len(names) for _, names, _ in axes) + 1.1
     with style.figure(path, size * n_columns + 0.7, size * n_rows + 0.2) as figure:
         panels = figure.subplots(n_rows, n_columns, squeeze=False)
         for panel in panels.flat[len(axes) :]:
             panel.axis("off")
-        for panel, c in zip(panels.flat, axes, strict=False):
-            image = panel.imshow(c.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
-            place = range(len(c.names))
-            panel.set_xticks(place, labels(c.names, equations), rotation=90, fontsize=7)
-            panel.set_yticks(place, labels(c.names, equations), fontsize=7)
+        for panel, (title, names, correlation) in zip(panels.flat, axes, strict=False):
+            image = panel.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
+            place = range(len(names))
+            panel.set_xticks(place, labels(names, equations), rotation=90, fontsize=7)
+            panel.set_yticks(place, labels(names, equations), fontsize=7)
             panel.tick_params(length=0)
             panel.grid(visible=False)
             panel.spines[:].set_visible(False)
-            panel.set_title(c.axis, fontsize=9)
+            panel.set_title(title, fontsize=9)
         figure.colorbar(image, ax=panels, shrink=0.9, label="correlation about zero")
 
 

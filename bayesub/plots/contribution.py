@@ -6,13 +6,9 @@ from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels
 
-_MARKERS = ("o", "s", "^", "D", "v")
-_COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.WEAK, style.NULL)
-PER_ROW = 42
-
 
 def draw(path, contributions: dict, accuracies: dict[str, float], equations: EquationSet) -> None:
-    """Cost of one changed coefficient at a time, filled markers for the first fraction and open ones for the second.
+    """Cost of one changed coefficient at a time: a panel a contribution, the costliest first.
 
     Parameters
     ----------
@@ -23,30 +19,28 @@ def draw(path, contributions: dict, accuracies: dict[str, float], equations: Equ
     accuracies
         Title -> cost that the simulator itself makes, drawn as a line.
     equations
-        Whose coefficients they are, in their order.
+        Whose coefficients they are.
     """
-    present = {name for c in contributions.values() for name in c.names}
-    names = [name for name in equations.names if name in present]
-    n_rows = -(-len(names) // PER_ROW)
-    length = -(-len(names) // n_rows)
-    with style.figure(path, max(6.5, 0.27 * length + 1.2), 3.6 * n_rows + 0.6) as figure:
-        panels = figure.subplots(n_rows, 1, sharey=True, squeeze=False)[:, 0]
-        for row, panel in enumerate(panels):
-            members = names[row * length : (row + 1) * length]
-            place = {name: k for k, name in enumerate(members)}
-            for n, (title, c) in enumerate(contributions.items()):
-                at = np.array([place.get(name, -1) for name in c.names])
-                offset = 0.22 * (n - (len(contributions) - 1) / 2)
-                for fraction, costs, face in zip(c.fractions, c.costs, (_COLOURS[n], "none"), strict=True):
-                    drawn = (at >= 0) & np.isfinite(costs)
-                    panel.plot(
-                        at[drawn] + offset, costs[drawn], _MARKERS[n], ms=4, color=_COLOURS[n], mfc=face,
-                        label=f"{title}, at {100 * fraction:g} %",
-                    )  # fmt: skip
-                panel.axhline(accuracies[title], color=_COLOURS[n], lw=1.0, ls="--", label=f"{title}, simulator's own")
+    longest = max(len(c.names) for c in contributions.values())
+    with style.figure(path, max(6.5, 0.155 * longest + 1.2), 2.35 * len(contributions) + 0.3) as figure:
+        panels = figure.subplots(len(contributions), 1, sharey=True, squeeze=False)[:, 0]
+        for panel, (title, c) in zip(panels, contributions.items(), strict=True):
+            costs = np.where(np.isfinite(c.costs), c.costs, np.nan)
+            order = np.argsort(-np.nan_to_num(costs[0]), kind="stable")
+            places = np.arange(len(order))
+            panel.vlines(places, *costs[:2, order], color=style.PRIOR, lw=2.0)
+            for fraction, values, face in zip(c.fractions, costs, (style.POSTERIOR, "white"), strict=True):
+                look = {
+                    "ms": 4,
+                    "color": style.POSTERIOR,
+                    "mfc": face,
+                    "label": f"at {100 * fraction:g} % of its value",
+                }
+                panel.plot(places, values[order], "o", **look)
+            panel.axhline(accuracies[title], color=style.SQP, lw=1.2, ls="--", label="the simulation's own error")
             panel.set_yscale("log")
-            panel.set_xticks(range(len(members)), labels(members, equations), rotation=90, fontsize=8)
-            panel.set_xlim(-0.7, len(members) - 0.3)
-            panel.set_ylabel(r"cost (m$^2$ + deg$^2$)")
-        handles, words = panels[0].get_legend_handles_labels()
-        figure.legend(handles, words, loc="outside upper center", ncols=len(contributions), fontsize=8)
+            panel.set_xticks(places, labels([c.names[k] for k in order], equations), rotation=90, fontsize=7)
+            panel.set(xlim=(-0.7, longest - 0.3), ylabel=r"cost (m$^2$ + deg$^2$)")
+            panel.set_title(title, fontsize=9, loc="left")
+            panel.grid(axis="x", visible=False)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)

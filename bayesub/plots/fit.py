@@ -41,7 +41,8 @@ def draw(path, criticism, residuals: dict, times: dict) -> None:
         titles = ("quantile residuals; grey: three sd", "correlation at a lag", "probability below a reading")
         for axis, title in zip(rows[0], titles, strict=True):
             axis.set_title(title, fontsize=9)
-        rows[-1, 1].set_xticks([1, 5, 10, 15, 20])  # for all rows, which share them
+        n_lags = max((len(criticism.checks[name].correlations) for name in names), default=0)
+        rows[-1, 1].set_xticks([lag for lag in (1, 5, 10, 15, 20) if lag <= max(n_lags, 1)])  # shared by all rows
         rows[-1, 2].set_xticks([0, 0.5, 1])
         for axis, label in zip(rows[-1], ("time (s)", "lag (readings)", "0 to 1, flat if it fits"), strict=True):
             axis.set_xlabel(label)

@@ -6,23 +6,35 @@ from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import PRIOR_PROBABILITIES, borders, labels, prior_density
 
+STRONG = 0.3  # correlation of what is drawn
+FEW = 6  # parameters that are all drawn
 _PRIOR_LINE = "#777777"
 
 
+def strong_block(names, correlation) -> tuple[list[str], np.ndarray]:
+    """The parameters with a correlation of STRONG and more, and their matrix (n, n); all of a few."""
+    beside = np.abs(correlation - np.diag(np.diag(correlation)))
+    members = np.flatnonzero(beside.max(axis=0) >= STRONG)
+    if len(names) <= FEW or len(members) < 2:
+        members = np.arange(len(names))
+    return [names[k] for k in members], correlation[np.ix_(members, members)]
+
+
 def draw_correlation(path, posterior, equations: EquationSet) -> None:
-    """Heat map of the posterior correlation matrix; `equations` are those of its coefficients."""
-    n = len(posterior.names)
+    """Heat map of the posterior correlations of parameters that have strong ones; `equations` are the coefficients'."""
+    names, correlation = strong_block(posterior.names, posterior.correlation)
+    n = len(names)
     size = max(4.5, 0.27 * n + 1.6)
-    margins = (0.75, 0.7, 0.75, 0.1) if all(name in equations.index for name in posterior.names) else None
+    margins = (0.75, 0.7, 0.75, 0.1) if all(name in equations.index for name in names) else None
     with style.figure(path, size + 0.8, size, margins) as figure:
         axis = figure.subplots()
-        image = axis.imshow(posterior.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
-        words = labels(posterior.names, equations)
+        image = axis.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
+        words = labels(names, equations)
         axis.set_xticks(range(n), words, rotation=90, fontsize=style.NAMES)
         axis.set_yticks(range(n), words, fontsize=style.NAMES)
         axis.grid(visible=False)
         axis.spines[:].set_visible(False)
-        for k in borders(posterior.names, equations):
+        for k in borders(names, equations):
             axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
             axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
         figure.colorbar(image, ax=axis, shrink=0.8, fraction=0.04, pad=0.03, label="posterior correlation")

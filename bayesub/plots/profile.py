@@ -21,7 +21,7 @@ def draw(path, profiles: dict, equations: EquationSet) -> None:
         panels = figure.subplots(2, len(profiles), sharey=True, squeeze=False)
         for column, (title, p) in zip(panels.T, profiles.items(), strict=True):
             column[0].set_title(
-                f"{labels([p.name], equations)[0]}, {title}\nrises to {np.nanmax(p.cost):.1e}", fontsize=9
+                f"{labels([p.name], equations)[0]}, {title}\nrises to {style.power(np.nanmax(p.cost))}", fontsize=9
             )
             for panel, sharper in zip(column, (1.0, SHARPER), strict=True):
                 _draw_profile(panel, p, sharper)

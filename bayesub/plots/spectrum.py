@@ -85,7 +85,7 @@ def draw_directions(path, spectrum, equations: EquationSet, n_each: int = 3) -> 
                 panel.set_yticks(place, labels(entries, equations), fontsize=8)
                 panel.invert_yaxis()
                 panel.grid(axis="y", visible=False)
-                known = f"data sd = {1.0 / spectrum.singular_values[i]:.1e} prior sd"
+                known = f"data sd = {style.power(1.0 / spectrum.singular_values[i])} prior sd"
                 panel.set_title(f"{word}: " + ("no data" if word == "null" else known), fontsize=8.5)
                 panel.tick_params(labelbottom=True)
         panels[0, 0].set_xlim(-1.05, 1.05)

@@ -76,8 +76,8 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
     )
     yield ReportFigure(
         "correlation",
-        "Posterior correlations. Dark off-diagonal cells are coefficients that trade off: the data know a combination "
-        "of them better than each.",
+        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more. Dark off-diagonal cells are "
+        "coefficients that trade off: the data know a combination of them better than each.",
         partial(posterior.draw_correlation, posterior=sample, equations=equations),
     )
     yield from _corners(results, reference, word)
@@ -104,10 +104,10 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
     if results.check is not None:
         yield ReportFigure(
             "cross_check",
-            "Above, mean and sd of each coefficient by the two samplers. Below, the differences of means, sds and "
-            "correlations in Monte Carlo standard errors of both; a correlation shows at both of its coefficients. The "
-            "grey band holds all of them in 99 of 100 comparisons of equal posteriors.",
-            partial(cross_check.draw, check=results.check.part(sample.names), equations=equations),
+            "Differences of all means, sds and correlations by the two samplers in Monte Carlo standard errors, and "
+            "the normal curve that equal posteriors make. The dashed lines hold all of them in 99 of 100 comparisons "
+            "of equal posteriors.",
+            partial(cross_check.draw, check=results.check.part(sample.names)),
         )
 
 

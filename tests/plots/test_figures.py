@@ -89,7 +89,7 @@ def draw_cross_check(path):
     size = (2, N)
     z = {"mean_z": np.ones(N), "sd_z": -np.ones(N), "correlation_z": np.zeros(N), "threshold": 3.9}
     check = SimpleNamespace(names=NAMES[:N], means=np.zeros(size), sds=np.ones(size), **z)
-    cross_check.draw(path, check, EQUATIONS)
+    cross_check.draw(path, check)
 
 
 def draw_data_card(path):
@@ -158,7 +158,7 @@ FIGURES = {
     draw_correlation_of_regressors: ("correlation about zero",),
     draw_scatter_of_regressors: ("$uv$ over its largest", "$ur$ over its largest"),
     draw_contribution: (r"cost (m$^2$ + deg$^2$)",),
-    draw_cross_check: ("emcee - NUTS\n(Monte Carlo standard errors)",),
+    draw_cross_check: ("emcee - NUTS (Monte Carlo standard errors)",),
     draw_data_card: ("time from the first control (s)", "posterior / prior sd"),
     draw_fit: ("time (s)", "lag (readings)"),
     draw_correlation: ("posterior correlation",),

@@ -9,7 +9,7 @@ from bayesub.plots import style
 from bayesub.thesis.plots.labels import labels
 
 _ROW = 40  # coefficients a row
-_FLOOR = 1e-16
+_FLOOR = 1e-16  # of an error that is drawn
 
 
 def draw_costs(path, case) -> None:
@@ -89,12 +89,13 @@ def draw_accuracy(path, cases) -> None:
         axis = figure.subplots()
         for n, case in enumerate(cases.values()):
             for k, (method, colour, text) in enumerate(methods):
-                errors = np.maximum(np.array(case["errors"][method], dtype=float), _FLOOR)  # none: not a number
+                errors = np.array(case["errors"][method], dtype=float)  # none: not a number
                 x = n + 0.2 * (k - 1.5) + np.linspace(-0.06, 0.06, len(errors))
+                errors = style.above_floor(axis, x, errors, _FLOOR, colour)
                 axis.semilogy(x, errors, "o", ms=2.2, mew=0, color=colour, label=text if n == 0 else None)
         axis.axhline(0.1, color=style.TRUTH, lw=0.7, ls="--", label="starts")
         axis.set_xticks(range(len(cases)), [case.replace(" ", "\n") for case in cases])
-        axis.set_ylabel("relative error of a coefficient")
+        axis.set(ylabel="relative error of a coefficient", ylim=(_FLOOR, None))
         axis.grid(axis="x", visible=False)
         axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=2)
 
@@ -109,7 +110,8 @@ def draw_noise(path, cases) -> None:
             for panel, key, factor in zip(panels, ("track_m", "velocity_mps"), (1e3, 1e3), strict=True):
                 levels = factor * np.sort(list(case["lost_at"][key].values()))
                 share = 100 * np.arange(1, len(levels) + 1) / len(levels)
-                panel.semilogx(levels, share, lines[manoeuvre], color=style.VEHICLES[vehicle], label=name)
+                look = {"color": style.VEHICLES[vehicle], "drawstyle": "steps-post", "label": name}
+                panel.semilogx(levels, share, lines[manoeuvre], **look)
         marks = (("track noise (mm and 0.001 deg)", 1.0), ("velocity noise (mm/s)", 10.0))
         for panel, (text, mark) in zip(panels, marks, strict=True):
             panel.axvline(mark, color=style.TRUTH, lw=0.8)

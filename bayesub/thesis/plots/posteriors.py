@@ -4,15 +4,16 @@ A case is named ``vehicle manoeuvre``, with more words after that if its posteri
 """
 
 import numpy as np
-from matplotlib.colors import LogNorm
 from matplotlib.ticker import NullFormatter
 
-from bayesub.model.coefficients import AXES, NAMES
+from bayesub.model.coefficients import NAMES
 from bayesub.plots import style
 from bayesub.plots.coefficients import intervals, ratios
+from bayesub.plots.posterior import strong_block
 from bayesub.thesis.plots.labels import labels, starred
 
 _ROW = 28  # coefficients a row
+_ROWS = 34  # coefficients below each other
 _FLOOR = 1e-4  # where null directions are drawn, and what is smaller
 
 
@@ -38,10 +39,11 @@ def draw_coefficients(path, names, quantiles, prior, reference, groups, converge
         for panel, columns in zip(panels, np.array_split(np.arange(n), n_rows), strict=True):
             lowest, highest = intervals(panel, columns, quantiles, prior, reference)
             for (text, sets, marker, colour), shift in zip(groups, shifts, strict=True):
+                identified_sets = identified(sets, reference)
                 x = columns + shift + np.linspace(-0.13, 0.13, len(sets))[:, None]
-                values = ratios(sets, reference, prior)[:, columns]
+                values = ratios(identified_sets, reference, prior)[:, columns]
                 panel.plot(x.ravel(), values.ravel(), marker, ms=2.6, mew=0, color=colour, label=text)
-                lowest, highest = min(lowest, values.min()), max(highest, values.max())
+                lowest, highest = min(lowest, np.nanmin(values)), max(highest, np.nanmax(values))
             some = np.array(names)[columns]
             panel.set_xticks(columns, starred(some, reference[columns]), rotation=60, ha="right")
             panel.set(xlim=(columns[0] - 0.7, columns[0] + width - 0.3), ylabel="ratio to truth")
@@ -55,37 +57,55 @@ def draw_coefficients(path, names, quantiles, prior, reference, groups, converge
         panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=2)
 
 
+def identified(sets, reference) -> np.ndarray:
+    """Coefficient sets (n, n_coefficients) with what was held at the reference in all of them made not a number."""
+    return np.where(np.all(sets == reference, axis=0), np.nan, sets)
+
+
 def draw_contraction(path, cases: dict[str, dict[str, float]]) -> None:
-    """Heat map of posterior sd over prior sd by coefficient and case (case -> coefficient -> contraction)."""
+    """Posterior sd over prior sd: a row a coefficient, the best known first, a column a case.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    cases
+        Case -> coefficient -> contraction.
+    """
     free = {name for values in cases.values() for name in values}
-    by_axis = {axis: [n for n in NAMES if n in free and n[0] == axis] for axis in AXES}
-    by_axis = {axis: names for axis, names in by_axis.items() if names}
-    n_columns = min(2, len(by_axis))
-    n_rows = -(-len(by_axis) // n_columns)
-    longest = max(len(names) for names in by_axis.values())
-    size = (n_columns * (0.31 * longest + 0.3) + 2.2, n_rows * (0.21 * len(cases) + 1.0) + 0.9)
-    with style.figure(path, *size) as figure:
-        panels = figure.subplots(n_rows, n_columns, squeeze=False, sharey=True)
-        for panel in panels.flat[len(by_axis) :]:
-            panel.set_visible(False)
-        for panel, (axis, names) in zip(panels.flat, by_axis.items(), strict=False):
-            table = np.array([[values.get(name, np.nan) for name in names] for values in cases.values()])
-            image = panel.pcolormesh(table, cmap="cividis", norm=LogNorm(0.01, 1.0), edgecolors="white", lw=0.6)
-            panel.set_xticks(np.arange(len(names)) + 0.5, labels(names), rotation=60, ha="right", fontsize=8)
-            panel.set_yticks(np.arange(len(cases)) + 0.5, list(cases), fontsize=8)
-            panel.set(xlim=(0, longest), ylim=(len(cases), 0))
-            panel.set_title(axis, fontsize=9, loc="left")
+    table = {name: [values.get(name, np.nan) for values in cases.values()] for name in NAMES if name in free}
+    names = sorted(table, key=lambda name: np.nanmedian(table[name]))
+    parts = np.array_split(names, -(-len(names) // _ROWS))
+    with style.figure(path, len(parts) * (0.29 * len(cases) + 1.15) + 0.1, 0.15 * len(parts[0]) + 1.3) as figure:
+        panels = figure.subplots(1, len(parts), squeeze=False)[0]
+        for panel, some in zip(panels, parts, strict=True):
+            values = np.array([table[name] for name in some])
+            panel.imshow(values, cmap="Blues_r", vmin=0.0, vmax=1.0, aspect="auto")
+            for (row, column), value in np.ndenumerate(values):
+                if np.isfinite(value):
+                    text = f"{value:.2f}".removeprefix("0") if value < 0.995 else "1"
+                    look = {
+                        "color": "white" if value < 0.5 else "black",
+                        "fontsize": 5.5,
+                        "ha": "center",
+                        "va": "center",
+                    }
+                    panel.text(column, row, text, **look)
+            named = [f"{name}  {symbol}" for name, symbol in zip(some, labels(some), strict=True)]
+            panel.set_yticks(range(len(some)), named, fontsize=7)
+            panel.set_xticks(
+                range(len(cases)), [case.replace(" ", "\n", 1) for case in cases], rotation=90, fontsize=6.5
+            )
+            panel.xaxis.tick_top()
+            panel.set_ylim(len(parts[0]) - 0.5, -0.5)
             panel.tick_params(length=0)
             panel.grid(visible=False)
             panel.spines[:].set_visible(False)
-        figure.colorbar(
-            image, ax=panels, orientation="horizontal", shrink=0.5, aspect=40, extend="both",
-            label="posterior sd over prior sd; empty: no part in the motion or zero",
-        )  # fmt: skip
 
 
 def draw_correlations(path, correlations: dict) -> None:
-    """Heat maps of posterior correlations: title -> (names, correlation (n, n)), the largest beside the others."""
+    """Heat maps of strong posterior correlations: title -> (names, correlation (n, n)), the largest beside others."""
+    correlations = {title: strong_block(*pair) for title, pair in correlations.items()}
     order = sorted(correlations, key=lambda title: len(correlations[title][0]))
     sizes = {title: 0.135 * len(correlations[title][0]) + 0.8 for title in order}
     *small, largest = order
@@ -128,7 +148,9 @@ def draw_scatter(path, cases, groups) -> None:
             shown = np.where(null, _FLOOR, np.maximum(values, _FLOOR))
             for group, (text, marker, colour) in groups.items():
                 size = {"ms": 4, "mec": colour, "mfc": "none", "mew": 0.8}
-                panel.loglog(shown, np.maximum(scatter[group], _FLOOR), marker, label=text, **size)
+                seen = ~null & (values > _FLOOR)
+                panel.loglog(shown[seen], np.maximum(scatter[group], _FLOOR)[seen], marker, label=text, **size)
+                panel.loglog(shown[~seen], np.maximum(scatter[group], _FLOOR)[~seen], "<", **size)
             axis = np.geomspace(_FLOOR, 1e5, 200)
             panel.loglog(axis, 1 / np.sqrt(1 + axis**2), color=style.TRUTH, lw=0.9, label="data and prior, linear")
             panel.axvline(1.0, color=style.TRUTH, lw=0.6, ls=":")

@@ -13,6 +13,7 @@ KINDS = {  # key -> label and colour, from the most to the least accurate
     "random": ("mean of random ±10 % sets", style.NULL),
     "posterior": ("posterior, one draw a manoeuvre", style.POSTERIOR),
 }
+_LINES = {"random": "--", "middle": "-.", "best": ":"}  # for those who cannot tell the colours
 
 
 def draw_surface(path, errors) -> None:
@@ -48,17 +49,27 @@ def draw_sorted(path, errors: dict[str, np.ndarray]) -> None:
         figure.axes[0].legend(fontsize=8)
 
 
-def draw_distributions(path, errors: dict[str, dict[str, np.ndarray]]) -> None:
-    """Cumulative distributions over the manoeuvres of the largest position error, a panel a vehicle."""
-    with style.figure(path, 9.5, 3.4) as figure:
-        panels = figure.subplots(1, len(errors), sharey=True, squeeze=False)[0]
+def draw_distributions(path, errors: dict[str, dict[str, np.ndarray]], scales: dict[str, float]) -> None:
+    """Cumulative distributions over the manoeuvres of the largest position error, a panel a vehicle, on one axis.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    errors
+        Vehicle -> kind -> (n_manoeuvres,) m, not a number where the simulation failed.
+    scales
+        Vehicle -> what makes its lengths those of a boat as long as suboff.
+    """
+    with style.figure(path, 9.5, 3.5) as figure:
+        panels = figure.subplots(1, len(errors), sharey=True, sharex=True, squeeze=False)[0]
         for axis, (vehicle, kinds) in zip(panels, errors.items(), strict=True):
             for key, (label, colour) in KINDS.items():
                 if key in kinds:
-                    values = np.sort(kinds[key][np.isfinite(kinds[key])])
+                    values = scales[vehicle] * np.sort(kinds[key][np.isfinite(kinds[key])])
                     share = np.arange(1, len(values) + 1) / len(kinds[key])
-                    axis.semilogx(values, share, color=colour, label=label, ls="--" if key == "random" else "-")
-            axis.set(title=vehicle, xlabel="largest position error (m)")
+                    axis.semilogx(values, share, color=colour, label=label, ls=_LINES.get(key, "-"))
+            axis.set(title=vehicle, xlabel="largest position error (m, as long as suboff)")
         panels[0].set_ylabel("share of the manoeuvres")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
 

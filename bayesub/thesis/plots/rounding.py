@@ -48,24 +48,24 @@ def draw_coverage(path, cases) -> None:
     ----------
     cases : case -> fits -> "rounded" and "rounded load only" -> coverage (n,) and bias_over_spread (n,)
     """
-    with style.figure(path, 9.0, 3.8) as figure:
-        coverage, bias = figure.subplots(1, 2)
-        for (name, case), colour in zip(cases.items(), _COLOURS, strict=False):
-            for fit, line in (("rounded", "-"), ("rounded load only", ":")):
+    with style.figure(path, 9.0, 4.0) as figure:
+        rows = figure.subplots(2, len(cases), sharex=True, sharey="row", squeeze=False)
+        for (name, case), (coverage, bias) in zip(cases.items(), rows.T, strict=True):
+            for fit, colour, line in (("rounded", style.SQP, "-"), ("rounded load only", style.POSTERIOR, "--")):
                 result = case["fits"][fit]
                 place = np.linspace(0, 100, len(result["coverage"]))
-                label = f"{name}, {'exact matrix' if line == ':' else 'rounded'}"
-                coverage.plot(place, 100 * np.sort(result["coverage"]), line, color=colour, label=label)
+                word = "matrix rounded too" if fit == "rounded" else "matrix exact"
+                coverage.plot(place, 100 * np.sort(result["coverage"]), line, color=colour, label=word)
                 bias.plot(place, np.sort(np.abs(result["bias_over_spread"])), line, color=colour)
-        coverage.axhline(95, color=style.TRUTH, lw=0.8)
-        coverage.annotate("what the intervals claim", (0.0, 95), (0, 3), textcoords="offset points", fontsize=8)
-        coverage.set(
-            xlabel="coefficients in order (%)", ylabel="95 % intervals that hold the truth (%)", ylim=(-2, 105)
-        )
-        bias.set(xlabel="coefficients in order (%)", ylabel="|mean error| over spread")
-        bias.set_yscale("symlog", linthresh=0.1)
-        bias.set_ylim(bottom=0)
-        figure.legend(*coverage.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
+            coverage.axhline(95, color=style.TRUTH, lw=0.8)
+            coverage.set_title(name, fontsize=9)
+            coverage.set_ylim(-2, 105)
+            bias.set_yscale("symlog", linthresh=0.1)
+            bias.set_ylim(bottom=0)
+        rows[0, 0].set_ylabel("95 % intervals that\nhold the truth (%)")
+        rows[1, 0].set_ylabel("|mean error| over spread")
+        figure.supxlabel("coefficients in order (%)", fontsize=9)
+        figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2, fontsize=8)
 
 
 def draw_tracks(path, cases) -> None:

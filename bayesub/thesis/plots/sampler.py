@@ -2,11 +2,12 @@
 
 from bayesub.plots import style
 
+_AT_LEAST = "$\\rightarrow$"
 _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR)
 
 
 def draw(path, problems: dict, samplers, goal: float) -> None:
-    """Simulations an effective sample by problem and sampler; open marks have not converged.
+    """Simulations an effective sample by problem and sampler; arrows have not converged and cost at least that.
 
     Parameters
     ----------
@@ -19,15 +20,18 @@ def draw(path, problems: dict, samplers, goal: float) -> None:
         for name, colour in zip(samplers, _COLOURS, strict=True):
             for row, result in enumerate(problems.values()):
                 if name in result:
-                    fill = colour if result[name]["converged"] else "none"
-                    panel.plot(result[name]["per_sample"], row, "o", ms=6, mec=colour, mfc=fill)
+                    marker = "o" if result[name]["converged"] else _AT_LEAST
+                    panel.plot(
+                        result[name]["per_sample"], row, marker=marker, ms=8 if marker == _AT_LEAST else 6, color=colour
+                    )
         panel.axvline(goal, color=style.PRIOR)
+        panel.annotate(f"goal {goal:g}", (goal, 1.0), (2, 2), ("data", "axes fraction"), "offset points", fontsize=8)
         panel.set_xscale("log")
         names = [f"{problem} ({result['n_params']})" for problem, result in problems.items()]
         panel.set_yticks(range(len(problems)), names, fontsize=8)
         panel.invert_yaxis()
         panel.set_xlabel(
-            "simulations an effective sample of the worst known coefficient; open: not converged, at least"
+            "simulations an effective sample of the worst known coefficient; arrows: not converged, at least that"
         )
         marks = [panel.plot([], [], "o", color=c, label=name)[0] for name, c in zip(samplers, _COLOURS, strict=True)]
         figure.legend(handles=marks, loc="outside upper center", ncols=3, fontsize=8)

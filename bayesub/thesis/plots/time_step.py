@@ -1,7 +1,5 @@
 """Accuracy of the simulation against its time step (thesis Tables 4 and 5)."""
 
-import numpy as np
-
 from bayesub.plots import style
 
 _FLOOR_M = 1e-9
@@ -24,14 +22,15 @@ def draw(path, numbers, steps, published) -> None:
                 vehicle = case.split()[0]
                 if case.endswith(manoeuvre):
                     for convention, line, word in (("hold", "-", "held"), ("linear", "--", "interpolated")):
-                        errors = np.maximum(list(result[convention]["position_m"].values()), _FLOOR_M)
                         look = {"marker": "o", "ms": 4, "color": style.VEHICLES[vehicle]}
+                        errors = list(result[convention]["position_m"].values())
+                        errors = style.above_floor(panel, steps, errors, _FLOOR_M, style.VEHICLES[vehicle])
                         panel.loglog(steps, errors, line, label=f"{vehicle}, {word}", **look)
             for step, errors in points.items():
                 label = "thesis, three boats" if step == "0.1" else None
                 panel.loglog([float(step)] * len(errors), errors, "k_", ms=12, mew=1.5, label=label)
             panel.set_title(manoeuvre, fontsize=9)
             panel.set_xlabel("time step, scaled to a 102 m boat (s)")
-        panels[0].set_ylabel("largest position error (m)")
+        panels[0].set(ylabel="largest position error (m)", ylim=(_FLOOR_M, None))
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
