@@ -10,6 +10,7 @@ from bayesub.identifiability import Spectrum, fisher
 from bayesub.sampling import Posterior
 from bayesub.sampling import posterior as criteria
 from bayesub.thesis import cases, posteriors
+from bayesub.thesis.plots import posteriors as plots
 from bayesub.thesis.posteriors import GROUPS
 
 
@@ -136,3 +137,11 @@ def test_figures_need_no_more_than_what_is_saved():
     assert arrays["draws"].shape == (posteriors.N_DRAWS, len(arrays["chosen"]))
     np.testing.assert_array_equal(arrays["noisy"], sets["noisy"])
     np.testing.assert_allclose(numbers["contraction"], 1.0, atol=0.05)  # 4.5 standard errors of a sd of 8,000 draws
+
+
+def test_what_sqp_held_is_not_drawn_as_found():
+    """A coefficient at the truth in every set was held there; one that is there once was found."""
+    sets = np.array([[1.0, 2.0, 3.0], [1.0, 2.5, 3.0], [1.5, 2.5, 3.0]])
+    drawn = plots.identified(sets, np.array([1.0, 2.0, 3.0]))
+    np.testing.assert_array_equal(np.isnan(drawn), [[False, False, True]] * 3)
+    np.testing.assert_array_equal(drawn[:, :2], sets[:, :2])

@@ -1,0 +1,47 @@
+"""Numbers in figures, and what is below the edge of one."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from bayesub.plots import posterior, style
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "text"),
+    [
+        (1.2345, 0.012, "1.234 ± 0.012"),
+        (-0.001, 9.1e-7, "-0.00100000 ± 0.00000091"),
+        (321.0, 45.0, "321 ± 45"),
+        (2.0, 0.0, "2"),
+    ],
+)
+def test_two_digits_of_what_is_not_known(value, sd, text):
+    assert style.uncertain(value, sd) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.0, "0"), (0.68, "0.68"), (4.2e-4, r"$4\times10^{-4}$"), (5.3e5, r"$5\times10^{5}$")]
+)
+def test_powers_of_ten_are_written_as_in_print(value, text):
+    assert style.power(value) == text
+
+
+def test_what_is_below_a_floor_is_an_arrow_and_no_datum():
+    panel = Figure().subplots()
+    values = style.above_floor(panel, [1, 2, 3], [1e-3, 1e-12, 1e-15], 1e-9, "k")
+    np.testing.assert_array_equal(values, [1e-3, np.nan, np.nan])
+    (arrows,) = panel.lines
+    assert list(arrows.get_xdata()) == [2, 3]
+    assert style.above_floor(Figure().subplots(), [1], [1.0], 1e-9, "k") == [1.0]
+
+
+def test_only_strong_correlations_are_drawn():
+    correlation = np.eye(8)
+    correlation[1, 5] = correlation[5, 1] = -0.4
+    correlation[2, 3] = correlation[3, 2] = 0.29
+    names, block = posterior.strong_block(tuple("abcdefgh"), correlation)
+    assert names == ["b", "f"]
+    np.testing.assert_array_equal(block, [[1.0, -0.4], [-0.4, 1.0]])
+    assert len(posterior.strong_block(tuple("abcdefgh"), np.eye(8))[0]) == 8
+    assert len(posterior.strong_block(tuple("abc"), np.eye(3))[0]) == 3
