@@ -100,8 +100,9 @@ def draw(run, numbers):
     }
     caption = (
         "Linear least squares on rounded data. Biased: mean error over the manoeuvres beyond four standard errors of\n"
-        "that mean. Coverage: how often the classical 95 % interval of a coefficient holds the truth. Manoeuvres are left\n"
-        "out whose rounded regressors depend on each other, so that their coefficients are not unique (three of npsauv).\n"
+        "that mean. Coverage: how often the classical 95 % interval of a coefficient holds the truth. Manoeuvres are\n"
+        "left out whose rounded regressors depend on each other, so that their coefficients are not unique (three of\n"
+        "npsauv).\n"
     )
     run.page([caption, *markdown.columns(markdown.named(numbers), cells), *beyond(numbers)])
     for case, errors in run.load_arrays("errors").items():
