@@ -112,7 +112,7 @@ def draw(run, numbers):
 def beyond(numbers):
     """Coefficients whose ratios leave the range that the thesis prints for those that leave its plots."""
     low, high = cases.published()["rounding"]["ratios"]
-    yield f"\nCoefficients with a ratio below {low:g} or above {high:g}, the ends of the thesis's range: the truth over the"
+    yield f"\nCoefficients with a ratio below {low:g} or above {high:g}, the ends of the thesis's range: truth over the"
     yield "median size on its axis, and least and largest ratio. Most are terms of the roll rate, which hardly moves.\n"
     lines = []
     for case, result in numbers.items():
