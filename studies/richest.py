@@ -29,12 +29,41 @@ SENSORS = ("track", "rounded", "log")
 KINDS = ("steps", "curves")  # of searches
 N_RANDOM, CHUNK = 10_000, 100
 N_JUDGEMENTS = {"suboff": 4000, "auv690": 2000, "npsauv": 2000, "remus100": 2000}  # of a search
-N_OPTION = 1500  # judgements of the search of an option
+N_OPTION = 2000  # judgements of the search of an option
 N_CONDITIONS = 300  # random manoeuvres whose condition numbers are computed
 PROOF = ("auv690", "track")
 N_BOATS, N_SAMPLED, N_SEARCHES, N_UNSEEN, MAX_STEPS = 20, 3, 50, 50, 4000
-QUICK = {"random": 30, "judgements": 40, "conditions": 8}
+QUICK = {"random": 30, "judgements": 40, "option": 75, "conditions": 8}
 QUICK_PROOF = {"n_boats": 1, "n_sampled": 0, "n_searches": 1, "n_unseen": 2, "max_steps": 0}
+FIGURES = {
+    "richest": "How many coefficients will be known to 10 % after one trial: random manoeuvres within the limits "
+    "(light blue) and beyond (grey), the built-in coupled one, the best built-in one, and the best that a search finds "
+    "within the limits. The dotted line is what sensors without error would tell on it.",
+    "floor": "Why coefficients stay unknown on the coupled and on the best manoeuvre, and how many would be known on "
+    "the best one with more information of the same kind: a longer trial, or better sensors.",
+    "spectra": "Singular values: data against prior, direction by direction, for the worst, middle and best random "
+    "manoeuvre within the limits, the coupled and the best one.",
+    "coupling": "Sway follows yaw and heave follows pitch whatever is flown, less so on the best manoeuvres (thesis "
+    "Figure 68).",
+    "manoeuvre": "The best manoeuvre for a Doppler log and gyros: orders, depth and attitude.",
+    "options": "What the thesis leaves untried, each with a search of its own; what sensors bring to the best "
+    "manoeuvre; and values from a towing tank, the one that tells most of the others first.",
+    "proof": "Boats of the prior on the coupled and the best manoeuvre: posterior against expected sd of each "
+    "coefficient, coverage, and how many coefficients are found within 10 % of the truth.",
+}
+ANSWER = """
+No manoeuvre tells all, and none is well-conditioned. For suboff a track makes
+{vehicles/suboff/manoeuvres/track optimised/sensors/track/n_known/0.1; .0f} of
+{vehicles/suboff/n_coefficients; .0f} coefficients known to 10 % at best (coupled:
+{vehicles/suboff/manoeuvres/standard coupled/sensors/track/n_known/0.1; .0f}), a Doppler log with gyros
+{vehicles/suboff/manoeuvres/log optimised/sensors/log/n_known/0.1; .0f}
+({vehicles/suboff/manoeuvres/standard coupled/sensors/log/n_known/0.1; .0f}), and rounded readings of ADCP and INS
+{vehicles/suboff/manoeuvres/rounded optimised/sensors/rounded/n_known/0.1; .0f}
+({vehicles/suboff/manoeuvres/standard coupled/sensors/rounded/n_known/0.1; .0f}). Null directions keep
+{vehicles/suboff/manoeuvres/log optimised/sensors/log/reasons/null; .0f} from being known whatever is flown; the other
+unknown ones are imitated by others, or do too little.
+"""
+GLOSSARY = "booth"
 
 
 def compute(run):
@@ -51,7 +80,7 @@ def compute(run):
     best = numbers["vehicles"][vehicle]["searches"]["log"]
     numbers["worth"] = run.part("worth", partial(richest_worth.worth, vehicle, "log", best))
     names = list(OPTIONS)[: 2 if run.quick else None]
-    work = partial(richest_worth.option, names, SEED, QUICK["judgements"] if run.quick else N_OPTION)
+    work = partial(richest_worth.option, names, SEED, QUICK["option"] if run.quick else N_OPTION)
     numbers["options"] = run.repeat("options", work, len(names))
     run.progress.stage("proof")
     vehicle, sensors = ("remus100", "track") if run.quick else PROOF
@@ -75,20 +104,22 @@ def of_vehicle(run, vehicle, *, motion):
     for name, look in looks.items():
         richest_floor.count_reasons(look, names=name == "standard coupled" or name.endswith("optimised"))
     arrays = {f"{name}/{key}": np.float32(a) for name, look in looks.items() for key, a in look.pop("arrays").items()}
+    n = len(richest.appraiser_of(vehicle).exact.names)
     histograms = {
-        s: np.stack([np.bincount(results[s]["n"][part], minlength=200) for part in parts(results)]) for s in SENSORS
+        s: [np.bincount(results[s]["n"][part], minlength=n + 1).tolist() for part in parts(results)] for s in SENSORS
     }
     every = np.linspace(0, n_random - 1, QUICK["conditions"] if run.quick else N_CONDITIONS).astype(int).tolist()
     conditions = run.part(f"conditions_{vehicle}", partial(richest_floor.conditions, vehicle, SEED, every))
     closer = plots.chosen(arrays, motion=motion)
     return {
-        "n_coefficients": len(richest.appraiser_of(vehicle).exact.names),
+        "n_coefficients": n,
         "n_random": n_random,
         "n_within": int(np.count_nonzero(results["penalty"] == 0.0)),
+        "histograms": histograms,
         "searches": searches,
         "manoeuvres": looks,
         "correlations": richest_floor.correlations(conditions, results, every),
-    }, closer | {f"histogram {s}": counts.astype(np.int32) for s, counts in histograms.items()}
+    }, closer
 
 
 def parts(results):
@@ -120,7 +151,7 @@ def search_all(run, vehicle, results):
 def search_one(folder, vehicle, pairs, starts, n_judgements, k):
     """One search, which begins at the best random manoeuvre that keeps the limits."""
     seed = (SEED, 1, VEHICLES.index(vehicle), k)
-    saved = folder / f"costs_{vehicle}_{'_'.join(pairs[k])}.txt"
+    saved = folder / f"costs_{vehicle}_{'_'.join(pairs[k])}.txt" if folder.is_dir() else None  # on this machine
     return richest.optimised(vehicle, *pairs[k], seed, n_judgements, (SEED, starts[k]), saved)
 
 
@@ -138,16 +169,15 @@ def prove(run, vehicle, sensors, best):
 
 def draw(run, numbers):
     """Counts, spectra, why coefficients stay unknown, the coupling of motions, the best manoeuvre, and the proof."""
-    arrays = run.load_arrays("richest")
-    plots.draw_counts(run.figure("richest"), numbers["vehicles"], arrays)
-    plots.draw_spectra(run.figure("spectra"), numbers["vehicles"], arrays)
+    run.page(richest_tables.page(numbers))
+    plots.draw_counts(run.figure("richest"), numbers["vehicles"])
     plots.draw_reasons(run.figure("floor"), numbers["vehicles"])
-    vehicle = next(iter(numbers["vehicles"]))
-    plots.draw_coupling(run.figure("coupling"), vehicle, numbers["vehicles"][vehicle], arrays)
-    plots.draw_manoeuvre(run.figure("manoeuvre"), vehicle, arrays)
     plots.draw_options(run.figure("options"), numbers["options"], numbers["worth"])
     plots.draw_proof(run.figure("proof"), numbers["proof"])
-    run.page(richest_tables.page(numbers))
+    arrays, vehicle = run.load_arrays("richest"), next(iter(numbers["vehicles"]))
+    plots.draw_spectra(run.figure("spectra"), numbers["vehicles"], arrays)
+    plots.draw_coupling(run.figure("coupling"), vehicle, numbers["vehicles"][vehicle], arrays)
+    plots.draw_manoeuvre(run.figure("manoeuvre"), vehicle, arrays)
 
 
 def claims(numbers):

@@ -10,10 +10,9 @@ from bayesub.design.towing_tank import unlocking
 from bayesub.design.worth import by_minute, by_sensor, further_sensors
 from bayesub.sensors import DVL, INS, Pressure, Sensor, Track
 from bayesub.thesis import richest_options
-from bayesub.thesis.richest import SHARE, START_SIGMA, appraiser_of
+from bayesub.thesis.richest import SHARE, appraiser_of
 
-STEP_LENGTHS = 0.125  # of an option, in ship lengths travelled
-START_SHARE = 0.1  # of the range of the controls, of the manoeuvre with which a search begins
+OPTION_STEP_S = 4.0  # of suboff, with which options are compared
 TANK_SD, N_TANK = 0.02, 12  # relative, of a value from a towing tank
 EXTRA: dict[str, Sensor | tuple] = {
     "position to 0.5 m": Track(0.5, 0.1, 1.0, channels=("x", "y", "z")),
@@ -30,14 +29,13 @@ EXTRA: dict[str, Sensor | tuple] = {
 def option(names: Sequence[str], seed: int, n_judgements: int, k: int) -> dict:
     """What a search finds with the k-th of some options, as JSON types."""
     name = names[k]
-    boat = richest_options.OPTIONS[name].vehicle()
-    step = STEP_LENGTHS * boat.length_m / boat.speed_mps
-    rng = np.random.default_rng([seed, k])
-    families = richest_options.OPTIONS[name].cost(step).families
-    start = START_SHARE * np.concatenate([family.start(rng) for family in families])
-    cost, result = richest_options.best(name, seed, n_judgements, step, start=start, sigma=START_SIGMA)
-    information = [cost.judge.information(m)[0] for m in cost.manoeuvres(np.asarray(result.numbers))]
-    return {"name": name, "cost": round(result.cost, 3)} | counts(sum(information[1:], information[0]))
+    cost, result = richest_options.best(name, seed, n_judgements, OPTION_STEP_S)
+    manoeuvres = cost.manoeuvres(np.asarray(result.numbers))
+    information = [cost.judge.information(m)[0] for m in manoeuvres]
+    within = all(cost.range.penalty(cost.range.margins(m)) == 0.0 for m in manoeuvres)
+    return {"name": name, "cost": round(result.cost, 3), "within": within} | counts(
+        sum(information[1:], information[0])
+    )
 
 
 def counts(information: Information) -> dict:

@@ -55,14 +55,14 @@ def chosen(arrays: dict[str, np.ndarray], *, motion: bool) -> dict[str, np.ndarr
     return some
 
 
-def draw_counts(path, vehicles: dict, arrays: dict) -> None:
+def draw_counts(path, vehicles: dict) -> None:
     """How many coefficients random manoeuvres make known, with the standard and the optimised ones."""
     with style.figure(path, 2.5 * len(vehicles) + 0.6, 6.0) as figure:
         panels = figure.subplots(len(TITLES), len(vehicles), squeeze=False, sharex="col", sharey=True)
         for column, (vehicle, result) in zip(panels.T, vehicles.items(), strict=True):
             n = result["n_coefficients"]
             for panel, sensors in zip(column, TITLES, strict=True):
-                within, beyond = arrays[f"{vehicle}/histogram {sensors}"][:, : n + 1]
+                within, beyond = np.array(result["histograms"][sensors])
                 edges = np.arange(n + 2) - 0.5
                 panel.stairs(within + beyond, edges, color=style.PRIOR, fill=True)
                 panel.stairs(within, edges, color=style.READINGS, fill=True)
@@ -213,7 +213,7 @@ def draw_options(path, options: list[dict], worth: dict) -> None:
     sensors = {"as they are": worth["whole"]} | sensors
     tank = {"none": worth["whole"]} | {f"+ {v['name']}": v for v in worth["tank"]}
     columns = {
-        "search of each option": {r["name"]: r for r in options},
+        "search of each option": {r["name"] + ("" if r["within"] else " (beyond)"): r for r in options},
         "best manoeuvre: sensors": sensors,
         "best manoeuvre: towing-tank values": tank,
     }
