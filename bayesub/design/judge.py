@@ -30,6 +30,7 @@ from bayesub.sensors.sensor import Sensor
 _ACCURATE = 0.02  # relative change of an expected sd by half the step
 _COARSEST, _HALVINGS = 0.25, 8  # of the time in which the boat travels its length
 _PHASES, _TAIL = 64, 9.0  # of a value between two multiples of the resolution; sds beyond which nothing is read
+LARGEST = 1e13  # information in prior sds; of a hundred times as much, rounding errors hide the prior
 MIN_SHARPNESS = 0.05  # noise below this share of the resolution tells no more in these sums
 
 
@@ -191,7 +192,12 @@ class Sensed:
             by_coefficients = integrated_out(by_coefficients, jacobian[:, n:])
         gram = np.zeros((len(self.judge.names),) * 2)
         gram[np.ix_(self._places, self._places)] = by_coefficients.T @ by_coefficients
-        return self.judge._information(gram if np.isfinite(gram).all() else np.zeros_like(gram))
+        return self.judge._information(gram if is_sound(gram) else np.zeros_like(gram))
+
+
+def is_sound(gram: np.ndarray) -> bool:
+    """Whether information (n, n), in prior sds, is not that of a flight out of control."""
+    return bool(np.abs(gram).max() < LARGEST)
 
 
 def _as_normal(channel: Channel) -> Channel:

@@ -14,7 +14,7 @@ import numpy as np
 from bayesub.design.families import Family, controls
 from bayesub.design.goals import Known
 from bayesub.design.information import Information
-from bayesub.design.judge import Judge, Sensed, expected_sd
+from bayesub.design.judge import Judge, Sensed, expected_sd, is_sound
 from bayesub.design.limits import Range, usual_limits
 from bayesub.design.search import Cost, search
 from bayesub.io.errors import InputError
@@ -110,7 +110,8 @@ class Appraiser:
     def _by_sensors(self, judge, manoeuvre, step, weight):
         sensed, empty = Sensed(judge, manoeuvre, step), judge.empty()
         grams = {channel: weight * sensed.information(rows)[0].gram for channel, rows in sensed.rows.items()}
-        return {name: replace(empty, gram=weighted(grams, sensors)) for name, sensors in self.sensors.items()}
+        sums = {name: weighted(grams, sensors) for name, sensors in self.sensors.items()}
+        return {name: replace(empty, gram=gram if is_sound(gram) else 0.0 * empty.gram) for name, gram in sums.items()}
 
     def penalty(self, manoeuvre: Manoeuvre) -> float:
         """Zero within the limits."""
