@@ -5,10 +5,11 @@ condition number might judge one without identifying (chapter 10). Here exact se
 manoeuvres of each of four vehicles, the built-in ones, and those that a search finds within limits: how many
 coefficients will be known to 10 %, by tracks, by rounded readings of an ADCP and an INS (thesis section 9.6), and by a
 Doppler log with gyros?
-Claim: no manoeuvre tells all of them. Null directions stay whatever is flown, and are few; most of the rest are
-imitated by others. The best manoeuvre of a search tells more than any random one within the limits, and than the
-standard one. Condition numbers of the equations rank manoeuvres, but worse than the expected information
-does. Posteriors of boats of the prior are as wide as expected and hold the truth as often as they say.
+Claim: no manoeuvre tells all of them. Null directions stay whatever is flown, and hide at most a tenth; most of the
+rest are imitated by others, and fewer do too little. The best manoeuvre of a search tells more than any random one
+within the limits, and than the standard one. Condition numbers of the equations rank manoeuvres, but worse than the
+expected information does. Posteriors of boats of the prior are as wide as expected and hold the truth as often as they
+say.
 Cost: an hour on two cores; a killed run continues with --resume.
 
 The prior is normal with 25 %. Limits: depth within 0.9 lengths, pitch under 30 and roll under 45 degrees, speed above a

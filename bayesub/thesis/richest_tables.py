@@ -8,6 +8,7 @@ from bayesub.thesis.richest import SHARE
 from bayesub.thesis.richest_floor import REASONS, SHARPER
 
 RANKS = ("worst", "middle", "best", "best beyond", "optimised")
+FEW = 0.1  # share of the coefficients that null directions hide
 _ERRORS = 3.0  # standard errors by which a share may miss
 _WIDER, _WRONG = 1.25, 1.15  # of a posterior sd over the expected one, and of errors over the sd, that are too much
 
@@ -145,7 +146,7 @@ def _proof(proof: dict) -> Iterator[str]:
     yield PROOF
     cells = {
         "manoeuvre": itemgetter("name"),
-        "trials, converged": lambda r: f"{r['n_trials']}, {r['n_converged']}",
+        "trials": itemgetter("n_trials"),
         "expected": lambda r: f"{r['n_known']['expected']:.1f} of {r['n_params']}",
         "achieved": lambda r: f"{r['n_known']['achieved']:.1f}",
         "sd over expected": lambda r: "{1:.2f} ({0:.2f} to {2:.2f})".format(*r["sd_over_expected"]),
@@ -191,7 +192,9 @@ def claims(numbers: dict) -> Iterator[tuple[bool, str]]:
         random = known(row, "best")
         yield optimum >= random, f"{what}: {optimum} known after the optimised manoeuvre, {random} after a random one"
         reasons = best(row)["reasons"]
-        yield reasons["imitated"] >= reasons["null"], f"{what}: null directions hide more than imitation does"
+        few = reasons["null"] <= FEW * row["n_coefficients"]
+        yield few, f"{what}: null directions hide {reasons['null']} coefficients"
+        yield reasons["imitated"] >= reasons["little"], f"{what}: more coefficients do too little than are imitated"
         correlations = row["correlations"][row["sensors"]]
         yield correlations["mean"] < 0.0, f"{what}: large condition numbers go with many known coefficients"
         better = abs(correlations["d"]) > abs(correlations["mean"])
