@@ -4,7 +4,8 @@ Question: the thesis draws 50 identified sets of each vehicle and manoeuvre besi
 which of them is right. What does the posterior of the same trial say of them, coefficient by coefficient and together?
 Claim: from noisy readings nine searches of ten and more end in sets that fit as well as the posterior does. From the
 exact track they do in the vertical plane; on the horizontal spiral fewer than half do, because the thesis's rule stops
-them while the track is off by more than the noise would hide, and on the coupled one it depends on the boat. Either way
+them while the track is off by more than the noise would hide, and on the coupled one it depends on the boat. (On the
+horizontal spiral of auv690 the truth fails the same criterion, so that the case proves nothing.) Either way
 at least four fifths of the variance of the sets is along directions that the data do not see. Their scatter is no
 standard error: it differs from the posterior standard deviation by a factor that differs two-fold and more from one
 coefficient to another. What is known is the drag Xuu, always best and to 2 % of the prior's standard deviation or 0.5 %
@@ -19,7 +20,8 @@ and on the noisy readings of the trial, weighted by their noise; the added masse
 is inside where it lies within the 95 % of posterior draws that are nearest to their mean by Mahalanobis distance, that
 fit best by chi-square, or that have the highest posterior density. Directions are those of the Fisher information at
 the truth in prior standard deviations: null by the equations, sloppy where the singular value is not above one, the
-others stiff.
+others stiff. The prior is about a guess, so that two of these counts differ by one from those of the study
+`ill_conditioning`, whose prior is about the truth.
 """
 
 from functools import partial

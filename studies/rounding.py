@@ -101,8 +101,7 @@ def draw(run, numbers):
     caption = (
         "Linear least squares on rounded data. Biased: mean error over the manoeuvres beyond four standard errors of\n"
         "that mean. Coverage: how often the classical 95 % interval of a coefficient holds the truth. Manoeuvres are\n"
-        "left out whose rounded regressors depend on each other, so that their coefficients are not unique (three of\n"
-        "npsauv).\n"
+        "left out whose rounded regressors depend on each other, so that none is unique (three of npsauv).\n"
     )
     run.page([caption, *markdown.columns(markdown.named(numbers), cells), *beyond(numbers)])
     for case, errors in run.load_arrays("errors").items():
@@ -112,8 +111,8 @@ def draw(run, numbers):
 def beyond(numbers):
     """Coefficients whose ratios leave the range that the thesis prints for those that leave its plots."""
     low, high = cases.published()["rounding"]["ratios"]
-    yield f"\nCoefficients with a ratio below {low:g} or above {high:g}, the ends of the thesis's range: truth over the"
-    yield "median size on its axis, and least and largest ratio. Most are terms of the roll rate, which hardly moves.\n"
+    yield f"\nCoefficients with a ratio below {low:g} or above {high:g}, the ends of the thesis's range: the truth over"
+    yield "the median size on its axis, and least and largest ratio. On suboff most are terms of the roll rate.\n"
     lines = []
     for case, result in numbers.items():
         names, truth = result["names"], np.array(result["truth"])

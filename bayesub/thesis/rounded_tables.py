@@ -11,7 +11,8 @@ from bayesub.thesis.plots.intervals import WORDS
 _CAPTION = """\
 Coverage of the truth, mean over coefficients ± standard error (range over coefficients); error: root mean
 square in stated standard deviations; joint: median over trials of the squared error in all directions of the
-posterior; width: median sd of a coefficient, relative to the rounding-aware one.
+posterior; width: median sd of a coefficient, relative to the rounding-aware one. Missed: searches of the rounding
+interval that miss their tolerance, and are counted all the same.
 """
 
 
@@ -40,6 +41,7 @@ def _cases(cases: dict) -> list[str]:
     cells = {
         "case": itemgetter("name"),
         "readings, coefficients, trials": itemgetter("counts"),
+        "missed": itemgetter("missed"),
         "treatment": lambda r: WORDS[r["fit"]],
         "95 % intervals": lambda r: (
             f"{_percent(r['mean_coverage_95'])} ({min(r['coverage_95']):.0%} to {max(r['coverage_95']):.0%})"
@@ -54,7 +56,7 @@ def _cases(cases: dict) -> list[str]:
     for fit, word in WORDS.items():
         pairs = np.array([case["fits"][fit]["mean_coverage_95"] for case in cases.values()])
         pooled = pairs[:, 0].mean(), np.linalg.norm(pairs[:, 1]) / len(pairs)
-        lines.append(markdown.row(("all", "", word, _percent(pooled), *[""] * 5)))
+        lines.append(markdown.row(("all", "", "", word, _percent(pooled), *[""] * 5)))
     return lines
 
 
@@ -63,7 +65,8 @@ def _fits(cases: dict) -> Iterator[dict]:
     for name, case in cases.items():
         rounded = case["fits"]["rounded"]
         sds = dict(zip(rounded["names"], rounded["sd_over_truth"], strict=True))
-        heading = {"name": name, "counts": f"{case['n_readings']}, {case['n_params']}, {case['n_trials']}"}
+        counts = f"{case['n_readings']}, {case['n_params']}, {case['n_trials']}"
+        heading = {"name": name, "counts": counts, "missed": f"{1 - case['converged']:.0%}"}
         for fit, result in case["fits"].items():
             pairs = zip(result["names"], result["sd_over_truth"], strict=True)
             yield (
@@ -71,7 +74,7 @@ def _fits(cases: dict) -> Iterator[dict]:
                 | heading
                 | {"fit": fit, "width": np.median([sd / sds[coefficient] for coefficient, sd in pairs])}
             )
-            heading = {"name": "", "counts": ""}
+            heading = {"name": "", "counts": "", "missed": ""}
 
 
 def _grid(grid: list[dict]) -> list[str]:

@@ -110,8 +110,8 @@ def draw_noise(path, cases) -> None:
             for panel, key, factor in zip(panels, ("track_m", "velocity_mps"), (1e3, 1e3), strict=True):
                 levels = factor * np.sort(list(case["lost_at"][key].values()))
                 share = 100 * np.arange(1, len(levels) + 1) / len(levels)
-                look = {"color": style.VEHICLES[vehicle], "drawstyle": "steps-post", "label": name}
-                panel.semilogx(levels, share, lines[manoeuvre], **look)
+                look = {"ls": lines[manoeuvre], "color": style.VEHICLES[vehicle], "drawstyle": "steps-post"}
+                panel.semilogx(levels, share, label=name, **look)
         marks = (("track noise (mm and 0.001 deg)", 1.0), ("velocity noise (mm/s)", 10.0))
         for panel, (text, mark) in zip(panels, marks, strict=True):
             panel.axvline(mark, color=style.TRUTH, lw=0.8)

@@ -74,7 +74,7 @@ def draw_circles(path, circles) -> None:
         axis.plot(0.0, 0.0, "o", ms=4, color=style.TRUTH)
         axis.set(aspect="equal", xlabel="east (ship lengths)", ylabel="north (ship lengths)")
         axis.set_title("rudder 15 degrees", fontsize=9)
-        axis.legend(fontsize=8, loc="lower right")
+        figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
 
 
 def draw_added_mass(path, masses, inertias) -> None:
