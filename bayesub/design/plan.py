@@ -5,6 +5,7 @@ costs on file again, and goes on where it was. Zig-zags have few numbers and are
 best zig-zag, with many numbers, become better than it in ten times as many judgements.
 """
 
+import hashlib
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -191,7 +192,7 @@ class Plan:
     def search(self, kind: str, n_judgements: int, progress: Progress = SILENT, **start: object) -> Found:
         """Search a family, or continue its search, until so many manoeuvres are judged; more for ``search``."""
         rng = np.random.default_rng([self.seed, [*KINDS, REFINED].index(kind)])
-        saved = self.folder / f"costs_{kind}.txt"
+        saved = self.folder / f"costs_{kind}{_digest(start)}.txt"
         options = {"n_judgements": n_judgements, "mapped": self.mapped, "saved": saved, "progress": progress}
         return search(self.cost(kind), rng, **options, **start)
 
@@ -233,6 +234,11 @@ class Plan:
         manoeuvres = self.cost(kind).manoeuvres(answers[kind].numbers)
         start = np.concatenate([at_knots(self.family(REFINED), manoeuvre) for manoeuvre in manoeuvres])
         return answers | {REFINED: self.search(REFINED, n_refined, progress, start=start, sigma=_SIGMA)}
+
+
+def _digest(start: dict[str, object]) -> str:
+    """What tells the costs of a search with one start from those with another; empty for a random start."""
+    return f"_{hashlib.sha256(start['start'].tobytes()).hexdigest()[:8]}" if start else ""
 
 
 def best(answers: dict[str, Found]) -> str:
