@@ -31,6 +31,26 @@ channels = ["r"]
 """
 
 
+UNKNOWN = """
+[free]
+coefficients = ["Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr"]
+[prior]
+kind = "relative_normal"
+sd = 0.25
+[prior.given]
+Xuu = { mean = -0.0065, sd = 1e-4 }
+[nuisance]
+current_north_mps = { mean = 0.0, sd = 0.2 }
+[noise.r_degps]
+kind = "student_t"
+dof = 4.0
+[disturbance]
+axes = ["Y", "N"]
+sd = 1e-5
+correlation_time_s = 5.0
+"""
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """A folder with limits of a short trial and with sensors."""
@@ -87,6 +107,16 @@ def test_a_search_that_was_cut_off_is_continued_bit_for_bit(folder, bayesub):
         assert content(folder / "whole") == whole
 
 
+def test_a_search_that_has_ended_goes_on(folder, bayesub):
+    """With more judgements, to the result of one that was asked for all of them at once, curves from the best too."""
+    options = ("auv690", "--subproblem", "horizontal", "--limits", "limits.toml")
+    families = ("--family", "standard", "--family", "curves")
+    assert bayesub("design", *options, *families, "--judgements", 300, "-o", "long")[0] == 0
+    assert bayesub("design", *options, *families, "--judgements", 450, "-o", "long", "--resume")[0] == 0
+    assert bayesub("design", *options, *families, "--judgements", 450, "-o", "whole")[0] == 0
+    assert content(folder / "long") == content(folder / "whole")
+
+
 def test_ctrl_c_loses_nothing(folder, bayesub):
     """One line with the command that continues, whose result is that of a search that was not interrupted."""
     options = ("auv690", "--limits", "limits.toml", "--family", "standard", *QUICK)
@@ -130,6 +160,27 @@ def test_a_folder_is_not_overwritten(bayesub):
         status, _, err = bayesub("design", *options, *more, "-o", "trial")
         assert status == 2
         assert remedy in err
+
+
+@pytest.mark.parametrize("goal", ["D", "A", "E", "known:25"])
+def test_every_criterion_and_all_that_a_trial_may_not_know(goal, folder, bayesub):
+    """Steps of a helmsman, with noise, nuisance parameters and unmodelled forces that are integrated out."""
+    (folder / "steps.toml").write_text(LIMITS + "orders_an_hour = 500.0\nrudder_deg = 10.0\n")
+    (folder / "unknown.toml").write_text(SENSORS + UNKNOWN)
+    options = ("--sensors", "unknown.toml", "--limits", "steps.toml", *QUICK, "--for", goal)
+    status, out, err = bayesub("design", "auv690", *options, "-o", "trial")
+    assert status == 0, err
+    assert "unknown besides: current_north_mps, forces on Y N" in out
+    numbers = json.loads((folder / "trial" / "design.json").read_text())
+    before, after = numbers["before"], numbers["after"]
+    assert after["D"] < before["D"] == pytest.approx(0.0, abs=1e-12)
+    assert after["A"] < before["A"] == pytest.approx(1.0)
+    assert {c["name"] for c in numbers["coefficients"]} == {"Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr"}
+    assert next(c for c in numbers["coefficients"] if c["name"] == "Xuu")["sd_before"] == pytest.approx(1e-4)
+    boat = bs.load_vehicle("auv690")
+    rudder = np.degrees(bs.load_manoeuvre("trial/manoeuvre.csv", boat).controls[:, 0])
+    assert np.abs(rudder).max() <= 10.0 + 1e-6
+    assert len(np.unique(rudder[np.abs(np.diff(rudder, append=0.0)) < 1e-9].round(6))) <= 6, "an order in eight seconds"
 
 
 BAD = {
