@@ -28,7 +28,7 @@ REASON_WORDS = {
 SENSOR_COLOURS = {"track": style.POSTERIOR, "rounded": style.SQP, "log": style.LINEAR}
 SENSOR_MARKERS = {"track": "o", "rounded": "s", "log": "^"}
 COUPLED, MOTION = "standard coupled", ("z", "phi", "theta", "v", "w", "q", "r")
-_N_POINTS = 300
+_LEGIBLE = 0.05  # share of a bar, above which its number is written
 
 
 def chosen(arrays: dict[str, np.ndarray], *, motion: bool) -> dict[str, np.ndarray]:
@@ -153,7 +153,7 @@ def _draw_bars(panel, result: dict) -> None:
             counts, left = result["manoeuvres"][name]["sensors"][sensors]["reasons"], 0
             for reason in REASONS:
                 panel.barh(2 * k + j, counts[reason], 0.8, left, color=REASON_COLOURS[reason], lw=0)
-                if counts[reason]:
+                if counts[reason] > _LEGIBLE * sum(counts.values()):
                     panel.text(left + 0.5 * counts[reason], 2 * k + j, counts[reason], fontsize=7, ha="center",
                                va="center", color="white" if reason == "known" else style.TRUTH)  # fmt: skip
                 left += counts[reason]
