@@ -61,8 +61,9 @@ WRONG = {
     "current": Truth(0.0, 40.0, current_mps=0.05),
 }
 FIGURES = {
-    "disturbed": "Coverage of 90 % intervals by the size of the forces that nobody modelled. With noise only and with "
-    "slow noise it falls, with histories of forces it stays at 90 %.",
+    "disturbed": "Above, how often 90 % intervals hold the truth, by the size of the forces that nobody modelled: "
+    "with noise only and slow noise it falls, with histories of forces it stays. Below, how wide the intervals are. "
+    "Right, forces of another kind, and the ranks of the truth.",
 }
 ANSWER = """
 With forces of 1.5 % of the hull's, 90 % intervals that know only noise hold the truth

@@ -41,8 +41,9 @@ FITS = {  # channels, free coefficients and shared parameters of each fit
     "depths, known lift": (("depth",), ("Xuu",), SHARED),
 }
 FIGURES = {
-    "glider": "Left, mass against volume: only their difference is known. Middle, what each calibration knows of drag "
-    "and lift. Right, speeds of an unseen dive with their bands.",
+    "glider": "Left, mass against volume: only their difference is known. Middle, posterior over prior sd from depths "
+    "and from depths and speeds. Right, speeds in an unseen descent with their bands, beside a profiler and "
+    "gliderflight.",
 }
 GLOSSARY = "glider"
 ANSWER = """

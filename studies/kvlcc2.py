@@ -45,7 +45,8 @@ LEVELS = (50, 90)
 METHODS = ("posterior", "literature", "SQP", "linear least squares")
 FIGURES = {
     "errors": "Heading error of each run by method: the posterior mean beside published coefficients, SQP and linear "
-    "least squares. The two runs that nobody follows are those with small angles.",
+    "least squares; bars are the posterior mean with a rudder zero of the run's own. The two runs that nobody "
+    "follows without are those with one degree of heading.",
     "headings": "Headings of the runs, and the bands of the posterior.",
 }
 ANSWER = """

@@ -43,8 +43,9 @@ MAX_STEPS, QUICK_STEPS = 3000, 600
 N_STARTS, ITERATIONS = 5, 200
 SEED = 19
 FIGURES = {
-    "other_equations": "Left, columns and rank of each axis: what is missing is an equation of motion that the terms "
-    "can write. Middle, spectra of tracks. Right, errors on unseen manoeuvres by the terms that were fitted.",
+    "other_equations": "Left, null directions of each axis by vehicle and manoeuvre; all are equations of motion. "
+    "Middle, spectra of a track. Right, errors on unseen manoeuvres by the terms that were fitted, and what the 90 "
+    "% bands hold.",
 }
 ANSWER = """
 In {cases/*/spectra/track/n_params; count; .0f} cases of four equation sets every null direction is an equation of

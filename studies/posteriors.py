@@ -57,8 +57,9 @@ MEASURES = {
 }
 FIGURES = {
     "scatter": "Scatter of SQP and spread of the posterior along each direction, against its singular value; left of "
-    "one the data see nothing. The posterior (crosses) keeps to the line; SQP scatters as widely where the data see "
-    "nothing, and less where they see.",
+    "one the data see nothing. The posterior (crosses) keeps to the line that data and prior make. SQP's sets keep "
+    "about the spread of their starts (grey) where the data see nothing, and fall with the line or below it where "
+    "they see: their scatter is that of a search.",
     "trade_offs_*": "{}: the coefficients that trade off most, as ratios to the truth. SQP's sets from the exact "
     "track (orange) run along the ellipses of the posterior and out of them. Added masses that SQP held stay at one "
     "by choice.",

@@ -31,9 +31,8 @@ FIGURES = {
     "(dashed), and far right of the error of the simulation itself (black).",
     "calibration": "How often bands of the posterior hold the true position, against what they claim. It is one trial "
     "a boat, so that a line may leave the diagonal by chance; the study calibration repeats trials.",
-    "sorted": "Errors by set and by manoeuvre, median and 90 %: sets differ more than manoeuvres do.",
-    "sets_*": "{}: the best, the middle and the worst set as ratios to the truth. Which predicts best cannot be seen "
-    "from the coefficients.",
+    "sorted": "Errors by identified set and by unseen manoeuvre, in the boats' own metres: median and 90 %.",
+    "sets_*": "{}: the best, the middle and the worst set by mean cost, as ratios to the truth.",
     "surface_*": "{}: largest position error of every set on every manoeuvre.",
     "worst_tracks": "The worst prediction of the worst set of each boat, from above.",
 }

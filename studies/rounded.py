@@ -52,9 +52,11 @@ SAMPLED = ((10.0, 1.0), (30.0, 10.0))  # ratio, interval
 DETERMINED = 0.5  # a coefficient is determined if the finest readings halve its prior sd
 STEP = "step of {:g} sd every {:g} s"
 FIGURES = {
-    "when_rounding_matters": "Coverage, width and cost by the step of rounding in noise standard deviations: normal "
-    "noise of variance sd^2 + step^2 / 12 is as good as the exact likelihood until the step is ten sds and more.",
-    "cases": "Coverage of 95 % intervals in each case and by treatment. Bars are two standard errors.",
+    "when_rounding_matters": "Coverage, joint error and width by the step of rounding in noise standard deviations: "
+    "normal noise of variance sd^2 + step^2 / 12 (dashed) is as good as the exact likelihood until the step is ten "
+    "sds and more.",
+    "cases": "Coverage of 95 % intervals, error in stated sds, and width, a dot a coefficient, by case and treatment; "
+    "bars are medians.",
 }
 ANSWER = """
 With the thesis's rounding 95 % intervals hold the truth {cases/*, horizontal,

@@ -35,9 +35,10 @@ FIGURES = {
     "(Tables 6 to 8). A rank below the number of columns is a null direction.",
     "spectra": "Singular values of the Jacobian of the track. The last values lie below a gap of many decades: they "
     "are the null directions that the equations foretell.",
-    "null_vectors": "The null vectors by their entries, each in units of its largest.",
-    "signs": "When v and r, w and q have opposite signs on the coupled manoeuvre, and the regressors that are then "
-    "alike (thesis Figures 26 and 27).",
+    "null_vectors": "The null vectors, a row each: changes of the coefficients, the largest being one, and the added "
+    "mass that is held to remove it.",
+    "signs": "Whether v and r, w and q have equal signs on the coupled manoeuvre (thesis Figures 26 and 27): v and r "
+    "never or hardly ever have.",
 }
 GLOSSARY = "booth"
 ANSWER = """

@@ -33,7 +33,8 @@ def draw_cases(path, cases) -> None:
         error.axhline(1, color=style.TRUTH, lw=0.8)
         error.set(ylabel="root mean square error\n(stated sd)", yscale="log")
         width.set(ylabel="stated sd over truth", yscale="log")
-        names = [name.replace(", ", "\n").replace("_", "\n") for name in cases]
+        words = {"random:0": "random\nmanoeuvre", "horizontal": "spiral", "thesis_rounding": "rounded as\nthe thesis"}
+        names = ["\n".join(words.get(part, part) for part in name.split(", ")) for name in cases]
         width.set_xticks(range(len(cases)), names, fontsize=8)
         for panel in (coverage, error, width):
             panel.grid(axis="x", visible=False)
