@@ -7,7 +7,6 @@ import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 from uuid import uuid4
 
@@ -15,7 +14,7 @@ import cloudpickle
 from distributed import Client, Future, KilledWorker, get_worker
 
 from bayesub.campaign.executors import ENDED, Executor
-from bayesub.campaign.piece import Failure, attempt, become_remote
+from bayesub.campaign.piece import Failure, Packed, attempt, become_remote
 from bayesub.io.errors import InputError, one_line
 from bayesub.io.terminal import duration
 
@@ -102,12 +101,13 @@ class Cluster(Executor):
         return f"{len(self.workers)} workers"
 
     def close(self) -> None:
-        """Let go of the cluster."""
-        self.client.close()
+        """Let go of the cluster; what a busy host does not answer in time does not matter any more."""
+        with contextlib.suppress(*_LOST):
+            self.client.close()
 
     def results(self, work, pieces):
         """As :meth:`Executor.results`."""
-        campaign = _Campaign(self, cloudpickle.dumps(work), pieces)
+        campaign = _Campaign(self, Packed.of(work), pieces)
         self._last_worker = time.monotonic()
         try:
             while campaign.is_unfinished():
@@ -198,33 +198,29 @@ def misfit(code: dict[str, str], wanted: dict[str, str], n_threads: int) -> str:
     return f"it has {n_threads} threads; start it with --nthreads 1" if n_threads != 1 else ""
 
 
-def _shared(task: bytes) -> bytes:
+def _shared(work: Packed) -> Packed:
     """The function of a campaign, which Dask can compute again wherever it is needed."""
-    return task
+    return work
 
 
-def _piece(task: bytes, argument: Any, code: Callable[[], dict[str, str]], wanted: dict[str, str]) -> bytes | Refusal:
+def _piece(work: Packed, argument: Any, code: Callable[[], dict[str, str]], wanted: dict[str, str]) -> bytes | Refusal:
     """Done by a worker: the pickled result of a piece."""
     worker = get_worker()
     if reason := misfit(code(), wanted, worker.state.nthreads):
         return Refusal(worker.address, reason)
     become_remote()
-    result = attempt(partial(_call, task), argument)
+    result = attempt(work, argument)
     try:
         return cloudpickle.dumps(result)
     except Exception as error:  # of a result that cannot be sent
         return cloudpickle.dumps(Failure(f"{type(error).__name__}: {error}", is_final=True))
 
 
-def _call(task: bytes, argument: Any) -> Any:
-    return cloudpickle.loads(task)(argument)
-
-
 class _Campaign:
     """The pieces of one campaign that wait, and those that are under way."""
 
-    def __init__(self, cluster: Cluster, task: bytes, pieces):
-        self.cluster, self.task, self.pieces = cluster, task, pieces
+    def __init__(self, cluster: Cluster, work: Packed, pieces):
+        self.cluster, self.work, self.pieces = cluster, work, pieces
         self.token, self.wanted = uuid4().hex[:12], cluster.code()
         self.waiting, self.attempts, self.losses = deque(pieces), Counter(), Counter()
         self.under_way: dict[str, tuple[str, Future, float]] = {}  # key -> name, future, when it was submitted
@@ -250,7 +246,7 @@ class _Campaign:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")
             key = f"function-{self.token}-{self.n_submitted}"
-            self.shared = self.cluster.client.submit(_shared, self.task, key=key, pure=False)
+            self.shared = self.cluster.client.submit(_shared, self.work, key=key, pure=False)
 
     def hand_out(self) -> None:
         """Submit pieces as long as workers may want them, and copies of the last ones if these take too long."""

@@ -1,5 +1,6 @@
 """What ``--dask`` names: the address of a scheduler, workers on this machine, or a file about a cluster."""
 
+import contextlib
 import logging
 import math
 import re
@@ -228,7 +229,8 @@ def _own(cluster, name: str, code, remark, patience=None) -> Executor:
 
         def close(self):
             super().close()
-            cluster.close()
+            with contextlib.suppress(OSError, TimeoutError):  # of a host too busy; its processes end with this one
+                cluster.close()
 
     executor = OwnCluster(partial(_client, cluster, name), name, code, remark=remark, patience=patience)
     _announce(executor, remark)

@@ -9,7 +9,7 @@ from contextlib import closing
 from functools import partial
 from typing import Any
 
-from bayesub.campaign.piece import Failure, attempt
+from bayesub.campaign.piece import Failure, Packed, attempt
 from bayesub.io.errors import InputError
 from bayesub.io.interrupts import interruptible
 
@@ -94,12 +94,12 @@ class Processes(Executor):
 
     def results(self, work, pieces):
         """As :meth:`Executor.results`."""
-        queue, suspects, running, pool = deque(pieces), set(), {}, None
+        queue, suspects, running, pool, packed = deque(pieces), set(), {}, None, Packed.of(work)
         try:
             while queue or running:
                 while queue and len(running) < (1 if suspects else 2 * self.n):
                     name, pool = queue.popleft(), self._pool()
-                    running[pool.submit(attempt, work, pieces[name])] = name
+                    running[pool.submit(attempt, packed, pieces[name])] = name
                 done, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
                 ended = []
                 for future in done:

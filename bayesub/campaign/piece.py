@@ -1,5 +1,6 @@
 """One piece of a campaign: done with one thread, it has a result or a failure, and never an exception."""
 
+import pickle
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -39,6 +40,30 @@ def attempt(work: Callable[[Any], Any], argument: Any) -> Any:
         is_input = isinstance(error, InputError)
         cause = str(error) if is_input else f"{type(error).__name__}: {error}"
         return Failure(one_line(cause), traceback.format_exc(), is_final=is_input)
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A function that is pickled once for a campaign, and unpacked afresh for each piece.
+
+    Attributes
+    ----------
+    content : bytes
+        The pickled function.
+    """
+
+    content: bytes
+
+    @classmethod
+    def of(cls, work: Callable[[Any], Any]) -> "Packed":
+        """A function, packed; those of a study script too, which no other process can import."""
+        import cloudpickle
+
+        return cls(cloudpickle.dumps(work))
+
+    def __call__(self, argument: Any) -> Any:
+        """What the function returns."""
+        return pickle.loads(self.content)(argument)
 
 
 @contextmanager

@@ -10,9 +10,9 @@ from bayesub.campaign.executors import Executor
 from bayesub.cli.bench import BATCH, perturbed
 from bayesub.cli.scalar_simulator import spiral
 
-LENGTHS_S, QUICK_LENGTHS_S = (0.1, 1.0, 5.0), (0.1, 1.0)  # of a piece
-N_EMPTY, QUICK_EMPTY = 2000, 200
-N_EACH = 6  # pieces of a length for each worker
+LENGTHS = {0.1: 60, 1.0: 20, 5.0: 6}  # of a piece, s -> how many for each worker
+QUICK_LENGTHS = {0.1: 20, 1.0: 4}
+N_EMPTY, QUICK_EMPTY = 1000, 200
 RESULT, N_RESULTS = 1_000_000, 50  # bytes of a result, and number of them
 FUNCTION = 50_000_000  # bytes
 
@@ -23,7 +23,7 @@ def run(executor: Executor, *, quick: bool = False) -> dict:
     The efficiency is the time inside the pieces over the time of all workers. Other work on the same processors makes
     pieces longer and hardly changes it; nor does it change the processor time.
     """
-    executor.map(_busy, [0.01] * N_EACH)  # starts workers and loads the kernels
+    executor.map(_simulating, [0.01] * 8)  # starts workers and loads the kernels
     n_workers = len(getattr(executor, "workers", ())) or getattr(executor, "n", 1)
     n = QUICK_EMPTY if quick else N_EMPTY
     numbers = {"workers": n_workers, "load": os.getloadavg()[0], "pieces": n}
@@ -35,11 +35,11 @@ def run(executor: Executor, *, quick: bool = False) -> dict:
     seconds, _ = _seconds(executor, partial(_with, bytes(FUNCTION)), range(n_workers))
     numbers["function_bytes_per_s"] = FUNCTION / seconds
     numbers["lengths"] = []
-    for length in QUICK_LENGTHS_S if quick else LENGTHS_S:
-        seconds, inside = _seconds(executor, _busy, [length] * N_EACH * n_workers)
-        busy = sum(inside)
-        row = {"length_s": busy / len(inside), "pieces": len(inside), "efficiency": busy / (n_workers * seconds)}
-        numbers["lengths"].append(row)
+    for work in (_waiting, _simulating):
+        for length, n_each in (QUICK_LENGTHS if quick else LENGTHS).items():
+            seconds, inside = _seconds(executor, work, [length] * n_each * n_workers)
+            row = {"work": work.__name__[1:], "length_s": sum(inside) / len(inside), "pieces": len(inside)}
+            numbers["lengths"].append(row | {"efficiency": sum(inside) / (n_workers * seconds)})
     return numbers
 
 
@@ -62,7 +62,14 @@ def _with(content: bytes, _) -> int:
     return len(content)
 
 
-def _busy(length: float) -> float:
+def _waiting(length: float) -> float:
+    """Wait some seconds, and say how many they were."""
+    began = time.perf_counter()
+    time.sleep(length)
+    return time.perf_counter() - began
+
+
+def _simulating(length: float) -> float:
     """Simulate for some seconds, and say how many they were."""
     simulator, began = spiral(), time.perf_counter()
     xi = perturbed(simulator.vehicle, BATCH)
@@ -73,9 +80,9 @@ def _busy(length: float) -> float:
 
 def tables(numbers: dict) -> list[Table | str]:
     """What :func:`run` returns, for the terminal."""
-    table = Table("length of a piece", "pieces", "efficiency", title=f"{numbers['workers']} workers")
+    table = Table("piece", "length", "pieces", "efficiency", title=f"{numbers['workers']} workers")
     for row in numbers["lengths"]:
-        table.add_row(f"{row['length_s']:.2f} s", str(row["pieces"]), f"{row['efficiency']:.1%}")
+        table.add_row(row["work"], f"{row['length_s']:.2f} s", str(row["pieces"]), f"{row['efficiency']:.1%}")
     each, processor = numbers["seconds_per_piece"], numbers["processor_seconds_per_piece"]
     text = (
         f"a piece that does nothing: {1e3 * each:.2f} ms, so {1.0 / each:.0f} pieces a second\n"

@@ -61,19 +61,16 @@ def test_tables_have_a_row_for_each_measurement():
 
 def test_a_cluster_is_measured_by_the_time_inside_its_pieces(monkeypatch):
     """Pieces share their workers' time with what it takes to hand them out."""
-    for name, value in {
-        "QUICK_EMPTY": 3,
-        "QUICK_LENGTHS_S": (0.05,),
-        "N_EACH": 2,
-        "RESULT": 10,
-        "FUNCTION": 10,
-    }.items():
+    sizes = {"QUICK_EMPTY": 3, "QUICK_LENGTHS": {0.05: 2}, "RESULT": 10, "FUNCTION": 10}
+    for name, value in sizes.items():
         monkeypatch.setattr(bench_cluster, name, value)
     numbers = bench_cluster.run(Serial(), quick=True)
-    (row,) = numbers["lengths"]
-    assert (numbers["workers"], row["pieces"]) == (1, 2)
-    assert row["length_s"] >= 0.05
-    assert 0.0 < row["efficiency"] <= 1.0
+    assert numbers["workers"] == 1
+    assert [row["work"] for row in numbers["lengths"]] == ["waiting", "simulating"]
+    for row in numbers["lengths"]:
+        assert row["pieces"] == 2
+        assert row["length_s"] >= 0.05
+        assert 0.0 < row["efficiency"] <= 1.0
     text, table = bench_cluster.tables(numbers)
-    assert table.row_count == 1
+    assert table.row_count == 2
     assert f"{1e3 * numbers['seconds_per_piece']:.2f} ms" in text
