@@ -52,7 +52,16 @@ class Machines:
 
     def scheduler(self):
         """The scheduler, on the port of the address."""
-        address = ("--protocol", self.address.partition(":")[0], "--host", "127.0.0.1", "--port", self.port, "--idle-timeout", 600)
+        address = (
+            "--protocol",
+            self.address.partition(":")[0],
+            "--host",
+            "127.0.0.1",
+            "--port",
+            self.port,
+            "--idle-timeout",
+            600,
+        )
         return self.start("distributed.cli.dask_scheduler", *address, "--no-dashboard")
 
     def workers(self, n, *options, sources=ROOT):
