@@ -30,7 +30,7 @@ from bayesub.sensors.sensor import Sensor
 _ACCURATE = 0.02  # relative change of an expected sd by half the step
 _COARSEST, _HALVINGS = 0.25, 8  # of the time in which the boat travels its length
 _PHASES, _TAIL = 64, 9.0  # of a value between two multiples of the resolution; sds beyond which nothing is read
-LARGEST = 1e13  # information in prior sds; of a hundred times as much, rounding errors hide the prior
+LARGEST = 1e14  # information in prior sds; of a hundred times as much, rounding errors hide the prior
 MIN_SHARPNESS = 0.05  # noise below this share of the resolution tells no more in these sums
 
 

@@ -24,7 +24,8 @@ do too little, or a null direction of the equations is in the way. And how many 
 """
 CONDITION = """
 Rank correlation with the number of known coefficients (smooth), over random manoeuvres: of the mean and of the largest
-logarithm of the condition numbers of the axes of the linear form, and of the D-optimality.
+logarithm of the condition numbers of the axes of the linear form, and of the D-optimality. The less they are, the more
+is known.
 """
 ONE = """
 Of the coupled and the best manoeuvre: null directions, condition numbers of the axes, correlation about zero of v with

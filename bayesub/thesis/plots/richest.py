@@ -78,7 +78,7 @@ def draw_counts(path, vehicles: dict) -> None:
                 panel.axvline(floor, color=style.NULL, lw=1.4, ls=":")
                 panel.text(optimum + 0.012 * n, 0.97, optimum, color=style.SQP, fontsize=10, va="top",
                            transform=panel.get_xaxis_transform())  # fmt: skip
-                panel.set(yscale="log", xlim=(0, n), ylim=(0.8, None))
+                panel.set(yscale="log", xlim=(0, n), ylim=(0.8, 8e3))
             column[0].set_title(f"{vehicle}, {n} coefficients", fontsize=9)
         for row, title in zip(panels, TITLES.values(), strict=True):
             row[0].set_ylabel(f"{title}\nrandom manoeuvres", fontsize=9)
@@ -213,9 +213,9 @@ def draw_options(path, options: list[dict], worth: dict) -> None:
     sensors = {"as they are": worth["whole"]} | sensors
     tank = {"none": worth["whole"]} | {f"+ {v['name']}": v for v in worth["tank"]}
     columns = {
-        "search of each option": {r["name"] + ("" if r["within"] else " (beyond)"): r for r in options},
+        "a search of each option": {r["name"] + ("" if r["within"] else " (beyond)"): r for r in options},
         "best manoeuvre: sensors": sensors,
-        "best manoeuvre: towing-tank values": tank,
+        "and values from a tank": tank,
     }
     height = 0.22 * max(map(len, columns.values())) + 0.8
     with style.figure(path, 11.0, height) as figure:
