@@ -103,6 +103,8 @@ def of_vehicle(run, vehicle, *, motion):
     looks = run.repeat(f"closer_{vehicle}", partial(closer_look, vehicle, list(specs.values())), len(specs))
     looks = dict(zip(specs, looks, strict=True))
     for name, look in looks.items():
+        own = name.split()[0]  # the sensors for which a manoeuvre was chosen
+        look["sensors"] = {own: look["sensors"][own]} if own in SENSORS else look["sensors"]
         richest_floor.count_reasons(look, names=name == "standard coupled" or name.endswith("optimised"))
     arrays = {f"{name}/{key}": np.float32(a) for name, look in looks.items() for key, a in look.pop("arrays").items()}
     n = len(richest.appraiser_of(vehicle).exact.names)

@@ -97,7 +97,7 @@ def draw_counts(path, vehicles: dict) -> None:
 
 def draw_spectra(path, vehicles: dict, arrays: dict) -> None:
     """Singular values beside each other: the worst, middle and best random, the standard and the optimised one."""
-    with style.figure(path, 2.5 * len(vehicles) + 0.6, 6.2) as figure:
+    with style.figure(path, 2.1 * len(vehicles) + 0.6, 5.2) as figure:
         panels = figure.subplots(len(TITLES), len(vehicles), squeeze=False, sharex="col", sharey="row")
         for column, vehicle in zip(panels.T, vehicles, strict=True):
             for panel, sensors in zip(column, TITLES, strict=True):
@@ -164,13 +164,12 @@ def _draw_bars(panel, result: dict) -> None:
 def draw_coupling(path, vehicle: str, result: dict, arrays: dict) -> None:
     """Sway against yaw and heave against pitch, over the coupled and the optimised manoeuvres (thesis Figure 68)."""
     labels = {COUPLED: "coupled, built in"} | {f"{s} optimised": f"optimised, {TITLES[s]}" for s in TITLES}
-    with style.figure(path, 2.5 * len(labels) + 0.5, 5.0) as figure:
+    with style.figure(path, 2.2 * len(labels) + 0.5, 4.4) as figure:
         panels = figure.subplots(len(PAIRS), len(labels), squeeze=False, sharex="row", sharey="row")
         for column, (label, title) in zip(panels.T, labels.items(), strict=True):
             states = arrays[f"{vehicle}/{label}/states"].astype(float)
             for panel, (pair, (first, second)) in zip(column, PAIRS.items(), strict=True):
                 x, y = np.degrees(states[:, MOTION.index(second)]), states[:, MOTION.index(first)]
-                panel.plot(x, y, "-", lw=0.5, color=style.PRIOR)
                 panel.plot(x, y, ".", ms=2.5, color=style.POSTERIOR)
                 panel.set_xlabel(f"{second} (deg/s)")
                 correlation = f"correlation {result['manoeuvres'][label]['coupling'][pair]:+.3f}"
