@@ -11,6 +11,7 @@ from bayesub.thesis.richest_floor import REASONS, SHARPER
 from bayesub.thesis.richest_tables import best_standard
 
 TITLES = {"track": "track", "rounded": "rounded ADCP, INS", "log": "Doppler log, gyros"}
+SHOWN = ("track", "rounded")  # where there is no place for all
 LINES = {  # label of a manoeuvre -> words, colour, line style
     "worst": ("random, worst", style.PRIOR, "-"),
     "middle": ("random, middle", "#808080", "-"),
@@ -97,10 +98,10 @@ def draw_counts(path, vehicles: dict) -> None:
 
 def draw_spectra(path, vehicles: dict, arrays: dict) -> None:
     """Singular values beside each other: the worst, middle and best random, the standard and the optimised one."""
-    with style.figure(path, 2.1 * len(vehicles) + 0.6, 5.2) as figure:
-        panels = figure.subplots(len(TITLES), len(vehicles), squeeze=False, sharex="col", sharey="row")
+    with style.figure(path, 2.1 * len(vehicles) + 0.6, 3.9) as figure:
+        panels = figure.subplots(len(SHOWN), len(vehicles), squeeze=False, sharex="col", sharey="row")
         for column, vehicle in zip(panels.T, vehicles, strict=True):
-            for panel, sensors in zip(column, TITLES, strict=True):
+            for panel, sensors in zip(column, SHOWN, strict=True):
                 for label, (words, colour, line) in LINES.items():
                     name = label if label == COUPLED else f"{sensors} {label}"
                     values = arrays.get(f"{vehicle}/{name}/spectrum {sensors}")
@@ -111,8 +112,8 @@ def draw_spectra(path, vehicles: dict, arrays: dict) -> None:
                 panel.set_ylim(bottom=1.1e-3)
             column[0].set_title(vehicle, fontsize=9)
             column[-1].set_xlabel("direction")
-        for row, title in zip(panels, TITLES.values(), strict=True):
-            row[0].set_ylabel(f"{title}\nprior sd / data sd", fontsize=9)
+        for row, sensors in zip(panels, SHOWN, strict=True):
+            row[0].set_ylabel(f"{TITLES[sensors]}\nprior sd / data sd", fontsize=9)
         handles, words = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, words, loc="outside upper center", ncols=5, fontsize=8)
 
@@ -163,7 +164,7 @@ def _draw_bars(panel, result: dict) -> None:
 
 def draw_coupling(path, vehicle: str, result: dict, arrays: dict) -> None:
     """Sway against yaw and heave against pitch, over the coupled and the optimised manoeuvres (thesis Figure 68)."""
-    labels = {COUPLED: "coupled, built in"} | {f"{s} optimised": f"optimised, {TITLES[s]}" for s in TITLES}
+    labels = {COUPLED: "coupled, built in"} | {f"{s} optimised": f"optimised, {TITLES[s]}" for s in SHOWN}
     with style.figure(path, 2.2 * len(labels) + 0.5, 4.4) as figure:
         panels = figure.subplots(len(PAIRS), len(labels), squeeze=False, sharex="row", sharey="row")
         for column, (label, title) in zip(panels.T, labels.items(), strict=True):
@@ -185,7 +186,7 @@ def draw_manoeuvre(path, vehicle: str, arrays: dict, sensors: str = "log") -> No
     times, orders, states = (arrays[f"{label}/{key}"].astype(float) for key in ("times", "orders", "states"))
     shorts = [control.short for control in load_vehicle(vehicle).equations.controls]
     names = [style.with_unit(HEADERS.get(short, short)) for short in shorts]
-    with style.figure(path, 8.0, 5.4) as figure:
+    with style.figure(path, 7.5, 4.9) as figure:
         panels = figure.subplots(4, 1, sharex=True)
         colours = (style.POSTERIOR, style.LINEAR, style.SQP)
         for row, name, colour in zip(orders[:-1], names, colours, strict=False):
