@@ -119,6 +119,10 @@ def of_vehicle(run, vehicle, *, motion):
         "n_random": n_random,
         "n_within": int(np.count_nonzero(results["penalty"] == 0.0)),
         "histograms": histograms,
+        "most": {
+            s: {name: int(np.flatnonzero(h).max(initial=0)) for name, h in zip(("within", "beyond"), both, strict=True)}
+            for s, both in histograms.items()
+        },
         "searches": searches,
         "manoeuvres": looks,
         "correlations": richest_floor.correlations(conditions, results, every),
