@@ -4,6 +4,8 @@ import numpy as np
 from scipy import stats
 
 from bayesub.design.information import Information
+from bayesub.design.judge import Judge
+from bayesub.design.limits import N_DRAWS, Range
 from bayesub.identifiability import null_space, rank
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import Manoeuvre
@@ -16,6 +18,7 @@ from bayesub.thesis.richest import SHARE, SHARES, Appraiser, appraiser_of
 REASONS = ("known", "imitated", "little", "null")
 SHARPER = {"today": 1.0, "twice as long": 2.0, "ten times as long": 10.0, "sensors ten times better": 100.0}
 SHARPER |= {"sensors a hundred times better": 1e4}
+N_JUDGED = 12  # boats of the prior
 N_POINTS = 400  # of a motion in a figure
 
 
@@ -104,6 +107,40 @@ def summary(vehicle: str, spec: dict) -> dict:
         },
         "arrays": {key: array.tolist() for key, array in _arrays(track, manoeuvre, information).items()},
     }
+
+
+def other_boats(vehicle: str, specs: dict[str, dict[str, dict]], seed: int) -> dict:
+    """What boats of the prior make of manoeuvres that were chosen for the vehicle itself.
+
+    Parameters
+    ----------
+    vehicle : str
+    specs : dict
+        Set of sensors -> name -> manoeuvre.
+    seed : int
+
+    Returns
+    -------
+    dict
+        Set of sensors -> name -> share of the boats that keep the limits, and mean, least and largest number of known
+        coefficients.
+    """
+    appraiser = appraiser_of(vehicle)
+    boat, columns = appraiser.boat, appraiser.exact.columns
+    prior = appraiser.exact.prior.on(columns, boat.xi, boat.equations.names)
+    draws = np.repeat(boat.xi[None], N_DRAWS, axis=0)
+    draws[:, columns] = prior.sample(np.random.default_rng([seed, 4]), N_DRAWS)
+    flights, results = Range(boat, appraiser.limits, draws, None, appraiser.step), {}
+    for sensors, by_name in specs.items():
+        results[sensors] = {}
+        for name, spec in by_name.items():
+            manoeuvre = appraiser.manoeuvre(spec)
+            beyond = np.max([margin.excess[1:] for margin in flights.margins(manoeuvre)], axis=0)
+            judge = Judge(boat, appraiser.sensors[sensors], step_s=appraiser.step, draws=draws[:N_JUDGED])
+            known = [information.n_known(SHARE) for information in judge.information(manoeuvre)]
+            within, mean = float(np.mean(beyond <= 0.0)), round(float(np.mean(known)), 2)
+            results[sensors][name] = {"within": within, "mean": mean, "least": min(known), "most": max(known)}
+    return results
 
 
 def count_reasons(look: dict, *, names: bool) -> None:

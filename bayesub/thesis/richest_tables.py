@@ -19,6 +19,10 @@ limits, on the best random one whatever it breaks, and on the one that searches 
 the data know better than the prior, of the last. Ranks are those of the smooth count that a search makes large; the
 most that any random one makes known stands beside them.
 """
+BOATS = """
+The same manoeuvres flown by boats of the prior: share that keeps all limits, and coefficients known to 10 %, mean
+(least to most).
+"""
 REASON = """
 Why the others are not, on the best manoeuvre within the limits: others imitate them (alone they would be known), they
 do too little, or a null direction of the equations is in the way. And how many would be known with more information.
@@ -64,6 +68,16 @@ def page(numbers: dict) -> Iterator[str]:
     yield "\nRandom manoeuvres: " + "; ".join(
         f"{name} {v['n_within']} of {v['n_random']} within the limits" for name, v in numbers["vehicles"].items()
     )
+    yield BOATS
+    cells = {"vehicle": itemgetter("vehicle"), "sensors": itemgetter("sensors")}
+    for name in ("coupled", "optimised"):
+        cells |= {
+            f"{name}: within": lambda r, name=name: f"{r['boats'][r['sensors']][name]['within']:.0%}",
+            f"{name}: known": lambda r, name=name: "{mean:.1f} ({least} to {most})".format(
+                **r["boats"][r["sensors"]][name]
+            ),
+        }
+    yield from markdown.columns(rows, cells)
     yield REASON
     cells = {"vehicle": itemgetter("vehicle"), "sensors": itemgetter("sensors")}
     cells |= {reason: lambda r, reason=reason: best(r)["reasons"][reason] for reason in REASONS}
@@ -188,6 +202,8 @@ def claims(numbers: dict) -> Iterator[tuple[bool, str]]:
         yield manoeuvre["within"], f"{what}: the optimised manoeuvre breaks a limit"
         yield optimum < row["n_coefficients"], f"{what}: all coefficients are known"
         yield manoeuvre["n_null"] > 0, f"{what}: the optimised manoeuvre has no null directions"
+        means = {name: of_boats["mean"] for name, of_boats in row["boats"][row["sensors"]].items()}
+        yield means["optimised"] >= means["coupled"], f"{what}: for other boats the coupled manoeuvre tells more"
         coupled = known(row, "standard coupled")
         yield optimum >= coupled, f"{what}: {optimum} known after the optimised manoeuvre, {coupled} after the coupled"
         if row["n_random"] < 1000:  # a quick run searches too little for the rest
