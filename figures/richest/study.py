@@ -107,6 +107,8 @@ def of_vehicle(run, vehicle, *, motion):
         look["sensors"] = {own: look["sensors"][own]} if own in SENSORS else look["sensors"]
         richest_floor.count_reasons(look, names=name == "standard coupled" or name.endswith("optimised"))
     arrays = {f"{name}/{key}": np.float32(a) for name, look in looks.items() for key, a in look.pop("arrays").items()}
+    pairs = {s: {"coupled": specs["standard coupled"], "optimised": specs[f"{s} optimised"]} for s in SENSORS}
+    boats = run.part(f"boats_{vehicle}", partial(richest_floor.other_boats, vehicle, pairs, SEED))
     n = len(richest.appraiser_of(vehicle).exact.names)
     histograms = {
         s: [np.bincount(results[s]["n"][part], minlength=n + 1).tolist() for part in parts(results)] for s in SENSORS
@@ -125,6 +127,7 @@ def of_vehicle(run, vehicle, *, motion):
         },
         "searches": searches,
         "manoeuvres": looks,
+        "boats": boats,
         "correlations": richest_floor.correlations(conditions, results, every),
     }, closer
 
