@@ -86,7 +86,8 @@ def unsendable(_):
 
 
 def size(content, _):
-    """The length of something large."""
+    """The length of something large, after a moment."""
+    time.sleep(0.05)
     return len(content)
 
 
