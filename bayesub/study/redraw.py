@@ -39,6 +39,8 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
     config = saved_config(folder)
     if config is None:
         raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing")
+    if "design" in config:
+        raise InputError(f"{folder}: is a design; bayesub design with --resume writes its page again")
     if "script_sha256" in config:
         result = script.redraw(folder, config, study and Path(study), pdf=pdf)
     elif study is not None:

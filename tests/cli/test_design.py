@@ -160,6 +160,7 @@ def test_a_folder_is_not_overwritten(bayesub):
         status, _, err = bayesub("design", *options, *more, "-o", "trial")
         assert status == 2
         assert remedy in err
+    assert "is a design; bayesub design with --resume" in bayesub("report", "trial")[2]
 
 
 @pytest.mark.parametrize("goal", ["D", "A", "E", "known:25"])
