@@ -20,8 +20,8 @@ from bayesub.io.terminal import duration
 
 ATTEMPTS = 3  # at a piece that raises an exception
 LOSSES = 10  # of a piece that comes back without an answer
-# Pieces at the scheduler for each worker, so that none waits for the coordinator; and Dask takes the function away from a
-# worker that has no piece of it.
+# Pieces at the scheduler for each worker, so that none waits for the coordinator; and Dask takes the function away from
+# a worker that has no piece of it.
 AHEAD = 3
 LOOK_S = 5.0  # between looks at the workers
 TICK_S = 0.5
