@@ -45,6 +45,13 @@ from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
 @click.option(
     "--trials", type=click.IntRange(1, 20), default=1, show_default=True, help="Manoeuvres designed together."
 )
+@click.option(
+    "--boats",
+    type=click.IntRange(1, 32),
+    default=1,
+    show_default=True,
+    help="Boats over which the goal is averaged: that of the file, and others that the prior holds possible.",
+)
 @click.option("--minutes", type=click.FloatRange(0.1, 10_000), metavar="M", help="Of search; 10 if left out.")
 @click.option(
     "--judgements",
@@ -72,6 +79,7 @@ def design(
     after: Path | None,
     families: tuple[str, ...],
     trials: int,
+    boats: int,
     minutes: float | None,
     judgements: int | None,
     seed: int,
@@ -96,7 +104,7 @@ def design(
         raise InputError("--minutes and --judgements exclude each other")
     request = Request(
         vehicle, wanted or (DEFAULT,), sensors, limits, after, families, trials, minutes or MINUTES, judgements, seed,
-        subproblem,
+        subproblem, boats,
     )  # fmt: skip
     try:
         with executor_of(dask) as executor, Bars() as bars:

@@ -48,6 +48,11 @@ class Control:
     upper: float
     rate: float
 
+    @property
+    def unit(self) -> float:
+        """SI units in a unit of the column."""
+        return 1.0 if self.column == RPM else log_files.si_factor(self.column)
+
 
 def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
     """What may be moved on a vehicle: its actuators within the limits, and the propeller if its speed may change.
@@ -74,7 +79,8 @@ def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
     steady = vehicle.rpm_per_mps * vehicle.speed_mps
     low, high = (0.01 * percent * steady for percent in (limits.min_rpm_percent, limits.max_rpm_percent))
     if RPM in vehicle.inputs and low < high:
-        moved.append(Control(RPM, steady, low, high, np.inf))
+        rate = np.inf if limits.rpm_percentps is None else 0.01 * limits.rpm_percentps * steady
+        moved.append(Control(RPM, steady, low, high, rate))
     return tuple(moved)
 
 
@@ -130,6 +136,17 @@ class Family:
         orders = {c.column: _within(c, shape, self.times) for c, shape in zip(self.controls, shapes, strict=True)}
         return self._of(orders, name)
 
+    def orders(self, numbers: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Column -> times (n,), s, and what is ordered then (n,), in the unit of the column, of steps.
+
+        Empty for other kinds, which an autopilot follows.
+        """
+        if self.kind != "steps":
+            return {}
+        rows = np.clip(numbers, -1.0, 1.0).reshape(len(self.controls), -1)
+        times = self.times[np.searchsorted(_held(self, rows.shape[1]), np.arange(rows.shape[1]))]
+        return {c.column: (times, _wanted(c, row) / c.unit) for c, row in zip(self.controls, rows, strict=True)}
+
     def straight(self) -> Manoeuvre:
         """The manoeuvre in which nothing moves."""
         return self._of({}, "straight")
@@ -148,11 +165,15 @@ class Family:
 
 def _within(control: Control, shape: np.ndarray, times: np.ndarray) -> np.ndarray:
     """(n,) values of a control, from rest, that follow a shape (n,) from -1 to 1 as fast as the control can."""
+    return _followed(_wanted(control, shape), control.rest, control.rate * (times[1] - times[0]))
+
+
+def _wanted(control: Control, shape: np.ndarray) -> np.ndarray:
+    """(n,) values of a control, SI units, of a shape (n,) from -1 to 1."""
+    if control.column == RPM:  # whose rest is at one end
+        return 0.5 * (control.lower + control.upper) + 0.5 * (control.upper - control.lower) * shape
     below, above = control.rest - control.lower, control.upper - control.rest
-    wanted = control.rest + np.where(shape < 0.0, below * shape, above * shape)
-    if control.column == RPM:  # as ever as the rest is at one end
-        wanted = 0.5 * (control.lower + control.upper) + 0.5 * (control.upper - control.lower) * shape
-    return _followed(wanted, control.rest, control.rate * (times[1] - times[0]))
+    return control.rest + np.where(shape < 0.0, below * shape, above * shape)
 
 
 def _followed(wanted, rest, largest):
@@ -173,8 +194,12 @@ def _n_orders(family: Family) -> int:
 
 
 def _steps(family: Family, numbers):
-    held = np.minimum((np.arange(len(family.times)) * numbers.shape[1]) // len(family.times), numbers.shape[1] - 1)
-    return numbers[:, held]
+    return numbers[:, _held(family, numbers.shape[1])]
+
+
+def _held(family: Family, n: int) -> np.ndarray:
+    """(n_samples,) which of n orders holds."""
+    return np.minimum((np.arange(len(family.times)) * n) // len(family.times), n - 1)
 
 
 def _curves(family: Family, numbers):

@@ -38,6 +38,8 @@ class Limits(Section):
         Length of the trial; by default 44 ship lengths travelled.
     min_rpm_percent, max_rpm_percent : float
         Of the propeller speed that self-propels; equal ones keep it.
+    rpm_percentps : float or None
+        Largest rate of change of the propeller speed, per cent of it a second; None if it may jump.
     orders_an_hour : float or None
         Orders to one control that a helmsman can follow; None for an autopilot, which follows any curve.
     depth_change_m : float or None
@@ -59,6 +61,7 @@ class Limits(Section):
     duration_s: Positive | None = None
     min_rpm_percent: Percent = 50.0
     max_rpm_percent: Percent = 100.0
+    rpm_percentps: Positive | None = None
     orders_an_hour: Positive | None = None
     depth_change_m: Positive | None = None
     surface_m: float | None = None

@@ -19,6 +19,7 @@ from bayesub.design.limits import Range
 from bayesub.identifiability.interface import Progress
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
+from bayesub.model.manoeuvres import Manoeuvre
 
 BEYOND = 100.0  # cost of a share of a limit beyond it
 OUTSIDE = 1e3  # cost of a manoeuvre that no boat flies
@@ -39,11 +40,17 @@ class Cost:
         """Numbers of the whole set."""
         return sum(family.n_dims for family in self.families)
 
-    def manoeuvres(self, numbers: np.ndarray) -> list:
+    def manoeuvres(self, numbers: np.ndarray) -> list[Manoeuvre]:
         """The manoeuvres of numbers (n_dims,)."""
+        return [family.manoeuvre(part) for family, part in self._parts(numbers)]
+
+    def orders(self, numbers: np.ndarray) -> list[dict[str, tuple[np.ndarray, np.ndarray]]]:
+        """As of :meth:`Family.orders`, of each manoeuvre."""
+        return [family.orders(part) for family, part in self._parts(numbers)]
+
+    def _parts(self, numbers):
         ends = np.cumsum([family.n_dims for family in self.families])
-        parts = np.split(numbers, ends[:-1])
-        return [family.manoeuvre(part) for family, part in zip(self.families, parts, strict=True)]
+        return zip(self.families, np.split(numbers, ends[:-1]), strict=True)
 
     def __call__(self, numbers: np.ndarray) -> float:
         """What the goal says of all manoeuvres together, on average over the coefficient sets, plus the penalty."""

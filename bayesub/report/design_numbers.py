@@ -61,6 +61,7 @@ def numbers(design: DesignedTrial) -> dict:
             for v in design.tank_values
         ],
         "coefficients": _coefficients(design),
+        "orders": _orders(design),
         "margins": [[_margin(margin) for margin in margins] for margins in design.margins],
         "out_of_reach": [dict(vector) for vector in design.structural.vectors],
         "ranks": {axis: rank.summary() for axis, rank in design.unique.ranks.items()},
@@ -70,6 +71,17 @@ def numbers(design: DesignedTrial) -> dict:
         },
     }
     return _finite(content)
+
+
+def _orders(design: DesignedTrial) -> list[dict]:
+    """What a helmsman orders when, of each manoeuvre; empty if the family is not one of steps."""
+    tables = []
+    for orders in design.plan.cost(design.kind).orders(design.searches[design.kind].numbers):
+        if orders:
+            times = next(iter(orders.values()))[0]
+            rows = np.column_stack([times, *(values for _, values in orders.values())])
+            tables.append({"columns": ["time_s", *orders], "rows": rows.tolist()})
+    return tables
 
 
 def criteria(information: Information, null: NullSpace | None) -> dict:

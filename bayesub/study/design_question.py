@@ -50,6 +50,8 @@ class Request:
         Manoeuvres to judge, in place of the minutes.
     seed : int
     subproblem : str or None
+    boats : int
+        Boats over which the goal is averaged: that of the vehicle file, and others that the prior holds possible.
     """
 
     vehicle: str
@@ -63,6 +65,7 @@ class Request:
     judgements: int | None = None
     seed: int = 0
     subproblem: str | None = None
+    boats: int = 1
 
     def config(self) -> dict:
         """What the result depends on."""
@@ -133,13 +136,15 @@ def pose(request: Request) -> Question:
     judge = judge if known is None else known.judge(judge)
     judge = replace(judge, step_s=min(judge.accurate_step(one) for one in manoeuvres[:2]))
     sets = drawn(judge, N_DRAWS, draws) if known is None else known.sets(judge.vehicle, N_DRAWS, draws)
+    if request.boats > 1:
+        judge = replace(judge, draws=np.vstack([judge.vehicle.xi, sets[: request.boats - 1]]))
     flights = Range(judge.vehicle, limits, sets, subproblem, judge.step_s)
     if request.limits is not None:
         flights.refuse(family.straight())
     goal, asked, meaning = goal_of(request.wanted, judge, flights, of_kinds)
     refuse_uninformed(judge, manoeuvres, {one.name: one.gradient for one in asked})
     words = {
-        "goal": meaning,
+        "goal": meaning + (f", on average over {request.boats} boats of the prior" if request.boats > 1 else ""),
         "sensors": _sensors(judge) + ("" if request.sensors else " (the usual ones, as none are given)"),
         "limits": _limits(limits, request),
         "prior": _prior(file, known, judge),

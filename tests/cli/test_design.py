@@ -93,6 +93,19 @@ def test_a_design_is_written_judged_and_flown(folder, bayesub):
     assert rudder.max() <= np.degrees(boat.actuators.members[0].range[1]) * (1 + 1e-9)
 
 
+def test_a_helmsman_gets_a_table_of_orders(folder, bayesub):
+    """Times and angles, no more than he can follow; searched over several boats."""
+    (folder / "limits.toml").write_text(LIMITS + "orders_an_hour = 450.0\n")
+    options = ("--limits", "limits.toml", "--family", "steps", "--boats", "2", *QUICK)
+    status, out, err = bayesub("design", "auv690", *options, "-o", "trial")
+    assert status == 0, err
+    assert "on average over 2 boats" in out
+    (orders,) = json.loads((folder / "trial" / "design.json").read_text())["orders"]
+    assert orders["columns"][:2] == ["time_s", "rudder_deg"]
+    assert len(orders["rows"]) == 5
+    assert "<h2>Orders</h2>" in (folder / "trial" / "design.html").read_text()
+
+
 def test_a_search_that_was_cut_off_is_continued_bit_for_bit(folder, bayesub):
     """Whatever is left of the costs: some, a line that is half written, or none."""
     options = ("auv690", "--limits", "limits.toml", "--family", "standard", *QUICK)

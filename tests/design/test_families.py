@@ -180,3 +180,22 @@ def test_a_boat_with_tanks_at_rest_flies_as_one_without():
             Simulator(vehicle, family.manoeuvre(numbers), np.linspace(0.0, 100.0, 11), dt=0.5).run(vehicle.xi[None])[0]
         )
     assert flights[0] == pytest.approx(flights[1], rel=1e-9, abs=1e-9)
+
+
+def test_orders_of_a_helmsman_are_what_the_rudder_settles_at(rng):
+    family = family_of("suboff", "steps", orders_an_hour=30.0, duration_s=1200.0)
+    numbers = family.start(rng)
+    times, rudder = family.orders(numbers)["rudder_deg"]
+    assert np.diff(times) == pytest.approx(120.0, abs=2.0)
+    manoeuvre = family.manoeuvre(numbers)
+    late = np.interp(times + 100.0, manoeuvre.times, np.degrees(manoeuvre.log["delta_r"]))
+    assert late == pytest.approx(rudder)
+    assert family_of("suboff", "curves").orders(np.zeros(1)) == {}
+
+
+def test_the_propeller_changes_no_faster_than_its_limit(rng):
+    family = family_of("suboff", "steps", rpm_percentps=2.0)
+    rpm = family.manoeuvre(family.start(rng)).rpm
+    steady = family.vehicle.rpm_per_mps * family.vehicle.speed_mps
+    fastest = np.abs(np.diff(rpm)).max() / (family.times[1] - family.times[0])
+    assert fastest == pytest.approx(0.02 * steady)
