@@ -315,17 +315,18 @@ class _Campaign:
             contents = dict(zip([f.key for f in finished], self.cluster.client.gather(finished), strict=True))
         except Exception:  # of the connection, or of a worker that died with its result
             contents = {}
-        return [self._answer(futures[key], contents) if key in futures else None for key in keys]
+        return [self._answer(key, futures[key], contents) if key in futures else None for key in keys]
 
-    def _answer(self, future: Future, contents: dict):
+    def _answer(self, key: str, future: Future, contents: dict):
         if future.key in contents:
             content = contents[future.key]
             return content if isinstance(content, Refusal) else cloudpickle.loads(content)
         if future.status != "error":
             return None
         error = future.exception()
-        if isinstance(error, KilledWorker):
-            return Failure(f"{ENDED}, on several workers, last on {error.last_worker.address}", is_final=True)
+        if isinstance(error, KilledWorker):  # at first perhaps only beside the piece that killed it
+            again = self.attempts[self.under_way[key][0]] > 0
+            return Failure(f"{ENDED}, on several workers, last on {error.last_worker.address}", is_final=again)
         self.cluster.examine_again()
         return Failure(one_line(f"{type(error).__name__}: {error}"), repr(error))
 

@@ -111,6 +111,7 @@ class Processes(Executor):
                         suspects.discard(name)
                         yield name, future.result() if error is None else _failure(error)
                 if ended:
+                    _pools.pop(self.n, None)
                     ended += running.values()
                     running.clear()
                     if len(ended) == 1 and ended[0] in suspects:
@@ -121,13 +122,20 @@ class Processes(Executor):
                         queue.extendleft(reversed(ended))
         finally:
             if running:
+                _pools.pop(self.n, None)
                 pool.shutdown(kill_workers=True)
 
     def _pool(self):
-        from joblib.externals.loky import get_reusable_executor
+        """The processes of all campaigns of this size; those of joblib itself cannot be shared with it."""
+        if self.n not in _pools:
+            from joblib.externals.loky import ProcessPoolExecutor
 
-        threads = {f"{name}_NUM_THREADS": "1" for name in _THREADS}
-        return get_reusable_executor(self.n, timeout=_IDLE_S, initializer=ignore_interrupt, env=threads)
+            threads = {f"{name}_NUM_THREADS": "1" for name in _THREADS}
+            _pools[self.n] = ProcessPoolExecutor(self.n, timeout=_IDLE_S, initializer=ignore_interrupt, env=threads)
+        return _pools[self.n]
+
+
+_pools: dict[int, Any] = {}
 
 
 def ignore_interrupt() -> None:

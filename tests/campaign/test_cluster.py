@@ -41,6 +41,7 @@ def remarks():
 def cluster(two, remarks):
     """The executor that a user gets for the address."""
     with connection.connect(two.address, code, remarks.append) as executor:
+        executor.client.wait_for_workers(2)  # a test before may have killed one
         yield executor
 
 

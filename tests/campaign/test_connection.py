@@ -192,6 +192,7 @@ def test_workers_of_a_batch_system_do_a_campaign(tmp_path, monkeypatch):
     """That of dask-jobqueue for tests, whose jobs are processes of this machine."""
     pytest.importorskip("dask_jobqueue")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[1]))  # where workers find the pieces
     (tmp_path / "jobs.yaml").write_text("queue: local\nworkers: 1\nmemory: 1GB\n")
     with connection.connect("jobs.yaml", code, print) as executor:
         assert dict(executor.results(pieces.number, {"a": 1})) == {"a": pieces.number(1)}

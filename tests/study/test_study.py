@@ -19,7 +19,7 @@ from bayesub.sampling import posterior_file
 from bayesub.study import infer
 from bayesub.study import prepare as preparation
 from bayesub.study.prepare import prepare
-from bayesub.study.redraw import _saved_study, redraw
+from bayesub.study.redraw import redraw, saved_study
 from bayesub.study.result import load_result
 from bayesub.study.run_folder import open_folder, saved_config
 from bayesub.study.study_file import load_study
@@ -389,14 +389,14 @@ def test_a_run_with_equations_of_its_own_is_prepared_from_what_its_folder_keeps(
         pass
     for name in ("sets", "beside"):
         shutil.rmtree(with_equations.parent / name)
-    saved = _saved_study(folder, saved_config(folder))
+    saved = saved_study(folder, saved_config(folder))
     boat = bs.load_vehicle(saved.vehicle, saved.path)
     assert (boat.name, boat.equations.name) == ("auv690", "mine")
     assert boat.equations.names == bs.load_equations("booth").names
     (copy,) = (folder / "inputs").glob("*-base.toml")
     copy.write_text("")
     with pytest.raises(bs.InputError, match=r"base.toml has changed since the run"):
-        _saved_study(folder, saved_config(folder))
+        saved_study(folder, saved_config(folder))
 
 
 @pytest.mark.usefixtures("few_figures")
