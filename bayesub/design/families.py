@@ -53,6 +53,20 @@ class Control:
         """SI units in a unit of the column."""
         return 1.0 if self.column == RPM else log_files.si_factor(self.column)
 
+    @property
+    def centre(self) -> float:
+        """Value of a shape of zero: the rest, but for the propeller, which rests at one end of its range."""
+        return 0.5 * (self.lower + self.upper) if self.column == RPM else self.rest
+
+    def values(self, shape: np.ndarray) -> np.ndarray:
+        """(n,) values, SI units, of a shape (n,) from -1 at the lower end to 1 at the upper one."""
+        return self.centre + np.where(shape < 0.0, self.centre - self.lower, self.upper - self.centre) * shape
+
+    def shape(self, values: np.ndarray) -> np.ndarray:
+        """(n,) shape of values (n,); the inverse of :meth:`values`."""
+        change = values - self.centre
+        return change / np.where(change < 0.0, self.centre - self.lower, self.upper - self.centre)
+
 
 def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
     """What may be moved on a vehicle: its actuators within the limits, and the propeller if its speed may change.
@@ -145,7 +159,7 @@ class Family:
             return {}
         rows = np.clip(numbers, -1.0, 1.0).reshape(len(self.controls), -1)
         times = self.times[np.searchsorted(_held(self, rows.shape[1]), np.arange(rows.shape[1]))]
-        return {c.column: (times, _wanted(c, row) / c.unit) for c, row in zip(self.controls, rows, strict=True)}
+        return {c.column: (times, c.values(row) / c.unit) for c, row in zip(self.controls, rows, strict=True)}
 
     def straight(self) -> Manoeuvre:
         """The manoeuvre in which nothing moves."""
@@ -165,15 +179,7 @@ class Family:
 
 def _within(control: Control, shape: np.ndarray, times: np.ndarray) -> np.ndarray:
     """(n,) values of a control, from rest, that follow a shape (n,) from -1 to 1 as fast as the control can."""
-    return _followed(_wanted(control, shape), control.rest, control.rate * (times[1] - times[0]))
-
-
-def _wanted(control: Control, shape: np.ndarray) -> np.ndarray:
-    """(n,) values of a control, SI units, of a shape (n,) from -1 to 1."""
-    if control.column == RPM:  # whose rest is at one end
-        return 0.5 * (control.lower + control.upper) + 0.5 * (control.upper - control.lower) * shape
-    below, above = control.rest - control.lower, control.upper - control.rest
-    return control.rest + np.where(shape < 0.0, below * shape, above * shape)
+    return _followed(control.values(shape), control.rest, control.rate * (times[1] - times[0]))
 
 
 def _followed(wanted, rest, largest):

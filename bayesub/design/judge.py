@@ -58,7 +58,7 @@ class Judge:
     draws : (n_draws, n_terms) array or None
         Coefficient sets over which a criterion is averaged, by default the values of the vehicle alone.
     step_s : float or None
-        Integration step, by default :meth:`accurate_step` of the first manoeuvre that is judged.
+        Integration step; by default :meth:`accurate_step` of each manoeuvre, which takes several judgements.
     """
 
     vehicle: Vehicle

@@ -133,11 +133,8 @@ def at_knots(family: Family, manoeuvre: Manoeuvre) -> np.ndarray:
     columns = [member.column for member in family.vehicle.actuators.members]
     knots, numbers = np.linspace(0.0, family.duration, family.n_knots), []
     for control in family.controls:
-        is_rpm = control.column == RPM
-        history = manoeuvre.rpm if is_rpm else inputs[:, columns.index(control.column)]
-        centre = 0.5 * (control.lower + control.upper) if is_rpm else control.rest
-        change = np.interp(knots, manoeuvre.times, history) - centre
-        numbers.append(change / np.where(change < 0.0, centre - control.lower, control.upper - centre))
+        history = manoeuvre.rpm if control.column == RPM else inputs[:, columns.index(control.column)]
+        numbers.append(control.shape(np.interp(knots, manoeuvre.times, history)))
     return np.clip(np.concatenate(numbers), -1.0, 1.0)
 
 
