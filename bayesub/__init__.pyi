@@ -19,6 +19,7 @@ from . import baselines, identifiability
 from .checks.cross_validation import leave_one_out
 from .sampling import CrossCheck, Criteria, Posterior, cross_check, sample
 from .report.report import write_report
+from .study.export import export
 from .study.result import StudyResult
 from .study.run import run
 from .study.study_file import Study, load_study
@@ -45,6 +46,7 @@ __all__ = [
     "baselines",
     "coefficients",
     "cross_check",
+    "export",
     "identifiability",
     "leave_one_out",
     "likelihoods",

@@ -27,8 +27,8 @@ N_DRAWS, N_TUNE = 1000, 300  # of each of four chains of NUTS
 ESS = 10_000  # of the ensemble sampler
 # The longest first, so that no core is left waiting in the end.
 CASES = {f"{vehicle} {manoeuvre}": None for manoeuvre, vehicle in product(cases.MANOEUVRES[::-1], cases.VEHICLES)}
-QUICK = {"npsauv horizontal": ("Xuu", "Yuv", "Nuv")}  # free coefficients
-QUICK_DRAWS, QUICK_TUNE = 240, 40
+QUICK = {"suboff horizontal": ("Xuu", "Yuv", "Nuv")}  # free coefficients
+QUICK_DRAWS, QUICK_TUNE = 150, 30
 FIGURES = {
     "*": "{}: differences of all means, sds and correlations by the two samplers in Monte Carlo standard errors, as "
     "histograms with the normal curve that equal posteriors make, and the limit that holds all in 99 of 100 "

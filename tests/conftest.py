@@ -12,7 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 import pytest
 import tomli_w
-from support import user_set
+from support import browsing, user_set
 from support.motions import smooth_manoeuvre
 
 import bayesub as bs
@@ -51,6 +51,13 @@ def pytest_configure(config):
         n_wanted = len(planes[load_equations("booth")]) if config.getoption("booth_only") else len(folders)
         with futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(families.compiled, dict.fromkeys(folders[:n_wanted])))
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Chromium or Chrome, for all tests that look at pages."""
+    with browsing.started() as browser:
+        yield browser
 
 
 @pytest.fixture

@@ -1,12 +1,14 @@
 """A search for the posterior mode that follows it from the prior: for long records, unstable boats and far starts.
 
-The posterior ``prior * likelihood^(1/s^2)`` is that of noise s times as large. With a large s it has one mode, near the
-prior; as s falls to one, its mode moves to that of the posterior, and each search starts where the one before has ended
-(continuation: Allgower & Georg 1990; likelihoods with a power: Friel & Pettitt 2008). The record is lengthened as well:
-the first search is with an eighth of it, or less where the boat does not complete that, and the part doubles.
+With noise s times as large, and a large s, the posterior has one mode, near the prior; as s falls to one, its mode
+moves to that of the posterior, and each search starts where the one before has ended (continuation: Allgower & Georg
+1990). If the noise is normal its likelihood is raised to the power 1/s^2 (Friel & Pettitt 2008). To noise with heavy
+tails every reading is an outlier from afar, and none has a slope; with a large s all of them have (graduated
+non-convexity: Blake & Zisserman 1987). The record is lengthened as well: the first search is with an eighth of it, or
+less where the boat does not complete that, and the part doubles.
 
-On an unstable ship and a record of an hour Gauss-Newton from 13 starts ended at a chi-square of 34 a reading,
-continuation with the whole record at two million, and with an eighth first at 1.24, in a fifth of the time.
+On an unstable ship and a zig-zag of forty minutes, with guesses 70 % off, Gauss-Newton from the middle of the prior
+ends at a deviance of 2507 a reading, and continuation at 1.02, with 73 Jacobians.
 """
 
 from dataclasses import replace
@@ -19,30 +21,10 @@ from bayesub.identifiability.interface import InferenceProblem
 
 METHOD = "posterior mode by continuation"
 _FALL = 2.0  # of the scale of the noise from one search to the next
+_NO_FALL = 1e-3  # of the deviance a row
+_NEAR = 0.1  # posterior standard deviations from the mode of a search, where the next begins
 _HALVINGS, _MOST_HALVINGS = 3, 7  # of the record before the first search, and where that is not completed
 _LAST = 200  # iterations of the last search
-
-
-class Tempered:
-    """A problem with its log likelihood over the square of `scale`, for searches by Gauss-Newton."""
-
-    def __init__(self, problem: InferenceProblem, scale: float):
-        self.problem, self.scale = problem, scale
-        self.names, self.n_params, self.prior = problem.names, problem.n_params, problem.prior
-
-    @property
-    def costs(self):
-        """Those of the problem."""
-        return self.problem.costs
-
-    def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals and deviances of noise that is so many times as large."""
-        residuals, deviances = self.problem.misfit(parameters)
-        return residuals / self.scale, deviances / self.scale**2
-
-    def jacobian(self, parameters: np.ndarray) -> np.ndarray:
-        """Derivatives of these residuals."""
-        return self.problem.jacobian(parameters) / self.scale
 
 
 def continuation(problem: InferenceProblem, start: np.ndarray | None = None) -> Estimate:
@@ -70,12 +52,38 @@ def continuation(problem: InferenceProblem, start: np.ndarray | None = None) -> 
     values = problem.prior.parameters(np.zeros(problem.n_params)) if start is None else np.asarray(start)
     seconds = 0.0
     for part in _parts(problem, values):
-        for scale in _scales(part, values):
-            n = _LAST if part is problem and scale == 1.0 else 60
-            estimate = gauss_newton(Tempered(part, scale), values, max_iterations=n)
-            values, seconds = estimate.values, seconds + estimate.seconds
+        estimate = followed(part, values, max_iterations=_LAST if part is problem else 60)
+        values, seconds = estimate.values, seconds + estimate.seconds
     simulations, jacobians = problem.costs.simulations - before[0], problem.costs.jacobians - before[1]
     return replace(estimate, method=METHOD, evaluations=simulations, jacobians=jacobians, seconds=seconds)
+
+
+def followed(problem: InferenceProblem, start: np.ndarray, *, max_iterations: int = 60) -> Estimate:
+    """The posterior mode, followed from noise with which the start (n_params,) would fit.
+
+    Parameters
+    ----------
+    max_iterations : int
+        Of the last search, with the noise of the problem.
+
+    Returns
+    -------
+    Estimate
+        Of the last search, with the seconds of all.
+
+    Raises
+    ------
+    ValueError
+        If the simulation fails at the start.
+    """
+    values, seconds = start, 0.0
+    for scale in _scales(problem, start):
+        if scale == 1.0:
+            estimate = gauss_newton(problem, values, max_iterations=max_iterations)
+        else:
+            estimate = gauss_newton(problem.widened(scale), values, tolerance=_NEAR)
+        values, seconds = estimate.values, seconds + estimate.seconds
+    return replace(estimate, seconds=seconds)
 
 
 def _parts(problem, values):
@@ -84,19 +92,22 @@ def _parts(problem, values):
         return [problem]
     parts = [problem]
     for halvings in range(1, _MOST_HALVINGS + 1):
-        if halvings > _HALVINGS and np.isfinite(_deviance(parts[0], values)):
+        if halvings > _HALVINGS and np.isfinite(_deviance_a_row(parts[0], values)):
             break
         parts.insert(0, problem.within(problem.duration / 2.0**halvings))
     return parts
 
 
-def _scales(part, values):
+def _scales(problem, values):
     """Falling scales of the noise: from that with which the values would fit, down to one."""
-    deviance, n = _deviance(part, values), part.jacobian(values).shape[0]
-    largest = max(1.0, np.sqrt(deviance / n)) if np.isfinite(deviance) else 1.0
-    n_falls = int(np.ceil(np.log(largest) / np.log(_FALL)))
-    return _FALL ** np.arange(n_falls, -1.0, -1.0)
+    scales, misfit, fall = [1.0], _deviance_a_row(problem, values), np.inf
+    while 1.0 < misfit < np.inf and fall > _NO_FALL:  # some noise is as large as the errors are, and falls no more
+        scales.insert(0, _FALL * scales[0])
+        before, misfit = misfit, _deviance_a_row(problem.widened(scales[0]), values)
+        fall = before - misfit
+    return scales
 
 
-def _deviance(problem, values) -> float:
-    return float(problem.misfit(values[None])[1][0])
+def _deviance_a_row(problem, values) -> float:
+    residuals, (deviance,) = problem.misfit(values[None])
+    return deviance / residuals.shape[1]

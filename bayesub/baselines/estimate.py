@@ -4,11 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bayesub.io.notebook import Displayed
+
 _ARRAYS = ("solutions", "costs", "covariance", "starts", "efforts")
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Displayed):
     """Point estimates from one or more starts.
 
     Attributes

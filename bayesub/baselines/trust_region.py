@@ -1,5 +1,6 @@
 """Trust-region least squares on the readings: what a user would choose today."""
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ def trust_region(
     problem: InferenceProblem,
     *,
     rng: np.random.Generator,
+    informed: Collection[str] = (),
     n_starts: int = 1,
     start_spread: float = 0.10,
     bounds: float | None = 0.75,
@@ -33,6 +35,7 @@ def trust_region(
     ----------
     problem : to be solved
     rng : source of the starts
+    informed : as of :func:`bayesub.baselines.sqp`
     n_starts : number of starts
     start_spread : half width of the starts in the unknowns
     bounds : half width of the bounds in the unknowns, or None
@@ -44,7 +47,7 @@ def trust_region(
     Estimate, best solution first; the cost is the sum of squared residuals. The covariance is ``(J'J)^-1`` at the best
     solution. It is None where the problem has null directions, which is not left to the error of J, or J lacks rank.
     """
-    unknowns = Normalised(problem)
+    unknowns = Normalised(problem, informed)
     limits = (-np.inf, np.inf) if bounds is None else (1.0 - bounds, 1.0 + bounds)
 
     def search(start, ask):
@@ -74,8 +77,8 @@ def trust_region(
     )
     if len(null_space(problem, estimate)):
         return estimate
-    jacobian = unknowns.jacobian(estimate.values / unknowns.guess)
-    return replace(estimate, covariance=_covariance(jacobian, unknowns.guess))
+    x = unknowns.unknowns(estimate.values)
+    return replace(estimate, covariance=_covariance(unknowns.jacobian(x), unknowns.scales(x)))
 
 
 @np.errstate(over="ignore", invalid="ignore")  # squares of what runs away

@@ -20,6 +20,24 @@ def rank_normalised(chain):
     return special.ndtri((ranks - 0.375) / (len(flat) + 0.25)).reshape(chain.shape)
 
 
+def rank_histograms(chain, n_bins: int) -> np.ndarray:
+    """(n_ensembles, n_bins, n_params) shares of each ensemble's draws in bins of rank among all, 1 where they are even.
+
+    Ensembles that have found the same posterior have even ranks (Vehtari et al. 2021, section 4.2).
+    """
+    n_ensembles, *_, n_params = chain.shape
+    flat = chain.reshape(-1, n_params)
+    bins = ((stats.rankdata(flat, axis=0) - 0.5) * (n_bins / len(flat))).astype(int)
+    bins = bins.reshape(n_ensembles, -1, n_params)
+    return np.stack([(bins == k).mean(axis=1) * n_bins for k in range(n_bins)], axis=1)
+
+
+def rank_spread(n_effective, n_ensembles: int, n_bins: int) -> np.ndarray:
+    """Standard deviation by chance of :func:`rank_histograms`, of ensembles with so many effective draws in all."""
+    in_each = np.asarray(n_effective) / n_ensembles
+    return np.sqrt((n_bins - 1) / in_each * (1.0 - 1.0 / n_ensembles))
+
+
 def rhat(chain, scores=None) -> np.ndarray:
     """(n_params,) rank-normalised split R-hat, the larger of its bulk and folded versions (Vehtari et al. 2021).
 

@@ -83,7 +83,7 @@ class Prediction:
     @cached_property
     def bands(self) -> dict[float, np.ndarray]:
         """Probability -> (2, n_readings) ends of the central intervals of the readings."""
-        return {probability: _band(self.replicated, probability) for probability in INTERVALS}
+        return {probability: band(self.replicated, probability) for probability in INTERVALS}
 
     @property
     def held(self) -> dict[float, np.ndarray]:
@@ -132,7 +132,7 @@ class Prediction:
         and mean and sd of the sizes; the others are replicates of the log.
         """
         half = len(self.predicted) // 2
-        low, high = _band(self.replicated[:half], 0.9)
+        low, high = band(self.replicated[:half], 0.9)
         sizes = np.abs(np.vstack([self.readings, self.replicated]) - self.predicted[:half].mean(axis=0))
         sizes /= 0.5 * (high - low)
         excess = {}
@@ -277,10 +277,10 @@ def _later(times, warm_up) -> np.ndarray:
     return times > warm_up if warm_up > 0.0 else np.ones(len(times), dtype=bool)
 
 
-def _band(replicated, probability) -> np.ndarray:
-    """(2, n) quantiles of replicated readings (n_draws, n) that a share `probability` is between."""
+def band(draws: np.ndarray, probability: float) -> np.ndarray:
+    """(2, ..) quantiles of draws (n_draws, ..) that a share `probability` of them is between."""
     tail = 0.5 - 0.5 * probability
-    return np.quantile(replicated, [tail, 1.0 - tail], axis=0)
+    return np.quantile(draws, [tail, 1.0 - tail], axis=0)
 
 
 def _crps(draws, readings) -> np.ndarray:

@@ -40,6 +40,19 @@ def plane(subproblem: str | None) -> dict[str, str | None]:
     return {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
 
 
+page_folder = click.option(
+    "-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder for page, numbers and figures."
+)
+draws_option = click.option(
+    "--draws",
+    type=click.IntRange(40, 100_000),
+    default=800,
+    show_default=True,
+    help="Of each distribution, to predict by; fewer of what would fill the memory.",
+)
+seed_option = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of everything random.")
+pdf_option = click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
+force_option = click.option("--force", is_flag=True, help="Replace what is in the folder.")
 dask_option = click.option(
     "--dask",
     default="",

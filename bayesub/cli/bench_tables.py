@@ -5,23 +5,35 @@ from rich.table import Table
 
 def tables(numbers: dict) -> list[Table | str]:
     """Tables and text of what :func:`bayesub.cli.bench.run` returns."""
-    ours = [method for method in numbers["methods"] if method["method"].startswith("bayesub")]
+    ours = numbers["methods"][0]["seconds"]
     return [
-        _methods(numbers, ours[-1]["seconds"]),
+        _methods(numbers, ours),
+        "\n".join([*_agreement(numbers), *numbers["left_out"]]),
         _batches(numbers),
         _coefficients(numbers),
-        _jacobians(numbers, [method["seconds"] for method in ours]),
+        _jacobians(numbers["jacobians"], ours),
         _log_likelihoods(numbers),
-        "\n".join(_arithmetic(numbers, ours[0]["seconds"])),
+        "\n".join(_arithmetic(numbers, ours[1])),
     ]
 
 
-def _methods(numbers, fastest) -> Table:
-    table = Table("method", "per simulation", "position error", "times ours", title="600 s spiral of suboff")
+def _methods(numbers, ours) -> Table:
+    """`ours` is the seconds of a simulation by number of threads."""
+    columns = [column for n in ours for column in (f"{n} thread{'s' * (n > 1)}", "times ours")]
+    title = f"600 s spiral of suboff, us a simulation, batches of {numbers['batch']}"
+    table = Table("method", "step", *columns, "error", title=title)
     for m in numbers["methods"]:
-        ratio = f"{m['seconds'] / fastest:.1f}"
-        table.add_row(m["method"], f"{1e6 * m['seconds']:.1f} us", f"{1e3 * m['error_m']:.3g} mm", ratio)
+        cells = [f"{m['step_s']:g} s" if m["step_s"] else ""]
+        for threads, seconds in ours.items():
+            here = m["seconds"].get(threads)
+            cells += ["", ""] if here is None else [f"{1e6 * here:.0f}", f"{here / seconds:.1f}"]
+        table.add_row(m["method"], *cells, f"{1e3 * m['error_m']:.1g} mm")
     return table
+
+
+def _agreement(numbers) -> list[str]:
+    same = [m["differs_m"] for m in numbers["methods"][1:] if m["differs_m"] is not None]
+    return [f"rows with steps differ from bayesub with these steps by at most {max(same):.1e} m"]
 
 
 def _batches(numbers) -> Table:
@@ -39,14 +51,15 @@ def _coefficients(numbers) -> Table:
     return table
 
 
-def _jacobians(numbers, by_threads) -> Table:
-    """`by_threads` is the seconds of a simulation for each number of threads, in ascending order."""
-    table = Table("coefficients", "threads", "Jacobian", "simulations in a batch", title="Exact sensitivities")
-    threads = sorted({row["threads"] for row in numbers["jacobians"]})
-    simulation = dict(zip(threads, by_threads, strict=True))
-    for row in numbers["jacobians"]:
-        worth = f"{row['seconds'] / simulation[row['threads']]:.0f}"
-        table.add_row(str(row["coefficients"]), str(row["threads"]), f"{1e3 * row['seconds']:.2f} ms", worth)
+def _jacobians(rows, ours) -> Table:
+    """`ours` is the seconds of a simulation by number of threads."""
+    columns = ("method", "coefficients", "threads", "Jacobian", "simulations", "times ours")
+    table = Table(*columns, title="Exact sensitivities")
+    own = {(row["coefficients"], row["threads"]): row["seconds"] for row in rows if row["method"] == "bayesub"}
+    for row in rows:
+        n, threads, seconds = row["coefficients"], row["threads"], row["seconds"]
+        worth, ratio = f"{seconds / ours[threads]:.0f}", f"{seconds / own[n, threads]:.1f}"
+        table.add_row(row["method"], str(n), str(threads), f"{1e3 * seconds:.2f} ms", worth, ratio)
     return table
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bayesub.cli.arguments import PATH, VEHICLE, dask_option, executor_of
+from bayesub.cli.arguments import PATH, VEHICLE, dask_option, executor_of, force_option, seed_option
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
 
@@ -59,7 +59,7 @@ from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
     metavar="N",
     help="Manoeuvres to judge in place of minutes, for a result that does not depend on the speed of the machine.",
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of everything random.")
+@seed_option
 @click.option(
     "--subproblem",
     type=click.Choice(["horizontal", "vertical"]),
@@ -68,7 +68,7 @@ from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
 @click.option(
     "--resume", is_flag=True, help="Continue an interrupted search, bit for bit, or a finished one for longer."
 )
-@click.option("--force", is_flag=True, help="Replace what is in the folder.")
+@force_option
 @dask_option
 def design(
     vehicle: str,

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import click
 
-from bayesub.cli.arguments import PATH
+from bayesub.cli.arguments import PATH, pdf_option
 from bayesub.cli.run import tell
 from bayesub.io.terminal import FAILED, say
 
 
 @click.command(epilog="Example: bayesub report runs/quickstart --pdf")
 @click.argument("folder", type=PATH, metavar="DIR")
-@click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
+@pdf_option
 @click.option(
     "--study",
     type=PATH,

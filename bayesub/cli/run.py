@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from bayesub.cli.arguments import PATH, dask_option, executor_of
+from bayesub.cli.arguments import PATH, dask_option, executor_of, pdf_option
 from bayesub.io.errors import InputError, one_line
 from bayesub.io.terminal import FAILED, INTERRUPTED, Bars, complain, console, duration, say
 
@@ -66,7 +66,7 @@ class Options:
     is_flag=True,
     help="Fit all trials but one, for each of several trials, and predict it; works with --resume, trial by trial.",
 )
-@click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
+@pdf_option
 @dask_option
 @click.option("--json", "as_json", is_flag=True, help="Only the results, as JSON.")
 def run(source: Path, output: Path | None, as_json: bool, **given: bool | str) -> None:

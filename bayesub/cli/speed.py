@@ -9,7 +9,7 @@ from bayesub.io.terminal import console
 
 
 @click.command(epilog="Example: bayesub bench --quick")
-@click.option("--quick", is_flag=True, help="Shorter, without the cold start; less exact.")
+@click.option("--quick", is_flag=True, help="Shorter, without JAX and the cold start; less exact.")
 @click.option("--dask", default="", metavar="CLUSTER", help="Measure a cluster instead, as named for bayesub run.")
 @click.option("--json", "as_json", is_flag=True, help="The numbers as JSON: seconds, metres and bytes.")
 def bench(quick: bool, dask: str, as_json: bool) -> None:

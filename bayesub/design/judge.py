@@ -79,7 +79,7 @@ class Judge:
         equations, xi = self.vehicle.equations, self.vehicle.xi
         active = equations.active(subproblem=self.subproblem)
         columns = equations.columns(self.free or active)
-        scale = self.prior.has_scale(columns, xi, equations.names)
+        scale = self.prior.has_scale(columns, xi, equations)
         chosen = {equations.names[k] for k, has in zip(columns, scale, strict=True) if has} & set(active)
         if not chosen:
             raise InputError(
@@ -138,7 +138,7 @@ class Judge:
     @cached_property
     def _known(self) -> tuple[np.ndarray, np.ndarray]:
         """Prior sds (n,) and precision (n, n) in them."""
-        prior = self.prior.on(self.columns, self.vehicle.xi, self.vehicle.equations.names)
+        prior = self.prior.on(self.columns, self.vehicle.xi, self.vehicle.equations)
         if self.precision is not None:
             return prior.sd, self.precision
         n = len(self.names)

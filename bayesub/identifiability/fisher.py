@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import optimize
 
-from bayesub.identifiability.directions import null_basis, signed, split_svd
-from bayesub.identifiability.interface import InferenceProblem, PointEstimate, parameter_vector
+from bayesub.identifiability.directions import null_basis, orthonormal, signed, split_svd
+from bayesub.identifiability.interface import InferencePrior, InferenceProblem, PointEstimate, parameter_vector
 from bayesub.identifiability.null_space import null_vectors
+from bayesub.io.notebook import Displayed
 
 
 @dataclass(frozen=True)
-class Spectrum:
+class Spectrum(Displayed):
     """Singular values and directions of the whitened Jacobian at one parameter vector.
 
     A singular value s says that along its direction the data alone have a standard deviation of 1/s prior standard
@@ -25,8 +26,9 @@ class Spectrum:
     ----------
     names : (n_params,)
     singular_values : (n_params,) descending, apart from those of the null directions
-    directions : (n_params, n_params), row i the unit direction of singular value i in prior standard deviations, its
-        largest entry positive
+    directions : (n_params, n_params), row i the step of one standard deviation of the prior along direction i, in the
+        prior standard deviations of each parameter, its largest entry positive; the rows are orthonormal if the prior
+        has no correlations
     prior_sd : (n_params,)
     n_null : directions, the last ones, that are null whatever the sensors
     values : (n_params,) where the Jacobian was taken, histories of forces left out
@@ -55,10 +57,19 @@ class Spectrum:
         return np.linalg.norm(self.directions[len(self.names) - self.n_null :], axis=0)
 
     @property
+    def coordinates(self) -> np.ndarray:
+        """(n_params, n_params) matrix whose row i gives the coordinate along direction i of a step in prior sds.
+
+        The coordinates of draws of the prior are independent and have a standard deviation of one, also where the prior
+        correlates parameters.
+        """
+        return np.linalg.inv(self.directions).T
+
+    @property
     def alone_sd(self) -> np.ndarray:
         """(n_params,) standard deviation of each coefficient from the data if all the others were known."""
         with np.errstate(divide="ignore"):
-            return self.prior_sd / np.linalg.norm(self._signal[:, None] * self.directions, axis=0)
+            return self.prior_sd / np.linalg.norm(self._signal[:, None] * self.coordinates, axis=0)
 
     @property
     def held_sd(self) -> np.ndarray:
@@ -150,8 +161,26 @@ def fisher(
         whitened = integrated_out(whitened[:, others], whitened[:, np.concatenate(white)])
     names, sd = tuple(problem.names[k] for k in others), sd[others]
     basis = null_basis(names, null_vectors(problem, parameters, null), sd)
-    _, s, vt = split_svd(whitened, basis)
-    return Spectrum(names, s, signed(vt), sd, len(basis), parameters[others])
+    factor = correlation_factor(problem.prior, others)
+    _, s, vt = split_svd(whitened @ factor, orthonormal(np.linalg.solve(factor, basis.T).T))
+    return Spectrum(names, s, signed(vt @ factor.T), sd, len(basis), parameters[others])
+
+
+def correlation_factor(prior: InferencePrior, members: np.ndarray) -> np.ndarray:
+    """A factor L of the correlations L L' that the prior gives some parameters, at its middle.
+
+    Parameters
+    ----------
+    prior : whose other parameters are independent of these
+    members : (n,) positions of the parameters
+
+    Returns
+    -------
+    (n, n), the unit matrix if the prior has no correlations
+    """
+    n = len(prior.mean)
+    factor = prior.chain(np.eye(n)[members], np.zeros(n))[:, members]
+    return factor / np.linalg.norm(factor, axis=1, keepdims=True) * np.sign(np.diag(factor))[:, None]
 
 
 def integrated_out(by_others: np.ndarray, by_white: np.ndarray) -> np.ndarray:

@@ -44,6 +44,10 @@ class InferencePrior(Protocol):
     def sd(self) -> np.ndarray:
         """(n_params,) of each parameter by itself, positive."""
 
+    @property
+    def guess(self) -> np.ndarray:
+        """(n_params,) values that the prior is about."""
+
     def parameters(self, t: np.ndarray) -> np.ndarray:
         """Parameters (.., n_params) of standard normal coordinates t (.., n_params)."""
 
@@ -68,6 +72,15 @@ class InferencePrior(Protocol):
     def scaled_slope(self, x: np.ndarray) -> np.ndarray:
         """(n_batch, n_params) gradient of :meth:`scaled_log_density` within the support."""
 
+    def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The density in x as numbers, for what is compiled: walls, stretches, groups and scales.
+
+        The first three are (n_params,): where a uniform parameter ends, infinite without; of one of a group, how much
+        it grows with x, in units of its median; and the number of that group, -1 without. The fourth, (n_groups,
+        n_scales), has the sds of the logarithm, each as probable, that the parameters of a group may have in common.
+        Without walls and groups parameters are standard normal.
+        """
+
     def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """(n, n_params) draws."""
 
@@ -87,6 +100,10 @@ class CostCounter(Protocol):
     @property
     def failures(self) -> dict[str, int]:
         """Status -> number of simulations that ended so."""
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of simulations and Jacobians."""
 
 
 class LinearForm(Protocol):
@@ -143,8 +160,8 @@ class InferenceProblem(Protocol):
         With the Jacobian J, J'r is the gradient of minus the log likelihood and J'J its information.
         """
 
-    def residuals_about(self, centre: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_rows) residuals whose squares sum to the deviance near `centre` (n_params,)."""
+    def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n_batch, n_rows) whose squares sum to the deviance near `centre` (n_params,); log likelihoods."""
 
     def jacobian(self, parameters: np.ndarray) -> np.ndarray:
         """(n_rows, n_params) derivatives of the residuals at one parameter vector (n_params,)."""
@@ -163,6 +180,13 @@ class InferenceProblem(Protocol):
 
     def smoothed(self, share: float) -> "InferenceProblem":
         """A view with gradients everywhere: walls of an interval get `share` of its length as sd."""
+
+    @property
+    def heavy_tailed(self) -> bool:
+        """Whether the slope of some log density vanishes far from its reading, as that of Student's t does."""
+
+    def widened(self, scale: float) -> "InferenceProblem":
+        """A view with noise that is `scale` times as large."""
 
     def linear_systems(self, parameters: np.ndarray) -> Mapping[str, LinearForm]:
         """Axis -> linear form in some of the parameters at parameters (n_params,); empty if there are no equations."""

@@ -1,7 +1,7 @@
 """Files that are written whole or not at all, and folders that one process at a time works in."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -45,6 +45,14 @@ def write_text(path: Path, text: str) -> None:
     """Replace a file by a text."""
     with replacing(path) as partial:
         partial.write_text(text, encoding="utf-8")
+
+
+def write_csv(path: Path, table: Mapping | Sequence[Mapping], digits: int | None = 8) -> None:
+    """Replace a file by a table, given as columns or as rows; its numbers have so many digits, with None all."""
+    import pandas as pd  # slow to import
+
+    with replacing(path) as partial, partial.open("wb") as file:
+        pd.DataFrame(table).to_csv(file, index=False, float_format=digits and f"%.{digits}g")
 
 
 @contextmanager

@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.io import fixes, toml_files
+from bayesub.io.atomic import writing
 from bayesub.io.errors import InputError, nearest
 
 VELOCITIES = ("u", "v", "w", "p", "q", "r")
@@ -236,7 +237,5 @@ def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
     known = [name for name in HEADERS if name in log]
     names = known + [name for name in log if name not in HEADERS]
     table = pd.DataFrame({HEADERS.get(name, name): log[name] / si_factor(name) for name in names})
-    try:
+    with writing(path):
         table.to_csv(path, index=False, float_format=WRITTEN)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None

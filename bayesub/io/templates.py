@@ -1,6 +1,26 @@
-"""Templates (Jinja): each stands beside the module that fills it."""
+"""Templates (Jinja): each stands beside the module that fills it, all are of one environment."""
 
-from importlib import resources
+from functools import cache
+
+
+@cache
+def environment():
+    """The environment of all templates: files of the package by path, a name without a value is an error.
+
+    What stands in HTML is escaped; a template may include others, by their paths in the package.
+    """
+    import jinja2  # only here, so that commands without a template start at once
+
+    made = jinja2.Environment(
+        loader=jinja2.PackageLoader("bayesub", "."),
+        autoescape=lambda name: name.endswith(".html"),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    made.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
+    return made
 
 
 def fill(package: str, name: str, /, **values) -> str:
@@ -15,14 +35,5 @@ def fill(package: str, name: str, /, **values) -> str:
     **values
         What the names in the template stand for. A name without a value is an error.
     """
-    import jinja2  # only here, so that commands without a template start at once
-
-    environment = jinja2.Environment(
-        autoescape=name.endswith(".html"),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=not name.endswith(".html"),
-        undefined=jinja2.StrictUndefined,
-    )
-    text = (resources.files(package) / name).read_text(encoding="utf-8")
-    return environment.from_string(text).render(values)
+    folder = "/".join(package.split(".")[1:])
+    return environment().get_template(f"{folder}/{name}").render(values)

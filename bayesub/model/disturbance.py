@@ -132,10 +132,19 @@ class Knots:
         halves = 0.5 * self.interval * (ends[1:] + ends[:-1])
         whole = np.vstack([np.zeros(len(self.times)), np.cumsum(halves, axis=0)])
         times = np.asarray(times, dtype=float)
-        first = np.clip((times / self.interval).astype(int), 0, len(self.times) - 2)
-        part = times - self.times[first]
+        inside = np.minimum(times, self.times[-1])
+        first = np.clip((inside / self.interval).astype(int), 0, len(self.times) - 2)
+        part = inside - self.times[first]
         middle = self.interpolation(self.times[first] + 0.5 * part)
-        return whole[first] + part[:, None] * middle
+        return whole[first] + part[:, None] * middle + (times - inside)[:, None] * ends[-1]
+
+    def differentiation(self, times: np.ndarray) -> np.ndarray:
+        """(m, n_knots) weights of the knots in derivatives by time at times (m,), 1/s; at a knot the one after it."""
+        place = np.asarray(times) / self.interval
+        first = np.clip(np.floor(place).astype(int), 0, len(self.times) - 2)
+        ends = np.eye(len(self.times)) / self.interval
+        within = (place >= 0.0) & (place <= len(self.times) - 1)
+        return within[:, None] * (ends[first + 1] - ends[first])
 
     def projection(self, values: np.ndarray) -> np.ndarray:
         """Values (n_knots, n) at the knots of the broken lines nearest in least squares to (n_fine, n) of all times."""

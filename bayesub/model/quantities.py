@@ -1,9 +1,9 @@
-"""Quantities of a boat that follow from its coefficients: turning circle, zig-zag, stability, dive.
+"""Quantities of a boat that follow from its coefficients: turns, zig-zags, stability, dives, stopping.
 
-Each is a number for a coefficient set, not a number where a boat has no such quantity (:meth:`Quantity.reason`) or does
-not reach what is measured, such as 180 degrees of heading. Turns are confined to the horizontal plane and dives to the
-vertical one; they begin straight and level at the trial speed, with the answer of the actuators to an order at 0 s.
-Measures of turns and zig-zags are those of IMO resolution MSC.137(76).
+Each is a number for each boat of a batch (:class:`bayesub.model.boats.Boats`), not a number where a boat has no such
+quantity (:meth:`Quantity.reason`) or does not reach what is measured (:attr:`Quantity.none`). Definitions with their
+sources stand in :mod:`bayesub.model.standard_manoeuvres`, :mod:`bayesub.model.linear_motion` and
+:mod:`bayesub.model.spiral`.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,20 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.io.log_files import positions
-from bayesub.model.manoeuvre_files import RUDDER, STERN_PLANE, straight_and_level
-from bayesub.model.manoeuvres import of_inputs
-from bayesub.model.simulator import Simulator
+from bayesub.kernels import workspace
+from bayesub.model import linear_motion, standard_manoeuvres
+from bayesub.model.boats import Boats
+from bayesub.model.manoeuvre_files import RUDDER, STERN_PLANE
+from bayesub.model.standard_manoeuvres import DIVE, DIVE_DEG, JAM, REACTION, RUDDER_DEG, STILL, STOP, TURN, ZIGZAG
 from bayesub.model.vehicles import Vehicle
 
-TURN, DIVE, ZIGZAG = 60.0, 4.0, 20.0  # ship lengths travelled at the trial speed
-RUDDER_DEG, DIVE_DEG, ZIGZAG_DEG = 35.0, 10.0, 10.0  # at most; a smaller limit of the boat counts
-STEP = 0.02  # integration step in ship lengths travelled
-_SAMPLE = 5  # steps between two outputs
-_BEFORE = 1e3  # ship lengths before the start, in which a plane has come to rest where it was ordered
-NUDGE = 1e-7  # of the speed, the speed per length and 1 rad, for derivatives of accelerations: forces of v|v| vanish
+PROPELLER = "rpm"
+GLIDES = "the boat has no thrust and is driven by its weight"
 RELATIVE_STEP = 1e-3  # of a coefficient, for derivatives by it
-X, Y, PSI, U, V, R, Z = positions("x", "y", "psi", "u", "v", "r", "z")
+_THRUST = [workspace.BODY.index(key) for key in workspace.THRUST]
 
 
 @dataclass(frozen=True)
@@ -34,17 +31,19 @@ class Quantity:
     Attributes
     ----------
     name : str
-        A key of :data:`QUANTITIES`.
+        A key of :data:`QUANTITIES`, or that of a study.
     unit : str
-        Empty for a ratio.
+        Empty for a ratio, and where the name ends with it.
     meaning : str
         One sentence.
     needs : tuple of str
-        Columns of the controls that it takes.
+        Columns of the controls that it takes, and PROPELLER.
     subproblem : str
-        Plane in which it is measured.
+        Plane in which it is measured; empty if all coefficients may count.
     function : callable
-        Vehicle and coefficient sets (n, n_terms) -> (n,) values.
+        Boats, n of them -> (n,) values.
+    none : str
+        What is so of a boat that has no such value.
     """
 
     name: str
@@ -52,18 +51,23 @@ class Quantity:
     meaning: str
     needs: tuple[str, ...]
     subproblem: str
-    function: Callable[[Vehicle, np.ndarray], np.ndarray]
+    function: Callable[[Boats], np.ndarray]
+    none: str = "the simulation fails"
 
     def reason(self, vehicle: Vehicle) -> str:
         """Why a boat has no such quantity; empty if it has."""
-        if self.subproblem not in vehicle.equations.subproblems:
+        if self.subproblem and self.subproblem not in vehicle.equations.subproblems:
             return "the equations have three degrees of freedom"
-        return next(filter(None, (absence(vehicle, column) for column in self.needs)), "")
+        reason = next(filter(None, (absence(vehicle, column) for column in self.needs)), "")
+        return reason or (GLIDES if self.subproblem and glides(vehicle) else "")
+
+    def of(self, boats: Boats) -> np.ndarray:
+        """The quantity (n,) of boats, in one batch."""
+        return np.full(len(boats), np.nan) if self.reason(boats.vehicle) else self.function(boats)
 
     def values(self, vehicle: Vehicle, xi: np.ndarray) -> np.ndarray:
-        """The quantity (n,) of coefficient sets (n, n_terms), in one batch."""
-        xi = np.atleast_2d(xi)
-        return np.full(len(xi), np.nan) if self.reason(vehicle) else self.function(vehicle, xi)
+        """The quantity (n,) of coefficient sets (n, n_terms) of a vehicle, in one batch."""
+        return self.of(Boats(vehicle, np.atleast_2d(xi)))
 
 
 def gradient(vehicle: Vehicle, quantity: Quantity, columns: Sequence[int] | np.ndarray) -> np.ndarray:
@@ -90,180 +94,145 @@ def gradient(vehicle: Vehicle, quantity: Quantity, columns: Sequence[int] | np.n
     return (upper - lower) / (2.0 * steps)
 
 
+def glides(vehicle: Vehicle) -> bool:
+    """Whether a boat has no straight and level flight, since its weight drives it and nothing else."""
+    return vehicle.actuators.weigh and not vehicle.body[_THRUST].any()
+
+
 def absence(vehicle: Vehicle, column: str) -> str:
     """Why a control cannot be ordered; empty if the equations have it and an actuator moves it."""
+    if column == PROPELLER:
+        return (
+            "" if vehicle.body[_THRUST].any() else "no thrust polynomial says what a propeller does that turns astern"
+        )
     columns = [control.column for control in vehicle.equations.controls]
     if column not in columns:
         return f"the equations '{vehicle.equations.name}' know no {column}"
     return "" if vehicle.actuators.allocation[:, columns.index(column)].any() else f"no actuator moves {column}"
 
 
-def _simulator(vehicle, lengths, column, degrees, subproblem, before=0.0):
-    """Simulator of a plane that is ordered over at 0 s, as far as it goes, from where `before` degrees had put it."""
-    scale = vehicle.length_m / vehicle.speed_mps
-    times = np.linspace(0.0, lengths * scale, round(lengths / STEP) + 1)
-    largest = vehicle.actuators.limits[vehicle.equations.control(column, "quantities")]
-    angles = np.clip(np.radians([before, degrees]), -largest, largest)
-    orders = {column: (np.array([-_BEFORE * scale, 0.0]), angles)}
-    inputs = vehicle.actuators.responses(times, orders, "quantities")
-    rpm = np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps)
-    manoeuvre = of_inputs("quantities", times, inputs, rpm, straight_and_level(vehicle), vehicle, subproblem=subproblem)
-    return Simulator(vehicle, manoeuvre, times[::_SAMPLE], dt=STEP * scale)
+def _overshoot(degrees, k):
+    return lambda boats: boats.once(standard_manoeuvres.overshoots, degrees)[:, k]
 
 
-def _turn(vehicle, xi):
-    """States (n, n_times, 12) of a turn, not a number from a failure on."""
-    return _simulator(vehicle, TURN, RUDDER, RUDDER_DEG, "horizontal").run(xi)[0]
+def _root(plane, k):
+    return lambda boats: boats.once(linear_motion.roots, plane)[:, k].real
 
 
-def _at(states, histories, values):
-    """States (n, 12) where histories (n, n_times) first reach values (n,), by cubic inverse interpolation."""
-    beyond = histories >= values[:, None]
-    n_times = histories.shape[1]
-    first = np.clip(beyond.argmax(axis=1) - 2, 0, n_times - 4)
-    places, rows = first[:, None] + np.arange(4), np.arange(len(states))[:, None]
-    at, around = histories[rows, places], states[rows, places]
-    weights = np.ones_like(at)
-    for i in range(4):
-        for j in range(4):
-            if i != j:
-                with np.errstate(all="ignore"):
-                    weights[:, i] *= (values - at[:, j]) / (at[:, i] - at[:, j])
-    found = np.einsum("ni,nik->nk", weights, around)
-    return np.where(beyond.any(axis=1)[:, None], found, np.nan)
-
-
-def _at_heading(vehicle, xi, degrees):
-    states = _turn(vehicle, xi)
-    return _at(states, np.abs(states[..., PSI]), np.full(len(states), np.radians(degrees)))
-
-
-def _tactical_diameter(vehicle, xi):
-    return np.abs(_at_heading(vehicle, xi, 180.0)[:, Y])
-
-
-def _advance(vehicle, xi):
-    return _at_heading(vehicle, xi, 90.0)[:, X]
-
-
-def _transfer(vehicle, xi):
-    return np.abs(_at_heading(vehicle, xi, 90.0)[:, Y])
-
-
-def _steady_diameter(vehicle, xi):
-    end = _turn(vehicle, xi)[:, -1]
-    with np.errstate(divide="ignore"):
-        return 2.0 * np.hypot(end[:, U], end[:, V]) / np.abs(end[:, R])
-
-
-def _speed_loss(vehicle, xi):
-    end = _turn(vehicle, xi)[:, -1]
-    return 1.0 - np.hypot(end[:, U], end[:, V]) / vehicle.speed_mps
-
-
-def _overshoot(vehicle, xi):
-    """Members reverse the rudder at times of their own, each from its state at that time."""
-    angle = np.radians(ZIGZAG_DEG)
-    states = _simulator(vehicle, ZIGZAG, RUDDER, ZIGZAG_DEG, "horizontal").run(xi)[0]
-    start = _at(states, np.abs(states[..., PSI]), np.full(len(states), angle))
-    reached = np.isfinite(start).all(axis=1)
-    reverse = _simulator(vehicle, ZIGZAG, RUDDER, -ZIGZAG_DEG, "horizontal", before=ZIGZAG_DEG)
-    initial = np.where(reached[:, None], start, straight_and_level(vehicle))
-    headings = reverse.run(xi, initial=initial, outputs=("psi",))[0][..., 0] * np.sign(start[:, [PSI]])
-    return np.where(reached, np.degrees(_peak(headings) - angle), np.nan)
-
-
-def _peak(histories):
-    """(n,) largest values of histories (n, n_times), of the parabola through three; not a number at an end."""
-    finite = np.where(np.isfinite(histories), histories, -np.inf)
-    k = finite.argmax(axis=1)
-    inside = (k > 0) & (k < histories.shape[1] - 1)
-    rows, k = np.arange(len(histories)), np.clip(k, 1, histories.shape[1] - 2)
-    before, top, after = (histories[rows, k + j] for j in (-1, 0, 1))
-    with np.errstate(all="ignore"):
-        return np.where(inside, top - (after - before) ** 2 / (8.0 * (after - 2.0 * top + before)), np.nan)
-
-
-def _dive_depth(vehicle, xi):
-    depths = _simulator(vehicle, DIVE, STERN_PLANE, DIVE_DEG, "vertical").run(xi, outputs=("z",))[0][..., 0]
-    return depths[:, -1] - depths[:, 0]
-
-
-def _growth(vehicle, xi, subproblem, velocities, angles):
-    """(n,) largest real part of the roots of the linearised motion of velocities, and of angles with their rates."""
-    speed, length = vehicle.speed_mps, vehicle.length_m
-    scales = dict.fromkeys("vw", speed) | dict.fromkeys("qr", speed / length) | dict.fromkeys(angles, 1.0)
-    names = (*velocities, *angles)
-    steps = NUDGE * np.array([scales[name] for name in names])
-    states = np.tile(straight_and_level(vehicle), (2, len(names), 1))
-    for k, place in enumerate(positions(*names)):
-        states[:, k, place] += [steps[k], -steps[k]]
-    times = np.array([0.0, length / speed])
-    rest, rpm = np.tile(vehicle.actuators.rest, (2, 1)), np.full(2, vehicle.rpm_per_mps * speed)
-    still = of_inputs("quantities", times, rest, rpm, straight_and_level(vehicle), vehicle, subproblem=subproblem)
-    simulator = Simulator(vehicle, still, np.zeros(2 * len(names)), dt=STEP * times[1])
-    rates = simulator.accelerations(xi, np.repeat(states.reshape(1, -1, 12), len(xi), axis=0))
-    upper, lower = np.split(rates[..., [place - U for place in positions(*velocities)]], 2, axis=1)
-    matrices = np.zeros((len(xi), len(names), len(names)))
-    matrices[:, : len(velocities)] = ((upper - lower) / (2.0 * steps[:, None])).swapaxes(1, 2)
-    for k, rate in enumerate(angles.values(), start=len(velocities)):
-        matrices[:, k, names.index(rate)] = 1.0
-    whole = np.isfinite(matrices).all(axis=(1, 2))
-    roots = np.linalg.eigvals(np.where(whole[:, None, None], matrices, 0.0))
-    return np.where(whole, roots.real.max(axis=1), np.nan)
-
-
-def _straight_line(vehicle, xi):
-    return _growth(vehicle, xi, "horizontal", ("v", "r"), {})
-
-
-def _vertical(vehicle, xi):
-    return _growth(vehicle, xi, "vertical", ("w", "q"), {"theta": "q"})
+def _index(plane):
+    return lambda boats: linear_motion.stability_index(boats, plane)
 
 
 _TURNING = f"with {RUDDER_DEG:g} degrees of rudder, or as far as it goes"
+_ASTERN = "the propeller turns astern as fast as it has turned ahead"
+_NO_TURN = f"the heading does not change so far in {TURN:g} ship lengths"
+_NO_REVERSAL = f"the heading does not follow within {ZIGZAG:g} ship lengths"
+_NO_DAMPING = "a damping derivative is not negative"
 QUANTITIES: dict[str, Quantity] = {
     quantity.name: quantity
     for quantity in (
         Quantity(
             "tactical_diameter_m", "m", f"Distance to the side at 180 degrees of heading in a turn {_TURNING}.",
-            (RUDDER,), "horizontal", _tactical_diameter,
+            (RUDDER,), "horizontal", standard_manoeuvres.tactical_diameter, _NO_TURN,
         ),
         Quantity(
             "advance_m", "m", f"Distance ahead at 90 degrees of heading in a turn {_TURNING}.",
-            (RUDDER,), "horizontal", _advance,
+            (RUDDER,), "horizontal", standard_manoeuvres.advance, _NO_TURN,
         ),
         Quantity(
             "transfer_m", "m", f"Distance to the side at 90 degrees of heading in a turn {_TURNING}.",
-            (RUDDER,), "horizontal", _transfer,
+            (RUDDER,), "horizontal", standard_manoeuvres.transfer, _NO_TURN,
         ),
         Quantity(
             "steady_turning_diameter_m", "m",
             f"Twice the speed over the rate of turn {TURN:g} lengths into a turn {_TURNING}.",
-            (RUDDER,), "horizontal", _steady_diameter,
+            (RUDDER,), "horizontal", standard_manoeuvres.steady_diameter,
         ),
         Quantity(
             "turning_speed_loss", "", f"Share of the speed that is lost {TURN:g} lengths into a turn {_TURNING}.",
-            (RUDDER,), "horizontal", _speed_loss,
-        ),
-        Quantity(
-            "straight_line_stability", "1/s", "Largest real part of the roots of sway and yaw; negative is stable.",
-            (), "horizontal", _straight_line,
-        ),
-        Quantity(
-            "vertical_stability", "1/s",
-            "Largest real part of the roots of heave and pitch, with the righting moment; negative is stable.",
-            (), "vertical", _vertical,
+            (RUDDER,), "horizontal", standard_manoeuvres.speed_loss,
         ),
         Quantity(
             "zigzag_overshoot_deg", "deg",
             "First overshoot of heading in a zig-zag with 10 degrees of rudder and heading.",
-            (RUDDER,), "horizontal", _overshoot,
+            (RUDDER,), "horizontal", _overshoot(10.0, 0), _NO_REVERSAL,
+        ),
+        Quantity(
+            "zigzag_second_overshoot_deg", "deg", "Second overshoot of heading in the same zig-zag.",
+            (RUDDER,), "horizontal", _overshoot(10.0, 1), _NO_REVERSAL,
+        ),
+        Quantity(
+            "zigzag_20_overshoot_deg", "deg",
+            "First overshoot of heading in a zig-zag with 20 degrees of rudder and heading.",
+            (RUDDER,), "horizontal", _overshoot(20.0, 0), _NO_REVERSAL,
+        ),
+        Quantity(
+            "spiral_loop_width_deg", "deg",
+            "Rudder between the folds of the spiral curve, within which the boat turns to either side.",
+            (RUDDER,), "horizontal", standard_manoeuvres.spiral_loop_width,
+            "a boat that is stable on a straight course has no loop",
+        ),
+        Quantity(
+            "horizontal_stability_index", "", "G_h, margin of stability of a straight course; above zero is stable.",
+            (), "horizontal", _index("horizontal"), _NO_DAMPING,
+        ),
+        Quantity(
+            "straight_line_stability", "1/s", "Largest real part of the roots of sway and yaw; negative is stable.",
+            (), "horizontal", _root("horizontal", 0),
+        ),
+        Quantity(
+            "straight_line_second_root", "1/s", "Real part of the other root of sway and yaw.",
+            (), "horizontal", _root("horizontal", 1),
+        ),
+        Quantity(
+            "stopping_distance_m", "m",
+            f"Way along the track until {100 * STILL:g} % of the speed is left while {_ASTERN}.",
+            (PROPELLER,), "horizontal", standard_manoeuvres.stopping_distance,
+            f"the boat does not stop in the time of {STOP:g} ship lengths",
+        ),
+        Quantity(
+            "vertical_stability_index", "",
+            "G_v, margin of stability in the vertical plane without the righting moment; above zero is stable.",
+            (), "vertical", _index("vertical"), _NO_DAMPING,
+        ),
+        Quantity(
+            "vertical_stability", "1/s",
+            "Largest real part of the roots of heave and pitch, with the righting moment; negative is stable.",
+            (), "vertical", _root("vertical", 0),
+        ),
+        Quantity(
+            "vertical_second_root", "1/s", "Real part of the second root of heave and pitch.",
+            (), "vertical", _root("vertical", 1),
+        ),
+        Quantity(
+            "vertical_third_root", "1/s", "Real part of the third root of heave and pitch.",
+            (), "vertical", _root("vertical", 2),
+        ),
+        Quantity(
+            "vertical_period_s", "s", "Period of the oscillation of heave and pitch.",
+            (), "vertical", linear_motion.period, "all roots are real and nothing oscillates",
+        ),
+        Quantity(
+            "critical_speed_mps", "m/s", "Speed above which oscillations of heave and pitch grow.",
+            (), "vertical", linear_motion.critical_speed,
+            "a boat with a righting moment and G_v above zero is stable at every speed",
+        ),
+        Quantity(
+            "inversion_speed_mps", "m/s",
+            "Speed at which the stern planes do not change the depth; below it they act the other way round.",
+            (STERN_PLANE,), "vertical", linear_motion.inversion_speed, "the planes act the same way at every speed",
         ),
         Quantity(
             "dive_depth_m", "m",
             f"Change of depth {DIVE:g} lengths after an order of {DIVE_DEG:g} degrees to the stern planes.",
-            (STERN_PLANE,), "vertical", _dive_depth,
+            (STERN_PLANE,), "vertical", standard_manoeuvres.dive_depth,
+        ),
+        Quantity(
+            "jam_depth_excursion_m", "m",
+            f"Greatest change of depth after the stern planes jam at {DIVE_DEG:g} degrees; from {REACTION:g} lengths "
+            f"on {_ASTERN}.",
+            (STERN_PLANE, PROPELLER), "vertical", standard_manoeuvres.jam_depth_excursion,
+            f"the depth still changes after the time of {JAM:g} ship lengths, or the simulation fails",
         ),
     )
 }  # fmt: skip

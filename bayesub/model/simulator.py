@@ -232,6 +232,7 @@ class Simulator:
         amounts: np.ndarray | None = None,
         outputs: tuple[str, ...] = log_files.STATES,
         parallel: bool = True,
+        times: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Simulate a batch of coefficient sets.
 
@@ -249,6 +250,8 @@ class Simulator:
             Short names of the states and accelerations that are wanted.
         parallel : bool
             Whether a large batch is shared among threads.
+        times : (n_times,) array, optional
+            Output times, s, that do not descend, none of them after the last of the simulator; by default its own.
 
         Returns
         -------
@@ -269,7 +272,7 @@ class Simulator:
             self._stage_changes.variations,
             self._stage_changes.numbers(np.zeros((n_batch, len(self.varied))) if amounts is None else amounts),
             self.step,
-            self.times,
+            self.times if times is None else times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
             np.array(log_files.positions(*outputs)),
         )
@@ -293,6 +296,7 @@ class Simulator:
         body: np.ndarray | None = None,
         initial: np.ndarray | None = None,
         amounts: np.ndarray | None = None,
+        times: np.ndarray | None = None,
     ) -> np.ndarray:
         """Derivatives of the motion of one coefficient set at the output times.
 
@@ -314,6 +318,8 @@ class Simulator:
             By default the manoeuvre's.
         amounts : (n_varied,) array, optional
             As of :meth:`run`.
+        times : (n_times,) array, optional
+            As of :meth:`run`.
 
         Returns
         -------
@@ -333,8 +339,9 @@ class Simulator:
         history = kernel.fly(dimensional, bodies, initial, stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps)
         firsts, variations, slots, *columns = self._sensitivity_columns(parameters, amounts)
         rows = np.array(log_files.positions(*outputs))
+        times = self.times if times is None else times
         derivatives = kernel.sensitivities(
-            dimensional, bodies, history, stages, variations, slots, self.step, self.times, *columns, rows
+            dimensional, bodies, history, stages, variations, slots, self.step, times, *columns, rows
         )
         if len(firsts) < derivatives.shape[1]:
             derivatives = np.add.reduceat(derivatives, firsts, axis=1)

@@ -12,13 +12,14 @@ import numpy as np
 
 from bayesub.io import log_files
 from bayesub.io.log_files import ACCELERATIONS
+from bayesub.io.notebook import Displayed
 
 if TYPE_CHECKING:
     from bayesub.model.simulator import Simulator
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class Trajectory(Displayed):
     """Simulated motion of a batch.
 
     Attributes

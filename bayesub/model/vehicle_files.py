@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+import numpy as np
 import pydantic
 from pydantic_core import PydanticCustomError
 
@@ -96,6 +97,40 @@ class CoefficientSection(Section):
     sd: Positive | None = None
 
 
+class CorrelationsSection(Section):
+    """Correlations of coefficients that have an sd; all others are independent of these and of each other."""
+
+    coefficients: tuple[str, ...] = pydantic.Field(min_length=2)
+    matrix: tuple[tuple[float, ...], ...]
+
+    @pydantic.model_validator(mode="after")
+    def _of_a_distribution(self):
+        n = len(self.coefficients)
+        if len(set(self.coefficients)) < n:
+            twice = next(name for name in self.coefficients if self.coefficients.count(name) > 1)
+            raise ValueError(f"coefficient '{twice}' is named twice")
+        if [len(row) for row in self.matrix] != [n] * n:
+            raise ValueError(f"matrix must have {n} rows of {n} numbers, as there are {n} coefficients")
+        matrix = np.array(self.matrix)
+        if not np.all(np.diag(matrix) == 1.0) or not np.all(np.abs(matrix) <= 1.0):
+            raise ValueError("matrix must have ones on its diagonal, and no entry beyond -1 and 1")
+        if (matrix != matrix.T).any():
+            i, j = np.argwhere(matrix != matrix.T)[0]
+            first, second = self.coefficients[i], self.coefficients[j]
+            found = f"{matrix[i, j]:.6g} and {matrix[j, i]:.6g}"
+            raise ValueError(f"matrix must be symmetric, found {found} of {first} and {second}")
+        try:
+            np.linalg.cholesky(matrix)
+        except np.linalg.LinAlgError:
+            most = np.argsort(-np.abs(np.linalg.eigh(matrix)[1][:, 0]))[:3]
+            names = ", ".join(self.coefficients[k] for k in most)
+            raise ValueError(
+                f"matrix is not positive definite: correlations of {names} contradict each other; keep all digits of "
+                "the matrix that they were taken from"
+            ) from None
+        return self
+
+
 def _as_section(entry):
     """A plain number is a coefficient without a standard deviation."""
     if isinstance(entry, dict | CoefficientSection):
@@ -123,6 +158,7 @@ class VehicleFile(Section):
         pydantic.Discriminator(_table_or_array),
     ]
     coefficients: dict[str, Annotated[CoefficientSection, pydantic.BeforeValidator(_as_section)]]
+    correlations: CorrelationsSection | None = None
 
 
 def misfit(file: VehicleFile, equations: EquationSet) -> str:
@@ -136,6 +172,11 @@ def misfit(file: VehicleFile, equations: EquationSet) -> str:
         listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
         total = f"{len(missing)} of the {len(equations.names)} coefficients"
         return f"coefficients: {total} missing ({listed}); write 0 where there is none"
+    for name in () if file.correlations is None else file.correlations.coefficients:
+        if name not in equations.index:
+            return f"correlations: unknown coefficient '{name}'{nearest(name, equations.names)}"
+        if file.coefficients[name].sd is None:
+            return f"correlations: '{name}' has no sd; write {name} = {{ value = .., sd = .. }} in [coefficients]"
     if equations.has_crossflow and file.hull is None:
         return f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it"
     if isinstance(file.propulsion, MeasuredSection) and isinstance(file.actuators, tuple):

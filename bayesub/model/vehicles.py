@@ -13,6 +13,7 @@ import numpy as np
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
+from bayesub.io.notebook import Displayed
 from bayesub.kernels import workspace
 from bayesub.model import actuator_files, mass
 from bayesub.model.actuators import Actuators
@@ -20,7 +21,7 @@ from bayesub.model.equations import EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import directory
 from bayesub.model.propulsion import MeasuredSection, ThrustSection
-from bayesub.model.vehicle_files import VehicleFile, misfit
+from bayesub.model.vehicle_files import CorrelationsSection, VehicleFile, misfit
 from bayesub.model.water import GRAVITY_MPS2
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Vehicle:
+class Vehicle(Displayed):
     """A vehicle in SI units and radians.
 
     Attributes
@@ -56,6 +57,8 @@ class Vehicle:
     equations : EquationSet
     hull : (3, n) array or None
         Positions from tail to nose, heights and breadths, m.
+    correlation : (n_terms, n_terms) array or None
+        Of what has a standard deviation; None if the file gives none.
     """
 
     name: str
@@ -72,6 +75,7 @@ class Vehicle:
     sd: np.ndarray
     equations: EquationSet
     hull: np.ndarray | None = None
+    correlation: np.ndarray | None = None
 
     def __post_init__(self):
         for array in (self.body, self.xi, self.sd):
@@ -251,4 +255,12 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         sd=np.array([sds[key] for key in equations.names]),
         equations=equations,
         hull=hull,
+        correlation=None if file.correlations is None else _correlation(file.correlations, equations),
     )
+
+
+def _correlation(section: CorrelationsSection, equations: EquationSet) -> np.ndarray:
+    columns = [equations.index[name] for name in section.coefficients]
+    correlation = np.eye(len(equations.names))
+    correlation[np.ix_(columns, columns)] = section.matrix
+    return correlation

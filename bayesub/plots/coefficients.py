@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from bayesub.io.words import counted
 from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # of intervals
 PRIOR_EDGES = (0.05, 0.95)  # of the band of the prior
 ROWS = 45  # that can be read below each other
+VISIBLE = 0.015  # of the axis; of boxes that are narrower the median is drawn and not left white
 PRIOR_PROBABILITIES = np.linspace(0.001, 0.999, 400)
 
 
@@ -99,7 +101,7 @@ def _draw_estimate(panel, rows, estimate, values, limits) -> None:
     search = estimate.method == "SQP"
     n, low, high = len(values), *limits
     colour, marker, size = (style.SQP, "o", 3.4) if search else (style.LINEAR, "X", 5.0)
-    word = f"SQP from {n} starts" if search else f"{estimate.method}, no noise"
+    word = f"SQP from {counted(n, 'start')}" if search else f"{estimate.method}, no noise"
     shifts = np.linspace(-0.25, 0.25, n) if n > 1 else np.array([0.3])
     y = rows + shifts[:, None]
     inside = (values >= low) & (values <= high)
@@ -154,5 +156,9 @@ def intervals(axis, columns, quantiles, prior, reference, *, lying: bool = False
     (axis.axvline if lying else axis.axhline)(1.0, color=style.TRUTH, lw=0.8)
     lines(columns, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
     lines(columns, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
-    axis.plot(*((median, columns) if lying else (columns, median)), mark, color="white", ms=7)
-    return min(bottom.min(), low.min()), max(top.max(), high.max())
+    ends = min(bottom.min(), low.min()), max(top.max(), high.max())
+    wide = q3 - q1 > VISIBLE * (ends[1] - ends[0])
+    for some, look in ((wide, {"color": "white"}), (~wide, {"color": style.POSTERIOR, "mew": 2.0})):
+        places = median[some], np.asarray(columns)[some]
+        axis.plot(*(places if lying else places[::-1]), mark, ms=7, **look)
+    return ends

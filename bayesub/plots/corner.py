@@ -141,10 +141,10 @@ def draw_directions(path, posterior, spectrum, equations: EquationSet, *, refere
     """
     kinds = chosen_directions(spectrum)
     chosen = [k for _, _, members in kinds for k in members]
-    n, directions = len(chosen), spectrum.directions[chosen]
+    n, coordinates = len(chosen), spectrum.coordinates[chosen]
 
     def along(values):
-        return (np.asarray(values) - posterior.prior_mean) / posterior.prior_sd @ directions.T
+        return (np.asarray(values) - posterior.prior_mean) / posterior.prior_sd @ coordinates.T
 
     draws = along(posterior.draws[:: -(-len(posterior.draws) // DRAWS)])
     points = {label: along(np.reshape(values, (-1, len(posterior.names)))) for label, values in (sets or {}).items()}

@@ -55,7 +55,7 @@ def _draw_values(axis, s, n_null):
         if members.any():
             axis.semilogy(number[members], s[members], marker, color=colour, label=label, ms=6 if len(s) < 30 else 4)
     axis.axhline(1.0, color=style.TRUTH, lw=0.8)
-    if n_null and n_null < len(s) and s[null].max() < s[~null].min():
+    if n_null and n_null < len(s) and 0.0 < s[null].max() < s[~null].min():
         upper, lower = s[~null].min(), s[null].max()
         axis.axhspan(lower, upper, color=style.NULL, alpha=0.15, lw=0)
         power = int(np.floor(np.log10(upper / lower)))

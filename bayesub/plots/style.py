@@ -1,5 +1,6 @@
 """One look for all figures: colours that colour-blind readers tell apart (Okabe & Ito 2008), sizes for a page."""
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,9 @@ VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 _COLOURS, _EXACT = 256, 64  # of a PNG, and those among them that keep their value
 NAMES = 10.0  # size of the names of coefficients
 _PARSERS = {}  # one for all PNGs: what one has set in a size the next need not parse
+_PLACES = 9  # after the point, beyond which numbers have a power of ten
+_LARGE = 1e5  # sd from which values have a power of ten
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _COMPRESSION = 8  # level 9 takes twice as long and saves a twentieth
 _SETTINGS = {
     "font.size": 9.0,
@@ -36,6 +40,7 @@ _SETTINGS = {
     "legend.frameon": False,
     "figure.dpi": 150,
     "savefig.dpi": 150,
+    "svg.hashsalt": "bayesub",  # names within an SVG that are the same in every run
 }
 
 _UNITS = {"mps": "m/s", "degps": "deg/s", "mps2": "m/s²", "degps2": "deg/s²", "kgm2": "kg m²", "n": "N"}
@@ -54,9 +59,19 @@ def with_unit(column: str) -> str:
     return " ".join(words) + trial
 
 
-def powers(unit: str) -> str:
-    """A unit such as ``kg m^2`` with raised powers."""
-    return unit.translate({ord("^"): None, ord("2"): "²", ord("3"): "³", ord("4"): "⁴", ord("5"): "⁵"})
+def legend_column(labels: Sequence[str]) -> float:
+    """Width of a column of a legend of size 8, inches."""
+    return 0.55 + 0.065 * max(map(len, labels))
+
+
+def legend_columns(labels: Sequence[str], width: float) -> int:
+    """How many columns of a legend fit a figure of that width, inches: four at most."""
+    return min(4, max(1, int(width / legend_column(labels))))
+
+
+def powers(text: str) -> str:
+    """A unit or factor such as ``kg m^2`` or ``(rho/2) l^3 U^-1`` with raised powers and a Greek rho."""
+    return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(_RAISED), text).replace("rho", "ρ")
 
 
 def plain(text: str) -> str:
@@ -64,12 +79,28 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def uncertain(value: float, sd: float) -> str:
-    """A value and its standard deviation, to two digits of the latter."""
-    if not sd > 0.0:
+def rounded(value: float, sd: float) -> str:
+    """A value to the second digit of its standard deviation, the only rounding of what has one.
+
+    Where that is beyond the ninth place after the point it has a power of ten, and without an sd four digits.
+    """
+    if not (0.0 < sd < np.inf and np.isfinite(value)) or value == 0.0:
         return f"{value:.4g}"
-    digits = max(0, 1 - int(np.floor(np.log10(sd))))
-    return f"{value:.{digits}f} ± {sd:.{digits}f}"
+    places = 1 - int(f"{sd:.1e}".partition("e")[2])  # of sd as it is rounded: 0.0996 has those of 0.10
+    if places > _PLACES:
+        return f"{value:.{max(0, places + int(f'{value:e}'.partition('e')[2]))}e}"
+    return f"{round(value, places) + 0.0:.{max(0, places)}f}"  # adding zero leaves no -0
+
+
+def uncertain(value: float, sd: float) -> str:
+    """A value and its standard deviation, to two digits of the latter; with one power of ten where they are large."""
+    if not sd > 0.0:
+        return rounded(value, sd)
+    if not _LARGE <= sd < np.inf:
+        return f"{rounded(value, sd)} ± {rounded(sd, sd)}"
+    exponent = int(f"{max(abs(value), sd):e}".partition("e")[2])
+    value, sd = value / 10.0**exponent, sd / 10.0**exponent
+    return f"({rounded(value, sd)} ± {rounded(sd, sd)}) × 10{str(exponent).translate(_RAISED)}"
 
 
 def power(value: float) -> str:
@@ -122,7 +153,7 @@ def save(drawing: Figure, path: Path | Sequence[Path]) -> None:
     """
     for file in [path] if isinstance(path, str | Path) else path:
         if Path(file).suffix.lower() != ".png":
-            drawing.savefig(file)
+            drawing.savefig(file, metadata={"Date": None} if Path(file).suffix.lower() == ".svg" else None)
         else:
             canvas = FigureCanvasAgg(drawing)
             renderer = canvas.get_renderer()

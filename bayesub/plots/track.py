@@ -50,7 +50,7 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
         ends = np.cumsum([len(channel.times) for channel in channels])
         for channel, end in zip(channels, ends, strict=True):
             part = slice(end - len(channel.times), end)
-            name, factor = _labelled(channel)
+            name, factor = labelled(channel)
             axis, centre = axes[channel.name], predicted[:, part].mean(axis=0)
             sd = factor * channel.total_sd
             axis.axhspan(-2 * sd, 2 * sd, color=style.PRIOR, alpha=0.4, lw=0)
@@ -58,7 +58,7 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
             axis.plot(channel.times, residual, ".", ms=2.0, color=style.READINGS, label="reading")
             low, high = np.quantile(factor * (predicted[:, part] - centre), [0.05, 0.95], axis=0)
             off = None if truth is None else factor * (true_readings[part] - centre)
-            for k, some in enumerate(_without_gaps(channel.times)):
+            for k, some in enumerate(without_gaps(channel.times)):
                 first = k == 0
                 band = {"color": style.POSTERIOR, "lw": 0, "label": "90 % of the posterior" if first else None}
                 axis.fill_between(channel.times[some], low[some], high[some], **band)
@@ -75,14 +75,14 @@ def draw(path, record, predicted, tracks, truth=None) -> None:
         axes[places[0]].legend(handles, labels, loc="best", fontsize=8, markerscale=3)
 
 
-def _without_gaps(times) -> list[slice]:
+def without_gaps(times) -> list[slice]:
     """The parts of a channel between which nothing was read for longer than GAP intervals."""
     intervals = np.diff(times)
     ends = np.flatnonzero(intervals > GAP * np.median(intervals)) + 1 if len(intervals) else []
     return [slice(a, b) for a, b in itertools.pairwise([0, *ends, len(times)])]
 
 
-def _labelled(channel) -> tuple[str, float]:
+def labelled(channel) -> tuple[str, float]:
     """Name and unit for an axis, and the factor from SI to the unit."""
     header = log_files.HEADERS[channel.quantity]
     label = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
@@ -134,7 +134,8 @@ def draw_simulated(path, trajectory, name: str) -> None:
         axes["pitch"].set_ylabel("angle (deg)")
         axes["speed"].plot(times, np.linalg.norm(states[:, VELOCITY], axis=1), color=style.POSTERIOR)
         axes["speed"].set_ylabel("speed (m/s)")
-        _draw_actuators(axes["planes"], trajectory)
+        simulator = trajectory.simulator
+        draw_actuators(axes["planes"], simulator.vehicle.actuators, simulator.manoeuvre, times, trajectory.log)
         if forces is not None:
             _draw_forces(axes["forces"], forces)
         axes[panels[-1]].set_xlabel("time (s)")
@@ -145,17 +146,29 @@ def draw_simulated(path, trajectory, name: str) -> None:
             axes[key].tick_params(labelbottom=False)
 
 
-def _draw_actuators(axis, trajectory):
-    """The actuators that move: angles in degrees; forces and revolutions as parts of their largest, on the right."""
-    actuators = trajectory.simulator.vehicle.actuators
+def draw_actuators(axis, actuators, manoeuvre, times, log) -> None:
+    """The actuators that move: angles in degrees; forces and revolutions as parts of their largest, on the right.
+
+    Parameters
+    ----------
+    axis
+        To draw on.
+    actuators
+        Of the vehicle.
+    manoeuvre
+        Says which histories are commands.
+    times
+        (n,) s.
+    log
+        Short name -> (n,) history, SI units.
+    """
     colours = cycle((style.POSTERIOR, style.LINEAR, style.SQP, style.NULL, style.WEAK))
-    logged = trajectory.simulator.manoeuvre.logged
-    histories = [trajectory.log[logged(short)] for short in actuators.shorts]
+    histories = [log[manoeuvre.logged(short)] for short in actuators.shorts]
     entries = list(zip(actuators.columns, histories, colours, strict=False))
     for column, values, colour in entries:
         if column.endswith("_deg") and np.any(values):
             label = column.removesuffix("_deg").replace("_", " ")
-            axis.plot(trajectory.times, np.degrees(values), color=colour, label=label)
+            axis.plot(times, np.degrees(values), color=colour, label=label)
     axis.set_ylabel("plane (deg)")
     others = [entry for entry in entries if not entry[0].endswith("_deg") and np.ptp(entry[1]) > 0.0]
     if others:
@@ -163,7 +176,7 @@ def _draw_actuators(axis, trajectory):
         right.set_ylabel("of the largest")
         for column, values, colour in others:
             largest = np.abs(values).max()
-            right.plot(trajectory.times, values / largest, color=colour)
+            right.plot(times, values / largest, color=colour)
             axis.plot([], [], color=colour, label=f"{style.with_unit(column)} / {largest:.3g}")
 
 

@@ -196,7 +196,7 @@ class _Trial:
         times = problem.forward.measurement.times
         # A disturbance with the shortest correlation time has twice as many, which its readings must be able to tell.
         n_knots = int(np.clip(len(problem.readings) / (2 * len(axes)), 4, _N_FORCES // len(axes)))
-        duration = float(times[-1])
+        duration = float(times.max())
         interval = duration / (n_knots - 1)
         unknown = UnknownDisturbance(axes, dict.fromkeys(axes, 1.0), interval, knot_interval_s=interval)
         return Disturbances(unknown, problem.vehicle, duration)

@@ -1,6 +1,8 @@
 """What a posterior density is made of, whether of one trial or of several."""
 
+import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,16 +21,26 @@ class Costs:
     simulations : number of simulations, a member of a batch each; those within a Jacobian are not among them
     jacobians : number of Jacobians
     failures : status -> number of simulations that ended so
+    seconds : wall time of all of these
     """
 
     simulations: int = 0
     jacobians: int = 0
     failures: dict[str, int] = field(default_factory=dict)
+    seconds: float = 0.0
 
     def __add__(self, other: "Costs") -> "Costs":
         words = self.failures | other.failures
         failures = {word: self.failures.get(word, 0) + other.failures.get(word, 0) for word in words}
-        return Costs(self.simulations + other.simulations, self.jacobians + other.jacobians, failures)
+        seconds = self.seconds + other.seconds
+        return Costs(self.simulations + other.simulations, self.jacobians + other.jacobians, failures, seconds)
+
+    @contextmanager
+    def timed(self) -> Iterator[None]:
+        """Count the time of what is simulated in the block."""
+        began = time.perf_counter()
+        yield
+        self.seconds += time.perf_counter() - began
 
 
 class PosteriorDensity:

@@ -24,6 +24,11 @@ class Prior:
     mean: np.ndarray
     sd: np.ndarray
 
+    @property
+    def guess(self) -> np.ndarray:
+        """(n_params,) values that the prior is about: its means, or the medians of a skew one of coefficients."""
+        return self.mean
+
     def parameters(self, t: np.ndarray) -> np.ndarray:
         """Parameters (..., n_params) of standard normal coordinates t (..., n_params)."""
         raise NotImplementedError
@@ -59,6 +64,21 @@ class Prior:
         """(n_batch, n_params) gradient of :meth:`scaled_log_density` within the support."""
         return -x
 
+    def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The density in such coordinates as numbers, for what is compiled.
+
+        Returns
+        -------
+        walls : (n_params,) where a uniform parameter ends, on either side; infinite of all others
+        stretches : (n_params,) of one of a group: of x, how much the parameter grows, in units of its median
+        groups : (n_params,) number of the group of parameters whose scale is common and unknown; -1 of all others
+        scales : (n_groups, n_scales) that it may have, each as probable, and not a number beyond them
+
+        Parameters without walls and groups are standard normal.
+        """
+        n = len(self.mean)
+        return np.full(n, np.inf), np.zeros(n), np.full(n, -1), np.empty((0, 0))
+
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log densities of parameters (n_batch, n_params); -inf outside the support."""
         raise NotImplementedError
@@ -68,6 +88,10 @@ class Prior:
         from scipy import special  # in the methods that need it, so that a study file is read without SciPy
 
         return self.parameters(np.full(len(self.mean), special.ndtri(probability)))
+
+    def contraction(self, draws: np.ndarray) -> np.ndarray:
+        """(n_params,) sd of posterior draws (n, n_params) over that of the prior: 1 where the data say nothing."""
+        return draws.std(axis=0, ddof=1) / self.sd
 
     def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """(n, n_params) draws."""
@@ -201,6 +225,10 @@ class Uniform(Prior):
         """As :meth:`Prior.scaled_slope`."""
         return np.zeros_like(x)
 
+    def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """As :meth:`Prior.scaled_form`."""
+        return np.full(len(self.lower), np.sqrt(3.0)), *super().scaled_form()[1:]
+
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.log_density`."""
         inside = np.all((parameters >= self.lower) & (parameters <= self.upper), axis=-1)
@@ -269,6 +297,11 @@ class Joint(Prior):
         """As :attr:`Prior.sd`."""
         return self._gathered([part.sd for part in self.parts])
 
+    @property
+    def guess(self) -> np.ndarray:
+        """As :attr:`Prior.guess`."""
+        return self._gathered([part.guess for part in self.parts])
+
     def parameters(self, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.parameters`."""
         return self._gathered(self._each("parameters", np.asarray(t)))
@@ -303,9 +336,23 @@ class Joint(Prior):
         """As :meth:`Prior.scaled_slope`."""
         return self._gathered(self._each("scaled_slope", np.asarray(x)))
 
+    def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """As :meth:`Prior.scaled_form`."""
+        walls, stretches, groups, scales = zip(*(part.scaled_form() for part in self.parts), strict=True)
+        n_groups, n_scales = np.transpose([each.shape for each in scales])
+        before = np.cumsum(n_groups) - n_groups
+        numbered = [np.where(own < 0, own, own + first) for own, first in zip(groups, before, strict=True)]
+        wide = [np.pad(each, ((0, 0), (0, n_scales.max() - each.shape[1])), constant_values=np.nan) for each in scales]
+        together = self._gathered(walls), self._gathered(stretches), self._gathered(numbered).astype(int)
+        return *together, np.concatenate(wide)
+
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.log_density`."""
         return sum(self._each("log_density", np.asarray(parameters)))
+
+    def contraction(self, draws: np.ndarray) -> np.ndarray:
+        """As :meth:`Prior.contraction`."""
+        return self._gathered(self._each("contraction", draws))
 
     def quantiles(self, probability: float) -> np.ndarray:
         """As :meth:`Prior.quantiles`."""

@@ -11,8 +11,11 @@ from bayesub.model.equations import AXES
 from bayesub.model.simulator import STATUS, Simulator
 from bayesub.model.trajectory import Trajectory
 from bayesub.problem.base import Costs
+from bayesub.problem.currents import Currents
+from bayesub.problem.mounting import Mounting
 from bayesub.problem.nuisance import CURRENTS, Nuisances
-from bayesub.sensors.current import Water, over_ground
+from bayesub.problem.readings import ReadingTimes
+from bayesub.sensors.current import over_ground
 from bayesub.sensors.measurement import MeasurementModel
 
 
@@ -34,6 +37,8 @@ class ForwardModel:
     measurement : what the channels read of a motion
     simulator : with output at all times at which a channel reads
     nuisances : how the nuisance parameters act
+    mounting : how those of them act that are clocks and places of instruments
+    currents : how the water moves
     disturbances : how those act that make a history of forces, or None
     costs : the counter that all problems on this model share
     """
@@ -43,7 +48,10 @@ class ForwardModel:
         water = None if disturbances is None else disturbances.knots.part(WATER)
         true = record.forces is not None and record.forces.of_current is not None
         current = true or water is not None or any(parameter.name in CURRENTS for parameter in parameters)
-        self.measurement = MeasurementModel(record.channels, current=current)
+        mounts = {k: parameter.mount for k, parameter in enumerate(parameters) if parameter.mount is not None}
+        self.mounting = Mounting(mounts, record.channels)
+        clocks, moved = self.mounting.clocks, self.mounting.moved
+        self.measurement = MeasurementModel(record.channels, current=current, clocks=clocks, moved=moved)
         self.nuisances = Nuisances(tuple(parameters), vehicle.restricted(manoeuvre.subproblem), manoeuvre)
         self.disturbances = disturbances
         self._histories = slice(0, 0)
@@ -52,11 +60,11 @@ class ForwardModel:
             first = self.nuisances.names.index(next(iter(disturbances.priors)))
             self._histories = slice(first, first + len(disturbances.priors))
             knots = disturbances.knots.part(AXES)
-        times = self.measurement.times
-        self._by_water = None if water is None else Water(water.interpolation(times), water.integration(times))
-        varied = self.nuisances.varied
-        self.simulator = Simulator(vehicle, manoeuvre, self.measurement.times, dt=dt, varied=varied, knots=knots)
-        self._steady = Water(np.ones((len(times), 1)), times[:, None])  # by a constant current
+        times, varied = np.unique(self.measurement.times), self.nuisances.varied
+        self.simulator = Simulator(vehicle, manoeuvre, times, dt=dt, varied=varied, knots=knots)
+        self.currents = Currents(self.nuisances, disturbances, self._histories, times)
+        latest = max((parameter.later_s[1] for parameter in parameters), default=0.0)
+        self._readings = ReadingTimes(self.simulator, self.measurement, self.mounting, latest)
         self.costs = Costs(failures=dict.fromkeys(STATUS[1:], 0))
 
     def with_wide_process(self) -> "ForwardModel":
@@ -108,55 +116,27 @@ class ForwardModel:
         forces = self.forces(values)[:, self.disturbances.members(AXES)].reshape(len(values), -1)
         return forces if amounts is None else np.hstack([amounts, forces])
 
-    def _run(self, sets, values, outputs):
-        """Outputs (n_batch, n_times, n_outputs) in the water, and status codes (n_batch,)."""
-        body, initial = self.nuisances.body(values), self.nuisances.initial(values)
-        amounts = self._amounts(values)
-        return self.simulator.run(sets, body=body, initial=initial, amounts=amounts, outputs=outputs)
+    def _given(self, values) -> dict[str, np.ndarray | None]:
+        """What members of a batch have of their own, as the simulator takes it."""
+        of = self.nuisances
+        return {"body": of.body(values), "initial": of.initial(values), "amounts": self._amounts(values)}
 
     def predicted(self, sets, values) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings (n_batch, n_readings), SI units, and status codes (n_batch,).
 
         The readings are not a number where the simulation failed.
         """
-        outputs, status = self._run(sets, values, self.measurement.measured)
-        predicted = self._read(outputs, values)
+        times = self._readings.times(values)
+        with self.costs.timed():
+            outputs, status = self._readings.outputs(sets, times, self._given(values))
+        predicted = self._read(outputs, values, times)
         predicted[status != 0] = np.nan
         return predicted, status
 
-    def water(self, values, history: ForceHistory | None = None) -> Water | None:
-        """How the water moves at the times of the readings; None without a current.
-
-        Of (n_batch, n_times, 2) each, or (n_times, 2) of a history alone.
-
-        Parameters
-        ----------
-        values : (n_batch, n_nuisances) array
-        history : ForceHistory, optional
-            Of the current, by default that of the values.
-        """
-        currents, times = self.nuisances.currents(values), self.measurement.times
-        steady = None if currents is None else Water.steady(currents, times)
-        if history is not None:
-            varying = Water.varying(history, times)
-        elif self._by_water is not None:
-            knots = np.zeros((len(values), len(WATER), self._by_water.velocity.shape[1]))
-            members = self.disturbances.members(WATER)
-            knots[:, self._towards()] = self.forces(values)[:, members]
-            parts = self._by_water.velocity, self._by_water.displacement
-            varying = Water(*(np.einsum("tk,bak->bta", part, knots) for part in parts))
-        else:
-            return steady
-        return varying if steady is None else steady + varying
-
-    def _towards(self) -> list[int]:
-        """0 for north or 1 for east, of each axis of the disturbance that is a current."""
-        axes = self.disturbances.unknown.axes
-        return [WATER.index(axis) for axis in axes if axis in WATER]
-
-    def _read(self, outputs, values, history: ForceHistory | None = None) -> np.ndarray:
-        """(n_batch, n_readings) of outputs (n_batch, n_times, n_measured) in the water."""
-        predicted = self.measurement.of(outputs, self.water(values, history))
+    def _read(self, outputs, values, times, history: ForceHistory | None = None) -> np.ndarray:
+        """(n_batch, n_readings) of outputs (n_batch, n_times, n_measured) in the water, at own times or None."""
+        water, arms = self.currents.water(values, times, history), self.mounting.arms(values)
+        predicted = self.measurement.of(outputs, water, arms)
         for channel, k, factor in self.nuisances.biases(self.record.channels):
             predicted[:, self.measurement.slices[channel]] += factor * values[:, k : k + 1]
         return predicted
@@ -174,32 +154,29 @@ class ForwardModel:
         -------
         (n_readings, n_coefficients), followed by n_nuisances columns if asked
         """
-        of = self.nuisances
-        body, initial, amounts = (
-            None if rows is None else rows[0] for rows in (of.body(values), of.initial(values), self._amounts(values))
-        )
-        water = self.water(values)
-        water = None if water is None else water.member(0)
         moved, effects = self._on_motion(values) if of_nuisances else ((), None)
-        moving = water is not None or self.measurement.displaced
-        outputs = self._run(sets, values, self.measurement.measured)[0][0] if moving else None
-        sensitivities = self.simulator.sensitivities(
-            sets[0], (*names, *moved), self.measurement.measured, body=body, initial=initial, amounts=amounts
-        )
-        slopes = self.measurement.slopes(sensitivities, outputs, water)
+        times, given, currents = self._readings.times(values), self._given(values), self.currents
+        water = currents.water(values, times)
+        water = None if water is None else water.member(0)
+        arms = {instrument: arm for instrument, (arm,) in self.mounting.arms(values).items()}
+        moving = water is not None or self.measurement.displaced or times is not None
+        outputs = self._readings.outputs(sets, times, given)[0][0] if moving else None
+        with self.costs.timed():
+            sensitivities = self._readings.sensitivities(sets, times, given, (*names, *moved))
+        slopes = self.measurement.slopes(sensitivities, outputs, water, arms)
         if not of_nuisances or not len(self.nuisances):
             return slopes
-        by_nuisances = np.zeros((len(slopes), len(self.nuisances)))
+        at = None if times is None else times[0]
+        by_nuisances = currents.slopes(self.measurement, outputs, values, at, water, arms)
         if moved:
             by_nuisances += slopes[:, len(names) :] @ effects
-        if currents := self.nuisances.current_columns():
-            by_steady = self.measurement.current_slopes(outputs, self._steady, water)
-            for k, towards in currents:
-                by_nuisances[:, k] += by_steady[:, towards, 0]
-        if self._by_water is not None:
-            by_knots = self.measurement.current_slopes(outputs, self._by_water, water)[:, self._towards()]
-            own = self._history_slopes(values, WATER)
-            by_nuisances[:, self._histories] += by_knots.reshape(len(slopes), -1) @ own
+        if arms:
+            by_arm = self.measurement.arm_slopes(outputs, water, arms)
+            self.mounting.add_by_place(by_nuisances, self.measurement, by_arm)
+        if times is not None:
+            rates, by_time = self._readings.rates(sets, times, given), currents.rates(values, at)
+            late = self.measurement.time_slopes(rates, outputs, water, by_time, arms)
+            self.mounting.add_by_clock(by_nuisances, self.measurement, late)
         for channel, k, factor in self.nuisances.biases(self.record.channels):
             by_nuisances[self.measurement.slices[channel], k] += factor
         return np.hstack([slopes[:, : len(names)], by_nuisances])
@@ -221,18 +198,19 @@ class ForwardModel:
 
     def states(self, sets, values) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings."""
-        states, _ = self._run(sets, values, log_files.STATES)
+        states, _ = self.simulator.run(sets, **self._given(values), outputs=log_files.STATES)
         return self._over_ground(states, values)
 
     def _over_ground(self, states, values, history: ForceHistory | None = None) -> np.ndarray:
-        water = self.water(values, history)
+        water = self.currents.water(values, history=history)
         return states if water is None else over_ground(states, self.simulator.times, water)
 
     def disturbed(self, sets, values, forces: ForceHistory | None) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings (n_readings,) and states over the ground (n_times, 12) of one member under forces."""
-        trajectory = self.trajectory(sets, values, forces)
+        trajectory, times = self.trajectory(sets, values, forces), self._readings.times(values)
         current = None if forces is None else forces.of_current
-        (readings,) = self._read(trajectory.outputs(self.measurement.measured), values, current)
+        outputs = self._readings.of_trajectory(trajectory, times)
+        (readings,) = self._read(outputs, values, times, current)
         return readings, self._over_ground(trajectory.states, values, current)[0]
 
     def trajectory(self, sets, values, forces: ForceHistory | None = None) -> Trajectory:

@@ -9,6 +9,7 @@ from bayesub.model.linear_form import LinearSystem, stacked
 from bayesub.problem.base import Costs, PosteriorDensity
 from bayesub.problem.distributions import joined
 from bayesub.problem.disturbances import History
+from bayesub.problem.mounting import of_place
 from bayesub.problem.nuisance import of_boat
 from bayesub.problem.trial_problem import TrialProblem, coefficient_names
 
@@ -48,7 +49,7 @@ class JointProblem(PosteriorDensity):
         self.xi, self.spread = first.xi, first.spread
         self.columns = np.unique(np.concatenate([p.columns for p in self.problems.values()]))
         self.n_coefficients = len(self.columns)
-        self.coefficient_prior = self.spread.on(self.columns, self.xi, self.equations.names)
+        self.coefficient_prior = self.spread.on(self.columns, self.xi, self.equations)
         self.nuisance_priors, names = {}, {}
         for trial, problem in self.problems.items():
             renamed = {
@@ -128,10 +129,12 @@ class JointProblem(PosteriorDensity):
         """(n_batch, n_rows), trial after trial."""
         return np.concatenate(self._of_trials("residuals", parameters), axis=1)
 
-    def residuals_about(self, centre: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.residuals_about`, trial after trial."""
+    def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As :meth:`bayesub.problem.trial_problem.TrialProblem.misfit_about`, of all trials."""
         pairs = zip(self.each_trial(centre), self.each_trial(np.atleast_2d(parameters)), strict=True)
-        return np.concatenate([p.residuals_about(middle, values) for (*_, middle), (_, p, values) in pairs], axis=1)
+        each = [problem.misfit_about(middle, values) for (*_, middle), (_, problem, values) in pairs]
+        residuals, log_likelihoods = zip(*each, strict=True)
+        return np.concatenate(residuals, axis=1), np.sum(log_likelihoods, axis=0)
 
     def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,)."""
@@ -157,6 +160,15 @@ class JointProblem(PosteriorDensity):
         return JointProblem({trial: problem.smoothed(share) for trial, problem in self.problems.items()})
 
     @property
+    def heavy_tailed(self) -> bool:
+        """Whether any noise of any trial is."""
+        return any(problem.heavy_tailed for problem in self.problems.values())
+
+    def widened(self, scale: float) -> "JointProblem":
+        """As :meth:`bayesub.problem.trial_problem.TrialProblem.widened`."""
+        return JointProblem({trial: problem.widened(scale) for trial, problem in self.problems.items()})
+
+    @property
     def duration(self) -> float:
         """Time of the last reading of the longest trial, s."""
         return max(problem.duration for problem in self.problems.values())
@@ -172,6 +184,10 @@ class JointProblem(PosteriorDensity):
     def naive(self) -> "JointProblem":
         """As :meth:`bayesub.problem.trial_problem.TrialProblem.naive`."""
         return JointProblem({trial: problem.naive() for trial, problem in self.problems.items()})
+
+    def searchable(self) -> "JointProblem":
+        """As :meth:`bayesub.problem.trial_problem.TrialProblem.searchable`."""
+        return JointProblem({trial: problem.searchable() for trial, problem in self.problems.items()})
 
     def without(self, trial: str) -> "JointProblem":
         """The joint problem of all other trials; InputError if there is none."""
@@ -201,5 +217,5 @@ class JointProblem(PosteriorDensity):
 
 
 def _of_body(problem) -> set[str]:
-    """The nuisance parameters of the body that a problem infers."""
-    return {name for name in problem.names if of_boat(name, problem.vehicle)}
+    """The nuisance parameters of the body that a problem infers; not every trial has every instrument."""
+    return {name for name in problem.names if of_boat(name, problem.vehicle) and not of_place(name)}

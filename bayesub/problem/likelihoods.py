@@ -140,6 +140,10 @@ class UnknownSd(Noise):
         relative = np.sqrt(rng.chisquare(len(readings), (len(predicted), 1)) / len(readings))
         return -self.residuals(predicted, readings, times) * relative
 
+    def widened(self, scale: float) -> Noise:
+        """The noise itself, which is as large as the errors are."""
+        return self
+
     @staticmethod
     def _sizes(errors):
         return np.sqrt(np.mean(errors**2, axis=1, keepdims=True))
@@ -157,6 +161,7 @@ class StudentT(Noise):
     """
 
     SAMPLED = ("sd", "dof")
+    heavy_tailed = True
 
     sd: float
     dof: float

@@ -1,5 +1,6 @@
 """What the noise models share: their interface, and rows of residuals for their unknown attributes."""
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -26,11 +27,13 @@ class Noise:
     is_normal : whether with known attributes -|residuals|^2 / 2 is the log density but for a constant, and
         :meth:`weigh` does not depend on the prediction
     has_density : whether the log density has a gradient, and readings have quantile residuals
+    heavy_tailed : whether the gradient vanishes far from the reading, so that a search from there goes nowhere
     """
 
     SAMPLED: ClassVar[tuple[str, ...]] = ()
     is_normal: ClassVar[bool] = False
     has_density: ClassVar[bool] = True
+    heavy_tailed: ClassVar[bool] = False
 
     def log_density(
         self,
@@ -90,6 +93,10 @@ class Noise:
         """The noise for a search by gradients; `share` is the sd of smoothed walls over the resolution."""
         del share
         return self
+
+    def widened(self, scale: float) -> "Noise":
+        """The noise with an sd that is `scale` times as large, for searches from afar."""
+        return replace(self, sd=scale * self.sd)
 
     def deviance(
         self,

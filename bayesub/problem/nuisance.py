@@ -15,6 +15,7 @@ A nuisance parameter is named with its unit, and is given, sampled and reported 
   ``scale * value + bias`` where the log has `value`. The scale of a propeller is that of its thrust and torque.
 - ``delay_rudder_s``, ..: how much later it acts than the log has the value; ``lag_rudder_s``, ..: with which it follows
   the command that the log has (model manual, equation 7.3)
+- ``clock_dvl_s``, ``lever_dvl_x_m``, ..: clock and place of an instrument (:mod:`bayesub.problem.mounting`)
 - ``sd_disturbance_Y``, ``correlation_time_disturbance_s``, ``disturbance_Y_0``, ..: of forces that the equations leave
   out (:mod:`bayesub.problem.disturbances`)
 """
@@ -31,6 +32,7 @@ from bayesub.model.actuator_files import COMPRESSIBILITY, VOLUME
 from bayesub.model.actuators import command_column
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import GRAVITY_MPS2, Vehicle
+from bayesub.problem import mounting
 from bayesub.problem.disturbances import of_process
 from bayesub.sensors.record import Channel
 
@@ -78,6 +80,10 @@ class Nuisance:
         Name of the channel, for parameters of one.
     attribute : str
         Of the noise of the channel, or "bias".
+    mount : Mount or None
+        What it is of an instrument.
+    later_s : (float, float)
+        Of a clock, how much later than the record says readings may have been taken, at least and at most.
     """
 
     name: str
@@ -86,6 +92,8 @@ class Nuisance:
     motion: dict[str, float] = field(default_factory=dict)
     channel: str = ""
     attribute: str = ""
+    mount: mounting.Mount | None = None
+    later_s: tuple[float, float] = (0.0, 0.0)
 
 
 def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[Channel], noises: Sequence) -> Nuisance:
@@ -120,16 +128,21 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         if not any(channel.over_ground for channel in channels):
             raise InputError(f"nuisance '{name}': no channel is over the ground, so that none feels a current")
         return Nuisance(name, 0.0)
+    mounts = mounting.mounts(channels)
+    if name in mounts:
+        mounting.check(name, mounts[name], channels, MOVING.get(manoeuvre.subproblem, log_files.STATES))
+        return Nuisance(name, mounts[name].value, mount=mounts[name])
     of_channels = _of_channels(channels, noises)
     if name not in of_channels:
-        valid = [*BODY, *OF_HULL, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels]
+        valid = [*BODY, *OF_HULL, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels, *mounts]
         raise InputError(f"nuisance '{name}': there is no such parameter{nearest(name, valid)}")
     return of_channels[name]
 
 
 def of_boat(name: str, vehicle: Vehicle) -> bool:
-    """Whether all trials share a nuisance parameter: it is of the boat, or of the process that disturbs it."""
-    return name in BODY or name in OF_HULL or name in vehicle.actuators.parameters or of_process(name)
+    """Whether all trials share a nuisance parameter: it is of the boat, of the process that disturbs it, or a place."""
+    of_hull = name in BODY or name in OF_HULL or name in vehicle.actuators.parameters
+    return of_hull or of_process(name) or mounting.of_place(name)
 
 
 def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:

@@ -7,13 +7,15 @@ nuisance parameters (:func:`normal`, :func:`uniform`, :func:`log_normal`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
+from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Prior, Uniform
+from bayesub.problem.shared_scale import SharedScale
 
 __all__ = [
     "CoefficientPrior",
@@ -23,17 +25,21 @@ __all__ = [
     "LogNormal",
     "Normal",
     "Prior",
+    "SharedScale",
     "Spread",
     "Uniform",
     "from_vehicle",
     "log_normal",
     "normal",
     "perturbed",
+    "relative_hierarchical",
     "relative_log_normal",
     "relative_normal",
     "relative_uniform",
     "uniform",
 ]
+
+SCALES = 4.0 ** np.linspace(-1.0, 1.0, 65)  # times the middle one, each as probable, of :func:`relative_hierarchical`
 
 
 class CoefficientPrior:
@@ -42,14 +48,14 @@ class CoefficientPrior:
     def check(self, names: Sequence[str]) -> None:
         """Raise an InputError if the prior is of a coefficient that is not among the `names` of a set's."""
 
-    def has_scale(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    def has_scale(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> np.ndarray:
         """Whether each coefficient has a prior of positive width; one without stays fixed.
 
         Parameters
         ----------
         columns : (n,) positions of the coefficients in a set
         xi : (n_terms,) coefficient set that the prior is centred on unless it has a centre of its own
-        names : names of all coefficients of the set
+        equations : the set
 
         Returns
         -------
@@ -57,7 +63,7 @@ class CoefficientPrior:
         """
         raise NotImplementedError
 
-    def on(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str]) -> Prior:
+    def on(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> Prior:
         """The prior of the coefficients at `columns` (n,), parameters as in :meth:`has_scale`."""
         raise NotImplementedError
 
@@ -68,27 +74,33 @@ class Spread(CoefficientPrior):
 
     Attributes
     ----------
-    kind : "normal", "uniform" or "log-normal"
+    kind : "normal", "uniform", "log-normal" or "hierarchical"
     spread : relative standard deviation, half width, or standard deviation of the logarithm
     centre : (n_terms,) coefficient set, or None for that of the problem
+    by_axis : whether a hierarchical prior has a scale for each axis, and not one for all coefficients
     """
 
     kind: str
     spread: float
     centre: np.ndarray | None
+    by_axis: bool = False
 
-    def has_scale(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str] = ()) -> np.ndarray:  # noqa: ARG002
+    def has_scale(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> np.ndarray:  # noqa: ARG002
         """As :meth:`CoefficientPrior.has_scale`; a centre of zero gives none."""
         return self._centre(columns, xi) != 0.0
 
-    def on(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str] = ()) -> Prior:  # noqa: ARG002
-        """As :meth:`CoefficientPrior.on`; the names are not needed."""
+    def on(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> Prior:
+        """As :meth:`CoefficientPrior.on`."""
         centre = self._centre(columns, xi)
         reach = self.spread * np.abs(centre)
         if self.kind == "uniform":
             return Uniform(centre - reach, centre + reach)
         if self.kind == "log-normal":
-            return LogNormal(centre, np.full(len(centre), self.spread))
+            return SharedScale(centre, np.array([self.spread]))
+        if self.kind == "hierarchical":
+            axes = np.array([equations.terms[k].axis if self.by_axis else "" for k in columns])
+            positions = tuple(np.flatnonzero(axes == axis) for axis in dict.fromkeys(axes))
+            return Joint(tuple(SharedScale(centre[p], self.spread * SCALES) for p in positions), positions)
         return Normal(centre, reach)
 
     def _centre(self, columns, xi):
@@ -127,13 +139,14 @@ class Given(CoefficientPrior):
             if name not in names:
                 raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}")
 
-    def has_scale(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    def has_scale(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> np.ndarray:
         """As :meth:`CoefficientPrior.has_scale`; what is given has a scale."""
-        return self.others.has_scale(columns, xi) | np.array([names[k] in self.priors for k in columns], dtype=bool)
+        given = np.array([equations.names[k] in self.priors for k in columns], dtype=bool)
+        return self.others.has_scale(columns, xi, equations) | given
 
-    def on(self, columns: np.ndarray, xi: np.ndarray, names: Sequence[str]) -> Prior:
+    def on(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> Prior:
         """As :meth:`CoefficientPrior.on`; raises InputError if the correlations contradict each other."""
-        names = [names[k] for k in columns]
+        names = [equations.names[k] for k in columns]
         related = {name for *pair, _ in self.correlations for name in pair}
         single = {name for name in self.priors if name not in related}
         normal = {name for name in single if isinstance(self.priors[name], Normal)}
@@ -145,7 +158,7 @@ class Given(CoefficientPrior):
         parts, positions = [], []
         if groups["others"]:
             positions.append(np.array(groups["others"]))
-            parts.append(self.others.on(columns[positions[-1]], xi))
+            parts.append(self.others.on(columns[positions[-1]], xi, equations))
         if groups["related"]:
             positions.append(np.array(groups["related"]))
             parts.append(self._correlated([names[k] for k in groups["related"]]))
@@ -163,10 +176,10 @@ class Given(CoefficientPrior):
         return [np.concatenate([getattr(self.priors[name], key) for name in names]) for key in ("mean", "sd")]
 
     def _correlated(self, names) -> CorrelatedNormal:
-        matrix = np.eye(len(names))
+        matrix, place = np.eye(len(names)), {name: k for k, name in enumerate(names)}
         for first, second, correlation in self.correlations:
-            if first in names and second in names:
-                i, j = names.index(first), names.index(second)
+            if first in place and second in place:
+                i, j = place[first], place[second]
                 matrix[i, j] = matrix[j, i] = correlation
         mean, sd = self._moments(names)
         try:
@@ -201,24 +214,46 @@ def relative_log_normal(log_sd: float, centre: np.ndarray | None = None) -> Spre
     return _spread("log-normal", "log_sd", log_sd, centre)
 
 
+def relative_hierarchical(log_sd: float, centre: np.ndarray | None = None, *, by_axis: bool = False) -> Spread:
+    """Log-normal prior about the centre with an unknown sd of the logarithm, the same for all coefficients.
+
+    Its own logarithm is uniform within a factor of four of `log_sd`, and the data say more of it
+    (:class:`bayesub.problem.shared_scale.SharedScale`). A coefficient keeps the sign of its centre.
+
+    Parameters
+    ----------
+    log_sd : how far the guesses may be off, 0.25 for some 25 %
+    centre : as of :func:`relative_normal`
+    by_axis : whether each axis has an sd of its own
+    """
+    return replace(_spread("hierarchical", "log_sd", log_sd, centre), by_axis=by_axis)
+
+
 def _spread(kind, key, value, centre):
     _positive(key, value)
     return Spread(kind, float(value), None if centre is None else np.asarray(centre, dtype=float))
 
 
 def from_vehicle(vehicle: Vehicle, otherwise: Spread | None = None, centre: np.ndarray | None = None) -> Given:
-    """Normal priors with the standard deviations of a vehicle file, and `otherwise` for what has none.
+    """Normal priors with the standard deviations and correlations of a vehicle file, and `otherwise` for the rest.
+
+    Of coefficients that are correlated in the file and of which only some are free, these have the same joint prior:
+    the others are integrated out, not held.
 
     Parameters
     ----------
-    vehicle : has `xi` and `sd`, both (n_terms,); an sd that is not a number is not given
+    vehicle : has `xi` and `sd`, both (n_terms,), and `correlation`; an sd that is not a number is not given
     otherwise : such as ``relative_normal(0.25)``; without it a coefficient that has no sd has no scale and stays fixed
     centre : (n_terms,) means of what has an sd; by default the vehicle's `xi`
     """
     mean = vehicle.xi if centre is None else np.asarray(centre, dtype=float)
     names = vehicle.equations.names
     given = {names[k]: normal(mean[k], vehicle.sd[k]) for k in np.flatnonzero(np.isfinite(vehicle.sd))}
-    return Given(otherwise or relative_normal(1.0, np.zeros(len(mean))), given)
+    correlations = ()
+    if vehicle.correlation is not None:
+        related = np.argwhere(np.triu(vehicle.correlation, 1))
+        correlations = tuple((names[i], names[j], float(vehicle.correlation[i, j])) for i, j in related)
+    return Given(otherwise or relative_normal(1.0, np.zeros(len(mean))), given, correlations)
 
 
 def normal(mean: float, sd: float) -> Normal:

@@ -1,6 +1,7 @@
 """The inference problem of one trial, posed from a vehicle, a manoeuvre and a record."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,12 +14,15 @@ from bayesub.problem import likelihoods
 from bayesub.problem.distributions import Prior
 from bayesub.problem.disturbances import Disturbances, UnknownDisturbance
 from bayesub.problem.forward_model import ForwardModel
+from bayesub.problem.mounting import within_reach
 from bayesub.problem.noise import Noise
 from bayesub.problem.nuisance import Nuisance, find
 from bayesub.problem.priors import CoefficientPrior
 from bayesub.problem.step import sensed_step
 from bayesub.problem.trial_problem import TrialProblem, joined
 from bayesub.sensors.record import Channel, Record
+
+_FAR = 1e-4  # probability of clocks further ahead, or further behind, than readings are kept for
 
 
 class Problem(TrialProblem):
@@ -28,7 +32,7 @@ class Problem(TrialProblem):
     ----------
     vehicle : whose coefficients are inferred
     manoeuvre : that it flies
-    record : of that manoeuvre
+    record : of that manoeuvre; readings that an unknown clock may put before its start or after its end are left out
     free : names of the coefficients to infer; one whose prior centre is zero has no scale and stays fixed, and so does
         one that has no part in the sub-problem or belongs to planes that do not move
     prior : of the coefficients, from :mod:`bayesub.problem.priors`
@@ -71,7 +75,7 @@ class Problem(TrialProblem):
         prior.check(equations.names)
         # Of any vehicle: a coefficient that is zero for this one may have a prior with another centre.
         active = equations.columns(equations.active(None, manoeuvre, manoeuvre.subproblem))
-        columns = candidates[prior.has_scale(candidates, xi, equations.names) & np.isin(candidates, active)]
+        columns = candidates[prior.has_scale(candidates, xi, equations) & np.isin(candidates, active)]
         if not columns.size:
             raise InputError(
                 "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
@@ -79,6 +83,9 @@ class Problem(TrialProblem):
         noises = channel_noises(record.channels, noise or {})
         nuisance = dict(nuisance or {})
         parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance]
+        parameters = [_with_span(parameter, nuisance[parameter.name]) for parameter in parameters]
+        spans = {p.mount.instrument: p.later_s for p in parameters if p.mount is not None and not p.mount.axis}
+        record = within_reach(record, spans, manoeuvre.duration)
         disturbances = None
         if disturbance is not None:
             disturbances = _disturbances(disturbance, vehicle, manoeuvre, record)
@@ -86,7 +93,7 @@ class Problem(TrialProblem):
             nuisance |= disturbances.priors
         forward_at = partial(ForwardModel, vehicle, manoeuvre, record, parameters, disturbances=disturbances)
         if dt is None:
-            whole = joined(prior.on(columns, xi, equations.names), nuisance)
+            whole = joined(prior.on(columns, xi, equations), nuisance)
             dt = sensed_step(vehicle, manoeuvre, forward_at, noises, whole, columns, xi)
         forward = forward_at(dt)
         if disturbance is not None and disturbance.time_s < forward.simulator.step:
@@ -95,6 +102,14 @@ class Problem(TrialProblem):
                 f"{forward.simulator.step:g} s; give a longer time, or a shorter step (dt_s)"
             )
         super().__init__(forward, columns, xi, prior, nuisance, noises)
+
+
+def _with_span(parameter, prior) -> Nuisance:
+    """The parameter, of a clock with the times that its prior allows, but for one in ten thousand on either side."""
+    if parameter.mount is None or parameter.mount.axis:
+        return parameter
+    first, last = (float(prior.quantiles(p)[0]) for p in (_FAR, 1.0 - _FAR))
+    return replace(parameter, later_s=(parameter.value - last, parameter.value - first))
 
 
 def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:

@@ -134,6 +134,10 @@ class SetMembership(Noise):
         """Rounded normal noise whose sd is `share` of the resolution, which has slopes outside the interval."""
         return Rounded(share * self.resolution, self.resolution)
 
+    def widened(self, scale: float) -> Noise:
+        """The noise itself, which has no sd."""
+        return self
+
     def _excess(self, predicted, readings):
         distance = predicted - readings
         return np.sign(distance) * np.maximum(np.abs(distance) - self._half_width(readings), 0.0)

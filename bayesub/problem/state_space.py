@@ -85,7 +85,7 @@ class StateSpace:
     Raises
     ------
     InputError
-        For a process that is not an Ornstein-Uhlenbeck process, and for unknown parameters of the noise.
+        For a process that is not an Ornstein-Uhlenbeck process, and for unknown parameters of noise and instruments.
     """
 
     def __init__(self, problem: TrialProblem):
@@ -95,6 +95,12 @@ class StateSpace:
             raise InputError(f"disturbance: the filter-error estimate takes kind '{KINDS[0]}', found '{unknown.kind}'")
         if unknown is not None and forward.disturbances.members(CURRENTS):
             raise InputError("disturbance: the filter-error estimate takes forces, found a current; leave it out")
+        for parameter in forward.nuisances.parameters:
+            if parameter.mount is not None:
+                raise InputError(
+                    f"nuisance '{parameter.name}': the filter-error estimate takes clocks and places that are known; "
+                    "leave it out"
+                )
         for channel in problem.record.channels:
             for _, k, _ in forward.nuisances.of_noise(channel):
                 raise InputError(

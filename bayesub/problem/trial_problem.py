@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from bayesub.io.errors import InputError
 from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.trajectory import Trajectory
@@ -26,10 +27,12 @@ class TrialProblem(PosteriorDensity):
     columns : (n_coefficients,) positions of the free coefficients in a set
     xi : (n_terms,) values of the coefficients that are not free
     spread : rule that gives the free coefficients their prior
-    nuisance_priors : nuisance parameter -> prior of it alone, of all those of the forward model, or of none
+    nuisance_priors : nuisance parameter -> prior of it alone, of those of the forward model that are inferred
     noises : the noise model of each channel
-    fixed_nuisances : (n_nuisances,) values of the nuisance parameters if they are not inferred
+    fixed_nuisances : (n_nuisances,) values of the nuisance parameters, if not all of them are inferred; noise is known
+        then
     readings : (n_readings,) by default those of the record
+    widening : how many times as large as inferred the sd of a channel is taken where it is inferred (:meth:`widened`)
 
     Attributes
     ----------
@@ -51,14 +54,16 @@ class TrialProblem(PosteriorDensity):
         *,
         fixed_nuisances: np.ndarray | None = None,
         readings: np.ndarray | None = None,
+        widening: float = 1.0,
     ):
         self.forward, self.columns, self.xi = forward, columns, xi
         self.vehicle, self.manoeuvre, self.record = forward.vehicle, forward.manoeuvre, forward.record
         self.simulator, self.equations = forward.simulator, forward.vehicle.equations
         self.n_coefficients = len(columns)
-        self.spread, self.coefficient_prior = spread, spread.on(columns, xi, self.equations.names)
-        self.nuisance_priors, self.noises = nuisance_priors, noises
+        self.spread, self.coefficient_prior = spread, spread.on(columns, xi, self.equations)
+        self.nuisance_priors, self.noises, self._widening = nuisance_priors, noises, widening
         self.fixed_nuisances = fixed_nuisances
+        self._inferred = [forward.nuisances.names.index(name) for name in nuisance_priors]
         self.names = (*coefficient_names(self.equations, columns), *nuisance_priors)
         self.prior = joined(self.coefficient_prior, nuisance_priors)
         self.readings = forward.record.values if readings is None else readings
@@ -71,6 +76,7 @@ class TrialProblem(PosteriorDensity):
             "noises": self.noises,
             "fixed_nuisances": self.fixed_nuisances,
             "readings": self.readings,
+            "widening": self._widening,
         }
         return TrialProblem(self.forward, self.columns, self.xi, self.spread, **parts | changes)
 
@@ -87,7 +93,9 @@ class TrialProblem(PosteriorDensity):
         """(n_batch, n_nuisances) of parameters (n_batch, n_params)."""
         if self.fixed_nuisances is None:
             return parameters[:, self.n_coefficients :]
-        return np.repeat(self.fixed_nuisances[None], len(parameters), axis=0)
+        values = np.repeat(self.fixed_nuisances[None], len(parameters), axis=0)
+        values[:, self._inferred] = parameters[:, self.n_coefficients :]
+        return values
 
     def arguments(self, parameters) -> tuple[np.ndarray, np.ndarray]:
         """Coefficient sets and nuisance values of parameters (n_batch, n_params), as the forward model takes them."""
@@ -145,16 +153,17 @@ class TrialProblem(PosteriorDensity):
         """(n_batch, n_rows) residuals of predictions (n_batch, n_readings), with the noise as at the parameters."""
         return self._residuals(parameters, predicted, parameters)
 
-    def residuals_about(self, centre: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_rows) residuals with the noise as it is at `centre` (n_params,), for emulation.
+    def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n_batch, n_rows) residuals with the noise as it is at `centre` (n_params,), and log likelihoods (n_batch,).
 
-        In the logarithms of the parameters of the noise the sum of their squares then follows the deviance to second
-        order. That of :meth:`residuals` does not: each reading is divided by the sd, but what the density loses by a
-        larger sd is in none of them.
+        In the logarithms of the parameters of the noise the sum of squared residuals then follows the deviance to
+        second order, as an emulator needs it. That of :meth:`residuals` does not: each reading is divided by the sd,
+        but what the density loses by a larger sd is in none of them.
         """
         parameters = np.atleast_2d(parameters)
-        centres = np.broadcast_to(centre, parameters.shape)
-        return self._residuals(parameters, self.predicted(parameters), centres)
+        centres, predicted = np.broadcast_to(centre, parameters.shape), self.predicted(parameters)
+        log_likelihoods = sum(self._log_likelihoods(parameters, predicted).values())
+        return self._residuals(parameters, predicted, centres), log_likelihoods
 
     def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,), infinite where the simulation failed.
@@ -179,7 +188,10 @@ class TrialProblem(PosteriorDensity):
         arguments = self.arguments(parameters)
         names = self.names[: self.n_coefficients]
         predicted = self._weighing(parameters)
-        slopes = self.forward.slopes(*arguments, names, of_nuisances=self.fixed_nuisances is None)
+        slopes = self.forward.slopes(*arguments, names, of_nuisances=bool(self._inferred))
+        if self.fixed_nuisances is not None:
+            of_inferred = self.n_coefficients + np.array(self._inferred, dtype=int)
+            slopes = slopes[:, np.append(np.arange(self.n_coefficients), of_inferred)]
         jacobian = self._weighed(parameters, predicted, slopes)
         row = len(self.readings)
         for channel, (noise, times, part, unknown) in zip(
@@ -218,7 +230,10 @@ class TrialProblem(PosteriorDensity):
         values, slices = self._nuisance_values(parameters), self.forward.measurement.slices
         for channel, noise, part in zip(self.record.channels, self.noises, slices, strict=True):
             inferred = self.forward.nuisances.of_noise(channel) if self.fixed_nuisances is None else ()
-            unknown = {attribute: factor * values[:, k] for attribute, k, factor in inferred}
+            unknown = {
+                attribute: factor * values[:, k] * (self._widening if attribute == "sd" else 1.0)
+                for attribute, k, factor in inferred
+            }
             yield noise, channel.times, part, unknown
 
     def _residuals(self, parameters, predicted, centres):
@@ -239,9 +254,22 @@ class TrialProblem(PosteriorDensity):
 
         Noise is normal with the total sd on every channel, and nuisance parameters are held at their prior means.
         """
+        return self._plain({})
+
+    def searchable(self) -> "TrialProblem":
+        """The same problem for searches that know no other noise than normal, and no histories of forces.
+
+        As :meth:`naive`, but the nuisance parameters that move the readings remain: all but those of the noise and of a
+        disturbance.
+        """
+        still = {p.name for p in self.forward.nuisances.parameters if p.channel and p.attribute != "bias"}
+        priors = self.nuisance_priors.items()
+        return self._plain({n: prior for n, prior in priors if not (n in still or of_history(n) or of_process(n))})
+
+    def _plain(self, nuisance_priors) -> "TrialProblem":
         noises = tuple(Normal(channel.total_sd) for channel in self.record.channels)
         values = self._nuisance_values(self.prior.mean[None])[0]
-        return self._view(noises=noises, nuisance_priors={}, fixed_nuisances=values)
+        return self._view(noises=noises, nuisance_priors=nuisance_priors, fixed_nuisances=values)
 
     def with_noises(self, noises: dict[str, Noise]) -> "TrialProblem":
         """The same problem with other noise models of some channels, by name."""
@@ -254,6 +282,16 @@ class TrialProblem(PosteriorDensity):
         if all(noise.has_density for noise in self.noises):
             return self
         return self._view(noises=tuple(noise.smoothed(share) for noise in self.noises))
+
+    @property
+    def heavy_tailed(self) -> bool:
+        """Whether any noise is (:class:`bayesub.problem.noise.Noise`)."""
+        return any(noise.heavy_tailed for noise in self.noises)
+
+    def widened(self, scale: float) -> "TrialProblem":
+        """The same problem with noise that is `scale` times as large, for searches from afar."""
+        noises = tuple(noise.widened(scale) for noise in self.noises)
+        return self._view(noises=noises, widening=scale * self._widening)
 
     def with_wide_process(self) -> "TrialProblem":
         """The same problem with a known and wide process of the disturbance, if it has one that is not known."""
@@ -276,11 +314,30 @@ class TrialProblem(PosteriorDensity):
         counts = [max(1, int(np.searchsorted(c.times, duration, side="right"))) for c in self.record.channels]
         if all(n == len(channel.times) for n, channel in zip(counts, self.record.channels, strict=True)):
             return self
-        slices = self.forward.measurement.slices
-        kept = [self.readings[part][:n] for n, part in zip(counts, slices, strict=True)]
-        forward = self.forward.with_record(self.record.beginning(counts))
-        parts = {"fixed_nuisances": self.fixed_nuisances, "readings": np.concatenate(kept)}
-        return TrialProblem(forward, self.columns, self.xi, self.spread, self.nuisance_priors, self.noises, **parts)
+        return self._of_readings(self.record, [slice(n) for n in counts])
+
+    def read_earlier(self, seconds: float) -> "TrialProblem":
+        """The same problem with readings that were taken so much earlier than the record says.
+
+        Those that would be from before the start or after the end of the trial are left out; InputError if that leaves
+        nothing of a channel.
+        """
+        record, duration = self.record.earlier(seconds), self.manoeuvre.duration
+        inside = [(channel.times >= 0.0) & (channel.times <= duration) for channel in record.channels]
+        for channel, kept in zip(record.channels, inside, strict=True):
+            if not kept.any():
+                raise InputError(
+                    f"no reading of '{channel.name}' is of the trial if it was taken {seconds:g} s earlier"
+                )
+        return self._of_readings(record, inside)
+
+    def _of_readings(self, record, chosen) -> "TrialProblem":
+        """The same problem with some readings of the channels of a record with these channels."""
+        parts = zip(self.forward.measurement.slices, chosen, strict=True)
+        readings = np.concatenate([self.readings[part][kept] for part, kept in parts])
+        forward = self.forward.with_record(record.of_readings(chosen))
+        options = {"fixed_nuisances": self.fixed_nuisances, "readings": readings}
+        return TrialProblem(forward, self.columns, self.xi, self.spread, self.nuisance_priors, self.noises, **options)
 
     def with_readings(self, readings: np.ndarray) -> "TrialProblem":
         """The same problem with other readings (n_readings,), SI units, such as replicated ones."""
@@ -294,7 +351,7 @@ class TrialProblem(PosteriorDensity):
         are those of the truth between the knots, as near as they come to it.
         """
         xi = self.vehicle.xi if self.record.truth is None else self.record.truth
-        return np.concatenate([xi[self.columns], self._true_nuisances[: self.n_params - self.n_coefficients]])
+        return np.concatenate([xi[self.columns], self._true_nuisances[self._inferred]])
 
     @cached_property
     def _true_nuisances(self) -> np.ndarray:
@@ -338,7 +395,9 @@ class TrialProblem(PosteriorDensity):
     def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
         """As :meth:`bayesub.problem.base.PosteriorDensity.log_likelihoods`."""
         parameters = np.atleast_2d(parameters)
-        predicted = self.predicted(parameters)
+        return self._log_likelihoods(parameters, self.predicted(parameters))
+
+    def _log_likelihoods(self, parameters, predicted) -> dict[str, np.ndarray]:
         return {
             channel.name: noise.log_density(predicted[:, part], self.readings[part], times, **unknown)
             for channel, (noise, times, part, unknown) in zip(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.checks import convergence
-from bayesub.identifiability.fisher import integrated_out
+from bayesub.identifiability.fisher import correlation_factor, integrated_out
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.model.equations import EquationSet
@@ -159,6 +159,7 @@ def check(problem, title: str) -> DataCard:
     """
     channels, rows, durations = [], [], {}
     positions, others = np.arange(problem.n_params), problem.others
+    factor = correlation_factor(problem.prior, others)
     for trial, part, places in problem.each_trial(positions):
         with np.errstate(over="ignore", invalid="ignore"):
             whitened = part.jacobian(problem.prior.mean[places]) * problem.prior.sd[places]
@@ -174,24 +175,25 @@ def check(problem, title: str) -> DataCard:
         durations[trial] = part.manoeuvre.duration
         for channel in part.record.channels:
             name = f"{channel.name}[{trial}]" if trial else channel.name
-            channels.append(_channel(name, channel, whole[part.rows[channel.name]], others))
+            channels.append(_channel(name, channel, whole[part.rows[channel.name]], others, factor))
     whitened = _without_forces(np.concatenate(rows), others)
-    informed = _information(whitened)
-    precision = np.eye(len(others)) + whitened.T @ whitened
-    covariance = np.linalg.inv(precision) * np.outer(problem.prior.sd[others], problem.prior.sd[others])
+    informed = _information(whitened, factor)
+    steps = problem.prior.sd[others, None] * factor
+    covariance = steps @ np.linalg.solve(np.eye(len(others)) + (whitened @ factor).T @ (whitened @ factor), steps.T)
     n, names = problem.n_coefficients, tuple(problem.names[k] for k in others)
     of_zeros = zeros.together(names, covariance, problem.vehicle), zeros.advice(problem)
     return DataCard(title, problem.equations, names, n, tuple(channels), durations, *informed, *of_zeros)
 
 
-def _channel(name, channel, whitened, others) -> ChannelCard:
+def _channel(name, channel, whitened, others, factor) -> ChannelCard:
     times = channel.times
     steps = np.diff(times)
     interval = float(np.median(steps)) if len(steps) else 0.0
     gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
     outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
     column = log_files.HEADERS[channel.quantity]
-    return ChannelCard(name, column, times, interval, gaps, outliers, *_information(_without_forces(whitened, others)))
+    informed = _information(_without_forces(whitened, others), factor)
+    return ChannelCard(name, column, times, interval, gaps, outliers, *informed)
 
 
 def _without_forces(whitened, others) -> np.ndarray:
@@ -201,10 +203,13 @@ def _without_forces(whitened, others) -> np.ndarray:
     return whitened
 
 
-def _information(whitened) -> tuple[int, np.ndarray]:
-    """Directions sharper than the prior, and posterior sd over prior sd (n_others,), of a whitened Jacobian."""
-    _, s, vt = np.linalg.svd(whitened, full_matrices=False)
-    gained = vt**2 * (s**2 / (1.0 + s**2))[:, None]
+def _information(whitened, factor) -> tuple[int, np.ndarray]:
+    """Directions sharper than the prior, and posterior sd over prior sd (n_others,).
+
+    They are of a Jacobian by parameters in prior sds, whose correlations have the factor (n_others, n_others).
+    """
+    _, s, vt = np.linalg.svd(whitened @ factor, full_matrices=False)
+    gained = (vt @ factor.T) ** 2 * (s**2 / (1.0 + s**2))[:, None]
     return int(np.count_nonzero(s > 1.0)), np.sqrt(np.clip(1.0 - gained.sum(axis=0), 0.0, 1.0))
 
 

@@ -1,73 +1,50 @@
 """The figures of a designed trial: what each shows in words, and how it is drawn."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 
 from bayesub.plots import design as plots
 from bayesub.plots.coefficients import labels
 from bayesub.report.design_numbers import measure_label
+from bayesub.report.report_figure import ReportFigure
 
 
-@dataclass(frozen=True)
-class DesignFigure:
-    """One figure of a page.
-
-    Attributes
-    ----------
-    name : str
-        Of its file, without suffix.
-    title : str
-    caption : str
-        What it shows, in sentences.
-    draw : callable
-        Draws it to a list of paths.
-    """
-
-    name: str
-    title: str
-    caption: str
-    draw: Callable[[list[Path]], None]
-
-
-def figures(design) -> Iterator[DesignFigure]:
+def figures(design) -> Iterator[ReportFigure]:
     """The figures of a :class:`bayesub.report.design.DesignedTrial`, in the order of the page."""
     n = len(design.manoeuvres)
     for k, manoeuvre in enumerate(design.manoeuvres, start=1):
         yield _manoeuvre(design, manoeuvre, "" if n == 1 else f"_{k}", "" if n == 1 else f" {k}")
     if any(design.margins):
-        yield DesignFigure(
+        yield ReportFigure(
             "margins",
-            "Margins to the limits",
             "How far the boat stays from each limit, as a share of the limit. Blue: the boat of the vehicle file. "
             f"Grey: {len(design.plan.range.sets) - 1} boats that the prior holds possible; those at the right edge are "
             "as far out or further.",
             lambda path: plots.draw_margins(path, design.margins),
+            title="Margins to the limits",
         )
     names = design.after.names
     standard = None if design.after_standard is None else design.after_standard.relative_sd
-    yield DesignFigure(
+    yield ReportFigure(
         "sds",
-        "What each coefficient will be known to",
         "Expected standard deviation of each coefficient over its size, best known first, before the trial (grey), "
         "after this trial (blue) and after the standard manoeuvre (open circles). Dotted: 5, 10 and 25 %.",
         lambda path: plots.draw_sds(
             path, labels(names, design.judge.vehicle.equations), design.before.relative_sd, standard,
             design.after.relative_sd,
         ),
+        title="What each coefficient will be known to",
     )  # fmt: skip
-    yield DesignFigure(
+    yield ReportFigure(
         "worth",
-        "What more time and other sensors would bring",
         "Left, what is known if the trial ends earlier, and (dashed) if the same is flown again. Right, what is known "
         "without each channel, and with instruments that the boat may not have; the line is the trial as designed.",
         lambda path: _draw_worth(path, design),
+        title="What more time and other sensors would bring",
     )
-    yield DesignFigure(
+    yield ReportFigure(
         "search",
-        "What was searched",
         "The best of each family by the number of manoeuvres that were judged so far; the lower the better.",
         lambda path: plots.draw_search(
             path,
@@ -75,6 +52,7 @@ def figures(design) -> Iterator[DesignFigure]:
             {kind: found.n_judgements // max(1, len(found.best)) for kind, found in design.searches.items()},
             _cost_label(design),
         ),
+        title="What was searched",
     )
 
 
@@ -93,7 +71,7 @@ def _draw_worth(path, design) -> None:
     plots.draw_worth(path, minutes, again, sensors, design.measure(design.after), measure_label(design))
 
 
-def _manoeuvre(design, manoeuvre, suffix, number) -> DesignFigure:
+def _manoeuvre(design, manoeuvre, suffix, number) -> ReportFigure:
     def draw(path):
         times, states, whole = design.plan.range.flown(manoeuvre)
         states = np.where(whole[:, None, None], states, np.nan)
@@ -104,11 +82,11 @@ def _manoeuvre(design, manoeuvre, suffix, number) -> DesignFigure:
         plots.draw_manoeuvre(path, manoeuvre.times, {c: orders[c] for c in moved}, (times, states), band)
 
     dives = design.judge.vehicle.equations.subproblem(design.judge.subproblem) != "horizontal"
-    return DesignFigure(
+    return ReportFigure(
         f"orders{suffix}",
-        f"Manoeuvre{number}",
         f"Right, the orders of manoeuvre{suffix}.csv. Left, where the boat goes (blue), and "
         f"{len(design.plan.range.sets) - 1} boats that the prior holds possible (grey)."
         + (" Dashed: the depth band." if dives else ""),
         draw,
+        title=f"Manoeuvre{number}",
     )

@@ -1,43 +1,22 @@
 """The figures of a report: what each is called, what it shows in words, and how it is drawn."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
-from bayesub.plots import coefficients, corner, cross_check, disturbance, fit, posterior, prediction, spectrum, track
-from bayesub.problem.problem import Problem
-from bayesub.report import disturbances
-from bayesub.report.unseen import SQP, TrialPrediction
+from bayesub.io.words import counted, listed
+from bayesub.plots import coefficients, corner, cross_check, fit, posterior, ranks, spectrum
+from bayesub.report import derived, trial_figures
+from bayesub.report.findings import UNTOUCHED
+from bayesub.report.report_figure import ReportFigure
 
-TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
 BASELINES = {
     "SQP": "Orange: SQP solutions{fit}. ",
     "linear least squares": "Green: linear least squares on noise-free velocities and accelerations, left at the guess "
     "along null directions. ",
 }
-
-
-@dataclass(frozen=True)
-class ReportFigure:
-    """One figure of a report.
-
-    Attributes
-    ----------
-    name : str
-        Of its files, without suffix.
-    caption : str
-        What it shows, in sentences of which the first stands for the figure where it cannot be seen.
-    draw : callable
-        Draws it to one path or a list of paths.
-    """
-
-    name: str
-    caption: str
-    draw: Callable[[Path | list[Path]], None]
 
 
 def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[ReportFigure]:
@@ -56,44 +35,52 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
     """
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
     equations, prior = problem.equations, problem.prior_of_others
+    yield trial_figures.orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
         f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior. Blue: "
         "50 and 90 % of the posterior. "
         + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
-        + "A blue bar as long as the grey one means that the data said nothing.",
+        + _untouched(problem, sample),
         lambda path: coefficients.draw(path, sample, prior, reference[:n], results.estimates, word, equations),
     )
     for trial in problem.each_trial(results.draws):
-        yield _track(*trial, synthetic=word == "truth")
+        yield trial_figures.track_figure(*trial, synthetic=word == "truth")
+    both = zip(problem.each_trial(results.foretold), problem.each_trial(results.draws), strict=True)
+    for (*trial, before), (*_, after) in both:
+        yield from trial_figures.fan_figure(*trial, before, after)
     for forces in results.forces:
-        yield _disturbance(forces)
+        yield trial_figures.disturbance_figure(forces)
     yield ReportFigure(
         "spectrum",
         "Singular values of the Jacobian in prior standard deviations. Above one the data are sharper than the prior; "
         f"below it the prior is. {_null_words(results.spectrum.n_null)}",
         partial(spectrum.draw, spectrum=results.spectrum),
     )
+    whole = np.arange(len(sample.names))
     yield ReportFigure(
         "correlation",
-        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more. Dark off-diagonal cells are "
-        "coefficients that trade off: the data know a combination of them better than each.",
+        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more{_strongest(sample, whole)}. "
+        "Strong colours off the diagonal are coefficients that trade off: the data know a combination of them better "
+        "than each.",
         partial(posterior.draw_correlation, posterior=sample, equations=equations),
     )
     yield from _corners(results, reference, word)
+    yield _ranks(sample, equations)
     if results.residuals:
         yield ReportFigure(
             "criticism",
             "Quantile residuals at draws from the posterior, standard normal and independent if the model is right. "
             "Left, against time at one draw, diamonds where they are beyond the axis. Middle, correlation of readings "
             "so many intervals apart. Right, histogram of the probability of what is below each reading. Between the "
-            "dashed lines are 99 % of what a right model makes, of each bar by itself. Orange: a channel that does not "
-            "fit.",
+            "dashed lines are 99 % of what a right model makes, of each bar by itself. " + _orange(results.criticism),
             lambda path: fit.draw(path, results.criticism, results.residuals, results.times),
         )
+    if results.derived.values:
+        yield _derived(results.derived, word)
     for unseen in results.predictions:
         if unseen.posterior.is_flown:
-            yield _prediction(unseen)
+            yield trial_figures.prediction_figure(unseen)
     if n < len(sample.names):
         yield ReportFigure(
             "nuisance",
@@ -109,6 +96,19 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
             "of equal posteriors.",
             partial(cross_check.draw, check=results.check.part(sample.names)),
         )
+
+
+def _ranks(sample, equations) -> ReportFigure:
+    """What stands behind the verdict on convergence."""
+    names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in ranks.worst(sample)]
+    return ReportFigure(
+        "ranks",
+        f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
+        "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
+        f"Of all bars of {len(sample.names)} parameters and {len(sample.chain)} ensembles "
+        f"{100 * ranks.outside(sample):.2g} % are beyond their grey band, up to 1 % by chance.",
+        partial(ranks.draw, posterior=sample, equations=equations),
+    )
 
 
 def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
@@ -144,6 +144,23 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
     )
 
 
+def _untouched(problem, sample) -> str:
+    """Of how many coefficients the data said next to nothing."""
+    contraction = problem.prior_of_others.contraction(sample.draws)[: problem.n_coefficients]
+    n = np.count_nonzero(contraction >= UNTOUCHED)
+    of_them = ": the data said next to nothing of them" if n else ""
+    return (
+        f"{n} of {len(contraction)} posteriors are at least {100 * UNTOUCHED:.0f} % as wide as their priors{of_them}."
+    )
+
+
+def _orange(criticism) -> str:
+    """The channels that do not fit."""
+    if not criticism.suspects:
+        return "A channel that does not fit would be orange."
+    return f"Orange: what does not fit, {listed(list(criticism.suspects))}."
+
+
 def _strongest(sample, chosen) -> str:
     """The most correlated pair of some parameters, in words."""
     some = np.abs(np.triu(sample.correlation[np.ix_(chosen, chosen)], 1))
@@ -167,7 +184,8 @@ def _is_no_search(estimate) -> bool:
 
 
 def _legend(estimate) -> str:
-    return f"SQP from {len(estimate.solutions)} starts" if estimate.method == "SQP" else f"{estimate.method}, no noise"
+    starts = counted(len(estimate.solutions), "start")
+    return f"SQP from {starts}" if estimate.method == "SQP" else f"{estimate.method}, no noise"
 
 
 def _placed(estimate, sample) -> np.ndarray:
@@ -179,67 +197,23 @@ def _placed(estimate, sample) -> np.ndarray:
     return values
 
 
-def _track(name: str, problem: Problem, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
-    """The track of a trial of name "" or several."""
-
-    def draw(path):
-        motion = problem.truth() if synthetic else None
-        track.draw(path, problem.record, problem.predicted(draws), problem.motion(draws[:TRACKS]), motion)
-
-    return ReportFigure(
-        f"track_{name}" if name else "track",
-        f"The trial {f'{name} ' if name else ''}and {min(TRACKS, len(draws))} draws from the posterior. On the right "
-        f"the readings minus the posterior mean: pure noise if the model fits. {_band(problem, draws)}",
-        draw,
-    )
-
-
-def _band(problem: Problem, draws: np.ndarray) -> str:
-    """How wide the posterior of the readings is beside their noise, by the channels where it is most and least so."""
-    share = problem.predicted(draws).std(axis=0) / problem.sds
-    ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
-    widths = {c.name: float(np.median(s)) for c, s in zip(problem.record.channels, np.split(share, ends), strict=True)}
-    least, most = min(widths, key=widths.get), max(widths, key=widths.get)
-    word = "The blue band is the posterior's own uncertainty of the readings: its sd is"
-    if least == most:
-        return f"{word} {widths[most]:.2g} of that of the noise."
-    return (
-        f"{word} {widths[least]:.2g} ({least}) to {widths[most]:.2g} ({most}) of that of the noise, medians over time."
-    )
-
-
-def _disturbance(forces: disturbances.InferredForces) -> ReportFigure:
-    """The unmodelled forces of a trial of name "" or several."""
-    trial = forces.trial
-    truth = "Black: the truth, linear between the same knots. " if forces.truth is not None else ""
-    return ReportFigure(
-        f"disturbance_{trial}" if trial else "disturbance",
-        f"Forces {f'in the trial {trial} ' if trial else ''}that the equations leave out, beside those of the hull. "
-        f"Left, median, 50 and 90 % of the posterior of the history on each axis. {truth}Right, in orange, the force "
-        "of the hull of which shares are, along the posterior mean of the motion, on its own scale. Grey: where the "
-        "boat turns faster than half of the time. A band as wide everywhere as the process itself means that the "
-        "sensors do not see the force; a history that has the shape of the hull's force or comes with the turns may be "
-        "a term that is missing or held at a wrong value.",
-        partial(disturbance.draw, forces=forces),
-    )
-
-
-def _prediction(unseen: TrialPrediction) -> ReportFigure:
-    """A trial that was not fitted, and its prediction."""
-    trial = unseen.trial
-    return ReportFigure(
-        f"prediction_{trial.name}",
-        f"The log {trial.name}, which was not fitted, and what the posterior predicts of its readings, noise included: "
-        "dark blue 50 %, light blue 90 %. Readings in the grey time say where the boat starts and what else belongs to "
-        "this log alone; no reading says anything about the coefficients. Green: the middle of the prior. "
-        f"{'Orange: SQP. ' if SQP in unseen.predictions else ''}Lines far off are cut.",
-        partial(
-            prediction.draw,
-            channels=trial.problem.record.channels,
-            predictions=unseen.predictions,
-            warm_up=trial.warm_up_s,
-        ),
-    )
+def _derived(boats: derived.Derived, word: str) -> ReportFigure:
+    """What follows from the coefficients."""
+    parts = [
+        f"What follows from the coefficients, of {len(boats.posterior)} boats drawn from the posterior, beside as many "
+        f"from the prior. Above, a row a quantity, each on its own scale from 5 to 95 % of the prior; black: the "
+        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial tells, even where it does not tell "
+        "the coefficients. "
+    ]
+    if boats.spiral is not None:
+        parts.append(
+            "The spiral curve is the rudder that holds each rate of turn, as far as 95 % of the boats turn so fast; "
+            "where it runs back, a straight course is not stable. "
+        )
+    if boats.roots:
+        parts.append("Roots of small motions, to the left of the dotted line if the boat is stable.")
+    found = derived.numbers(boats)
+    return ReportFigure("derived", "".join(parts).strip(), lambda path: derived.draw(path, boats, found, word))
 
 
 def _fit(baseline: dict) -> str:

@@ -5,8 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayesub.baselines import Estimate
+from bayesub.checks import normality
 from bayesub.identifiability import NullSpace, Spectrum
-from bayesub.report import zeros
+from bayesub.io.words import counted
+from bayesub.plots.style import rounded
+from bayesub.report import conflicts, null_directions, sensitivities, set_up, zeros
 from bayesub.sampling import Posterior
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
@@ -37,7 +40,7 @@ def collect(
     summary = posterior.part(problem.others)
     trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
     n = problem.n_coefficients
-    rows = _parameters(problem, summary)
+    rows = _parameters(problem, summary, sensitivities.of(problem, posterior, summary.bulk_ess))
     coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
     return {
         "vehicle": problem.vehicle.name,
@@ -50,7 +53,7 @@ def collect(
         "trials": trials,
         "convergence": _convergence(posterior),
         "cost": _cost(posterior),
-        "parameters": rows[:n],
+        "parameters": [row | own for row, own in zip(rows, set_up.dimensional(problem), strict=False)],
         "nuisance": [{key: row[key] for key in row if key not in ("unit", "relative_sd")} for row in rows[n:]],
         "spectrum": {
             "singular_values": spectrum.singular_values.tolist(),
@@ -58,13 +61,18 @@ def collect(
             "n_sharpened": spectrum.n_informed,
         },
         "ranks": {axis: rank.summary() for axis, rank in null_space.ranks.items()},
+        "null_directions": null_directions.numbers(
+            null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))
+        ),
         "null_contraction": _null_contraction(spectrum, summary),
+        "normality": normality.of_posterior(summary.part(np.arange(n))).to_json(),
         "trade_offs": coefficient_pairs,
         "nuisance_trade_offs": nuisance_pairs,
         "baselines": [_baseline(problem, estimate) for estimate in estimates],
         "chi_square_per_reading": _chi_squares(problem, posterior.best[None])[0],
         "zeros": zeros.together(summary.names, np.atleast_2d(np.cov(summary.draws.T)), problem.vehicle),
         "advice": zeros.advice(problem),
+        "conflict": conflicts.numbers(problem, summary),
     }
 
 
@@ -80,7 +88,7 @@ def _entry(term) -> dict[str, str]:
     return entry | {"regressor": term.regressor, "meaning": term.meaning}
 
 
-def _parameters(problem, posterior) -> list[dict]:
+def _parameters(problem, posterior, sensitivity) -> list[dict]:
     """A row for each parameter; the unit is that of a dimensional coefficient, or None."""
     units = {term.name: term.unit for term in problem.equations.terms}
     q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
@@ -93,8 +101,9 @@ def _parameters(problem, posterior) -> list[dict]:
         "q5": q5,
         "median": q50,
         "q95": q95,
-        "contraction": posterior.contraction,
+        "contraction": problem.prior_of_others.contraction(posterior.draws),
         "relative_sd": posterior.sd / np.abs(posterior.mean),
+        **sensitivity,
         "rhat": posterior.rhat,
         "bulk_ess": posterior.bulk_ess,
         "tail_ess": posterior.tail_ess,
@@ -145,6 +154,7 @@ def _cost(posterior) -> dict:
         "jacobians": posterior.jacobians,
         "jacobian_price_simulations": posterior.jacobian_price if posterior.jacobians else None,
         "sampling_seconds": posterior.seconds,
+        "simulation_seconds": posterior.simulation_seconds if np.isfinite(posterior.simulation_seconds) else None,
         "evaluations_per_second": posterior.evaluations / posterior.seconds,
         "evaluations_per_effective_sample": (posterior.evaluations + in_jacobians) / float(posterior.bulk_ess.min()),
         "failed_simulations": posterior.failures,
@@ -159,7 +169,7 @@ def _chi_squares(problem, parameters) -> list[float]:
 def _null_contraction(spectrum, posterior) -> list[float]:
     """Posterior sd over prior sd along each null direction of the spectrum."""
     standardised = (posterior.draws - posterior.prior_mean) / posterior.prior_sd
-    null_rows = spectrum.directions[len(spectrum.names) - spectrum.n_null :]
+    null_rows = spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
     return np.std(standardised @ null_rows.T, axis=0).tolist()
 
 
@@ -177,11 +187,14 @@ def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], list[dict]]
 
 
 def _baseline(problem, estimate) -> dict:
-    plain = problem.naive()
-    positions = [estimate.names.index(name) for name in plain.names]
-    solutions, reference = estimate.solutions[:, positions], problem.reference[: plain.n_params]
+    plain = problem.searchable()
+    if not set(plain.names) <= set(estimate.names):
+        plain = problem.naive()
+    n = plain.n_coefficients
+    found = estimate.solutions[:, [estimate.names.index(name) for name in plain.names]]
+    solutions, reference = found[:, :n], problem.reference[:n]
     errors = np.abs(solutions - reference)
-    guess_errors = np.abs(plain.prior.mean - reference)
+    guess_errors = np.abs(plain.prior.guess[:n] - reference)
     return {
         "method": estimate.method,
         "costs": estimate.costs.tolist(),
@@ -191,7 +204,8 @@ def _baseline(problem, estimate) -> dict:
         "seconds": estimate.seconds,
         "further_than_guess": np.count_nonzero(errors > guess_errors, axis=1).tolist(),
         "n_params": len(reference),
-        "chi_square_per_reading": _chi_squares(plain, solutions),
+        "nuisance": dict(zip(plain.names[n:], found[:, n:].T.tolist(), strict=True)),
+        "chi_square_per_reading": _chi_squares(plain, found),
         "ratios": [
             [x / r if r else None for x, r in zip(solution, reference.tolist(), strict=True)]
             for solution in solutions.tolist()
@@ -203,9 +217,12 @@ def sentences(numbers: dict) -> dict[str, str]:
     """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
     return (
         _answer(numbers)
+        | conflicts.sentences(numbers)
         | _knowledge(numbers)
+        | _sensitivity(numbers)
         | _directions(numbers)
         | _strong_trade_offs(numbers)
+        | _normality(numbers)
         | _zeros(numbers)
         | _nuisance(numbers)
         | _search(numbers)
@@ -222,8 +239,8 @@ def _zeros(numbers) -> dict[str, str]:
 def _answer(numbers) -> dict[str, str]:
     """What the trial says, in one sentence."""
     rows, n_null = numbers["parameters"], numbers["spectrum"]["n_null"]
-    known = sum(row["relative_sd"] < KNOWN for row in rows)
-    untouched = sum(row["relative_sd"] >= KNOWN and row["contraction"] >= UNTOUCHED for row in rows)
+    untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
+    known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
     null = {0: "no combination leaves", 1: "one combination leaves"}.get(n_null, f"{n_null} combinations leave")
     return {
         "answer": f"Of {len(rows)} coefficients {known} are known to {100 * KNOWN:.0f} %, "
@@ -234,11 +251,12 @@ def _answer(numbers) -> dict[str, str]:
 
 def _knowledge(numbers) -> dict[str, str]:
     rows = sorted(numbers["parameters"], key=lambda row: row["relative_sd"])
-    known = [f"{row['name']} ({100 * row['relative_sd']:.2g} %)" for row in rows if row["relative_sd"] < KNOWN]
+    told = [row for row in rows if row["contraction"] < UNTOUCHED]  # not what the prior has known as well before
+    known = [f"{row['name']} ({100 * row['relative_sd']:.2g} %)" for row in told if row["relative_sd"] < KNOWN]
     rows = sorted(numbers["parameters"], key=lambda row: row["contraction"])
     sharper = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED]
-    untouched = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] >= UNTOUCHED]
-    result = {"known": f"No coefficient is known to better than {100 * KNOWN:.0f} %."}
+    untouched = [row["name"] for row in rows if row["contraction"] >= UNTOUCHED]
+    result = {"known": f"The data make no coefficient known to better than {100 * KNOWN:.0f} %."}
     if known:
         result["known"] = f"To better than {100 * KNOWN:.0f} % (posterior sd over mean): {', '.join(known)}."
     if sharper:
@@ -251,6 +269,11 @@ def _knowledge(numbers) -> dict[str, str]:
     return result
 
 
+def _sensitivity(numbers) -> dict[str, str]:
+    text = sensitivities.sentence(numbers["parameters"])
+    return {"prior": text} if text else {}
+
+
 def _directions(numbers) -> dict[str, str]:
     n = len(numbers["parameters"]) + len(numbers["nuisance"])
     n_null, n_sharpened = map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
@@ -260,19 +283,28 @@ def _directions(numbers) -> dict[str, str]:
         f"{n - n_sharpened - n_null} to the prior; {n_null} leave the motion exactly the same, so that no sensor on "
         "this manoeuvre can tell."
     }
-    axes = {axis: rank for axis, rank in numbers["ranks"].items() if rank["null_vectors"]}
-    if axes:
-        vectors = [f"{axis}: {combination(v, least=0.2)}" for axis, rank in axes.items() for v in rank["null_vectors"]]
-        pivots = [name for rank in axes.values() for name in rank["pivots"]]
+    if words := null_directions.sentence(numbers["null_directions"]):
+        pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
         result["null"] = (
-            f"{'; '.join(vectors)} (changes of the {numbers['coefficients']}, largest entries). Holding "
-            f"{', '.join(pivots)} fixed makes the rest unique."
+            f"The motion stays the same with changes of {words} (of their values; any multiple does as little). "
+            f"Holding {', '.join(pivots)} fixed makes the rest unique."
         )
     return result
 
 
+def _normality(numbers) -> dict[str, str]:
+    """How normal the posterior of the coefficients is, and what of it the next trial can start from."""
+    found = numbers["normality"]
+    passed_on = "A vehicle file by bayesub export, which is a normal distribution, "
+    passed_on += "holds it." if found["close"] else "loses that: fit the next trial together with this one."
+    return {"normality": f"{found['sentence']} {passed_on}"}
+
+
 def _nuisance(numbers) -> dict[str, str]:
-    intervals = [f"{row['name']} {row['q5']:.4g} to {row['q95']:.4g}" for row in numbers["nuisance"]]
+    intervals = [
+        f"{row['name']} {rounded(row['q5'], row['sd'])} to {rounded(row['q95'], row['sd'])}"
+        for row in numbers["nuisance"]
+    ]
     return {"nuisance": f"{', '.join(intervals)} (90 % intervals)."} if intervals else {}
 
 
@@ -298,15 +330,19 @@ def _search(numbers) -> dict[str, str]:
     if not searches:
         return {}
     search = searches[-1]
-    fits = search["chi_square_per_reading"]
-    held = ", which holds nuisance parameters at their prior means," if numbers["nuisance"] else ""
+    fits = sorted({f"{fit:.3f}" for fit in search["chi_square_per_reading"]}, key=float)
+    held = ""
+    if names := search.get("nuisance"):
+        held = f", which searches {', '.join(names)} with their priors as readings,"
+    elif numbers["nuisance"]:
+        held = ", which holds nuisance parameters at their prior means,"
     if numbers.get("disturbance"):
         held = ", which knows no other force than those of the equations,"
     return {
-        "sqp": f"SQP{held} from {search['n_starts']} starts reaches a chi-square per reading of {min(fits):.3f} to "
-        f"{max(fits):.3f}, the best draw of the posterior {numbers['chi_square_per_reading']:.3f}; "
-        f"{_range(search['further_than_guess'])} of its {search['n_params']} coefficients end further from the "
-        f"{reference_word(numbers)} than the guess was."
+        "sqp": f"SQP{held} from {counted(search['n_starts'], 'start')} reaches a chi-square per reading of "
+        f"{' to '.join(dict.fromkeys((fits[0], fits[-1])))}, the best draw of the posterior "
+        f"{numbers['chi_square_per_reading']:.3f}; {_range(search['further_than_guess'])} of its {search['n_params']} "
+        f"coefficients end further from the {reference_word(numbers)} than the guess was."
     }
 
 

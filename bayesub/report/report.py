@@ -1,26 +1,40 @@
 """The report of a run: numbers, figures, and one self-contained page that says in words what they show."""
 
-import base64
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import metadata, resources
+from importlib import metadata
 from pathlib import Path
 from typing import Protocol
 
-import jinja2
 import numpy as np
 
 from bayesub.baselines import Estimate
 from bayesub.checks.explanations import Explanation, explanations
 from bayesub.checks.fit import Criticism, criticise
 from bayesub.identifiability import NullSpace, Spectrum, null_space
+from bayesub.io import templates
 from bayesub.io.atomic import write_text, writing
+from bayesub.model.quantities import Quantity
+from bayesub.plots.style import powers, rounded, uncertain
 from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
-from bayesub.report import disturbances, findings, proposals, remedies, symbols, unseen
+from bayesub.report import (
+    contents,
+    derived,
+    disturbances,
+    drawings,
+    findings,
+    null_directions,
+    proposals,
+    remedies,
+    set_up,
+    symbols,
+    unseen,
+    widgets,
+)
 from bayesub.report.figures import figures
 from bayesub.report.report_page import markdown_page
 from bayesub.report.unseen import TrialPrediction
@@ -58,7 +72,10 @@ class Results:
     predictions : sequence of TrialPrediction
         Of trials that were not fitted.
     rng : numpy.random.Generator
-        Chooses the draws at which motions and residuals are looked at; nothing else in a report is random.
+        Chooses the draws at which motions and residuals are looked at, and boats of the prior; nothing else in a report
+        is random.
+    quantities : sequence of Quantity
+        That follow from the coefficients, besides the built-in ones.
     """
 
     problem: Problem | JointProblem
@@ -68,6 +85,7 @@ class Results:
     check: CrossCheck | None
     rng: np.random.Generator
     predictions: Sequence[TrialPrediction] = ()
+    quantities: Sequence[Quantity] = ()
 
     @cached_property
     def summary(self) -> Posterior:
@@ -80,9 +98,20 @@ class Results:
         return self.posterior.draws[self.rng.choice(len(self.posterior.draws), PREDICTIVE_DRAWS)]
 
     @cached_property
+    def foretold(self) -> np.ndarray:
+        """(PREDICTIVE_DRAWS, n_params) of the prior, which are drawn beside those of the posterior."""
+        return self.problem.prior.sample(self.rng.spawn(1)[0], PREDICTIVE_DRAWS)
+
+    @cached_property
     def forces(self) -> list[disturbances.InferredForces]:
         """Histories of unmodelled forces, of each trial that has them."""
         return list(disturbances.inferred_forces(self.problem, self.posterior.draws))
+
+    @cached_property
+    def derived(self) -> derived.Derived:
+        """What follows from the coefficients, of the prior and of the posterior."""
+        (rng,) = self.rng.spawn(1)
+        return derived.derive(self.problem, self.posterior.draws, rng, self.quantities)
 
     @cached_property
     def residuals(self) -> dict[str, np.ndarray]:
@@ -126,8 +155,10 @@ def write_report(
     seconds: Mapping[str, float] | None = None,
     check: CrossCheck | None = None,
     predictions: Sequence[TrialPrediction] = (),
+    quantities: Sequence[Quantity] = (),
     pdf: bool = False,
     commit: str | None = None,
+    origin: Mapping[str, str] | None = None,
 ) -> dict:
     """Write ``numbers.json``, the figures, ``report.html`` and ``report.md`` into a folder.
 
@@ -154,10 +185,14 @@ def write_report(
         From :func:`bayesub.cross_check`.
     predictions : sequence of TrialPrediction
         Of trials that were not fitted.
+    quantities : sequence of Quantity
+        That follow from the coefficients, besides the built-in ones (:mod:`bayesub.model.quantities`).
     pdf : bool
         Whether every figure is saved as PDF too, beside the PNG.
     commit : str, optional
         Of the sources, for the foot of the page.
+    origin : mapping, optional
+        What made the run, for the set-up at the top of the page, such as versions and date: title -> text.
 
     Returns
     -------
@@ -170,11 +205,13 @@ def write_report(
         If the folder cannot be written to.
     """
     seed = np.random.SeedSequence(study.seed if study else 0, spawn_key=(_STREAM,))
-    results = Results(problem, estimates, spectrum, posterior, check, np.random.default_rng(seed), predictions)
+    rng = np.random.default_rng(seed)
+    results = Results(problem, estimates, spectrum, posterior, check, rng, predictions, quantities)
     numbers = numbers_of(results)
     numbers["name"] = study.name if study else problem.vehicle.name
     numbers["question"] = study.question if study else ""
     numbers["seconds"] = dict(seconds or {})
+    numbers["set_up"] |= ({"seed": str(study.seed)} if study else {}) | dict(origin or {})
     reference, word = problem.reference[problem.others], findings.reference_word(numbers)
     suffixes = (".png", ".pdf") if pdf else (".png",)
     folder = Path(folder)
@@ -182,10 +219,10 @@ def write_report(
         folder.mkdir(parents=True, exist_ok=True)
         pictures = {}
         for figure in figures(results, reference, word, numbers["baselines"]):
-            figure.draw([folder / f"{figure.name}{suffix}" for suffix in suffixes])
-            pictures[figure.name] = (figure.caption, (folder / f"{figure.name}.png").read_bytes())
+            pictures[figure.name] = (figure.caption, drawings.drawn(figure, folder, suffixes))
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
-        write_text(folder / "report.html", page(numbers, pictures, commit))
+        live = widgets.content(results, numbers, reference, word)
+        write_text(folder / "report.html", page(numbers, pictures, commit, live))
         captions = {f"{name}.png": caption for name, (caption, _) in pictures.items()}
         write_text(folder / "report.md", markdown_page(numbers, captions, problem.equations, commit))
     return numbers
@@ -196,11 +233,13 @@ def numbers_of(results: Results) -> dict:
     numbers = findings.collect(
         results.problem, results.estimates, results.spectrum, results.posterior, results.null_space
     )
+    numbers["set_up"] = set_up.rows(results.problem)
     numbers["criticism"] = results.criticism.to_json()
     reasons = results.explanations
     numbers["criticism"]["explanations"] = [reason.to_json() for reason in reasons]
     numbers["disturbance"] = disturbances.numbers(results.problem, results.posterior.draws, results.forces)
     numbers["predictions"] = unseen.numbers(results.predictions)
+    numbers["derived"] = derived.numbers(results.derived)
     trials = [trial for _, trial, _ in results.problem.each_trial(results.posterior.best)]
     n_logs = sum(trial.record.truth is None for trial in trials)
     numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs, len(trials)) | {
@@ -209,13 +248,16 @@ def numbers_of(results: Results) -> dict:
     if reasons:
         numbers["verdict"]["lines_to_add"] = proposals.lines(reasons[0], results.problem)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | findings.sentences(numbers)
+    numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
     if results.check is not None:
         numbers["cross_check"] = results.check.to_json()
         numbers["verdict"]["cross_check"] = results.check.sentence
     return numbers
 
 
-def page(numbers: dict, pictures: Mapping[str, tuple[str, bytes]], commit: str | None = None) -> str:
+def page(
+    numbers: dict, pictures: Mapping[str, tuple[str, bytes]], commit: str | None = None, live: dict | None = None
+) -> str:
     """The page of a report, HTML.
 
     Parameters
@@ -223,22 +265,29 @@ def page(numbers: dict, pictures: Mapping[str, tuple[str, bytes]], commit: str |
     numbers : dict
         The content of ``numbers.json``.
     pictures : mapping
-        Name of a figure -> its caption and its PNG.
+        Name of a figure -> its caption and its PNG or SVG.
     commit : str, optional
         Of the sources, for the foot of the page.
+    live : dict, optional
+        What :func:`bayesub.report.widgets.content` gives; without it the page has figures that stand still.
     """
-    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    template = environment.from_string((resources.files("bayesub.report") / "report.html").read_text(encoding="utf-8"))
-    embedded = {
-        name: {"caption": caption, "data": base64.b64encode(image).decode("ascii")}
-        for name, (caption, image) in pictures.items()
-    }
-    return template.render(
+    sheet = drawings.Sheet()
+    placed = {name: sheet.placed(*picture) for name, picture in pictures.items()}
+    text = templates.fill(
+        "bayesub.report",
+        "report.html",
         numbers=numbers,
-        pictures=embedded,
+        pictures=placed,
+        glyphs=sheet.shared,
+        widgets=live,
         word=findings.reference_word(numbers),
-        combination=findings.combination,
+        interval=derived.in_words,
+        rounded=rounded,
+        uncertain=uncertain,
+        powers=powers,
+        percent=null_directions.percent,
         symbol=symbols.html,
         version=metadata.version("bayesub"),
         commit=commit,
     )
+    return contents.with_contents(text)

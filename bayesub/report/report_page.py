@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from importlib import metadata
 
 from bayesub.model.equations import EquationSet
-from bayesub.plots.style import uncertain
+from bayesub.plots.style import rounded, uncertain
 from bayesub.report import findings
 from bayesub.report.markdown import table
 from bayesub.report.study_page import StudyPage
@@ -27,14 +27,28 @@ def markdown_page(numbers: dict, captions: Mapping[str, str], equations: Equatio
     verdict, convergence, cost = numbers["verdict"], numbers["convergence"], numbers["cost"]
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
-    topics = ("prediction", "disturbance", "directions", "null", "trade_offs", "sqp", "cross_check")
+    topics = (
+        "prediction",
+        "derived",
+        "conflict",
+        "guess",
+        "disturbance",
+        "prior",
+        "directions",
+        "null",
+        "trade_offs",
+        "normality",
+        "sqp",
+        "cross_check",
+    )
     rows = [
         (
             f"`{row['name']}`",
-            f"{row['reference']:.4g}",
+            rounded(row["reference"], row["sd"]),
             uncertain(row["prior_mean"], row["prior_sd"]),
             uncertain(row["mean"], row["sd"]),
             f"{row['contraction']:.2g}",
+            row["hangs_on"],
         )
         for row in numbers["parameters"] + numbers["nuisance"]
     ]
@@ -44,6 +58,7 @@ def markdown_page(numbers: dict, captions: Mapping[str, str], equations: Equatio
         "prior, mean ± sd",
         "posterior, mean ± sd",
         "posterior / prior sd",
+        "hangs on",
     )
     page = StudyPage(
         name=numbers["name"],
@@ -52,7 +67,7 @@ def markdown_page(numbers: dict, captions: Mapping[str, str], equations: Equatio
         verdict=f"{converged} {verdict['fit']}",
         answer=verdict["answer"],
         pictures=captions,
-        tables=table(heads, rows),
+        tables=[*table(("set-up", ""), numbers["set_up"].items()), "", *table(heads, rows)],
         method="\n\n".join(verdict[topic] for topic in topics if verdict.get(topic)),
         equations=equations,
         cost=f"{cost['evaluations']} simulations, {cost['jacobians']} Jacobians, {cost['sampling_seconds']:.0f} s.",

@@ -1,12 +1,12 @@
 """How a posterior predicts logs that were not fitted, beside other estimates: numbers, sentences, a verdict."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bayesub.baselines import Estimate
-from bayesub.checks.prediction import FALSE_ALARMS, INTERVALS, N_DRAWS, Prediction, predict
+from bayesub.checks.prediction import FALSE_ALARMS, INTERVALS, N_DRAWS, Prediction, given_warm_up, predict
 from bayesub.io import log_files
 from bayesub.plots import style
 from bayesub.problem.joint import JointProblem
@@ -67,7 +67,27 @@ def predicted_trial(
         Chooses draws, and is the source of noise.
     """
     trial = trial.with_fitted_noise(fitted, posterior.best)
-    n = int(np.clip(MOST_READINGS // len(trial.problem.readings), N_OTHERS, N_DRAWS))
+    draws = drawn(fitted, posterior, estimates, rng, number_of_draws(len(trial.problem.readings)))
+    predictions = {
+        name: predict(trial.problem, parameters, rng, warm_up=trial.warm_up_s).without_draws()
+        for name, parameters in flown(trial, fitted, draws, rng)
+    }
+    return TrialPrediction(trial, predictions, posterior.converged)
+
+
+def number_of_draws(n_numbers: int, most: int = N_DRAWS) -> int:
+    """How many draws are predicted by, `most` of them unless so many numbers of each fill the memory."""
+    return int(np.clip(MOST_READINGS // n_numbers, min(N_OTHERS, most), most))
+
+
+def drawn(
+    fitted: Problem | JointProblem,
+    posterior: Posterior,
+    estimates: Sequence[Estimate],
+    rng: np.random.Generator,
+    n: int,
+) -> dict[str, np.ndarray]:
+    """By whom -> draws (.., n_fitted) of the fitted parameters, `n` of posterior and prior; the others are points."""
     draws = {
         POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)],
         PRIOR: fitted.prior.sample(rng, n),
@@ -79,13 +99,17 @@ def predicted_trial(
             known = {name: k for k, name in enumerate(estimate.names) if name in fitted.names}
             places = [fitted.names.index(name) for name in known]
             points[SQP][places] = estimate.values[list(known.values())]
-    draws |= {name: np.repeat(point[None], N_OTHERS, axis=0) for name, point in points.items()}
-    given = {"own": trial.own(fitted), "warm_up": trial.warm_up_s}
-    predictions = {
-        name: predict(trial.problem, trial.transferred(fitted, parameters, rng), rng, **given).without_draws()
-        for name, parameters in draws.items()
-    }
-    return TrialPrediction(trial, predictions, posterior.converged)
+    return draws | {name: np.repeat(point[None], N_OTHERS, axis=0) for name, point in points.items()}
+
+
+def flown(
+    trial: UnseenTrial, fitted: Problem | JointProblem, draws: Mapping[str, np.ndarray], rng: np.random.Generator
+) -> Iterator[tuple[str, np.ndarray]]:
+    """By whom, and parameters (.., n_params) of a trial: what draws do not tell is drawn given its warm-up."""
+    own = trial.own(fitted)
+    for name, some in draws.items():
+        parameters = trial.transferred(fitted, some, rng)
+        yield name, given_warm_up(trial.problem, parameters, rng, own, trial.warm_up_s)
 
 
 def numbers(predictions: Sequence[TrialPrediction]) -> list[dict]:
@@ -118,9 +142,9 @@ def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
     if not posterior.is_flown:
         return result
     flown = {name: one for name, one in prediction.predictions.items() if one.is_flown}
-    result["coverage"] = _by_percent(posterior.coverage)
+    result["coverage"] = by_percent(posterior.coverage)
     result["worst"] = posterior.worst
-    result["crps_over_prior"] = _mean_ratio(posterior.crps, flown[PRIOR].crps) if PRIOR in flown else None
+    result["crps_over_prior"] = mean_ratio(posterior.crps, flown[PRIOR].crps) if PRIOR in flown else None
     half_widths = posterior.of_channel(0.5 * np.diff(posterior.bands[0.9], axis=0)[0])
     held = {p: posterior.of_channel(held) for p, held in posterior.held.items()}
     for name in posterior.rms:
@@ -129,7 +153,7 @@ def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
         result["channels"][name] = {
             "column": column,
             "n_readings": len(half_widths[name]),
-            "coverage": _by_percent({p: float(values[name].mean()) for p, values in held.items()}),
+            "coverage": by_percent({p: float(values[name].mean()) for p, values in held.items()}),
             "half_width": factor * float(half_widths[name].mean()),
             "rms": {by: factor * one.rms[name] for by, one in flown.items()},
             "crps": {by: factor * one.crps[name] for by, one in flown.items()},
@@ -137,11 +161,12 @@ def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
     return result
 
 
-def _by_percent(coverage: Mapping[float, float]) -> dict[str, float]:
+def by_percent(coverage: Mapping[float, float]) -> dict[str, float]:
+    """Coverage with its probabilities in words."""
     return {f"{100 * probability:g} %": share for probability, share in coverage.items()}
 
 
-def _mean_ratio(first: Mapping[str, float], second: Mapping[str, float]) -> float:
+def mean_ratio(first: Mapping[str, float], second: Mapping[str, float]) -> float:
     """Geometric mean over the channels."""
     return float(np.exp(np.mean([np.log(first[name] / second[name]) for name in first])))
 
@@ -193,7 +218,7 @@ def _named(trial: dict) -> str:
 
 def _of_readings(trial: dict) -> str:
     shares = [
-        f"{100 * trial['coverage'][key]:.0f} % within {key} bands" for key in _by_percent(dict.fromkeys(INTERVALS))
+        f"{100 * trial['coverage'][key]:.0f} % within {key} bands" for key in by_percent(dict.fromkeys(INTERVALS))
     ]
     return f"{trial['n_readings']} readings to {trial['last_s']:.4g} s, {' and '.join(shares)}"
 

@@ -9,7 +9,7 @@ import numpy as np
 from bayesub.io import log_files
 from bayesub.io.words import listed
 from bayesub.kernels import workspace
-from bayesub.model.quantities import absence
+from bayesub.model.quantities import GLIDES, absence
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.report.contributions import Contributions, forces, slopes
@@ -29,7 +29,6 @@ DIAMETERS = (1.0, 20.0)  # of turning circles with 15 degrees of rudder, ship le
 
 VELOCITY = log_files.positions("u", "v", "w")  # among the states
 RUDDER, STERN_PLANE = "rudder_deg", "stern_plane_deg"
-GLIDES = "the boat has no thrust and is driven by its weight"
 PLANAR = "the equations have three degrees of freedom"
 THRUST = {"du", "uc", "duc"}  # those by which terms of an equation set balance thrust and resistance
 

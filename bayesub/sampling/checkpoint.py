@@ -39,6 +39,7 @@ class State:
     failures : status -> simulations that ended so
     jacobians : Jacobians so far
     jacobian_price : simulations that a Jacobian is worth, measured when the run began
+    simulation_seconds : of the wall time that of simulations and Jacobians
     """
 
     coords: np.ndarray
@@ -50,6 +51,7 @@ class State:
     failures: dict[str, int] = field(default_factory=dict)
     jacobians: int = 0
     jacobian_price: float = float("nan")
+    simulation_seconds: float = 0.0
 
 
 @dataclass
@@ -137,6 +139,7 @@ class Checkpoint:
             "failures": state.failures,
             "jacobians": state.jacobians,
             "jacobian_price": state.jacobian_price,
+            "simulation_seconds": state.simulation_seconds,
         }
         content = io.BytesIO()
         np.savez(
@@ -180,6 +183,7 @@ def _state(notes, arrays) -> State:
         notes["failures"],
         notes["jacobians"],
         notes["jacobian_price"],
+        notes["simulation_seconds"],
     )
 
 

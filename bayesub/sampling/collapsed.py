@@ -269,11 +269,12 @@ class Collapsed:
         solved = self._solved(np.atleast_2d(parameters))
         return self._rows(self.problem.residuals(solved[1]), *solved)
 
-    def residuals_about(self, centre: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`residuals`, with the noise as it is at `centre` (n_params,)."""
+    def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals with the noise as it is at `centre` (n_params,), and :meth:`log_likelihood`."""
         full_centre, *_ = self._centred(np.atleast_2d(centre))
-        solved = self._solved(np.atleast_2d(parameters))
-        return self._rows(self.problem.residuals_about(full_centre, solved[1]), *solved)
+        log_determinants, full = self._solved(np.atleast_2d(parameters))
+        rows, log_likelihood = self.problem.misfit_about(full_centre, full)
+        return self._rows(rows, log_determinants, full), self._log_density(log_likelihood, full, log_determinants)
 
     def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and deviances (n_batch,), infinite where a simulation failed."""
@@ -286,11 +287,11 @@ class Collapsed:
     def log_likelihood(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log densities of the readings given the others (n_batch, n_params), but for a constant."""
         log_determinants, full = self._solved(np.atleast_2d(parameters))
-        return self._log_density(self.problem, full, log_determinants)
+        return self._log_density(self.problem.log_likelihood(full), full, log_determinants)
 
-    def _log_density(self, problem, full, log_determinants):
+    def _log_density(self, log_likelihood, full, log_determinants):
         white = full[:, self.white]
-        log_density = problem.log_likelihood(full) - 0.5 * (np.einsum("ij,ij->i", white, white) + log_determinants)
+        log_density = log_likelihood - 0.5 * (np.einsum("ij,ij->i", white, white) + log_determinants)
         return np.where(np.isfinite(log_density), log_density, -np.inf)
 
     def jacobian(self, parameters: np.ndarray) -> np.ndarray:
@@ -314,7 +315,7 @@ class Collapsed:
         And all parameters (n_batch, n_all) there. The readings are those of `problem`, which need not be smooth.
         """
         log_determinants, full = self._solved(parameters, y)
-        return self._log_density(problem, full, log_determinants), full
+        return self._log_density(problem.log_likelihood(full), full, log_determinants), full
 
 
 def _of_ratios(ratios, v):

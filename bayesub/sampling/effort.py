@@ -1,6 +1,7 @@
-"""What a Jacobian costs, in simulations."""
+"""What a Jacobian costs, in simulations, and what draws have cost."""
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,6 +9,36 @@ from bayesub.identifiability.interface import InferenceProblem
 
 _BATCH = 64  # simulations at once, as in a step of the sampler
 _REPEATS = 3  # of which the fastest counts
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What the draws of a sampler have cost.
+
+    Attributes
+    ----------
+    simulations : those within a Jacobian not among them
+    jacobians : Jacobians
+    jacobian_price : of a Jacobian, simulations
+    seconds : wall time
+    ess : bulk effective sample size of the worst parameter
+    """
+
+    simulations: int
+    jacobians: int
+    jacobian_price: float
+    seconds: float
+    ess: float
+
+    @property
+    def work(self) -> float:
+        """Simulations, a Jacobian at its price; what takes no Jacobians needs no price of them."""
+        return self.simulations + (self.jacobians * self.jacobian_price if self.jacobians else 0.0)
+
+    @property
+    def per_effective_sample(self) -> float:
+        """:attr:`work` over :attr:`ess`."""
+        return self.work / self.ess
 
 
 def jacobian_price(problem: InferenceProblem, parameters: np.ndarray) -> float:

@@ -21,15 +21,14 @@ is to N(0, I). (Triangular transport maps: Parno & Marzouk 2018.)
 of Constantine 2015, for what is not linear). Only these have squares and products in the polynomial.
 """
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from scipy import linalg
 
 from bayesub.identifiability.linalg import complete_svd, varimax
+from bayesub.sampling.bend import Bend, bent, packed, pull_back_at
 from bayesub.sampling.moves import crank_nicolson
-from bayesub.sampling.polynomial import features, pullback
 
 _STIFF = 1.0  # singular value above which the data say more than the prior
 _DECADE = 10.0  # ratio of singular values within which coordinates do not bend one another
@@ -39,39 +38,12 @@ _STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to dra
 _BLOCKS = 0.9  # of the sweeps move few coordinates, within walls
 _FAR = 1e6  # prior sd; outside any bounds
 _STORED = ("mode", "singular_values", "basis", "active")
-_RIDGE = 1e-9  # relative; keeps the normal equations regular when draws repeat
 
 
 def _active(changes) -> np.ndarray:
     """(n, n_active) eigenvectors of changes (n, n) whose root eigenvalue is worth a quadratic, largest first."""
-    values, vectors = np.linalg.eigh(changes)
-    return vectors[:, values > _ACTIVE**2][:, ::-1]
-
-
-@dataclass(frozen=True)
-class Bend:
-    """``z_B = features(z_after) coefficients + factor y_B`` for the coordinates ``start .. stop``."""
-
-    start: int
-    stop: int
-    active: np.ndarray
-    coefficients: np.ndarray
-    factor: np.ndarray
-
-    def __call__(self, z) -> np.ndarray:
-        """The curved surface q_B (n, stop - start) under whitened coordinates z (n, n_params)."""
-        return features(z[:, self.stop :], self.active) @ self.coefficients
-
-    @classmethod
-    def fitted(cls, z, n_independent, start, stop, active):
-        """The bend of draws z (n, n_params), of which so many are `n_independent`."""
-        known = features(z[:, stop:], active)
-        gram = known.T @ known
-        gram[np.diag_indices(len(gram))] *= 1.0 + _RIDGE
-        coefficients = linalg.solve(gram, known.T @ z[:, start:stop], assume_a="pos")
-        misfit = z[:, start:stop] - known @ coefficients
-        covariance = misfit.T @ misfit / len(z) / (1.0 - len(gram) / n_independent)
-        return cls(start, stop, active, coefficients, np.linalg.cholesky(covariance))
+    squares, vectors = np.linalg.eigh(changes)
+    return np.ascontiguousarray(vectors[:, squares > _ACTIVE**2][:, ::-1])
 
 
 class Geometry:
@@ -90,7 +62,7 @@ class Geometry:
 
     def __init__(self, prior, mode, singular_values, basis, active, bends=()):
         self.prior, self.mode, self.singular_values, self.basis = prior, mode, singular_values, basis
-        self.active, self.bends = active, list(bends)
+        self.active, self.bends, self._packed = np.ascontiguousarray(active), list(bends), None
         self.changes = np.zeros((self.n_params, self.n_params))
 
     @classmethod
@@ -121,11 +93,14 @@ class Geometry:
 
     def bent(self, y) -> np.ndarray:
         """Whitened coordinates z (n, n_params) of sampling coordinates y (n, n_params)."""
-        z = np.array(y, dtype=float)
-        for bend in reversed(self.bends):
-            block = slice(bend.start, bend.stop)
-            z[:, block] = bend(z) + z[:, block] @ bend.factor.T
-        return z
+        return bent(np.asarray(y, dtype=float), *self.packed)
+
+    @property
+    def packed(self) -> tuple[np.ndarray, ...]:
+        """The bends as arrays for what is compiled, until there are others."""
+        if self._packed is None or self._packed[0] is not self.bends:
+            self._packed = self.bends, packed(self.bends)
+        return self._packed[1]
 
     def straightened(self, z) -> np.ndarray:
         """Sampling coordinates y (n, n_params) of whitened coordinates z (n, n_params)."""
@@ -137,13 +112,9 @@ class Geometry:
 
     def pullback(self, z, slopes) -> np.ndarray:
         """(n, n_params) gradient by the sampling coordinates of what has the gradient slopes (n, n_params) by z."""
-        slopes = slopes.copy()
-        for bend in self.bends:
-            block, after = slice(bend.start, bend.stop), slice(bend.stop, None)
-            by_features = bend.coefficients @ slopes[:, block].T
-            slopes[:, after] += pullback(z[:, after], bend.active, by_features.T)
-            slopes[:, block] = slopes[:, block] @ bend.factor
-        return slopes
+        found = np.ascontiguousarray(slopes.T)
+        pull_back_at(np.ascontiguousarray(z.T), found, *self.packed)
+        return found.T
 
     def scaled(self, z) -> np.ndarray:
         """Whitened coordinates z (n, n_params) in the scaled coordinates x."""

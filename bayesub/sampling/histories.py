@@ -14,7 +14,6 @@ from bayesub.sampling.collapsed import Collapsed
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.moves import crank_nicolson
 from bayesub.sampling.surrogate import Surrogate, learn
-from bayesub.sampling.surrogate import walks as walks_of_others
 
 _EXPANSIONS, _HALVINGS = 12, 6  # on the way to the mode, and of a step
 _NEAR = 0.5  # posterior sd from the mode, a parameter
@@ -86,12 +85,12 @@ class HistorySurrogate:
         return self.surrogate.log_prob(y[:, : self.n_others]) - 0.5 * np.einsum("ij,ij->i", white, white)
 
     def walks(self) -> list:
-        """Walks that leave it invariant, of different lengths (:func:`bayesub.sampling.surrogate.walks`)."""
-        return [partial(self._walk, walk) for walk in walks_of_others(self.surrogate)]
+        """Walks that leave it invariant, as :meth:`bayesub.sampling.surrogate.Surrogate.walks`."""
+        return [(partial(self._walk, walk), share) for walk, share in self.surrogate.walks()]
 
-    def _walk(self, walk, coords, log_prob, random):  # noqa: ARG002
+    def _walk(self, walk, coords, random):
         others, white = coords[:, : self.n_others], coords[:, self.n_others :]
-        others, *_ = walk(others, self.surrogate.log_prob(others), random)
+        others, *_ = walk(others, random)
         white, *_ = crank_nicolson(_normal, white, _normal(white), random, steps=_STEPS, n_sweeps=1)
         moved = np.hstack([others, white])
         return moved, self.log_prob(moved)

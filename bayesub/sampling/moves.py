@@ -60,34 +60,10 @@ def _crank_nicolson(coords, steps, random, moved=True):
     return proposed, 0.5 * (np.sum(proposed**2, axis=1) - np.sum(coords**2, axis=1))
 
 
-def hamiltonian(density, gradient, coords, log_prob, random, *, steps, n_leaps, n_flights):
-    """Flights of Hamiltonian dynamics over all walkers, each of `n_leaps` leapfrog steps (Neal 2011, section 5.3.2).
-
-    Every walker draws its step from `steps` at each flight. Returns coords, log_prob and the fraction accepted (n,).
-    """
-    steps = np.array(steps, dtype=float)
-    coords, log_prob, accepted = coords.copy(), log_prob.copy(), np.zeros(len(coords))
-    for _ in range(n_flights):
-        step = random.choice(steps, size=(len(coords), 1))
-        momentum = random.standard_normal(coords.shape)
-        energy = 0.5 * np.sum(momentum**2, axis=1)
-        with np.errstate(over="ignore", invalid="ignore"):  # a flight may end at infinity, and is then refused
-            proposed, momentum = coords, momentum + 0.5 * step * gradient(coords)
-            for leap in range(n_leaps):
-                proposed = proposed + step * momentum
-                momentum = momentum + (step if leap < n_leaps - 1 else 0.5 * step) * gradient(proposed)
-            new = density(proposed)
-            gain = new - log_prob + energy - 0.5 * np.sum(momentum**2, axis=1)
-            taken = np.log(random.random(len(coords))) < gain
-        coords[taken], log_prob[taken] = proposed[taken], new[taken]
-        accepted += taken / n_flights
-    return coords, log_prob, accepted
-
-
 class SurrogateTransition(emcee.moves.MHMove):
     """A walk that leaves a surrogate density invariant, then one acceptance on the true one.
 
-    ``walk(coords, log_prob, random)`` returns coords, their log surrogate density and what else it likes. It is
+    ``walk(coords, random)`` returns coords, their log surrogate density and what else it likes. It is
     reversible, so that S(y) q(y, y') = S(y') q(y', y) and the acceptance ratio is ``p(y') S(y) / (p(y) S(y'))`` (Liu
     2001, section 9.4.3; Christen & Fox 2005).
     """
@@ -98,5 +74,5 @@ class SurrogateTransition(emcee.moves.MHMove):
 
     def _propose(self, coords, random):
         before = self.density(coords)
-        proposed, after, *_ = self.walk(coords, before, random)
+        proposed, after, *_ = self.walk(coords, random)
         return proposed, before - after

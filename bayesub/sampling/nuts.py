@@ -4,6 +4,7 @@ It shares with :func:`bayesub.sample` the log posterior and its coordinates, exa
 decides what is drawn: no moves, no ensembles, no stopping rule.
 """
 
+import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
@@ -13,6 +14,7 @@ import numpy as np
 from bayesub.checks import convergence
 from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.io.errors import InputError
+from bayesub.sampling.effort import Effort
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.histories import searched
 from bayesub.sampling.posterior import Posterior
@@ -21,12 +23,14 @@ from bayesub.sampling.sampler import SMOOTH, problem_histories, straightened
 FALSE_ALARMS = 0.01  # probability that two samplers of one posterior are said to disagree
 LEAST_ESS = 400.0  # of every parameter, for standard errors to mean what they say
 MOST_RHAT = 1.01
+MOST_DIVERGENT = 0.002  # of the draws: more, and there are places that steps of this length do not reach
 
 # Of the leapfrog, in coordinates in which the posterior is nearly a standard normal, and doublings of a trajectory. The
 # step is not adapted: a log posterior may have jumps, as forces do that have the sign of a velocity as a factor. How
 # often a trajectory is accepted then depends on the jumps that it crosses and hardly on its steps, which would shrink
-# forever to reach what nutpie aims at.
-_STEP, _DOUBLINGS = 0.3, 6
+# forever to reach what nutpie aims at. Seven steps of 0.5 are half a turn of a standard normal, where a trajectory
+# ends; of 0.3 it takes fifteen, for as many effective samples (83 normal dimensions: 39 gradients each, not 97).
+_STEP, _DOUBLINGS = 0.5, 6
 _CORNERS = 50  # tried for the start of a chain
 
 
@@ -47,6 +51,9 @@ class CrossCheck:
     ess : smallest of NUTS, over parameters
     divergences : of the trajectories of NUTS
     gradients : that NUTS took
+    efforts : of the ensemble sampler and of NUTS, with the search for the coordinates of each; empty if not known
+    engine : the name of the second sampler, if it is another than NUTS
+    divergent : share of its draws whose trajectory diverged
     """
 
     names: tuple[str, ...]
@@ -60,6 +67,9 @@ class CrossCheck:
     ess: float
     divergences: int
     gradients: int
+    efforts: tuple[Effort, ...] = ()
+    engine: str = "NUTS with exact gradients"
+    divergent: float = 0.0
 
     def part(self, names: Sequence[str]) -> "CrossCheck":
         """The comparison of some parameters, by name, in their order here."""
@@ -84,7 +94,7 @@ class CrossCheck:
     @property
     def verdict(self) -> str:
         """``agree``, ``disagree``, or ``inconclusive`` where NUTS itself has not converged."""
-        if not (self.rhat < MOST_RHAT and self.ess >= LEAST_ESS):
+        if not (self.rhat < MOST_RHAT and self.ess >= LEAST_ESS and self.divergent <= MOST_DIVERGENT):
             return "inconclusive"
         return "agree" if self._worst()[0] < self.threshold else "disagree"
 
@@ -106,15 +116,24 @@ class CrossCheck:
         difference = f"the largest difference is {largest:.1f} Monte Carlo standard errors, in {of}"
         if self.verdict == "inconclusive":
             return (
-                f"NUTS has not converged itself (R-hat {self.rhat:.4f}, ESS {self.ess:.0f}), so that nothing follows; "
-                f"{difference}."
+                f"{self.engine} has not converged itself (R-hat {self.rhat:.4f}, ESS {self.ess:.0f}, "
+                f"{self.divergences} divergent trajectories), so that nothing follows; {difference}.{self._cost}"
             )
         agrees = self.verdict == "agree"
         return (
-            f"NUTS with exact gradients {'agrees within' if agrees else 'disagrees beyond'} Monte Carlo error in {n} "
+            f"{self.engine} {'agrees within' if agrees else 'disagrees beyond'} Monte Carlo error in {n} "
             f"means, {n} sds and {len(self.correlation_z)} correlations: {difference}, {self.threshold:.1f} allowed."
             + ("" if agrees else " Of the shortest chains one in twenty does so by chance: sample on, to a larger ess.")
+            + self._cost
         )
+
+    @property
+    def _cost(self) -> str:
+        """What an effective sample has cost by both, as a sentence."""
+        if not self.efforts:
+            return ""
+        ours, other = (effort.per_effective_sample for effort in self.efforts)
+        return f" An effective sample of the worst parameter cost {ours:.3g} simulations here and {other:.3g} there."
 
     def to_json(self) -> dict:
         """Everything as JSON types, with the verdict."""
@@ -125,8 +144,9 @@ class CrossCheck:
     def from_json(cls, content: dict) -> "CrossCheck":
         """The inverse of :meth:`to_json`."""
         arrays = ("means", "sds", "mean_z", "sd_z", "correlation_z")
-        fields = {key: content[key] for key in cls.__dataclass_fields__}
-        return cls(**fields | {key: np.array(content[key]) for key in arrays} | {"names": tuple(content["names"])})
+        fields = {key: content[key] for key in cls.__dataclass_fields__ if key in content}  # efforts are new in 0.2
+        fields |= {key: np.array(content[key]) for key in arrays} | {"names": tuple(content["names"])}
+        return cls(**fields | {"efforts": tuple(Effort(**effort) for effort in content.get("efforts", ()))})
 
 
 def cross_check(
@@ -155,24 +175,43 @@ def cross_check(
     ------
     InputError : if nutpie is not installed
     """
+    costs, began = problem.costs, time.perf_counter()
+    before = costs.simulations, costs.jacobians
     chain, divergences, gradients = sample_nuts(
         problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress
     )
-    return compare(posterior, chain, divergences, gradients)
+    spent = costs.simulations - before[0], costs.jacobians - before[1], time.perf_counter() - began
+    return compare(posterior, chain, divergences, gradients, spent=spent)
 
 
-def compare(posterior: Posterior, chain, divergences: int = 0, gradients: int = 0) -> CrossCheck:
+def compare(
+    posterior: Posterior,
+    chain,
+    divergences: int = 0,
+    gradients: int = 0,
+    *,
+    spent: tuple[int, int, float] | None = None,
+    engine: str = CrossCheck.engine,
+) -> CrossCheck:
     """Means, sds and correlations of a posterior beside those of chain (n_chains, n_draws, n_params) of NUTS.
 
     Each is the mean of a feature of the standardised draws, x, x^2 and x y, whose Monte Carlo error follows from the
     effective sample size of the feature.
+
+    Parameters
+    ----------
+    posterior : by the ensemble sampler
+    chain : (n_chains, n_draws, n_params) of independent chains of the other sampler
+    divergences, gradients : of the other sampler
+    spent : simulations, Jacobians and seconds of the other sampler, if they are known
+    engine : the name of the other sampler
     """
     chains = posterior.thinned().chain, chain[:, :, None]
     flat = [c.reshape(-1, c.shape[-1]) for c in chains]
     centre = 0.5 * (flat[0].mean(axis=0) + flat[1].mean(axis=0))
     scale = np.sqrt(0.5 * (flat[0].var(axis=0) + flat[1].var(axis=0)))
     first, second = ((c - centre) / scale for c in chains)
-    n_params = len(posterior.names)
+    n_params, bulk_ess = len(posterior.names), convergence.bulk_ess(chains[1])
     correlations = [_z(first[..., [i]] * first[..., i + 1 :], second[..., [i]] * second[..., i + 1 :])
                     for i in range(n_params - 1)]  # fmt: skip
     return CrossCheck(
@@ -184,10 +223,21 @@ def compare(posterior: Posterior, chain, divergences: int = 0, gradients: int = 
         correlation_z=np.concatenate([np.empty(0), *correlations]),
         threshold=convergence.threshold(n_params * (n_params + 3) // 2, FALSE_ALARMS),
         rhat=float(convergence.rhat(chains[1]).max()),
-        ess=float(min(convergence.bulk_ess(chains[1]).min(), convergence.tail_ess(chains[1]).min())),
+        ess=float(min(bulk_ess.min(), convergence.tail_ess(chains[1]).min())),
         divergences=int(divergences),
         gradients=int(gradients),
+        efforts=_efforts(posterior, spent, float(bulk_ess.min())) if spent and posterior.work >= 0.0 else (),
+        engine=engine,
+        divergent=divergences / chain[..., 0].size,
     )
+
+
+def _efforts(posterior, spent, ess) -> tuple[Effort, Effort]:
+    """Of the ensemble sampler, and of another with effective sample size `ess`; a Jacobian has the same price."""
+    simulations, jacobians, seconds = spent
+    price = float(posterior.jacobian_price)
+    ours = posterior.evaluations, posterior.jacobians, price, posterior.seconds, float(posterior.bulk_ess.min())
+    return Effort(*ours), Effort(simulations, jacobians, price, seconds, ess)
 
 
 def _z(first, second) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayesub.checks import convergence
+from bayesub.io.notebook import Displayed
 
 if TYPE_CHECKING:
     import arviz
@@ -37,11 +38,12 @@ class Criteria:
 STANDARD = Criteria()
 JUDGED_STEPS = 250  # of each ensemble at least; the chain is thinned to at most twice as many before it is judged
 N_ENSEMBLES = 4  # at least, for R-hat
+HALF_STEPS = 50  # kept at least before it is judged whether they lead anywhere
 STUCK = 0.1  # acceptance below which more steps are of little use; it is 0.3 to 0.9 where sampling works
 
 
 @dataclass(frozen=True)
-class Posterior:
+class Posterior(Displayed):
     """Draws from the posterior after warm-up, and what they say of their convergence.
 
     Convergence is judged by a chain that is thinned to a few hundred steps; as an ensemble must be 25 autocorrelation
@@ -66,6 +68,7 @@ class Posterior:
     jacobians : Jacobians, from the search for the mode to the last step
     jacobian_price : simulations that a Jacobian is worth by its time, measured when the run began; not a number for a
         posterior of a former version, which has not counted its Jacobians
+    simulation_seconds : wall time of simulations and Jacobians among `seconds`; not a number for a former version
     """
 
     names: tuple[str, ...]
@@ -82,6 +85,7 @@ class Posterior:
     thin: int = 1
     jacobians: int = 0
     jacobian_price: float = float("nan")
+    simulation_seconds: float = float("nan")
 
     @cached_property
     def n_steps(self) -> int:
@@ -278,15 +282,19 @@ class Posterior:
         return f"{self.names[k]}{f' and {others} more' if others else ''}: {sentence.format(abs(merit[k]))}"
 
     def stuck(self, max_steps: int) -> bool:
-        """Whether there is no chance of enough steps: after a quarter of them, with few proposals accepted.
+        """Whether there is no chance of enough steps: after a tenth of them, with few proposals accepted.
 
-        At this pace the ensembles would be less than half as long as they must be. Autocorrelation times are
-        underestimated on short chains, so that the pace is rather worse.
+        Of a chain that moves, autocorrelation times stay what they are and the length in them grows with its steps. Of
+        one that does not, they grow as it does. The length is extrapolated to `max_steps` with the power of the steps
+        by which it has grown since half of them, and must be less than a third of what is needed.
         """
         n = self.n_warmup + self.n_steps
-        if self.acceptance >= STUCK or 4 * n < max_steps or self.chain.shape[1] < 50:
+        if self.acceptance >= STUCK or 10 * n < max_steps or self.chain.shape[1] < 2 * HALF_STEPS:
             return False
-        return bool(2.0 * self.n_steps / self.tau.max() * max_steps / n < self.criteria.taus)
+        half = replace(self, chain=self.chain[:, : self.chain.shape[1] // 2])
+        taus, before = (part.n_steps / part.tau.max() for part in (self, half))
+        power = np.clip(np.log2(taus / before), 0.0, 1.0)
+        return bool(3.0 * taus * (max_steps / n) ** power < self.criteria.taus)
 
     def _longer(self, factor) -> str:
         if self.acceptance < STUCK:

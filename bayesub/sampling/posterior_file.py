@@ -38,6 +38,7 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
         "seconds": posterior.seconds,
         "jacobians": posterior.jacobians,
         "jacobian_price": posterior.jacobian_price,
+        "simulation_seconds": posterior.simulation_seconds,
         "layout": "walker after walker within a chain, which is one independent ensemble",
         **{f"failures_{word}": count for word, count in posterior.failures.items()},
         **{f"criterion_{key}": value for key, value in vars(posterior.criteria).items()},
@@ -112,6 +113,7 @@ def load(path: Path) -> Posterior:
         # Former versions did not count Jacobians: their price is then not a number.
         jacobians=int(attrs.get("jacobians", 0)),
         jacobian_price=float(attrs.get("jacobian_price", np.nan)),
+        simulation_seconds=float(attrs.get("simulation_seconds", np.nan)),
     )
     # What has been computed once takes the place of cached properties.
     vars(posterior).update(

@@ -24,17 +24,18 @@ from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.histories import HistoryGeometry, HistorySurrogate
 from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
-from bayesub.sampling.surrogate import STEPS, Surrogate, learn
+from bayesub.sampling.surrogate import Surrogate, learn
 
 N_WALKERS = 16
-PCN_STEPS = (0.2, 0.5, 1.0)
+PCN_STEPS, PCN_SHARE = (0.2, 0.5, 1.0), 0.05
+START_STEPS, START_SWEEPS = (0.1, 0.2, 0.4, 0.8), 50  # of Crank-Nicolson, before a walker starts
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
 LOOK = 100  # kept steps before the first look at convergence
 SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
-WARMUP = 0.25  # fraction of the steps so far that is discarded
+WARMUP = 0.1  # fraction of the steps so far that is discarded
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
-FORMAT = 2  # of checkpoints; those of a former one lack Jacobians and are refused
+FORMAT = 4  # of checkpoints; those of a former one lack what this one counts, and are refused
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
 
@@ -55,7 +56,7 @@ def sample(
     """Sample the posterior of a problem with emcee.
 
     All ensembles live in one emcee sampler, so that a step is one vectorised call, but no move lets one see another.
-    They start over-dispersed around the mode. At every look the first quarter is discarded as warm-up and the rest
+    They start over-dispersed around the mode. At every look the first tenth is discarded as warm-up and the rest
     judged; sampling stops when every parameter meets the criteria, at `max_steps`, or where it makes no progress
     (:meth:`bayesub.sampling.posterior.Posterior.stuck`), and then the result says which do not.
 
@@ -131,8 +132,8 @@ class _Run:
             problem.n_params,
             self._evaluated,
             moves=[
-                *((SurrogateTransition(surrogate.log_prob, walk), 0.9) for walk in surrogate.walks()),
-                (LaplacePCN(PCN_STEPS), 0.1 * len(surrogate.walks())),
+                *((SurrogateTransition(surrogate.log_prob, walk), share) for walk, share in surrogate.walks()),
+                (LaplacePCN(PCN_STEPS), PCN_SHARE),
             ],
             vectorize=True,
         )
@@ -208,6 +209,7 @@ class _Run:
             failures=self.state.failures,
             jacobians=self.state.jacobians,
             jacobian_price=self.state.jacobian_price,
+            simulation_seconds=self.state.simulation_seconds,
             criteria=criteria,
             thin=self.thin,
         )
@@ -215,19 +217,20 @@ class _Run:
     def _mark(self):
         """Count costs from here."""
         costs = self.problem.costs
-        self.marked = time.perf_counter(), costs.simulations, costs.jacobians, dict(costs.failures)
+        self.marked = time.perf_counter(), costs.simulations, costs.jacobians, dict(costs.failures), costs.seconds
 
     def _charged(self, state) -> store.State:
         """The state with what has been spent since the last mark."""
-        began, simulations, jacobians, failures = self.marked
+        began, simulations, jacobians, failures, simulating = self.marked
         self._mark()
-        ended, all_simulations, all_jacobians, all_failures = self.marked
+        ended, all_simulations, all_jacobians, all_failures, all_simulating = self.marked
         return replace(
             state,
             seconds=state.seconds + ended - began,
             evaluations=state.evaluations + all_simulations - simulations,
             jacobians=state.jacobians + all_jacobians - jacobians,
             failures={k: state.failures.get(k, 0) + all_failures[k] - failures[k] for k in all_failures},
+            simulation_seconds=state.simulation_seconds + all_simulating - simulating,
         )
 
     def _check(self):
@@ -302,10 +305,13 @@ def _starts(problem, geometry, surrogate, draws, rng, n):
     """
     of_others = getattr(surrogate, "surrogate", surrogate)
     density = partial(of_others.log_prob, temperature=DISPERSION**2)
-    starts, log_prob, y = np.empty((0, problem.n_params)), np.empty(0), draws
+    starts, log_prob = np.empty((0, problem.n_params)), np.empty(0)
+    y = draws[rng.permutation(len(draws))[: 2 * n]]
     n_white = problem.n_params - y.shape[1]
     for _ in range(100):
-        y, *_ = crank_nicolson(density, y, density(y), rng, steps=STEPS, n_sweeps=50, blocks=geometry.blocks)
+        y, *_ = crank_nicolson(
+            density, y, density(y), rng, steps=START_STEPS, n_sweeps=START_SWEEPS, blocks=geometry.blocks
+        )
         candidates = y[rng.permutation(len(y))[:n]]
         if n_white:
             candidates = np.hstack([candidates, rng.standard_normal((len(candidates), n_white))])

@@ -27,15 +27,16 @@ class Water:
 
     @classmethod
     def steady(cls, current_mps: np.ndarray, times: np.ndarray) -> "Water":
-        """A constant current (.., 2), m/s, at times (n_times,), s."""
+        """A constant current (.., 2), m/s, at times (n_times,) or (.., n_times), s."""
         current = np.asarray(current_mps)[..., None, :]
-        return cls(np.broadcast_to(current, (*current.shape[:-2], len(times), 2)), current * times[:, None])
+        displacement = current * times[..., None]
+        return cls(np.broadcast_to(current, displacement.shape), displacement)
 
     @classmethod
     def varying(cls, history: ForceHistory, times: np.ndarray) -> "Water":
         """The current of a history at times (n_times,), s."""
         fine = np.union1d(history.times, times)
-        fine = np.union1d(fine[fine <= times[-1]], 0.0)
+        fine = np.union1d(fine[fine <= times.max()], 0.0)
         velocity = history.current(fine)
         steps = 0.5 * np.diff(fine)[:, None] * (velocity[1:] + velocity[:-1])
         displacement = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])

@@ -52,7 +52,7 @@ class Instrument:
             column = _COLUMNS[channel]
             unit = column.rpartition("_")[2]
             sd, resolution = getattr(self, f"sd_{unit}"), getattr(self, f"resolution_{unit}", 0.0)
-            yield Sensor(column, sd, resolution, self.interval_s)
+            yield Sensor(column, sd, resolution, self.interval_s, instrument=type(self).__name__.lower())
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ Attitude and rates are the same all over the body.
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bayesub.sensors.current import seen
 
@@ -22,27 +23,27 @@ TURNING |= dict.fromkeys(("udot", "vdot", "wdot"), ("pdot", "qdot", "rdot"))
 _TINY = 1e-30  # imaginary step, of which the square vanishes beside one
 
 
-def displaced(state: str, lever_arm_m: tuple[float, float, float], turning: np.ndarray) -> np.ndarray:
+def displaced(state: str, lever_arm_m: ArrayLike, turning: np.ndarray) -> np.ndarray:
     """(..) what a lever arm adds to readings of a state or acceleration, m, m/s or m/s^2.
 
     Parameters
     ----------
     state : str
         Short name, a key of TURNING.
-    lever_arm_m : (3,)
+    lever_arm_m : (3,) or (.., 3)
         Ahead, to starboard and down from the body origin.
     turning : (.., 3) array
         The attitude, rates or angular accelerations that TURNING names, rad, rad/s or rad/s^2.
     """
-    ahead, starboard, down = lever_arm_m
     if state in "xyz":
-        return row_of_rotation(state, turning) @ np.asarray(lever_arm_m)
+        return np.sum(row_of_rotation(state, turning) * np.asarray(lever_arm_m), axis=-1)
+    ahead, starboard, down = np.moveaxis(np.asarray(lever_arm_m), -1, 0)
     p, q, r = np.moveaxis(turning, -1, 0)
     cross = {"u": q * down - r * starboard, "v": r * ahead - p * down, "w": p * starboard - q * ahead}
     return cross[state[0]]
 
 
-def displaced_slopes(state: str, lever_arm_m: tuple[float, float, float], turning: np.ndarray) -> np.ndarray:
+def displaced_slopes(state: str, lever_arm_m: ArrayLike, turning: np.ndarray) -> np.ndarray:
     """(n, 3) derivatives of what a lever arm adds by `turning` (n, 3), by imaginary steps."""
     return displaced(state, lever_arm_m, turning[None] + 1j * _TINY * np.eye(3)[:, None]).imag.T / _TINY
 

@@ -6,7 +6,7 @@ up to whole turns only. :func:`bayesub.sensors.observe` asks it for the truth be
 :class:`bayesub.problem.problem.Problem` for predictions.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,9 @@ from bayesub.sensors.current import Water, seen, seen_slopes
 from bayesub.sensors.lever_arm import TURNING, displaced, displaced_slopes
 from bayesub.sensors.record import TURN, Channel
 
+Arms = Mapping[str, np.ndarray]  # instrument -> its lever arm (3,), or (n_batch, 3)
+_KNOWN: Arms = {}
+
 
 @dataclass(frozen=True)
 class _Place:
@@ -26,6 +29,11 @@ class _Place:
     part: slice  # of the readings
     rows: np.ndarray  # (n,) of the times
     columns: list[int]  # of the measured outputs: attitude of a velocity in a current, or what turns the lever arm
+
+    def arm(self, arms: Arms) -> np.ndarray:
+        """Its lever arm, (3,), or (n_batch, 1, 3) if members of a batch have their own."""
+        arm = np.asarray(arms.get(self.channel.instrument, self.channel.lever_arm_m))
+        return arm if arm.ndim == 1 else arm[:, None]
 
     def causes(self, outputs) -> np.ndarray:
         """(n_batch, n, n_columns) of outputs (n_batch, n_times, n_measured)."""
@@ -41,11 +49,18 @@ class MeasurementModel:
         Of which the quantity, the times and the lever arm count; their values need not be known yet.
     current : bool
         Whether there is a current.
+    clocks : collection of str
+        Instruments that have rows of times for themselves, because their clocks are not known.
+    moved : collection of str
+        Instruments whose lever arms are not known.
 
     Attributes
     ----------
+    channels : tuple of Channel
     times : (n_times,) array
-        All times at which a channel reads, ascending, s.
+        All times at which a channel reads, ascending, s; those of instruments in `clocks` come after the others.
+    by_clock : dict of str to slice
+        Instrument in `clocks` -> its times.
     measured : tuple of str
         Short names of the states and accelerations that the readings depend on, n_measured of them.
     slices : list of slice
@@ -56,26 +71,36 @@ class MeasurementModel:
         Whether derivatives need the motion: of a lever arm that matters, and of velocities in inertial axes.
     """
 
-    def __init__(self, channels: Sequence[Channel], *, current: bool):
-        self.times = np.unique(np.concatenate([channel.times for channel in channels]))
+    def __init__(
+        self,
+        channels: Sequence[Channel],
+        *,
+        current: bool,
+        clocks: Collection[str] = (),
+        moved: Collection[str] = (),
+    ):
+        self.channels = tuple(channels)
+        rows = self._set_times(channels, clocks)
         lengths = [len(channel.times) for channel in channels]
         ends = np.cumsum(lengths)
         self.slices = [slice(end - n, end) for n, end in zip(lengths, ends, strict=True)]
         self.n_readings = int(ends[-1])
-        self.displaced = any(c.displaced or c.state in velocity.QUANTITIES for c in channels)
+        away = [any(c.lever_arm_m) or c.instrument in moved for c in channels]
+        displaced_here = [far and c.state in TURNING for far, c in zip(away, channels, strict=True)]
+        self.displaced = any(displaced_here) or any(c.state in velocity.QUANTITIES for c in channels)
 
         in_current = [current and channel.over_ground for channel in channels]
         turned = any(feels and c.state in "uvw" for feels, c in zip(in_current, channels, strict=True))
-        turning = [name for channel in channels if channel.displaced for name in TURNING[channel.state]]
-        states = [name for c in channels for name in velocity.causes(c.state, c.lever_arm_m)]
+        turning = [name for far, c in zip(displaced_here, channels, strict=True) if far for name in TURNING[c.state]]
+        causes = [velocity.causes(c.state, far) for far, c in zip(away, channels, strict=True)]
+        states = [name for names in causes for name in names]
         self.measured = tuple(dict.fromkeys(states + list(ANGLES) * turned + turning))
         attitude = [self.measured.index(name) for name in ANGLES] if turned else []
 
-        rows = [np.searchsorted(self.times, channel.times) for channel in channels]
         # Where each reading stands in the measured outputs of all times, laid out in one row.
         n = len(self.measured)
         # A velocity in inertial axes is put in the place of the first of its causes.
-        firsts = [self.measured.index(velocity.causes(c.state, c.lever_arm_m)[0]) for c in channels]
+        firsts = [self.measured.index(names[0]) for names in causes]
         self._position = np.concatenate([n * at + first for at, first in zip(rows, firsts, strict=True)])
         places = list(zip(channels, self.slices, rows, in_current, strict=True))
         # Positions in a current do not depend on the attitude.
@@ -85,18 +110,33 @@ class MeasurementModel:
             if feels and c.state not in velocity.QUANTITIES
         ]
         self._velocities = [
-            _Place(c, part, at, [self.measured.index(name) for name in velocity.causes(c.state, c.lever_arm_m)])
-            for c, part, at, _ in places
+            _Place(c, part, at, [self.measured.index(name) for name in names])
+            for names, (c, part, at, _) in zip(causes, places, strict=True)
             if c.state in velocity.QUANTITIES
         ]
         self._at_lever_arms = [
             _Place(c, part, at, [self.measured.index(name) for name in TURNING[c.state]])
-            for c, part, at, _ in places
-            if c.displaced
+            for far, (c, part, at, _) in zip(displaced_here, places, strict=True)
+            if far
         ]
         self._wrapped = [part for c, part, *_ in places if c.modulo_turn]
 
-    def of(self, outputs: np.ndarray, water: Water | None = None) -> np.ndarray:
+    def _set_times(self, channels, clocks) -> list[np.ndarray]:
+        """All times, and where those of each channel stand among them."""
+        own = [channel.instrument if channel.instrument in clocks else None for channel in channels]
+        parts, first, self.by_clock = [], {}, {}
+        for clock in sorted(set(own), key=lambda name: (name is not None, name)):
+            parts.append(
+                np.unique(np.concatenate([c.times for c, by in zip(channels, own, strict=True) if by == clock]))
+            )
+            first[clock] = sum(map(len, parts[:-1]))
+            if clock is not None:
+                self.by_clock[clock] = slice(first[clock], first[clock] + len(parts[-1]))
+        of_clock = dict(zip(first, parts, strict=True))
+        self.times = np.concatenate(parts)
+        return [first[by] + np.searchsorted(of_clock[by], c.times) for c, by in zip(channels, own, strict=True)]
+
+    def of(self, outputs: np.ndarray, water: Water | None = None, arms: Arms = _KNOWN) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units.
 
         Parameters
@@ -105,6 +145,8 @@ class MeasurementModel:
             The :attr:`measured` outputs in the water.
         water : Water, optional
             Of (n_batch, n_times, 2) or (n_times, 2) each; for a model with a current.
+        arms : Arms
+            Lever arms of the instruments that are moved.
         """
         # The kernels are imported where they compute, because importing numba takes a second.
         from bayesub.kernels.noise import gathered
@@ -115,25 +157,23 @@ class MeasurementModel:
                 moved = water.behind(place.channel.state)[..., place.rows, :]
                 readings[:, place.part] += np.sum(parts * moved, axis=-1)
         for place in self._at_lever_arms:
-            channel = place.channel
-            readings[:, place.part] += displaced(channel.state, channel.lever_arm_m, place.causes(outputs))
+            readings[:, place.part] += displaced(place.channel.state, place.arm(arms), place.causes(outputs))
         for place in self._velocities:
             current = np.zeros(2) if water is None else water.velocity[..., place.rows, :]
-            readings[:, place.part] = velocity.readings(*self._velocity(place, place.causes(outputs), current))
+            readings[:, place.part] = velocity.readings(*self._velocity(place, place.causes(outputs), current, arms))
         return readings
 
     @staticmethod
-    def _velocity(place, motion, current) -> tuple:
+    def _velocity(place, motion, current, arms) -> tuple:
         """Arguments of :mod:`bayesub.sensors.velocity`."""
-        channel = place.channel
-        return channel.state, motion, current, channel.lever_arm_m, channel.direction
+        return place.channel.state, motion, current, place.arm(arms), place.channel.direction
 
-    def _velocity_slopes(self, outputs, water) -> Iterator[tuple[_Place, np.ndarray, np.ndarray]]:
+    def _velocity_slopes(self, outputs, water, arms) -> Iterator[tuple[_Place, np.ndarray, np.ndarray]]:
         """Each velocity in inertial axes with its derivatives by its causes (n, n_causes) and by the current (n, 2)."""
         for place in self._velocities:
             (motion,) = place.causes(outputs[None])
             current = np.zeros((len(motion), 2)) if water is None else water.velocity[place.rows]
-            yield place, *velocity.slopes(*self._velocity(place, motion, current))
+            yield place, *velocity.slopes(*self._velocity(place, motion, current, arms))
 
     def to_nearest_turn(self, predicted: np.ndarray, readings: np.ndarray) -> None:
         """Move headings that are known up to whole turns, in place, to the turn that is nearest to the reading.
@@ -152,7 +192,11 @@ class MeasurementModel:
             predicted[:, part] -= TURN * np.round((predicted[:, part] - readings[part]) / TURN)
 
     def slopes(
-        self, sensitivities: np.ndarray, outputs: np.ndarray | None = None, water: Water | None = None
+        self,
+        sensitivities: np.ndarray,
+        outputs: np.ndarray | None = None,
+        water: Water | None = None,
+        arms: Arms = _KNOWN,
     ) -> np.ndarray:
         """(n_readings, n_params) derivatives of the readings of one member.
 
@@ -164,6 +208,8 @@ class MeasurementModel:
             The outputs, needed if there is a current or a lever arm.
         water : Water, optional
             Of (n_times, 2) each; for a model with a current.
+        arms : Arms
+            Lever arms (3,) of the instruments that are moved.
         """
         slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
         if outputs is None:
@@ -175,10 +221,10 @@ class MeasurementModel:
                     by_attitude = seen_slopes(place.channel.state, attitude, water.velocity[place.rows])
                     slopes[place.part] += self._chained(by_attitude, sensitivities, place)
         for place in self._at_lever_arms:
-            channel, (turning,) = place.channel, place.causes(outputs[None])
-            by_turning = displaced_slopes(channel.state, channel.lever_arm_m, turning)
+            (turning,) = place.causes(outputs[None])
+            by_turning = displaced_slopes(place.channel.state, place.arm(arms), turning)
             slopes[place.part] += self._chained(by_turning, sensitivities, place)
-        for place, by_motion, _ in self._velocity_slopes(outputs, water):
+        for place, by_motion, _ in self._velocity_slopes(outputs, water, arms):
             slopes[place.part] = self._chained(by_motion, sensitivities, place)
         return slopes
 
@@ -186,7 +232,55 @@ class MeasurementModel:
     def _chained(by_causes, sensitivities, place) -> np.ndarray:
         return np.einsum("ik,ikn->in", by_causes, sensitivities[place.rows][:, place.columns])
 
-    def current_slopes(self, outputs: np.ndarray, by_current: Water, water: Water | None = None) -> np.ndarray:
+    def arm_slopes(self, outputs: np.ndarray, water: Water | None, arms: Arms) -> np.ndarray:
+        """(n_readings, 3) derivatives of one member's readings by the lever arm of their own instrument.
+
+        Parameters
+        ----------
+        outputs : (n_times, n_measured) array
+        water : Water or None
+            Of (n_times, 2) each; for a model with a current.
+        arms : Arms
+            Lever arms (3,) of the instruments that are moved; derivatives by all others are zero.
+        """
+        slopes, units = np.zeros((self.n_readings, 3)), np.eye(3)[:, None]
+        for place in self._at_lever_arms:
+            if place.channel.instrument in arms:
+                slopes[place.part] = displaced(place.channel.state, units, place.causes(outputs[None])).T
+        for place, by_motion, _ in self._velocity_slopes(outputs, water, arms):
+            if place.channel.instrument in arms:
+                rates = place.causes(outputs[None])[..., 6:]
+                added = np.stack(
+                    [displaced(name, units, rates) for name in "uvw"]
+                )  # (3, 3, n), by the lever arm second
+                slopes[place.part] = np.einsum("nv,vkn->nk", by_motion[:, 3:6], added)
+        return slopes
+
+    def time_slopes(
+        self, rates: np.ndarray, outputs: np.ndarray, water: Water | None, by_time: Water | None, arms: Arms
+    ) -> np.ndarray:
+        """(n_readings,) derivatives of one member's readings by the time at which they are taken.
+
+        Parameters
+        ----------
+        rates : (n_times, n_measured) array
+            Derivatives of the outputs by time.
+        outputs : (n_times, n_measured) array
+        water : Water or None
+            Of (n_times, 2) each; for a model with a current.
+        by_time : Water or None
+            Derivatives of it by time.
+        arms : Arms
+            Lever arms (3,) of the instruments that are moved.
+        """
+        slopes = self.slopes(rates[..., None], outputs, water, arms)[:, 0]
+        if by_time is None:
+            return slopes
+        return slopes + np.einsum("ijj->i", self.current_slopes(outputs, by_time, water, arms))
+
+    def current_slopes(
+        self, outputs: np.ndarray, by_current: Water, water: Water | None = None, arms: Arms = _KNOWN
+    ) -> np.ndarray:
         """Derivatives of one member's readings by parameters of the current.
 
         Parameters
@@ -196,6 +290,8 @@ class MeasurementModel:
             Derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the east.
         water : Water, optional
             Of (n_times, 2) each: where it is, for speed and course over ground, which are not linear in it.
+        arms : Arms
+            Lever arms (3,) of the instruments that are moved.
 
         Returns
         -------
@@ -206,7 +302,7 @@ class MeasurementModel:
         for place, (parts,) in self._seen(outputs[None]):
             moved = by_current.behind(place.channel.state)[place.rows]
             slopes[place.part] = parts[:, :, None] * moved[:, None, :]
-        for place, _, parts in self._velocity_slopes(outputs, water):
+        for place, _, parts in self._velocity_slopes(outputs, water, arms):
             slopes[place.part] = parts[:, :, None] * by_current.velocity[place.rows][:, None, :]
         return slopes
 

@@ -42,6 +42,8 @@ class Channel:
         turn (:meth:`bayesub.sensors.measurement.MeasurementModel.to_nearest_turn`). A simulated heading is continuous.
     direction : (float, float, float) or None
         Unit vector along which a log of the speed through the water reads.
+    instrument : str
+        With whose other channels it shares clock and place; by default it is an instrument by itself.
     """
 
     quantity: str
@@ -53,6 +55,10 @@ class Channel:
     clock_offset_s: float = 0.0
     modulo_turn: bool = False
     direction: tuple[float, float, float] | None = None
+    instrument: str = ""
+
+    def __post_init__(self):
+        object.__setattr__(self, "instrument", self.instrument or self.name)
 
     @property
     def name(self) -> str:
@@ -84,11 +90,10 @@ def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel
     """The channel of a sensor with readings (n,) at times (n,), SI units."""
     sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
     ahead, starboard, down = sensor.lever_arm_m or (0.0, 0.0, 0.0)
-    channel = Channel(sensor.quantity, times, values, sd, resolution, (ahead, starboard, down), sensor.clock_offset_s)
-    if sensor.direction is None:
-        return channel
-    along = np.asarray(sensor.direction) / np.linalg.norm(sensor.direction)
-    return replace(channel, direction=tuple(along.tolist()))
+    place = {"lever_arm_m": (ahead, starboard, down), "clock_offset_s": sensor.clock_offset_s}
+    if sensor.direction is not None:
+        place["direction"] = tuple((np.asarray(sensor.direction) / np.linalg.norm(sensor.direction)).tolist())
+    return Channel(sensor.quantity, times, values, sd, resolution, instrument=sensor.instrument or "", **place)
 
 
 @dataclass(frozen=True)
@@ -138,11 +143,15 @@ class Record:
         """(n_readings,) standard deviations of noise and rounding error together, SI units."""
         return np.repeat([c.total_sd for c in self.channels], [len(c.times) for c in self.channels])
 
-    def beginning(self, counts: Iterable[int]) -> "Record":
-        """The record with the first readings of each channel, so many as `counts` says, at least one."""
-        pairs = zip(self.channels, counts, strict=True)
-        channels = [replace(channel, times=channel.times[:n], values=channel.values[:n]) for channel, n in pairs]
+    def of_readings(self, chosen: Iterable[slice | np.ndarray]) -> "Record":
+        """The record with some readings of each channel: slices, or masks (n,)."""
+        pairs = zip(self.channels, chosen, strict=True)
+        channels = [replace(channel, times=channel.times[k], values=channel.values[k]) for channel, k in pairs]
         return replace(self, channels=tuple(channels))
+
+    def earlier(self, seconds: float) -> "Record":
+        """The record with all readings taken so much earlier than it says."""
+        return replace(self, channels=tuple(replace(c, times=c.times - seconds) for c in self.channels))
 
     def save(self, path: str | Path, manoeuvre: Manoeuvre | Trajectory | None = None) -> None:
         """Write the readings as a CSV with units in the column names; a missing reading is an empty cell.

@@ -1,5 +1,6 @@
 """One sensor: what it reads, when, and how wrong."""
 
+import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -94,6 +95,9 @@ class Sensor:
     direction : (float, float, float) or None
         Of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of any
         length, along which it reads; None for the size of the horizontal velocity.
+    instrument : str or None
+        Name of the instrument that it is part of, with which it shares the clock and the place; None if it is one by
+        itself, with the name of its channel.
     """
 
     column: str
@@ -109,6 +113,7 @@ class Sensor:
     lever_arm_m: tuple[float, float, float] | None = None
     clock_offset_s: float = 0.0
     direction: tuple[float, float, float] | None = None
+    instrument: str | None = None
 
     def __post_init__(self):
         if self.column not in _VALID:
@@ -138,6 +143,8 @@ class Sensor:
                 raise self._refused("direction is for speed_through_water_mps; leave it out")
             if not (len(self.direction) == 3 and np.isfinite(self.direction).all() and any(self.direction)):
                 raise self._refused(f"direction must be three finite numbers, not all zero, found {self.direction}")
+        if self.instrument is not None and not re.fullmatch("[A-Za-z0-9_]+", self.instrument):
+            raise self._refused(f"instrument is a name of letters, digits and _, found '{self.instrument}'")
         for gap in self.gaps:
             if not (len(gap) == 2 and gap[0] <= gap[1]):
                 raise self._refused(f"a gap must be a start and a later end in seconds, found {tuple(gap)}")

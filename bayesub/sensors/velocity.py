@@ -13,6 +13,7 @@ axes (model manual, section 1) and c the current, a sensor reads of its place
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bayesub.sensors.lever_arm import displaced, row_of_rotation
 
@@ -24,25 +25,25 @@ _STEP = 1e-30  # imaginary step, of which the square vanishes beside one
 _AT_REST = 1e-12  # m/s, where a course has no derivative
 
 
-def causes(state: str, lever_arm_m: Sequence[float]) -> tuple[str, ...]:
+def causes(state: str, displaced: bool) -> tuple[str, ...]:
     """Short names of the states that readings depend on; of any but the velocities of this module the state itself.
 
     Parameters
     ----------
     state : str
         Short name of what is read.
-    lever_arm_m : (3,)
-        Ahead, to starboard and down from the body origin.
+    displaced : bool
+        Whether the sensor has a lever arm.
     """
     if state not in QUANTITIES:
         return (state,)
-    return CAUSES if any(lever_arm_m) else CAUSES[:6]
+    return CAUSES if displaced else CAUSES[:6]
 
 
 def _at_sensor(motion, lever_arm_m):
     """(.., 3) velocity of the sensor through the water, body axes, of states (.., 6 or 9)."""
     velocity = motion[..., 3:6]
-    if not any(lever_arm_m):
+    if motion.shape[-1] == len(CAUSES[:6]):
         return velocity
     added = [displaced(name, lever_arm_m, motion[..., 6:]) for name in "uvw"]
     return velocity + np.stack(added, axis=-1)
@@ -59,7 +60,7 @@ def readings(
     quantity: str,
     motion: np.ndarray,
     current: np.ndarray,
-    lever_arm_m: Sequence[float],
+    lever_arm_m: ArrayLike,
     direction: Sequence[float] | None = None,
 ) -> np.ndarray:
     """(..) noise-free readings, m/s or rad.
@@ -72,8 +73,8 @@ def readings(
         The states that :func:`causes` names, through the water.
     current : (.., 2) array
         To the north and to the east, m/s, where and when the reading is taken.
-    lever_arm_m : (3,)
-        Ahead, to starboard and down from the body origin.
+    lever_arm_m : (3,) or (.., 3)
+        Ahead, to starboard and down from the body origin; of no account without rates among the motion.
     direction : (3,), optional
         Unit vector in body axes along which a log reads.
     """
@@ -96,7 +97,7 @@ def slopes(
     quantity: str,
     motion: np.ndarray,
     current: np.ndarray,
-    lever_arm_m: Sequence[float],
+    lever_arm_m: ArrayLike,
     direction: Sequence[float] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives (n, n_causes) of readings by the motion, and (n, 2) by the current, by imaginary steps.

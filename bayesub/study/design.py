@@ -17,7 +17,7 @@ from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.report import design as report
 from bayesub.report.designed_trial import DesignedTrial
 from bayesub.study.design_question import Question, Request, pose
-from bayesub.study.provenance import CODE
+from bayesub.study.provenance import CODE, copies
 from bayesub.study.run import interruptions
 from bayesub.study.run_folder import open_folder
 
@@ -69,7 +69,7 @@ def design(
     for key in ("goal", "sensors", "limits", "prior"):
         progress.remark(f"{key}: {question.words[key]}")
     with (
-        open_folder(folder, config, request.copies(), resume=resume, force=force),
+        open_folder(folder, config, copies(request.files, config["files_sha256"]), resume=resume, force=force),
         interruptions(folder),
     ):
         (folder / COSTS).mkdir(exist_ok=True)

@@ -17,7 +17,7 @@ from bayesub.model.vehicles import load_vehicle
 from bayesub.report.designed_trial import Asked, structural
 from bayesub.study.design_file import PRIOR_SD, read_design, usual_sensors
 from bayesub.study.known_before import KnownBefore, known_before
-from bayesub.study.provenance import copy_name, environment, file_digest
+from bayesub.study.provenance import of_request
 
 DEFAULT, MINUTES = "known:10", 10.0
 EXACT = 1e-4  # relative sd of a quantity, before any trial, below which it depends on nothing that is unknown
@@ -69,21 +69,14 @@ class Request:
 
     def config(self) -> dict:
         """What the result depends on."""
-        options = {key: str(value) if isinstance(value, Path) else value for key, value in vars(self).items()}
-        options = {key: list(value) if isinstance(value, tuple) else value for key, value in options.items()}
-        given = {key: value for key, value in options.items() if value is not None}
-        digests = {name: file_digest(Path(name)) for name in self.files()}
-        return {"design": given, "files_sha256": digests} | environment(quick=False)
+        return of_request("design", vars(self), self.files)
 
-    def copies(self) -> dict[str, Path]:
-        """Place in the folder -> file that it keeps a copy of."""
-        return {copy_name(name, file_digest(Path(name))): Path(name) for name in self.files()}
-
-    def files(self) -> list[str]:
-        """The files that are asked for."""
-        vehicle = [self.vehicle] if toml_files.is_path(self.vehicle) else []
+    @property
+    def files(self) -> dict[str, Path]:
+        """Name -> file of what is asked for, as far as it is files."""
+        vehicle = Path(self.vehicle) if toml_files.is_path(self.vehicle) else None
         after = None if self.after is None else self.after / "posterior.nc"
-        return vehicle + [str(file) for file in (self.sensors, self.limits, after) if file is not None]
+        return {str(file): file for file in (vehicle, self.sensors, self.limits, after) if file is not None}
 
 
 @dataclass(frozen=True)
@@ -156,7 +149,7 @@ def drawn(judge: Judge, n: int, rng: np.random.Generator) -> np.ndarray:
     """(n, n_terms) coefficient sets that the prior of a judge holds possible."""
     vehicle = judge.vehicle
     sets = np.tile(vehicle.xi, (n, 1))
-    sets[:, judge.columns] = judge.prior.on(judge.columns, vehicle.xi, vehicle.equations.names).sample(rng, n)
+    sets[:, judge.columns] = judge.prior.on(judge.columns, vehicle.xi, vehicle.equations).sample(rng, n)
     return sets
 
 

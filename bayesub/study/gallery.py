@@ -9,6 +9,7 @@ from bayesub.study.run_folder import CONFIG, saved_config
 
 COLUMNS = 3
 _PICTURE = re.compile(r"!\[[^\]]*\]\(([^)]+\.png)\)")
+_ORDERS = "orders.png"  # what was done, not what was found
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Entry:
     page : str
         Its page in Markdown, from the folder of runs; empty if there is none.
     picture : str
-        The first picture of the page; empty if there is none.
+        The first picture of the page that shows what was found; empty if there is none.
     """
 
     name: str
@@ -42,7 +43,7 @@ def entry(run: Path) -> Entry:
     files = [run / f"{config.get('name', run.name)}.md", run / "report.md"]
     page = next((file for file in files if file.is_file()), None)
     pictures = _PICTURE.findall(page.read_text(encoding="utf-8")) if page else []
-    picture = next((picture for picture in pictures if (run / picture).is_file()), "")
+    picture = next((picture for picture in pictures if picture != _ORDERS and (run / picture).is_file()), "")
     place = {"page": f"{run.name}/{page.name}" if page else "", "picture": f"{run.name}/{picture}" if picture else ""}
     return Entry(run.name, str(config.get("question", "")), **place)
 

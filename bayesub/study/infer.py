@@ -10,17 +10,20 @@ from bayesub import baselines, identifiability
 from bayesub.campaign.executors import Executor
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
+from bayesub.io.terminal import duration
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.report.early import fit_of_mode
 from bayesub.report.report import write_report
+from bayesub.report.suspect_columns import suspect
 from bayesub.report.unseen import TrialPrediction, predicted_trial, predicts
 from bayesub.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.sampling import cross_check as compare_with_nuts
 from bayesub.study import leave_out as others
+from bayesub.study.misread_columns import refuse_misread
 from bayesub.study.prepare import Setup
-from bayesub.study.provenance import commit
+from bayesub.study.provenance import commit, origin
 from bayesub.study.result import StudyResult, verdict_on
-from bayesub.study.run_folder import CROSS_CHECK, TimedProgress
+from bayesub.study.run_folder import CROSS_CHECK, TimedProgress, saved_config
 
 POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
 _STREAM_OF_MODE, _STREAM_OF_PREDICTIONS = 6, 7  # of the study's seed; a report takes the fifth
@@ -60,6 +63,7 @@ def infer(
     StudyResult
     """
     progress.stage("simulate or read the trials")
+    refuse_misread(setup, progress)
     problem = setup.problem
     for name, trial in setup.trials.items():
         trial.record.save(folder / (f"record_{name}.csv" if name else "record.csv"))
@@ -107,12 +111,13 @@ def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate
         plain = problem.naive()
         systems = [linear_systems(truth, free=plain.names) for truth in truths]
         systems = stacked(systems, plain.equations.names)
-        guess = dict(zip(plain.names, plain.prior.mean, strict=True))
+        guess = dict(zip(plain.names, plain.prior.guess, strict=True))
         estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
     if n_starts := study.baselines.sqp_starts:
         progress.stage("SQP")
-        plain = problem.naive()
-        estimates.append(baselines.sqp(plain, rng=setup.sqp_rng, n_starts=n_starts, progress=progress))
+        plain = problem.searchable()
+        others = plain.names[plain.n_coefficients :]
+        estimates.append(baselines.sqp(plain, rng=setup.sqp_rng, informed=others, n_starts=n_starts, progress=progress))
     return estimates
 
 
@@ -126,10 +131,12 @@ def _examine(setup: Setup, folder: Path, progress: TimedProgress, mode: np.ndarr
         gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
         progress.remark(f"{topic.replace('_', ' ')}:{gap}{sentence}")
     if fit.misfit > sampler.max_misfit:
+        column = suspect(setup.problem, mode)
+        likely = f"likely {column}; if not, " if column else ""
         raise InputError(
             f"{setup.study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' by "
-            f"{fit.misfit:.3g} times its noise: look for a wrong column, sign or unit with bayesub check, free more "
-            f"coefficients, or raise the sd; to sample all the same give [sampler] max_misfit above that"
+            f"{fit.misfit:.3g} times its noise: {likely}look for a wrong column, sign or unit with bayesub check, free "
+            f"more coefficients, or raise the sd; to sample all the same give [sampler] max_misfit above that"
         )
 
 
@@ -148,6 +155,7 @@ def conclude(
     study = setup.study
     predictions = _predictions(setup, folder, estimates, posterior)
     spectrum = identifiability.fisher(setup.problem, posterior.best)
+    taken = seconds.get("all before the report", sum(seconds.values()))
     numbers = write_report(
         folder,
         setup.problem,
@@ -158,8 +166,10 @@ def conclude(
         seconds=seconds,
         check=check,
         predictions=predictions,
+        quantities=setup.quantities,
         pdf=pdf,
         commit=commit,
+        origin=origin(saved_config(folder) or {}) | {"time taken": duration(taken)},
     )
     return StudyResult(
         name=study.name,

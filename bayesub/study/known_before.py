@@ -7,10 +7,9 @@ import numpy as np
 
 from bayesub.design.judge import Judge
 from bayesub.io.errors import InputError
-from bayesub.model.vehicles import Vehicle, load_vehicle
-from bayesub.study.redraw import saved_study
-from bayesub.study.result import NOT_CONVERGED, load_result
-from bayesub.study.run_folder import CONFIG, saved_config
+from bayesub.model.vehicles import Vehicle
+from bayesub.study.finished_run import finished_run
+from bayesub.study.result import NOT_CONVERGED
 
 
 @dataclass(frozen=True)
@@ -58,29 +57,17 @@ def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
     InputError
         For a folder that is no run, a run that has not finished or not converged, and one of another vehicle.
     """
-    config = saved_config(folder)
-    if config is None:
-        raise InputError(f"--after {folder}: is not a run folder, {CONFIG} is missing")
-    if "script_sha256" in config:
-        raise InputError(f"--after {folder}: is the run of a script; give that of a study in TOML")
-    if "design" in config:
-        raise InputError(f"--after {folder}: is a design, which nobody has flown; give the run of a study of its log")
-    result = load_result(folder)
-    if result is None:
-        raise InputError(f"--after {folder}: the run has not finished; continue it with bayesub run .. --resume")
-    if result.verdict == NOT_CONVERGED:
+    try:
+        run = finished_run(folder)
+    except InputError as error:
+        raise InputError(f"--after {error}") from None
+    if run.verdict == NOT_CONVERGED:
         raise InputError(
             f"--after {folder}: the run has not converged, and its posterior may be wrong; raise max_steps of "
             "[sampler] in its study and continue it with --resume"
         )
-    if not (folder / "posterior.nc").exists():
-        raise InputError(f"--after {folder}: posterior.nc is missing; run the study again")
-    study = saved_study(folder, config)
-    flown = load_vehicle(study.vehicle, study.path)
+    flown, posterior = run.vehicle, run.posterior
     if flown.name != vehicle.name or flown.equations != vehicle.equations:
         raise InputError(f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat")
-    from bayesub.sampling import posterior_file
-
-    posterior = posterior_file.load(folder / "posterior.nc")
     names = tuple(name for name in posterior.names if name in vehicle.equations.index)
     return KnownBefore(folder, names, posterior.draws[:, [posterior.names.index(name) for name in names]])

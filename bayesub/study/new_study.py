@@ -11,7 +11,7 @@ from bayesub.model.equations.equation_set import PLANES
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem.nuisance import MOVING
 from bayesub.sensors import velocity
-from bayesub.sensors.sensor import QUANTITIES
+from bayesub.sensors.sensor import QUANTITIES, channel_name
 from bayesub.study import new_files
 
 STILL = 1e-9  # rad, and of the largest force: round-off in a control or a force that actuators do not move
@@ -37,6 +37,8 @@ _NUISANCE = """# [nuisance]                  # what else is unknown
 # bias_yaw_deg = { mean = 0.0, sd = 2.0 }"""
 _IN_CURRENT = """[nuisance]                    # what else is unknown; the start needs no entry
 current_north_mps = { mean = 0.0, sd = 0.3 }"""
+_CLOCK = """
+# clock_{0}_s = {{ mean = 0.0, sd = 0.2 }}  # how far its clock is ahead; lever_{0}_x_m: where it is"""
 _EAST = "\ncurrent_east_mps = { mean = 0.0, sd = 0.3 }"
 _HEADING = "\nyaw0_deg = { mean = 0.0, sd = 5.0 }  # CHANGE: nobody read the heading"
 _GUESS = """centre = "perturbed"          # a guess: the truth times (1 + perturbation_sd * normal); or "vehicle"
@@ -55,7 +57,7 @@ def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
         column="x_m",
         free=manoeuvre if manoeuvre in MOVING else "all",
         centre=_GUESS,
-        nuisance=_NUISANCE,
+        nuisance=_NUISANCE + _CLOCK.format("track"),
         sqp_starts=5,
     )
 
@@ -85,6 +87,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     if nuisance is _IN_CURRENT and "psi" in changing:
         read = any(QUANTITIES[key].heading for key in of_use)
         nuisance += _EAST + ("" if read else _HEADING)
+    nuisance += _CLOCK.format(channel_name(of_use[0]))
     return _text(
         name,
         path,

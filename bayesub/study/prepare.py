@@ -1,5 +1,7 @@
 """A study made ready: its trials simulated or read, the problem that they pose, and logs to predict."""
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -7,6 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.io.errors import InputError, error_source
+from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.quantities import Quantity
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
@@ -39,6 +43,11 @@ class Setup:
         What the trials pose.
     unseen : tuple of UnseenTrial
         Logs that are not fitted, which the posterior is to predict.
+    quantities : tuple of Quantity
+        Of the study's own, that follow from the coefficients.
+    pose : callable
+        Poses the problem of another trial of the boat, of a manoeuvre and a record: a Problem with its free
+        coefficients, its prior and its disturbance.
     sqp_rng, sampler_rng, check_rng : numpy.random.Generator
         Independent streams of the study's seed.
     """
@@ -48,6 +57,8 @@ class Setup:
     trials: dict[str, Trial]
     problem: Problem | JointProblem
     unseen: tuple[UnseenTrial, ...]
+    quantities: tuple[Quantity, ...]
+    pose: Callable[..., Problem]
     sqp_rng: np.random.Generator
     sampler_rng: np.random.Generator
     check_rng: np.random.Generator
@@ -71,6 +82,7 @@ def _prepare(study: Study) -> Setup:
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(study.seed).spawn(5)]
     data_rng, guess_rng, *others = streams
     vehicle = with_columns(load_vehicle(study.vehicle, study.path), study.controls)
+    quantities = tuple(section.build(vehicle, study.path) for section in study.derived)
     trials = {}
     for name, trial, sections in study.each_trial():
         with error_source(_label(name)):
@@ -105,7 +117,7 @@ def _prepare(study: Study) -> Setup:
         with error_source(_check_label(check)):
             trial = _with_own_unknowns(checks[check.name], check, vehicle, noise)
             unseen.append(check.posed(posed(check, trial, sensors, noise)[1], problem))
-    return Setup(study, vehicle, trials, problem, tuple(unseen), *others)
+    return Setup(study, vehicle, trials, problem, tuple(unseen), quantities, pose, *others)
 
 
 def _built(check: CheckSection, vehicle: Vehicle, sections, study: Study) -> Trial:
@@ -123,16 +135,21 @@ def _built(check: CheckSection, vehicle: Vehicle, sections, study: Study) -> Tri
 
 def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, noise: dict) -> Trial:
     """The trial of a log without those unknowns of the study that are of channels and controls it does not have."""
-    channels, unknown = trial.record.channels, {}
-    for name, prior in trial.nuisance.items():
-        try:
-            find(name, vehicle, trial.manoeuvre, channels, channel_noises(channels, noise))
-        except InputError:
-            if name in check.nuisance:
-                raise
-        else:
+    channels = trial.record.channels
+    noises = channel_noises(channels, noise)
+    for name in filter(check.nuisance.__contains__, trial.nuisance):
+        find(name, vehicle, trial.manoeuvre, channels, noises)
+    return replace(trial, nuisance=present(trial.nuisance, vehicle, trial.manoeuvre, channels, noises))
+
+
+def present(nuisance: dict, vehicle: Vehicle, manoeuvre: Manoeuvre, channels=(), noises=()) -> dict:
+    """Those of the nuisance parameters that a vehicle has on a manoeuvre, with channels and their noise models."""
+    unknown = {}
+    for name, prior in nuisance.items():
+        with suppress(InputError):
+            find(name, vehicle, manoeuvre, channels, noises)
             unknown[name] = prior
-    return replace(trial, nuisance=unknown)
+    return unknown
 
 
 def _disturbance(study: Study, vehicle: Vehicle, trials: dict[str, Trial]) -> UnknownDisturbance | None:

@@ -66,15 +66,27 @@ _KINDS = {
 }
 
 
+_WIDTHS = {
+    "relative_normal": "sd",
+    "relative_uniform": "half_width",
+    "relative_log_normal": "log_sd",
+    "relative_hierarchical": "log_sd",
+    "vehicle": "sd",
+}
+
+
 class PriorSection(Section):
     """The prior of the coefficients: a spread for all, and what is given of single ones.
 
     Attributes
     ----------
     kind : str
-        "vehicle" takes the standard deviations in the vehicle file; `sd`, if given, is the relative one of the rest.
+        "vehicle" takes the standard deviations and correlations in the vehicle file; `sd`, if given, is the relative
+        one of the rest.
     sd, half_width, log_sd : float or None
         Relative width of the spread, by its kind.
+    by_axis : bool
+        Whether the unknown scale of a "relative_hierarchical" prior is one for each axis.
     centre : str
         "vehicle", or "perturbed": a guess about the truth of a simulated trial.
     perturbation_sd : float
@@ -87,10 +99,11 @@ class PriorSection(Section):
         Two coefficients that are given by mean and sd, and their correlation.
     """
 
-    kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "vehicle"]
+    kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "relative_hierarchical", "vehicle"]
     sd: Positive | None = None
     half_width: Positive | None = None
     log_sd: LogSd | None = None
+    by_axis: bool = False
     centre: Literal["vehicle", "perturbed"] = "vehicle"
     perturbation_sd: Positive = 0.25
     given: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
@@ -99,10 +112,12 @@ class PriorSection(Section):
 
     @pydantic.model_validator(mode="after")
     def _its_own_spread(self):
-        wanted = {"relative_uniform": "half_width", "relative_log_normal": "log_sd"}.get(self.kind, "sd")
-        given = [key for key in ("sd", "half_width", "log_sd") if getattr(self, key) is not None]
+        wanted = _WIDTHS[self.kind]
+        given = [key for key in dict.fromkeys(_WIDTHS.values()) if getattr(self, key) is not None]
         if given != [wanted] and (given or self.kind != "vehicle"):
             raise ValueError(f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}")
+        if self.by_axis and self.kind != "relative_hierarchical":
+            raise ValueError(f"by_axis is of a relative_hierarchical prior, found {self.kind}")
         return self
 
     def build(
@@ -119,7 +134,7 @@ class PriorSection(Section):
         path : callable
             Gives the path of a file that the study names.
         """
-        spread, of_vehicle = self._spread(centre, vehicle)
+        spread, of_vehicle, related = self._spread(centre, vehicle)
         names = vehicle.equations.names
         given = ({} if self.table is None else _table(Path(path(self.table)), names)) | self.given
         fixed = {name: one.value for name, one in given.items() if one.value is not None}
@@ -129,20 +144,27 @@ class PriorSection(Section):
                 raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}")
         if not built and not self.correlations:
             return spread, fixed
-        return priors.Given(spread, built, self.correlations), fixed
+        kept = tuple(one for one in related if not {*one[:2]} & given.keys())  # what is given goes before the file
+        return priors.Given(spread, built, (*kept, *self.correlations)), fixed
 
-    def _spread(self, centre, vehicle) -> tuple[priors.Spread, dict[str, priors.Prior]]:
-        """The spread of all coefficients, and the priors that the vehicle file gives."""
+    def _spread(self, centre, vehicle) -> tuple[priors.Spread, dict[str, priors.Prior], tuple]:
+        """The spread of all coefficients, and the priors that the vehicle file gives, with their correlations."""
         if self.kind != "vehicle":
-            return getattr(priors, self.kind)(self.sd or self.half_width or self.log_sd, centre), {}
+            options = {"by_axis": True} if self.by_axis else {}
+            return getattr(priors, self.kind)(getattr(self, _WIDTHS[self.kind]), centre, **options), {}, ()
         if self.sd is None and not np.isfinite(vehicle.sd).any():
             raise InputError(
                 f"prior: vehicle '{vehicle.name}' gives no coefficient an sd; write {{ value = .., sd = .. }} in its "
                 "file, or add the relative 'sd' of all"
             )
+        if self.centre == "perturbed" and vehicle.correlation is not None:
+            raise InputError(
+                f"prior: vehicle '{vehicle.name}' has correlations, which a centre that is perturbed coefficient by "
+                'coefficient contradicts; leave out centre = "perturbed"'
+            )
         otherwise = None if self.sd is None else priors.relative_normal(self.sd, centre)
         prior = priors.from_vehicle(vehicle, otherwise, centre)
-        return prior.others, prior.priors
+        return prior.others, prior.priors, prior.correlations
 
 
 def _table(path: Path, names: tuple[str, ...]) -> dict[str, PriorOfOne]:

@@ -6,13 +6,15 @@ import importlib.metadata
 import os
 import platform
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from bayesub.io import toml_files
 
 PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
-CODE = ("sources_sha256", "commit", "versions")  # keys of config.toml that say which code made a run
+CODE = ("sources_sha256", "commit", "versions", "begun")  # keys of config.toml that say which code made a run, and when
 COMPUTED = (*CODE, "quick_run", "files_sha256")  # keys of config.toml that a study file does not have
 INPUTS = "inputs"
 
@@ -22,7 +24,46 @@ _NO_INFLUENCE = ("cli", "manual")  # folders of the package from which no number
 
 def environment(*, quick: bool) -> dict:
     """What a result depends on besides its study: entries of ``config.toml``."""
-    return {"quick_run": quick, "sources_sha256": sources_digest(), "commit": commit(), "versions": _versions()}
+    begun = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    made = {"sources_sha256": sources_digest(), "commit": commit(), "versions": _versions(), "begun": begun}
+    return {"quick_run": quick} | made
+
+
+def of_request(kind: str, options: Mapping[str, Any], files: Mapping[str, Path]) -> dict:
+    """The content of ``config.toml`` of what is asked of a vehicle or of finished runs.
+
+    Parameters
+    ----------
+    kind : str
+        Key under which the options stand.
+    options : mapping
+        Those of None are left out.
+    files : mapping of str to Path
+        Name -> file on which the answer depends.
+    """
+    given = {key: _plain(value) for key, value in options.items() if value is not None}
+    digests = {name: file_digest(path) for name, path in files.items()}
+    return {kind: given, "files_sha256": digests} | environment(quick=False)
+
+
+def _plain(value: Any) -> Any:
+    """An option as TOML has it."""
+    if isinstance(value, tuple):
+        return [_plain(one) for one in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def origin(config: dict) -> dict[str, str]:
+    """What made the run of a config, for people: title -> text; a config of an older version says less."""
+    packages = dict(config.get("versions", {}))
+    made = {"": packages.pop("bayesub", ""), "commit": config.get("commit", "")}
+    made |= {"digest of the sources": config.get("sources_sha256", "")[:12]}
+    texts = {
+        "bayesub": ", ".join(f"{title} {text}".strip() for title, text in made.items() if text not in ("", "unknown")),
+        "with": ", ".join(f"{package} {version}" for package, version in packages.items()),
+        "begun": config.get("begun", ""),
+    }
+    return {title: text for title, text in texts.items() if text}
 
 
 def _versions() -> dict[str, str]:
@@ -63,13 +104,18 @@ def copy_name(name: str, digest: str) -> str:
     return f"{INPUTS}/{digest[:12]}-{Path(name).name}"
 
 
+def copies(files: Mapping[str, Path], digests: Mapping[str, str]) -> dict[str, Path]:
+    """Place in a run folder -> file that it keeps a copy of, of files and digests by their names."""
+    return {copy_name(name, digests[name]): path for name, path in files.items()}
+
+
 def code_change(saved: dict, config: dict) -> str:
     """Why the code that made a run is not the present one, by their configs; empty if it is."""
     if "sources_sha256" not in saved:
         return "it was made by a version of bayesub before 0.2, which kept no digest of its sources"
     if saved["sources_sha256"] != config["sources_sha256"]:
         return "the sources of bayesub have changed since"
-    return _first_difference(_flat({"versions": saved["versions"]}), _flat({"versions": config["versions"]}))
+    return _first_difference(settings({"versions": saved["versions"]}), settings({"versions": config["versions"]}))
 
 
 def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
@@ -90,14 +136,14 @@ def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
             return f"{name} has changed since"
     ignored = {*ignored, *CODE, "quick"}  # what [quick] changes stands in the other sections
     first, second = (
-        {key: value for key, value in _flat(c).items() if not {key, key.partition(".")[0]} & ignored}
+        {key: value for key, value in settings(c).items() if not {key, key.partition(".")[0]} & ignored}
         for c in (saved, config)
     )
     return _first_difference(first, second)
 
 
-def _flat(config: dict) -> dict:
-    """The entries of a config in order, with the keys of tables written as table.key."""
+def settings(config: dict) -> dict:
+    """The entries of a config in order, with the keys of tables written as ``table.key``."""
     entries = {}
     for key, value in config.items():
         entries |= {f"{key}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {key: value}

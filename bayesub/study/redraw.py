@@ -12,6 +12,8 @@ from bayesub.study.result import StudyResult, load_result
 from bayesub.study.run_folder import CONFIG, CROSS_CHECK, saved_config
 from bayesub.study.study_file import Study
 
+OTHERS = {"design": "design with --resume", "prediction": "predict with --force", "comparison": "compare with --force"}
+
 
 def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = False) -> StudyResult:
     """Draw figures and report of a finished run again; the folder may have been copied from elsewhere.
@@ -39,8 +41,9 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
     config = saved_config(folder)
     if config is None:
         raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing")
-    if "design" in config:
-        raise InputError(f"{folder}: is a design; bayesub design with --resume writes its page again")
+    for key, remedy in OTHERS.items():
+        if key in config:
+            raise InputError(f"{folder}: is a {key}; bayesub {remedy} writes its page again")
     if "script_sha256" in config:
         result = script.redraw(folder, config, study and Path(study), pdf=pdf)
     elif study is not None:

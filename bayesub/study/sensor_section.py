@@ -26,7 +26,7 @@ KINDS = {
 
 
 PRESETS = ("autosub", "thesis_rounding", "tracking_range")
-PLACED = ("lever_arm_m", "clock_offset_s", "direction")
+PLACED = ("lever_arm_m", "clock_offset_s", "direction", "instrument")
 FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outliers alone is none
 
 
@@ -47,6 +47,9 @@ class SensorSection(Section):
         How far its clock is ahead.
     direction : (float, float, float) or None
         Along which a log of the speed through the water reads.
+    instrument : str or None
+        Name of the instrument, whose channels share clock and place; by default that of the kind, and of a single
+        sensor that of its channel.
     """
 
     dropout: float | None = None
@@ -56,6 +59,7 @@ class SensorSection(Section):
     lever_arm_m: tuple[float, float, float] | None = None
     clock_offset_s: float | None = None
     direction: tuple[float, float, float] | None = None
+    instrument: str | None = None
 
     @pydantic.model_validator(mode="after")
     def _can_exist(self):

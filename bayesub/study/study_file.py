@@ -12,9 +12,10 @@ from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import files_of_equations
 from bayesub.study.check_section import CheckSection, check_names
 from bayesub.study.control_section import ControlSection
+from bayesub.study.derived_section import DerivedSection
 from bayesub.study.disturbance_section import DisturbanceSection
 from bayesub.study.prior_section import AnyNoiseSection, PriorSection
-from bayesub.study.provenance import copy_name, environment, file_digest
+from bayesub.study.provenance import copies, environment, file_digest
 from bayesub.study.sensor_section import AnySensorSection
 from bayesub.study.trial_section import TrialKeys, TrialSection
 
@@ -43,9 +44,9 @@ class BaselinesSection(Section):
     Attributes
     ----------
     linear_least_squares : bool
-        Of a simulated trial only.
+        Of a simulated trial only: it takes the motion without noise, and nuisance parameters have no part in it.
     sqp_starts : int
-        Searches from random starts.
+        Searches from random starts, of the coefficients and of the nuisance parameters that move the readings.
     """
 
     linear_least_squares: bool = True
@@ -113,6 +114,8 @@ class Study(TrialKeys):
         Column -> noise model, where it is not the one of the sensor.
     disturbance : DisturbanceSection or None
         Unmodelled forces, whose histories are inferred; the process is that of all trials.
+    derived : tuple of DerivedSection
+        Quantities of the report that follow from the coefficients, besides the built-in ones.
     baselines : BaselinesSection
         Deterministic methods.
     sampler : SamplerSection
@@ -136,6 +139,7 @@ class Study(TrialKeys):
     prior: PriorSection
     noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
     disturbance: DisturbanceSection | None = None
+    derived: tuple[DerivedSection, ...] = ()
     baselines: BaselinesSection = BaselinesSection()
     sampler: SamplerSection = SamplerSection()
     quick: dict = pydantic.Field(default_factory=dict)
@@ -163,6 +167,10 @@ class Study(TrialKeys):
         for check, sections in self.each_check():
             if not sections:
                 raise ValueError(f"give at least one of [[sensors]] for check '{check.name}'")
+        derived = [quantity.name for quantity in self.derived]
+        for name in derived:
+            if derived.count(name) > 1:
+                raise ValueError(f"two of [[derived]] are named '{name}'; give each its own name")
         return self
 
     @property
@@ -201,10 +209,11 @@ class Study(TrialKeys):
 
     @property
     def files(self) -> list[str]:
-        """The files that the study names, as it names them: vehicle, priors, manoeuvres and logs, each once."""
+        """The files that the study names, as it names them: vehicle, priors, functions, manoeuvres, logs, each once."""
         trials = [*(trial for _, trial, _ in self.each_trial()), *(check for check, _ in self.each_check())]
         logs = toml_files.built_in("logs")
-        paths = [self.prior.table, *(trial.data for trial in trials if trial.data not in logs)]
+        functions = [quantity.file for quantity in self.derived]
+        paths = [self.prior.table, *functions, *(trial.data for trial in trials if trial.data not in logs)]
         names = [self.vehicle, *(trial.manoeuvre for trial in trials)]
         paths += [name for name in names if name is not None and toml_files.is_path(name)]
         return list(dict.fromkeys(path for path in paths if path is not None))
@@ -216,7 +225,8 @@ class Study(TrialKeys):
 
     def copies(self) -> dict[str, Path]:
         """What a run folder keeps of the files that the study and its vehicle name: place in the folder -> file."""
-        return {copy_name(name, digest): Path(self.path(name)) for name, digest in self._digests().items()}
+        digests = self._digests()
+        return copies({name: Path(self.path(name)) for name in digests}, digests)
 
     def _digests(self) -> dict[str, str]:
         """File that the study names, or its vehicle -> digest."""

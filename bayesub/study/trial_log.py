@@ -12,8 +12,10 @@ from bayesub.model.manoeuvres import Manoeuvre, of_inputs
 from bayesub.model.prescribed import STATES, Prescribed, check, smoothed
 from bayesub.model.trajectory import Trajectory
 from bayesub.problem import priors
+from bayesub.problem.mounting import mounts
 from bayesub.problem.nuisance import CURRENTS, INITIAL, MOVING
 from bayesub.sensors import QUANTITIES, Record, flat, velocity
+from bayesub.sensors.lever_arm import TURNING
 
 CONTROL_COLUMNS = (*log_files.CONTROLS, "rpm")
 
@@ -250,7 +252,9 @@ def _within(record, duration, path) -> Record:
 
 def _matters(state, record, nuisance) -> bool:
     """Whether any reading depends on a state at the start."""
-    read = {state for c in record.channels for state in velocity.causes(c.state, c.lever_arm_m)}
+    moved = {mount.instrument for name, mount in mounts(record.channels).items() if mount.axis and name in nuisance}
+    away = [any(c.lever_arm_m) or c.instrument in moved for c in record.channels]
+    read = {state for far, c in zip(away, record.channels, strict=True) for state in velocity.causes(c.state, far)}
     if state in ("x", "y", "z"):
         return state in read
     if state == "psi":
@@ -264,9 +268,10 @@ def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, floa
     channels = sorted((c for c in record.channels if c.state == state), key=lambda c: c.over_ground)
     rough = [c for name in INSTEAD.get(state, ()) for c in record.channels if c.state == name and c.direction is None]
     if not channels and rough:
-        value, sd = _at_zero(rough[0], vehicle.length_m / vehicle.speed_mps)
+        value, sd, rate = _at_zero(rough[0], vehicle.length_m / vehicle.speed_mps)
         drift = UNREAD_DRIFT if state == "psi" else UNREAD_SPEED * vehicle.speed_mps
-        return value, float(np.linalg.norm([sd * WIDENED, drift, *_by_current(rough[0], nuisance, vehicle)]))
+        late = _by_mounting(rough[0], nuisance, rate, 0.0)
+        return value, float(np.linalg.norm([sd * WIDENED, drift, *_by_current(rough[0], nuisance, vehicle), *late]))
     if not channels:
         if state == "psi":
             raise InputError(f"{path}: nobody read the heading that the readings depend on; give nuisance.yaw0_deg")
@@ -275,14 +280,15 @@ def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, floa
         alike = "u" if state in "uvw" else "p" if state in "pqr" else "phi"
         return initial[log_files.STATES.index(state)], sd[alike]
     channel = channels[0]
-    value, sd = _at_zero(channel, vehicle.length_m / vehicle.speed_mps)
+    value, sd, rate = _at_zero(channel, vehicle.length_m / vehicle.speed_mps)
     column = log_files.HEADERS[channel.quantity]
     besides = [sd * WIDENED, _size(nuisance, f"bias_{column}") * log_files.si_factor(column)]
     if state in "uvw":
         besides += _by_current(channel, nuisance)
+    turning = 1.0 if state in "xyz" else UNREAD_TURN * vehicle.speed_mps / vehicle.length_m
     if channel.displaced:
-        arm = np.linalg.norm(channel.lever_arm_m)
-        besides.append(arm if state in "xyz" else arm * UNREAD_TURN * vehicle.speed_mps / vehicle.length_m)
+        besides.append(turning * float(np.linalg.norm(channel.lever_arm_m)))
+    besides += _by_mounting(channel, nuisance, rate, turning if state in TURNING else 0.0)
     return value, float(np.linalg.norm(besides))
 
 
@@ -294,22 +300,33 @@ def _by_current(channel, nuisance, vehicle=None) -> list[float]:
     return [_size(nuisance, name) / speed for name in CURRENTS]
 
 
+def _by_mounting(channel, nuisance, rate, by_place) -> list[float]:
+    """How far an unknown clock and place may change readings with a rate and a derivative by the place."""
+    sizes = []
+    for name, mount in mounts((channel,)).items():
+        if name in nuisance:
+            off = float(np.hypot(nuisance[name].mean - mount.value, nuisance[name].sd)[0])
+            sizes.append(off * (by_place if mount.axis else abs(rate)))
+    return sizes
+
+
 def _size(nuisance, name) -> float:
     """How large a nuisance parameter may well be, zero if there is none of that name."""
     return float(np.hypot(nuisance[name].mean, nuisance[name].sd)[0]) if name in nuisance else 0.0
 
 
-def _at_zero(channel, window) -> tuple[float, float]:
+def _at_zero(channel, window) -> tuple[float, float, float]:
     """Where a straight line through the readings of the first `window` seconds, or the first three, is at the start.
 
-    Its standard error counts what the readings are off the line, and how far it is drawn back.
+    With its standard error, which counts what the readings are off the line and how far it is drawn back, and its
+    slope.
     """
     n = max(3, np.count_nonzero(channel.times <= window))
     times, values = channel.times[:n], channel.values[:n]
     if len(times) < 3:
-        return values[0], channel.total_sd
+        return values[0], channel.total_sd, 0.0
     lines = np.stack([np.ones_like(times), times], axis=1)
     (value, slope), *_ = np.linalg.lstsq(lines, values, rcond=None)
     off = np.sqrt(np.sum((values - lines @ [value, slope]) ** 2) / (len(times) - 2))
     error = max(channel.total_sd, off) * np.sqrt(np.linalg.inv(lines.T @ lines)[0, 0])
-    return value, float(np.hypot(error, slope * times[0]))
+    return value, float(np.hypot(error, slope * times[0])), float(slope)

@@ -62,6 +62,8 @@ class TrialKeys(Section):
         Angles that the boat follows as a log has them, pitch or yaw.
     window_s : (float, float) or None
         First and last time of the part of a log that is used.
+    trust_log : bool or None
+        Whether a log is fitted although its columns contradict each other.
     nuisance : dict of str to PriorOfOne
         What else is unknown.
     truth : TruthSection
@@ -76,11 +78,14 @@ class TrialKeys(Section):
     ignore: tuple[str, ...] | None = None
     prescribed: tuple[Literal["pitch", "yaw"], ...] | None = None
     window_s: tuple[float, float] | None = None
+    trust_log: bool | None = None
     nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
     truth: TruthSection = TruthSection()
 
     SOURCES: ClassVar = ("manoeuvre", "data")
-    OF_DATA: ClassVar = ("subproblem", "clock_offset_s", "max_control_gap_s", "ignore", "prescribed", "window_s")
+    OF_DATA: ClassVar = (
+        "subproblem", "clock_offset_s", "max_control_gap_s", "ignore", "prescribed", "window_s", "trust_log",
+    )  # fmt: skip
 
     @pydantic.model_validator(mode="after")
     def _one_source(self):

@@ -1,5 +1,6 @@
 """A boat that is described in another equation set than the one it moves by, and what that predicts."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -135,28 +136,18 @@ def unseen(boat: Vehicle, names, subproblem: str) -> Unseen:
     return Unseen(boat, tuple(manoeuvres))
 
 
-def predictions(unseen: Unseen, problem: Problem, posterior: Posterior, rng: np.random.Generator) -> dict:
-    """Errors in ship lengths of guess and posterior mean, and coverage of posterior bands, as JSON types."""
-    draws = posterior.draws[rng.choice(len(posterior.draws), N_DRAWS)]
-    sets = problem.coefficient_sets(np.vstack([problem.prior.mean, posterior.mean, draws]))
-    boat, errors, places = unseen.boat, [], []
-    for manoeuvre in unseen.manoeuvres:
-        times = np.arange(time_scale(boat), manoeuvre.duration, time_scale(boat))
-        simulator = Simulator(boat, manoeuvre, times)
-        truth, status = simulator.run(boat.xi)
-        if status[0] != 0:
-            continue
-        orders = same_orders(manoeuvre, problem.equations)
-        states, codes = Simulator(problem.vehicle, orders, times, dt=simulator.step).run(sets)
-        off = np.linalg.norm(states[:, :, :3] - truth[0, :, :3], axis=2).max(axis=1) / boat.length_m
-        errors.append(np.where(codes == 0, off, np.nan)[:2])
-        looks = np.linspace(0, len(times) - 1, N_TIMES + 1).astype(int)[1:]
-        members = states[2:][codes[2:] == 0][:, looks, :3]
-        moves = np.ptp(truth[0, looks, :3], axis=0) > ROUND_OFF_M
-        places.append(np.mean(members < truth[0, looks, :3], axis=0)[:, moves])
-    guess, mean = np.array(errors).T
+def predictions(unseen: Unseen, fits: Sequence[tuple[Problem, Posterior]], rng: np.random.Generator) -> dict:
+    """Errors in ship lengths of guess and posterior mean, and coverage of posterior bands, as JSON types.
+
+    They are of all trials in `fits` together: the errors of one trial's coefficients make the errors of all places, so
+    that its bands hold all of the truth or little of it.
+    """
+    truths = list(_truths(unseen))
+    errors, places = zip(*(_errors_and_places(unseen.boat, truths, *fit, rng) for fit in fits), strict=True)
+    guess, mean = np.concatenate(errors).T
     return {
-        "n_manoeuvres": len(errors),
+        "n_trials": len(errors),
+        "n_manoeuvres": len(errors[0]),
         "guess_lengths": guess.tolist(),
         "posterior_lengths": mean.tolist(),
         "median_lengths": float(np.nanmedian(mean)),
@@ -164,6 +155,34 @@ def predictions(unseen: Unseen, problem: Problem, posterior: Posterior, rng: np.
         "guess_median_lengths": float(np.nanmedian(guess)),
         "coverage": {str(p): float(np.mean(np.abs(np.concatenate(places) - 0.5) <= p / 2)) for p in LEVELS},
     }
+
+
+def _truths(unseen):
+    """Manoeuvre, times, step and true coordinates (n_times, 3) of each unseen manoeuvre that the boat can fly."""
+    boat = unseen.boat
+    for manoeuvre in unseen.manoeuvres:
+        times = np.arange(time_scale(boat), manoeuvre.duration, time_scale(boat))
+        simulator = Simulator(boat, manoeuvre, times)
+        (states,), (status,) = simulator.run(boat.xi)
+        if status == 0:
+            yield manoeuvre, times, simulator.step, states[:, :3]
+
+
+def _errors_and_places(boat, truths, problem, posterior, rng):
+    """Errors (n_manoeuvres, 2) of guess and mean, ship lengths, and shares of draws (n,) below the true coordinates."""
+    draws = posterior.draws[rng.choice(len(posterior.draws), N_DRAWS)]
+    sets = problem.coefficient_sets(np.vstack([problem.prior.mean, posterior.mean, draws]))
+    errors, places = [], []
+    for manoeuvre, times, step, truth in truths:
+        orders = same_orders(manoeuvre, problem.equations)
+        states, codes = Simulator(problem.vehicle, orders, times, dt=step).run(sets)
+        off = np.linalg.norm(states[:, :, :3] - truth, axis=2).max(axis=1) / boat.length_m
+        errors.append(np.where(codes == 0, off, np.nan)[:2])
+        looks = np.linspace(0, len(times) - 1, N_TIMES + 1).astype(int)[1:]
+        members = states[2:][codes[2:] == 0][:, looks, :3]
+        moves = np.ptp(truth[looks], axis=0) > ROUND_OFF_M
+        places.append(np.mean(members < truth[looks], axis=0)[:, moves].ravel())
+    return np.array(errors), np.concatenate(places)
 
 
 def model_check(problem: Problem, posterior: Posterior, rng: np.random.Generator) -> dict:

@@ -95,7 +95,7 @@ class DisturbedTrials:
             process = Disturbance(CURRENTS, np.full(len(CURRENTS), truth.current_mps), truth.time_s)
         while True:
             xi = self.boat.xi.copy()
-            (xi[columns],) = self.prior.on(np.array(columns), xi, self.boat.equations.names).sample(rng, 1)
+            (xi[columns],) = self.prior.on(np.array(columns), xi, self.boat.equations).sample(rng, 1)
             forces = None if process is None else process.sample(times, rng)
             simulator = Simulator(self.boat, self.manoeuvre, self.manoeuvre.times, dt=step, forces=forces)
             motion = simulator.trajectory(xi)

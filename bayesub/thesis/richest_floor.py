@@ -127,7 +127,7 @@ def other_boats(vehicle: str, specs: dict[str, dict[str, dict]], seed: int) -> d
     """
     appraiser = appraiser_of(vehicle)
     boat, columns = appraiser.boat, appraiser.exact.columns
-    prior = appraiser.exact.prior.on(columns, boat.xi, boat.equations.names)
+    prior = appraiser.exact.prior.on(columns, boat.xi, boat.equations)
     draws = np.repeat(boat.xi[None], N_DRAWS, axis=0)
     draws[:, columns] = prior.sample(np.random.default_rng([seed, 4]), N_DRAWS)
     flights, results = Range(boat, appraiser.limits, draws, None, appraiser.step), {}

@@ -53,7 +53,7 @@ class Proof:
 def boat_of_prior(boat: Vehicle, names: Sequence[str], manoeuvres: Sequence[Manoeuvre], rng: np.random.Generator):
     """Coefficients (n_terms,) of a boat of the prior that completes all manoeuvres, and how many before it do not."""
     columns, n_failed = boat.equations.columns(names), 0
-    prior = _PRIOR.on(columns, boat.xi, boat.equations.names)
+    prior = _PRIOR.on(columns, boat.xi, boat.equations)
     while True:
         xi = boat.xi.copy()
         (xi[columns],) = prior.sample(rng, 1)

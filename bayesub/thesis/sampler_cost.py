@@ -1,18 +1,59 @@
-"""What a posterior costs, by this sampler and by the moves that emcee comes with."""
+"""What a posterior costs, by this sampler and by the moves that emcee comes with, and the problems to measure it on."""
 
 import time
+from collections.abc import Sequence
 
 import emcee
 import numpy as np
 
+from bayesub import sensors
 from bayesub.checks import convergence
+from bayesub.model.coefficients import NAMES, SUBPROBLEMS
+from bayesub.model.manoeuvres import load_manoeuvre
+from bayesub.model.simulate import simulate
+from bayesub.model.time_step import choose_step
+from bayesub.model.vehicles import load_vehicle
+from bayesub.problem import priors
 from bayesub.problem.priors import Normal
 from bayesub.problem.problem import Problem
 from bayesub.sampling import Posterior
+from bayesub.thesis import cases
 
+SEED = 690
+VARIANTS = ("normal", "uniform", "rounded")  # prior sd 25 %; prior within 75 %; thesis_rounding with a normal prior
+POSITION_SD_M, ROUNDED_SD = 0.5, (0.001, 0.0001)  # on suboff; m/s and m/s^2
 N_ENSEMBLES = 4
 N_JACOBIANS = 12
 UNSEEN = 0.01  # singular value, in prior sd: the data move the mean by as much, less than a standard error
+
+
+def pose(vehicle: str, manoeuvre: str, variant: str, free: Sequence[str] | None = None) -> Problem:
+    """A record of the manoeuvre, and what is to be inferred from it.
+
+    Parameters
+    ----------
+    vehicle, manoeuvre : of :mod:`bayesub.thesis.cases`
+    variant : of :data:`VARIANTS`
+    free : coefficients; by default all of the sub-problem
+    """
+    boat, suboff = load_vehicle(vehicle), load_vehicle("suboff")
+    flown = load_manoeuvre(manoeuvre, boat)
+    scale = boat.length_m / suboff.length_m
+    interval = scale * suboff.speed_mps / boat.speed_mps
+    sensor = sensors.tracking_range(position_sd_m=scale * POSITION_SD_M, interval_s=interval)
+    if variant == "rounded":
+        velocity, acceleration = ROUNDED_SD
+        sensor = sensors.thesis_rounding(
+            interval_s=interval, velocity_sd_mps=velocity, acceleration_sd_mps2=acceleration
+        )
+    prior = priors.relative_uniform(0.75) if variant == "uniform" else priors.relative_normal(0.25)
+    free, rng = free or SUBPROBLEMS.get(manoeuvre, NAMES), np.random.default_rng(SEED)
+    if variant != "rounded":
+        return cases.posed(boat, flown, sensor, rng, free=free, prior=prior)
+    # Truth and model have the same step: rounded accelerations ask for one of half a millisecond.
+    step = choose_step(boat, flown, flown.subproblem)
+    record = sensors.observe(simulate(boat, flown, dt=step), sensor, rng)
+    return Problem(boat, flown, record, free=free, prior=prior, dt=step)
 
 
 def cost(posterior: Posterior) -> dict:
@@ -28,6 +69,7 @@ def cost(posterior: Posterior) -> dict:
         "jacobians": posterior.jacobians,
         "jacobian_price": posterior.jacobian_price,
         "seconds": posterior.seconds,
+        "simulation_seconds": posterior.simulation_seconds,
         "ess": float(ess[worst]),
         "worst": posterior.names[worst],
         "per_sample": posterior.work_per_effective_sample,
@@ -57,7 +99,7 @@ def rival(problem: Problem, moves, rng: np.random.Generator, budget: int) -> Pos
     for _ in range(N_ENSEMBLES):
         sampler = emcee.EnsembleSampler(n_walkers, n_params, log_prob, moves=moves(), vectorize=True)
         state = np.random.RandomState(rng.integers(2**32)).get_state()  # the generator that emcee knows
-        sampler.run_mcmc(emcee.State(_starts(log_prob, rng, n_walkers, n_params), random_state=state), n_steps)
+        sampler.run_mcmc(emcee.State(starts(problem, rng, n_walkers), random_state=state), n_steps)
         half = n_steps // 2
         chains.append(problem.prior.parameters(sampler.get_chain(discard=half)))
         densities.append(sampler.get_log_prob(discard=half))
@@ -74,16 +116,17 @@ def rival(problem: Problem, moves, rng: np.random.Generator, budget: int) -> Pos
         seconds=time.perf_counter() - watch,
         failures=dict(problem.costs.failures),
         jacobian_price=0.0,  # it takes none
+        simulation_seconds=problem.costs.seconds,
     )
 
 
-def _starts(log_prob, rng, n, n_params):
-    """(n, n_params) draws of the prior whose simulation completes."""
-    starts = np.empty((0, n_params))
-    while len(starts) < n:
-        t = rng.standard_normal((n, n_params))
-        starts = np.concatenate([starts, t[np.isfinite(log_prob(t))]])
-    return starts[:n]
+def starts(problem: Problem, rng: np.random.Generator, n: int) -> np.ndarray:
+    """(n, n_params) draws of the prior in its coordinates t, whose simulations complete."""
+    found = np.empty((0, problem.n_params))
+    while len(found) < n:
+        t = rng.standard_normal((n, problem.n_params))
+        found = np.concatenate([found, t[np.isfinite(problem.log_likelihood(problem.prior.parameters(t)))]])
+    return found[:n]
 
 
 def unseen(problem: Problem, posterior: Posterior) -> dict | None:

@@ -109,6 +109,27 @@ def test_tail_ess_is_of_the_tails(rng):
     assert convergence.tail_ess(spread * chain)[0] < 0.1 * convergence.bulk_ess(spread * chain)[0]
 
 
+def test_ranks_are_even_where_ensembles_agree(rng):
+    """As uneven as chance makes them: of 4000 bars of independent draws 1 % are beyond 2.576 sd."""
+    n_bins, chain = 20, rng.standard_normal((4, 50, 10, 50))
+    ranks = convergence.rank_histograms(chain, n_bins)
+    np.testing.assert_allclose(ranks.mean(axis=0), 1.0, atol=1e-12)  # a bin has its share of all draws
+    np.testing.assert_allclose(ranks.mean(axis=1), 1.0, atol=1e-12)  # an ensemble has all its draws in some bin
+    sd = convergence.rank_spread(2000, 4, n_bins)
+    assert ranks.std() == pytest.approx(sd, rel=0.05)
+    assert np.mean(np.abs(ranks - 1.0) > 2.5758 * sd) == pytest.approx(0.01, abs=0.005)
+
+
+def test_ranks_see_an_ensemble_elsewhere_and_one_that_is_too_narrow(rng):
+    chain = rng.standard_normal((4, 50, 10, 2))
+    chain[0, ..., 0] += 1.0
+    chain[0, ..., 1] *= 0.5
+    shifted, narrow = convergence.rank_histograms(chain, 20)[0].T
+    assert shifted[0] < 0.5 < 2.0 < shifted[-1]
+    assert max(narrow[0], narrow[-1]) < 0.5
+    assert narrow[9:11].min() > 1.2
+
+
 @pytest.fixture(scope="module")
 def arviz():
     """ArviZ, whose 0.23 announces its successor with a warning on import."""

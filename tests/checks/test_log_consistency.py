@@ -205,6 +205,16 @@ def test_velocities_over_ground(clean, damage, beginning):
     assert line.startswith(beginning)
 
 
+def test_a_boat_goes_ahead(clean):
+    """Without a track, velocities through the water are told from each other by their size; a rudder by its reach."""
+    log = {name: clean[name] for name in ("time", "u", "v", "r", "delta_r")}
+    assert lines(log) == []
+    (line,) = lines(log | exchanged("u", "v")(log))
+    assert line.startswith("u_mps, v_mps: u_mps holds what v_mps should: ahead")
+    (line,) = lines(log | scaled("delta_r", by=1 / DEGREE)(log))
+    assert line.startswith("rudder_deg: in another unit: it reaches")
+
+
 def test_units_by_the_jump_of_a_heading_alone():
     """400 gon, 6400 mils and 2 pi are seen without any other column; a half turn of noise about north is not."""
     times = np.arange(0.0, 400.0)

@@ -221,3 +221,26 @@ def test_a_boat_that_mostly_fails_does_not_predict(rng):
     assert not one.predicts()
     assert one.p_value == 0.0
     assert not prediction_of(np.zeros(30), np.zeros((10, 30)), 1.0, rng).predicts()
+
+
+def test_coverage_of_held_back_readings_of_a_linear_problem(rng):
+    """200 logs: 90 and 50 % bands of the exact posterior hold 90 and 50 %; one that is thrice as sure holds too few."""
+    n_logs, n, n_params, sd = 200, 40, 3, 0.5
+    prior = Normal(np.zeros(n_params), np.ones(n_params))
+    shares = {factor: [] for factor in (1.0, 1.0 / 3.0)}
+    for _ in range(n_logs):
+        truth = rng.standard_normal(n_params)
+        fitted, unseen = rng.standard_normal((2, n, n_params))
+        readings = fitted @ truth + sd * rng.standard_normal(n)
+        covariance = np.linalg.inv(fitted.T @ fitted / sd**2 + np.eye(n_params))
+        mean = covariance @ fitted.T @ readings / sd**2
+        # A trial far from the fitted one, so that what is known of the parameters matters.
+        log = Log(10.0 * unseen, 10.0 * unseen @ truth + sd * rng.standard_normal(n), prior, sd=sd)
+        for factor, some in shares.items():
+            spread = factor * np.linalg.cholesky(covariance)
+            draws = mean + rng.standard_normal((N_DRAWS, n_params)) @ spread.T
+            some.append([predict(log, draws, rng).coverage[p] for p in (0.5, 0.9)])
+    right, sure = (np.array(shares[factor]) for factor in shares)
+    error = right.std(axis=0, ddof=1) / np.sqrt(n_logs)
+    assert np.all(np.abs(right.mean(axis=0) - [0.5, 0.9]) < 4 * error)
+    assert np.all(sure.mean(axis=0) < np.array([0.5, 0.9]) - 10 * error)

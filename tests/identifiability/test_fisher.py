@@ -7,7 +7,7 @@ from support.toys import Linear
 from bayesub.identifiability import fisher
 from bayesub.identifiability.directions import null_basis, split_svd
 from bayesub.identifiability.fisher import integrated_out
-from bayesub.problem.priors import Normal
+from bayesub.problem.priors import CorrelatedNormal, Normal
 
 N = 6
 
@@ -134,3 +134,24 @@ def test_standard_normal_unknowns_are_integrated_out(rng):
     jacobian = integrated_out(by_others, by_white)
     exact = by_others.T @ np.linalg.solve(np.eye(30) + by_white @ by_white.T, by_others)
     assert jacobian.T @ jacobian == pytest.approx(exact, rel=1e-10)
+
+
+def test_a_prior_that_correlates_takes_its_share(planted, rng):
+    """What an earlier trial has told counts as prior: the null direction stays null, and nothing is told twice."""
+    problem, vector = planted
+    factor = np.linalg.cholesky(problem.covariance)
+    again = Linear(problem.matrix, problem.readings, CorrelatedNormal(problem.mean, factor), sd=problem.sd)
+    first, second = (fisher(p, p.mean, [vector]) for p in (problem, again))
+    # The same readings once more: each of the five directions that they sharpened has now a signal below one.
+    assert (first.n_informed, second.n_informed, second.n_null) == (5, 0, 1)
+    s = first.singular_values[:5]
+    np.testing.assert_allclose(second.singular_values[:5], (s / np.sqrt(1.0 + s**2)), rtol=1e-9)
+    np.testing.assert_allclose(second.posterior_sd, np.sqrt(np.diag(again.covariance)), rtol=1e-9)
+    information = again.matrix.T @ again.matrix / again.sd**2
+    np.testing.assert_allclose(second.alone_sd, np.diag(information) ** -0.5, rtol=1e-9)
+    # Along the null direction the posterior is the prior; along every direction draws of the prior have a sd of one.
+    draws = again.prior.sample(rng, 20_000)
+    along = (draws - again.prior.mean) / again.prior.sd @ second.coordinates.T
+    np.testing.assert_allclose(np.cov(along.T), np.eye(N), atol=5.0 / np.sqrt(20_000))
+    null = second.coordinates[-1] / again.prior.sd
+    assert null @ again.covariance @ null == pytest.approx(1.0, abs=1e-9)

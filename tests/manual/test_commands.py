@@ -42,11 +42,12 @@ LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder with the studies of the repository and two quick ones."""
+    """A folder with the studies of the repository and quick ones."""
     (tmp_path / "studies").symlink_to(ROOT / "studies")
     (tmp_path / "tiny.toml").write_text(TINY)
     (tmp_path / "few").mkdir()
     (tmp_path / "few" / "tiny.toml").write_text(TINY)
+    (tmp_path / "few" / "other.toml").write_text(TINY.replace('"tiny"', '"other"').replace("seed = 1", "seed = 2"))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

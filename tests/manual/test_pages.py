@@ -29,6 +29,7 @@ from bayesub.model.equations.files import EquationFile, TermSection
 from bayesub.model.equations.regressors import SYMBOLS
 from bayesub.model.hull_files import HullFile
 from bayesub.model.manoeuvre_files import KINDS
+from bayesub.model.quantities import QUANTITIES
 from bayesub.model.vehicle_files import VehicleFile
 from bayesub.study.disturbance_section import DisturbanceFile
 from bayesub.study.study_file import Study
@@ -191,7 +192,7 @@ def test_every_key_of_every_file_is_in_the_reference():
         "nuisance",
         "baselines",
     }
-    containers |= {"sampler", "quick", "trials", "mean", "lower", "upper", "median", "value"}
+    containers |= {"sampler", "quick", "trials", "derived", "mean", "lower", "upper", "median", "value"}
     containers |= {"controls", "terms", "time", "columns", *AXES}
     assert keys - containers - words == set()
 
@@ -232,3 +233,12 @@ def test_the_version_to_cite_is_that_of_the_package():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert version == project["version"]
     assert f"## [{version}]" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_the_table_of_quantities_is_that_of_the_code():
+    """Each once."""
+    table = page("quantities").partition("## What is measured")[2].partition("\n## ")[0]
+    named = [
+        name for row in re.findall(r"^\| (`.*?) \|", table, flags=re.MULTILINE) for name in re.findall(r"`(\w+)`", row)
+    ]
+    assert sorted(named) == sorted(QUANTITIES)

@@ -156,3 +156,49 @@ def test_files_that_cannot_be_read(tmp_path):
             bs.load_vehicle(tmp_path / name)
     with pytest.raises(bs.InputError, match=r"no vehicle 'subof': did you mean 'suboff'.*built in are auv690"):
         bs.load_vehicle("subof")
+
+
+CORRELATED = {
+    "Yuv": {"value": -0.032, "sd": 0.003},
+    "Nuv": {"value": -0.012, "sd": 1e-3},
+    "Xuu": {"value": -1e-3, "sd": 1e-4},
+}
+MATRIX = [[1.0, 0.6, 0.0], [0.6, 1.0, -0.3], [0.0, -0.3, 1.0]]
+
+
+def with_correlations(boat, names=tuple(CORRELATED), matrix=MATRIX):
+    table = {"coefficients": list(names), "matrix": matrix}
+    return boat | {"coefficients": boat["coefficients"] | CORRELATED, "correlations": table}
+
+
+def test_correlations_are_read_by_name(boat, vehicle_with):
+    """In the order of the equations, whatever that of the table; all other coefficients are independent."""
+    vehicle = vehicle_with(with_correlations(boat))
+    places = [NAMES.index(name) for name in CORRELATED]
+    np.testing.assert_array_equal(vehicle.correlation[np.ix_(places, places)], MATRIX)
+    assert np.count_nonzero(vehicle.correlation) == len(NAMES) + 4
+    assert vehicle_with(boat).correlation is None
+
+
+@pytest.mark.parametrize(
+    ("names", "matrix", "message"),
+    [
+        (("Yuv", "Nuv", "Xvu"), MATRIX, "correlations: unknown coefficient 'Xvu': did you mean 'Xvv'"),
+        (("Yuv", "Nuv", "Nur"), MATRIX, "correlations: 'Nur' has no sd; write Nur = {"),
+        (("Yuv", "Nuv", "Nuv"), MATRIX, "'correlations': coefficient 'Nuv' is named twice"),
+        (("Yuv", "Nuv"), MATRIX, "'correlations': matrix must have 2 rows of 2 numbers"),
+        (("Yuv", "Nuv"), [[1.0, 0.2], [0.2]], "'correlations': matrix must have 2 rows of 2 numbers"),
+        (("Yuv", "Nuv"), [[1.0, 0.2], [0.3, 1.0]], "must be symmetric, found 0.2 and 0.3 of Yuv and Nuv"),
+        (("Yuv", "Nuv"), [[2.0, 0.2], [0.2, 1.0]], "ones on its diagonal"),
+        (("Yuv", "Nuv"), [[1.0, 1.2], [1.2, 1.0]], "no entry beyond -1 and 1"),
+        (("Yuv", "Nuv"), [[1.0, 1.0], [1.0, 1.0]], "not positive definite: correlations of"),
+        (tuple(CORRELATED), [[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]], "contradict each other; keep"),
+        (("Yuv", "Nuv"), [[1.0, float("nan")], [float("nan"), 1.0]], "finite number"),
+        (("Yuv",), [[1.0]], "correlations.coefficients"),
+    ],
+)  # fmt: skip
+def test_correlations_that_are_none_are_refused_in_a_line(boat, vehicle_with, names, matrix, message):
+    with pytest.raises(bs.InputError) as error:
+        vehicle_with(with_correlations(boat, names, matrix))
+    assert message in str(error.value)
+    assert str(error.value).isprintable()

@@ -21,9 +21,12 @@ from bayesub.plots import (
     corner,
     cross_check,
     data_card,
+    fan,
     fit,
+    orders,
     posterior,
     profile,
+    ranks,
     spectrum,
     style,
     track,
@@ -138,6 +141,10 @@ def draw_profile(path):
     profile.draw(path, {"track": SimpleNamespace(name="Xuu", value=1.0, grid=1.0 + change, **cost)}, EQUATIONS)
 
 
+def draw_ranks(path):
+    ranks.draw(path, POSTERIOR, EQUATIONS)
+
+
 def draw_spectrum(path):
     spectrum.draw(path, SPECTRUM)
 
@@ -164,6 +171,7 @@ FIGURES = {
     draw_correlation: ("posterior correlation",),
     draw_nuisance: ("yaw0 (deg)",),
     draw_profile: ("change (%)", "rise of $-2\\log$ likelihood"),
+    draw_ranks: ("step after warm-up", "rank over number of draws"),
     draw_spectrum: ("direction, from the stiffest to the sloppiest", "singular value (prior sd / data sd)"),
     draw_spectra: ("direction", "singular value\n(prior sd / data sd)"),
     draw_directions: ("prior standard deviations along the unit direction (8 largest entries)",),
@@ -231,6 +239,22 @@ def test_tracks(tmp_path, drawings, spiral_track):
     paths = [tmp_path / "figure.png", tmp_path / "figure.pdf"]
     track.draw(paths, record, readings + np.zeros((4, n)), states)
     check(drawings, tmp_path, ("east (m)", "north (m)", "yaw (deg)", "time (s)"))
+    drawings.clear()
+    after = readings + np.zeros((4, n))
+    before = readings * RNG.uniform(0.5, 1.5, (20, 1))
+    fan.draw(paths, record, before, after, (1.1 * states, states))
+    check(drawings, tmp_path, ("east (m)", "north (m)", "yaw (deg)", "time (s)"))
+    drawings.clear()
+    straight = states.copy()
+    straight[..., 1] = 0.0
+    fan.draw(paths, record, before, after, (straight, straight))
+    check(drawings, tmp_path, ("north (m)", "depth (m)", "yaw (deg)", "time (s)"))
+    drawings.clear()
+    simulator = spiral_track.simulator
+    trials = {str(k): (simulator.manoeuvre, simulator.vehicle.actuators) for k in range(orders.MOST + 2)}
+    orders.draw(paths, trials)
+    assert len(drawings[0].axes) == orders.MOST
+    check(drawings, tmp_path, ("plane (deg)", "time (s)"))
     drawings.clear()
     track.draw_simulated(paths, spiral_track, "spiral")
     check(drawings, tmp_path, ("east (m)", "north (m)", "depth (m)", "angle (deg)", "speed (m/s)", "plane (deg)"))

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from bayesub import InputError
-from bayesub.model.coefficients import EQUATIONS, NAMES
+from bayesub.model.coefficients import EQUATIONS
 from bayesub.problem.priors import (
     CorrelatedNormal,
     Joint,
@@ -91,19 +91,19 @@ def test_spreads_about_a_centre(rng):
     """A relative prior has the size of its centre, whatever its sign, and the thesis's bounds are 75 % of it."""
     xi, centre, columns = rng.standard_normal(101), rng.standard_normal(101), np.array([3, 90, 7])
     for given, expected in ((None, xi[columns]), (centre, centre[columns])):
-        normal = relative_normal(0.25, given).on(columns, xi, NAMES)
+        normal = relative_normal(0.25, given).on(columns, xi, EQUATIONS)
         np.testing.assert_array_equal(normal.mean, expected)
         np.testing.assert_array_equal(normal.sd, 0.25 * np.abs(expected))
-        uniform = relative_uniform(0.75, given).on(columns, xi, NAMES)
+        uniform = relative_uniform(0.75, given).on(columns, xi, EQUATIONS)
         np.testing.assert_allclose(np.sort([0.25 * expected, 1.75 * expected], axis=0), [uniform.lower, uniform.upper])
-        signed = relative_log_normal(0.3, given).on(columns, xi, NAMES)
+        signed = relative_log_normal(0.3, given).on(columns, xi, EQUATIONS)
         np.testing.assert_array_equal(np.sign(signed.sample(rng, 100)), np.tile(np.sign(expected), (100, 1)))
 
 
 class Boat:
     """What a vehicle file gives: seven coefficients with an sd, one of them zero, and the rest without."""
 
-    equations = EQUATIONS
+    equations, correlation = EQUATIONS, None
 
     def __init__(self, rng):
         self.xi, self.sd = rng.standard_normal(101), np.full(101, np.nan)
@@ -115,18 +115,18 @@ def test_a_vehicles_own_uncertainties(rng):
     """What has an sd has that normal prior, the rest another, and what has no scale at all stays fixed."""
     boat, columns = Boat(rng), np.arange(101)
     prior = from_vehicle(boat, relative_normal(0.2))
-    scaled = prior.has_scale(columns, boat.xi, NAMES)
+    scaled = prior.has_scale(columns, boat.xi, EQUATIONS)
     np.testing.assert_array_equal(np.flatnonzero(~scaled), [80])
     free = columns[scaled]
-    drawn = prior.on(free, boat.xi, NAMES)
+    drawn = prior.on(free, boat.xi, EQUATIONS)
     np.testing.assert_allclose(drawn.mean, boat.xi[free])
     sd = np.where(np.isfinite(boat.sd), boat.sd, 0.2 * np.abs(boat.xi))[free]
     np.testing.assert_allclose(drawn.sd, sd)
     points = drawn.sample(rng, 5)
     np.testing.assert_allclose(drawn.log_density(points), stats.norm.logpdf(points, boat.xi[free], sd).sum(axis=1))
     alone = from_vehicle(boat)
-    np.testing.assert_array_equal(alone.has_scale(columns, boat.xi, NAMES), np.isfinite(boat.sd))
-    elsewhere = from_vehicle(boat, centre=np.ones(101)).on(np.array([7, 60]), boat.xi, NAMES)
+    np.testing.assert_array_equal(alone.has_scale(columns, boat.xi, EQUATIONS), np.isfinite(boat.sd))
+    elsewhere = from_vehicle(boat, centre=np.ones(101)).on(np.array([7, 60]), boat.xi, EQUATIONS)
     np.testing.assert_array_equal(elsewhere.mean, [1.0, 1.0])
 
 

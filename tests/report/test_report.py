@@ -3,26 +3,30 @@
 import dataclasses
 import json
 import re
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from support.laplace import posterior_of
+from support.pages import Page
 
 import bayesub as bs
 from bayesub import identifiability
 from bayesub.baselines import gauss_newton
 from bayesub.checks import fit as criticism
 from bayesub.plots import fit as criticism_plot
+from bayesub.plots import ranks
+from bayesub.plots.style import powers
 from bayesub.problem import likelihoods
 from bayesub.problem.joint import JointProblem
-from bayesub.report import findings, remedies, report
+from bayesub.report import conflicts, findings, remedies, report
 from bayesub.report.figures import figures
-from bayesub.sampling.posterior import Posterior
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr")
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=2.0, channels=("x", "y", "yaw"))
+FIRST_WORDS = ("Is it?", "Answer.", "Converged", "Nothing found against", "<dt>Vehicle", "<nav", "<dt>Known", "<table")
 HOSTILE = "<script src='x'>alert(\"1\")</script>{{ 7 * 7 }}"
-FIGURES = ("coefficients", "track", "criticism", "spectrum", "correlation", "corner", "directions", "nuisance")
+FIGURES = ("orders", "coefficients", "track", "fan", "criticism", "spectrum", "correlation", "corner", "directions")
+FIGURES += ("ranks", "nuisance", "derived")
 
 
 def posed(track, seed=0, sensors=SENSOR, current_mps=(0.0, 0.0), **given):
@@ -37,15 +41,6 @@ def sentence(problem, at=None):
     residuals = problem.quantile_residuals(at, np.random.default_rng(2))
     times = {name: problem.channels[name][0].times for name in residuals}
     return remedies.sentence(criticism.criticise(residuals, times), problem)
-
-
-def posterior_of(problem, rng):
-    """Draws of the Laplace approximation, as a chain of four ensembles."""
-    mode = gauss_newton(problem)
-    chain = mode.values + rng.standard_normal((4, 60, 8, problem.n_params)) @ np.linalg.cholesky(mode.covariance).T
-    log_prob = problem.log_prob(chain.reshape(-1, problem.n_params)).reshape(4, 60, 8)
-    prior = problem.prior
-    return Posterior(problem.names, chain, log_prob, prior.mean, prior.sd, 10, 0.5, 100, 1.0, {"diverged": 0})
 
 
 @pytest.fixture(scope="module")
@@ -64,26 +59,6 @@ def results(problem):
 @pytest.fixture(scope="module")
 def numbers(results):
     return report.numbers_of(results) | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
-
-
-class Page(HTMLParser):
-    """All elements of a page with their attributes, and the text outside scripts and styles."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.elements, self.words, self._within = [], [], ""
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        self.elements.append((tag, dict(attrs)))
-        self._within = tag
-
-    def handle_data(self, data):
-        if self._within not in ("script", "style"):
-            self.words.append(data)
-
-    def all(self, tag):
-        return [attributes for name, attributes in self.elements if name == tag]
 
 
 def page_of(numbers, words=""):
@@ -150,6 +125,31 @@ def test_slow_noise_is_said_and_quiet_once_told(spiral_track):
     assert "look like" in sentence(bs.Problem(vehicle, manoeuvre, record, noise={"yaw": slow}, **given))
 
 
+def test_a_guess_with_the_wrong_sign_is_named_and_a_right_one_is_not(spiral_track, problem, numbers, page):
+    """Without a conflict there are no words on it; with Nuu_dr of the wrong sign it is named, and nothing else."""
+    assert not numbers["conflict"]["found"]
+    assert "disagree" not in Page(page).text
+    guess = problem.vehicle.xi.copy()
+    guess[problem.equations.columns(["Nuu_dr"])] *= -1.0
+    wrong = posed(spiral_track, prior=bs.priors.relative_normal(0.25, guess))
+    found = conflicts.numbers(wrong, posterior_of(wrong, np.random.default_rng(1)))
+    assert [row["name"] for row in found["named"]] == ["Nuu_dr"]
+    said = conflicts.sentences({"conflict": found})
+    assert said["conflict"].startswith("Prior and data disagree on Nuu_dr (-0.0022")
+    assert list(said) == ["conflict"]
+
+
+def test_how_far_off_the_guesses_are_is_said_if_it_is_unknown(spiral_track, problem):
+    """Guesses that are half of the truth: the interval of the scale holds log 2, and the prior's own is quoted."""
+    prior = bs.priors.relative_hierarchical(0.25, 0.5 * problem.vehicle.xi)
+    halved = posed(spiral_track, prior=prior)
+    found = conflicts.numbers(halved, posterior_of(halved, np.random.default_rng(1)))
+    assert not found["found"]
+    (scale,) = found["scales"]
+    assert scale["interval"][0] < np.log(2.0) < scale["interval"][1]
+    assert "where the prior said 6 to 100 %" in conflicts.sentences({"conflict": found})["guess"]
+
+
 def test_trials_of_a_joint_problem_and_channels_without_noise(spiral_track):
     joint = JointProblem({"first": posed(spiral_track, 1), "second": posed(spiral_track, 2, current_mps=(0.1, 0.0))})
     said = sentence(joint, joint.reference)
@@ -168,7 +168,7 @@ def test_the_figure_is_drawn_for_one_channel_and_for_ten(n_channels, tmp_path, r
 
 
 def test_the_verdict_comes_first(page):
-    places = [page.index(words) for words in ("Converged", "Nothing found against", "<dt>Known", "<img", "<table")]
+    places = [page.index(words) for words in FIRST_WORDS]
     assert places == sorted(places)
 
 
@@ -180,7 +180,7 @@ def test_every_picture_has_words_and_is_in_the_page(page):
         assert picture["src"].startswith("data:image/png;base64,")
 
 
-def test_captions_say_what_the_data_say(results):
+def test_captions_say_what_the_data_say(results, numbers):
     """No null direction is spoken of where there is none, and the width of the band is that of this posterior."""
     captions = captions_of(results)
     n_null = results.spectrum.n_null
@@ -192,8 +192,46 @@ def test_captions_say_what_the_data_say(results):
     problem, share = results.problem, results.problem.predicted(results.draws).std(axis=0) / results.problem.sds
     ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
     assert float(width) == pytest.approx(max(np.median(part) for part in np.split(share, ends)), rel=0.05)
+    wide = sum(row["contraction"] >= 0.9 for row in numbers["parameters"])
+    assert f"{wide} of {len(FREE)} posteriors are at least 90 % as wide" in captions["coefficients"]
+    assert "would be orange" in captions["criticism"]
+    pair = " with ".join(numbers["trade_offs"][0]["pair"])
+    assert f"most of all {pair}, correlation" in captions["corner"]
     null = dataclasses.replace(results.spectrum, n_null=1)
     assert "The last direction is null" in captions_of(dataclasses.replace(results, spectrum=null))["spectrum"]
+
+
+def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
+    """By draws of a Laplace approximation, which are independent, about 1 %; with one ensemble moved, many more."""
+    sample = results.summary
+    worst = max(sample.names, key=lambda name: sample.rhat[sample.names.index(name)])
+    caption = captions_of(results)["ranks"]
+    assert f"mix worst, {worst} (R-hat {sample.rhat.max():.4f})" in caption
+    assert 100 * ranks.outside(sample) < 2.0
+    assert f"{100 * ranks.outside(sample):.2g} % are beyond" in caption
+    moved = sample.chain + sample.sd * np.array([2.0, 0.0, 0.0, 0.0])[:, None, None, None]
+    assert ranks.outside(dataclasses.replace(sample, chain=moved)) > 0.3
+
+
+def test_the_caption_of_the_fan_says_how_much_narrower_the_posterior_is(results):
+    """By hand from the draws of both; prior draws that fail would be counted."""
+    problem = results.problem
+    assert len(results.foretold) == report.PREDICTIVE_DRAWS
+    caption = captions_of(results)["fan"]
+    assert "left out" not in caption
+    found = re.search(r"half of the 90 % band shrinks: north from ([\d.]+) to ([\d.]+) m", caption)
+    last = len(problem.record.channels[0].times) - 1
+    for draws, width in zip((results.foretold, results.draws), found.groups(), strict=True):
+        low, high = np.quantile(problem.predicted(draws)[:, last], [0.05, 0.95])
+        assert float(width) == pytest.approx(0.5 * (high - low), rel=0.05)
+
+
+def test_a_report_again_has_the_same_random_numbers_whatever_figures_it_draws(results):
+    """Draws of the prior come from a stream of their own."""
+    again = dataclasses.replace(results, rng=np.random.default_rng(7))
+    other = dataclasses.replace(results, rng=np.random.default_rng(7))
+    assert again.foretold.shape == (report.PREDICTIVE_DRAWS, results.problem.n_params)
+    np.testing.assert_array_equal(again.draws, other.draws)
 
 
 def captions_of(results):
@@ -203,9 +241,9 @@ def captions_of(results):
 
 def test_nothing_is_loaded(page):
     for _, attributes in Page(page).elements:
-        for key in ("src", "href"):
-            assert attributes.get(key, "data:").startswith("data:")
-    assert "http" not in page
+        assert attributes.get("src", "data:").startswith("data:")
+        assert attributes.get("href", "#").startswith(("#", "data:"))
+    assert "http" not in page.replace("http-equiv", "")
     assert "@import" not in page
     assert "url(" not in page
 
@@ -213,7 +251,7 @@ def test_nothing_is_loaded(page):
 def test_every_table_sorts_and_scrolls_by_itself(page):
     elements = Page(page).elements
     tables = [k for k, (tag, _) in enumerate(elements) if tag == "table"]
-    assert len(tables) == 6
+    assert len(tables) == 8
     for k in tables:
         assert elements[k][1]["class"] == "sortable"
         tag, box = elements[k - 1]
@@ -236,7 +274,7 @@ def test_every_text_is_escaped(numbers, page):
     hostile = page_of(with_texts(numbers, lambda text: text + HOSTILE), HOSTILE)
     assert re.findall(r"<[a-z]+[^>]{0,20}", page) == re.findall(r"<[a-z]+[^>]{0,20}", hostile)
     assert HOSTILE not in hostile
-    shown = "".join(Page(hostile).words).count(HOSTILE)
+    shown = Page(hostile).text.count(HOSTILE)
     assert shown >= len(FIGURES) + len(numbers["parameters"] + numbers["nuisance"])  # captions and rows, as they are
     assert "{{ 7 * 7 }}" in hostile
 
@@ -253,6 +291,7 @@ def with_texts(value, change):
 def test_light_dark_paper_and_phone(page):
     for rule in ("prefers-color-scheme: dark", "@media print", "max-width: 40rem", 'name="viewport"', 'lang="en-GB"'):
         assert rule in page
+    assert "th button { display: contents; }" in page  # Chromium repeats no head on paper that holds a box
 
 
 def test_the_foot_names_version_and_commit(page):
@@ -265,7 +304,7 @@ def test_the_glossary_says_what_each_coefficient_is(problem, numbers, page):
     for entry in numbers["glossary"]:
         term = problem.equations.term(entry["name"])
         assert (entry["factor"], entry["regressor"], entry["meaning"]) == (term.scale, term.regressor, term.meaning)
-        assert {term.name, term.scale, term.regressor, term.meaning} <= set(Page(page).words)
+        assert {term.name, f"{powers(term.scale)} · {term.regressor}", term.meaning} <= set(Page(page).words)
 
 
 def test_null_directions_are_those_of_the_equations(spiral_track):
@@ -292,6 +331,28 @@ def test_trade_offs_are_of_coefficients_and_nuisance_parameters_are_named_as_suc
         "No two coefficients are correlated by more than 0.9 in the posterior. "
         "With nuisance parameters: Xuu with yaw0_deg (-0.97)."
     )
+
+
+def test_a_normal_posterior_is_said_to_be_normal_and_a_bent_one_not(results, numbers, page):
+    """Draws of a Laplace approximation, and the same with Nuv moved by the square of another coefficient."""
+    assert numbers["normality"]["close"]
+    assert [row["name"] for row in numbers["normality"]["parameters"]] == list(FREE)  # and no nuisance parameter
+    assert "The posterior is close to normal" in Page(page).text
+    posterior, (by, moved) = results.posterior, map(FREE.index, ("Yuv", "Nuv"))
+    chain = posterior.chain.copy()
+    chain[..., moved] += posterior.sd[moved] * ((chain[..., by] - posterior.mean[by]) / posterior.sd[by]) ** 2
+    bent = report.numbers_of(dataclasses.replace(results, posterior=dataclasses.replace(posterior, chain=chain)))
+    assert not bent["normality"]["close"]
+    assert bent["verdict"]["normality"].startswith("The posterior is not normal in Nuv: ")
+    assert "fit the next trial together with this one" in Page(page_of(numbers | bent)).text
+
+
+def test_numbers_of_an_older_run_make_a_page(numbers, page):
+    """Without what was not said then; all else stays."""
+    verdict = {key: text for key, text in numbers["verdict"].items() if key != "normality"}
+    older = {key: value for key, value in numbers.items() if key != "normality"} | {"verdict": verdict}
+    left_out = f"<dt>Normality</dt><dd>{numbers['verdict']['normality']}</dd>"
+    assert page_of(older) == page.replace(left_out, "")
 
 
 def test_an_effective_sample_costs_its_jacobians_too(problem):

@@ -1,14 +1,13 @@
 """Each move alone: what it leaves invariant, and whom it sees."""
 
-from functools import partial
-
 import emcee
 import numpy as np
 import pytest
 from scipy import stats
+from support.slow_flights import numbers, turned
 from support.toys import second_moments, standardised
 
-from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson, hamiltonian
+from bayesub.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
 
 # So many that an acceptance ratio wrong by a tenth shows: moments are then known to 0.7 %.
 N_ENSEMBLES, N_WALKERS, N_PARAMS = 1500, 12, 3
@@ -26,17 +25,22 @@ def rough(coords):
     return log_prob(coords - 0.2, 1.5**2 * (COVARIANCE + 0.1 * np.eye(N_PARAMS)))
 
 
-def slope(coords):
-    """Gradient of the rough surrogate."""
-    return -np.linalg.solve(1.5**2 * (COVARIANCE + 0.1 * np.eye(N_PARAMS)), (coords - 0.2).T).T
+def rough_with_gradient(coords):
+    return rough(coords), -np.linalg.solve(1.5**2 * (COVARIANCE + 0.1 * np.eye(N_PARAMS)), (coords - 0.2).T).T
+
+
+def swept(y, random):
+    return crank_nicolson(rough, y, rough(y), random, steps=[0.2, 0.5, 1.0], n_sweeps=5)
+
+
+def flown(y, random):
+    return turned(rough_with_gradient, y, *numbers(random, y, (0.1, 0.3), 2), 4)
 
 
 MOVES = {
     "pcn": LaplacePCN([0.2, 0.5, 1.0]),
-    "surrogate, sweeps": SurrogateTransition(rough, partial(crank_nicolson, rough, steps=[0.2, 0.5, 1.0], n_sweeps=5)),
-    "surrogate, flights": SurrogateTransition(
-        rough, partial(hamiltonian, rough, slope, steps=[0.1, 0.3], n_leaps=4, n_flights=2)
-    ),
+    "surrogate, sweeps": SurrogateTransition(rough, swept),
+    "surrogate, flights": SurrogateTransition(rough, flown),
 }
 
 
@@ -108,6 +112,23 @@ def test_the_check_fails_without_the_proposal_factor(draws, name, monkeypatch):
 
     monkeypatch.setattr(move, "get_proposal", forgetful)
     assert disagreement(moved(move, draws, 50)[0]) > 2 * LIMIT
+
+
+def test_flights_over_a_standard_normal_are_exact():
+    """Without a rest there are no kicks: all is accepted, and a quarter of a turn forgets where it began."""
+    starts = np.random.default_rng(5).standard_normal((20_000, N_PARAMS)) + 3.0
+
+    def normal(y):
+        return -0.5 * np.sum(y**2, axis=1), -y
+
+    for turn in (0.5 * np.pi, 0.7):
+        random = np.random.RandomState(2)
+        ends, log_prob, accepted = turned(normal, starts, *numbers(random, starts, [turn / 3], 1), 3)
+        np.testing.assert_array_equal(log_prob, normal(ends)[0])
+        expected = np.cos(turn) * starts.mean()
+        assert abs(ends.mean() - expected) < 4.0 / np.sqrt(ends.size)
+        if turn > 1.0:
+            np.testing.assert_allclose(accepted, 1.0, rtol=1e-3)
 
 
 @pytest.mark.parametrize("name", MOVES)

@@ -1,6 +1,7 @@
 """The second sampler: it agrees on a known posterior, and sees a planted disagreement."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from bayesub.checks import convergence
 from bayesub.plots import cross_check as plot
 from bayesub.problem.priors import Normal
 from bayesub.sampling import nuts as module
+from bayesub.sampling.posterior import STANDARD
 
 
 def ensemble(problem, rng, n_steps=400):
@@ -73,6 +75,11 @@ def test_nuts_that_has_not_converged_proves_nothing(problem, rng):
     check = module.compare(ensemble(problem, rng), draws)
     assert check.verdict == "inconclusive"
     assert "nothing follows" in check.sentence
+    # Trajectories diverge where steps are too long for the density: what lies there is not drawn.
+    assert module.compare(ensemble(problem, rng), exact(problem, rng), divergences=8).verdict == "agree"
+    diverged = module.compare(ensemble(problem, rng), exact(problem, rng), divergences=9)
+    assert diverged.verdict == "inconclusive"
+    assert "9 divergent trajectories" in diverged.sentence
 
 
 def test_it_is_saved_and_drawn(problem, rng, tmp_path):
@@ -82,6 +89,27 @@ def test_it_is_saved_and_drawn(problem, rng, tmp_path):
     np.testing.assert_array_equal(again.correlation_z, check.correlation_z)
     plot.draw(tmp_path / "check.png", check)
     assert (tmp_path / "check.png").stat().st_size > 5000
+
+
+def test_costs_stand_beside_each_other(problem, rng):
+    """A Jacobian at its price over the bulk ESS of the worst parameter; unknown of what knows no price."""
+    ours = replace(ensemble(problem, rng), evaluations=9000, jacobians=20, jacobian_price=50.0, seconds=3.0)
+    draws = exact(problem, rng)
+    check = module.compare(ours, draws, spent=(4000, 2000, 7.0))
+    first, second = check.efforts
+    assert (first.work, second.work) == (10_000.0, 104_000.0)
+    assert first.ess == ours.bulk_ess.min()
+    assert second.ess == convergence.bulk_ess(draws[:, :, None]).min()
+    assert second.per_effective_sample == second.work / second.ess
+    assert check.sentence.endswith(
+        f"cost {first.per_effective_sample:.3g} simulations here and {second.per_effective_sample:.3g} there."
+    )
+    assert module.CrossCheck.from_json(check.to_json()).efforts == check.efforts
+    former = {key: value for key, value in check.to_json().items() if key not in ("efforts", "engine")}
+    assert module.CrossCheck.from_json(former).sentence == replace(check, efforts=()).sentence
+    assert (
+        module.compare(replace(ours, jacobian_price=float("nan")), exact(problem, rng), spent=(1, 1, 1.0)).efforts == ()
+    )
 
 
 def test_without_nutpie_one_line_says_how_to_get_it(monkeypatch):
@@ -94,10 +122,20 @@ def test_nuts_and_emcee_agree_on_a_bent_sheet():
     """Exact gradients through the straightened coordinates: both samplers give the banana; a wider one is noticed."""
     _nutpie_or_skip()
     problem, rng = Banana(), np.random.default_rng(3)
-    posterior = bs.sample(problem, rng=rng, n_walkers=16)
-    check = bs.cross_check(problem, posterior, rng=rng)
+    # As long as the study runs it: the shortest chains differ by chance one time in twenty.
+    posterior = bs.sample(problem, rng=rng, n_walkers=16, criteria=replace(STANDARD, ess=10_000))
+    before = problem.costs.simulations, problem.costs.jacobians
+    check = bs.cross_check(problem, posterior, rng=np.random.default_rng(4))
     assert check.verdict == "agree", check.sentence
-    assert bs.cross_check(Banana(reach=2.0), posterior, rng=rng).verdict == "disagree"
+    ours, nuts = check.efforts
+    assert (ours.simulations, ours.jacobians) == before
+    assert (ours.simulations + nuts.simulations, ours.jacobians + nuts.jacobians) == (
+        problem.costs.simulations,
+        problem.costs.jacobians,
+    )
+    assert nuts.jacobians >= check.gradients  # and those of the search for coordinates
+    wider = bs.cross_check(Banana(reach=2.0), posterior, rng=np.random.default_rng(4))
+    assert wider.verdict == "disagree", wider.sentence
 
 
 class Stepped(Linear):

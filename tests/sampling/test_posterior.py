@@ -121,7 +121,7 @@ def test_a_sampler_that_stops_early_says_so():
     def shortcomings(**options):
         return bs.sample(problem, rng=np.random.default_rng(0), **options).shortcomings
 
-    assert shortcomings(max_steps=30) == ("only 23 steps were kept; raise max_steps",)
+    assert shortcomings(max_steps=30) == ("only 27 steps were kept; raise max_steps",)
     assert "500 are needed" in shortcomings(max_steps=100, criteria=Criteria(taus=500.0))[0]
     assert "only 2 independent ensembles" in shortcomings(n_ensembles=2, max_steps=100)[0]
 

@@ -72,9 +72,12 @@ def test_gradient():
     problem = Banana()
     _, surrogate, draws = learned(problem)
     shifts = 1e-5 * np.eye(2)
-    for y, gradient in zip(draws[:5], surrogate.gradient(draws[:5]), strict=True):
-        plus, minus = (surrogate.log_prob(y + sign * shifts) for sign in (1, -1))
-        np.testing.assert_allclose(gradient, (plus - minus) / 2e-5, rtol=1e-6, atol=1e-6)
+    for temperature in (1.0, 2.0):
+        log_prob, gradients = surrogate.with_gradient(draws[:5], temperature)
+        np.testing.assert_array_equal(log_prob, surrogate.log_prob(draws[:5], temperature))
+        for y, gradient in zip(draws[:5], gradients, strict=True):
+            plus, minus = (surrogate.log_prob(y + sign * shifts, temperature) for sign in (1, -1))
+            np.testing.assert_allclose(gradient, (plus - minus) / 2e-5, rtol=1e-6, atol=1e-6)
 
 
 def test_temperature_widens():
@@ -83,7 +86,37 @@ def test_temperature_widens():
     geometry, surrogate, draws = learned(problem)
     log_prior = geometry.log_prior(draws)
     cold, hot = surrogate.log_prob(draws) - log_prior, surrogate.log_prob(draws, 4.0) - log_prior
-    np.testing.assert_allclose(hot, cold / 4.0, rtol=1e-12)
+    np.testing.assert_allclose(hot, cold / 4.0, rtol=1e-12, atol=1e-13 * np.abs(log_prior).max())
+
+
+def test_its_power_is_that_of_the_simulated_likelihood():
+    """A likelihood that is the emulated one to some power gives that power, one that has none changes nothing."""
+    problem, _ = ill_conditioned()
+    geometry, surrogate, draws = learned(problem)
+    surrogate.power = 1.0
+    log_prior = geometry.log_prior(draws)
+    likelihood = surrogate.log_prob(draws) - log_prior
+    simulated = log_prior + 0.8 * likelihood
+    simulated[0] = -np.inf
+    for before in (1.0, 0.6):
+        surrogate.power = before
+        surrogate.temper(draws, simulated)
+        assert surrogate.power == pytest.approx(0.8, rel=1e-9)
+    surrogate.temper(draws, log_prior + 1.3 * likelihood)
+    assert surrogate.power == 1.0
+
+
+def test_errors_of_the_emulator_lower_the_power(rng):
+    """Noise of its log likelihood flattens the regression: the power is the share of the variance without noise."""
+    problem, _ = ill_conditioned()
+    geometry, surrogate, draws = learned(problem)
+    surrogate.power = 1.0
+    log_prior = geometry.log_prior(draws)
+    ours = surrogate.log_prob(draws) - log_prior
+    share = 0.9
+    simulated = share * ours + np.sqrt(share * (1.0 - share)) * np.std(ours) * rng.standard_normal(len(ours))
+    surrogate.temper(draws, log_prior + simulated)
+    assert surrogate.power == pytest.approx(share, abs=4.0 * np.sqrt(share * (1.0 - share) / len(ours)))
 
 
 def test_failed_simulations_are_left_out():

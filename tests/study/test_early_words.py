@@ -5,10 +5,14 @@ import json
 import numpy as np
 import pytest
 
+import bayesub as bs
+from bayesub.baselines import gauss_newton
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.report.early import fit_of_mode
+from bayesub.report.suspect_columns import suspect
 from bayesub.sampling.posterior import Posterior
+from bayesub.study.misread_columns import refuse_misread
 from bayesub.study.prepare import prepare
 from bayesub.study.run import run
 from bayesub.study.study_file import load_study
@@ -82,23 +86,127 @@ def test_a_missing_current_is_named_before_sampling(tmp_path, few_figures):  # n
     assert "current_north_mps" in lines
 
 
-def test_a_log_with_the_rudder_the_other_way_round_is_not_sampled(tmp_path):
-    """One clear line in place of sampling; with another limit it is sampled all the same."""
+def logged(tmp_path, damage=dict, extra=""):
+    """A study of the log of the trial, some of whose columns are not what they should be."""
     setup = prepare(load_study(written(tmp_path, STUDY)))
     trial = setup.trials[""]
     trial.record.save(tmp_path / "log.csv", trial.manoeuvre)
     log = log_files.read_log(tmp_path / "log.csv")
-    log["delta_r"] = -log["delta_r"]
-    log_files.write_log(tmp_path / "log.csv", log)
-    text = STUDY.replace(
-        'manoeuvre = "horizontal"', 'data = "log.csv"\nsubproblem = "horizontal"\nmax_control_gap_s = 1e3'
-    )
+    log_files.write_log(tmp_path / "log.csv", log | damage(log))
+    data = f'data = "log.csv"\nsubproblem = "horizontal"\nmax_control_gap_s = 1e3\n{extra}'
+    return written(tmp_path, STUDY.replace('manoeuvre = "horizontal"', data))
+
+
+MISREAD = {
+    "rudder_deg: positive turns the boat to starboard.*multiply it by -1": lambda log: {"delta_r": -log["delta_r"]},
+    "x_m, y_m: x_m holds what y_m should.*exchange the two names": lambda log: {"x": log["y"], "y": log["x"]},
+    "y_m: of the other sign.*multiply it by -1": lambda log: {"y": -log["y"]},
+    "yaw_deg: in radians.*rename it yaw_rad": lambda log: {"psi": np.radians(log["psi"])},
+    "rudder_rad: in degrees.*rename it rudder_deg": None,
+}
+
+
+@pytest.mark.parametrize("words", MISREAD)
+def test_a_column_that_holds_something_else_is_refused_before_any_search(tmp_path, words):
+    """One line with file, column and remedy, and no simulation."""
+    file = logged(tmp_path, MISREAD[words] or dict)
+    if MISREAD[words] is None:
+        path = tmp_path / "log.csv"
+        path.write_text(path.read_text().replace("rudder_deg", "rudder_rad", 1))
+    with pytest.raises(InputError, match=rf"log\.csv: {words}.*; .*trust_log = true") as caught:
+        run(file, tmp_path / "run", progress=Remarks())
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "run" / "mode.json").exists()
+
+
+def test_a_column_that_is_not_used_may_hold_anything(tmp_path):
+    """Without its sensor a column of the other sign is nobody's business; other faults are said and no more."""
+    file = logged(tmp_path, lambda log: {"y": -log["y"]}, 'ignore = ["y_m"]')
+    file.write_text(file.read_text().replace('channels = ["x", "y", "yaw"]', 'channels = ["x", "yaw"]'))
+    remarks = Remarks()
+    refuse_misread(prepare(load_study(file)), remarks)
+    assert remarks.sentences == []
+
+
+def test_a_heading_that_wraps_is_no_fault(tmp_path):
+    """A log of a boat that crosses south, within -180 to 180 degrees, is not refused, and fits as it does without."""
+
+    def misfit(folder, damage=dict):
+        folder.mkdir()
+        setup = prepare(load_study(logged(folder, damage)))
+        refuse_misread(setup, Remarks())
+        return fit_of_mode(setup.problem, setup.problem.reference, np.random.default_rng(0)).misfit
+
+    plain = misfit(tmp_path / "plain")
+    turned = misfit(tmp_path / "turned", lambda log: {"psi": np.mod(log["psi"] + np.pi, 2.0 * np.pi) - np.pi})
+    crossed = log_files.read_log(tmp_path / "turned" / "log.csv")["psi"]
+    assert np.nanmax(np.abs(np.diff(crossed[np.isfinite(crossed)]))) > np.pi
+    assert turned == pytest.approx(plain, rel=1e-6)
+
+
+def test_a_log_with_the_rudder_the_other_way_round_is_not_sampled(tmp_path):
+    """Trusted all the same it is searched, and then one clear line comes in place of sampling."""
+    file = logged(tmp_path, lambda log: {"delta_r": -log["delta_r"]}, "trust_log = true")
     remarks = Remarks()
     with pytest.raises(InputError, match=r"early.toml: nothing is sampled, .* misses '.*' by \S+ times its noise"):
-        run(written(tmp_path, text), tmp_path / "run", progress=remarks)
+        run(file, tmp_path / "run", progress=remarks)
     assert remarks.sentences
     assert json.loads((tmp_path / "run" / "mode.json").read_text())["misfit"] > 4.0
     assert not (tmp_path / "run" / "posterior.nc").exists()
+
+
+def suspected(problem):
+    return suspect(problem, problem.prior.mean)
+
+
+def test_the_column_that_would_make_the_boat_of_the_prior_agree_is_named(tmp_path):
+    """By its sign or its unit; nothing is named of a good record, nor where no change would do."""
+    problem = prepare(load_study(written(tmp_path, STUDY))).problem
+    assert suspect(problem, gauss_newton(problem).values) == ""
+    readings, x, y = problem.readings, problem.rows["x"], problem.rows["y"]
+    for words, part, factor in (("x_m in feet", x, 1 / 0.3048), ("y_m of the other sign", y, -1.0)):
+        damaged = readings.copy()
+        damaged[part] *= factor
+        assert suspected(problem.with_readings(damaged)).startswith(words)
+    damaged = readings.copy()
+    damaged[x], damaged[y] = readings[y], readings[x]
+    joint = bs.JointProblem({"first": problem.with_readings(damaged)})
+    assert suspected(joint).startswith("first: x_m, y_m: each holds the other")
+    noise = np.random.default_rng(0).standard_normal(len(readings))
+    assert suspected(problem.with_readings(10.0 * np.abs(readings).max() * noise)) == ""
+
+
+def test_a_heading_that_is_trusted_to_be_in_radians_and_is_not_is_named(tmp_path):
+    """Known but for whole turns, and 57 times as large."""
+    file = logged(tmp_path, extra="trust_log = true")
+    path = tmp_path / "log.csv"
+    path.write_text(path.read_text().replace("yaw_deg", "yaw_rad", 1))
+    with pytest.raises(InputError, match=r"nothing is sampled, .* likely yaw in degrees; rename it to _deg \("):
+        run(file, tmp_path / "run", progress=Remarks())
+
+
+def stamped(log, late):
+    """The readings of a log stamped so many seconds later than they were taken."""
+    columns = {"time": log["time"]}
+    for name in ("x", "y", "psi"):
+        taken = np.flatnonzero(np.isfinite(log[name]))
+        n = round(late / np.diff(log["time"][taken])[0])
+        columns[name] = np.full(len(log["time"]), np.nan)
+        columns[name][taken[max(n, 0) :][: len(taken) - abs(n)]] = log[name][taken[max(-n, 0) :][: len(taken) - abs(n)]]
+    return columns
+
+
+@pytest.mark.parametrize(
+    ("late", "words"), [(6.0, "6 s late; give clock_offset_s = 6 "), (-8.0, "8 s early; .* = -8 ")]
+)
+def test_readings_with_another_clock_than_the_controls_are_named(tmp_path, late, words):
+    """By how much, before anything is sampled; with that offset the log is sampled."""
+    file = logged(tmp_path, lambda log: stamped(log, late), "trust_log = true")
+    with pytest.raises(InputError, match=rf"nothing is sampled, .* likely the readings are {words}"):
+        run(file, tmp_path / "run", progress=Remarks())
+    text = file.read_text().replace("interval_s = 2.0", f"interval_s = 2.0\nclock_offset_s = {late}")
+    problem = prepare(load_study(written(tmp_path, text))).problem
+    assert fit_of_mode(problem, gauss_newton(problem).values, np.random.default_rng(0)).misfit < 1.5
 
 
 def test_outliers_do_not_stop_a_run(tmp_path):
@@ -123,10 +231,11 @@ def posterior_of(acceptance, correlation, n_steps=1250):
 
 
 @pytest.mark.parametrize(
-    ("acceptance", "correlation", "stuck"), [(0.04, 0.999, True), (0.4, 0.999, False), (0.04, 0.9, False)]
+    ("acceptance", "correlation", "stuck"),
+    [(0.04, 0.9999, True), (0.04, 0.999, True), (0.4, 0.9999, False), (0.04, 0.9, False), (0.04, 0.98, False)],
 )
 def test_sampling_without_a_chance_ends(acceptance, correlation, stuck):
-    """Only where few proposals are accepted, and the pace is too slow by far; not before a quarter of the steps."""
+    """Only where few proposals are accepted, and no pace is seen; not before a tenth of the steps."""
     posterior = posterior_of(acceptance, correlation)
     assert posterior.stuck(4000) == stuck
     assert not posterior.stuck(40_000)

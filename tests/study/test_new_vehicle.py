@@ -37,7 +37,9 @@ def test_a_template_has_every_key_and_no_coefficient(tmp_path):
         "propulsion": PolynomialSection,
         "actuators": ActuatorsSection,
     }
-    assert content.keys() == VehicleFile.model_fields.keys() - {"hull", "displacement"}  # of a cross-flow, of gliders
+    others = {"hull", "displacement", "correlations"}  # of a cross-flow, of gliders, of coefficients with an sd
+    assert content.keys() == VehicleFile.model_fields.keys() - others
+    assert "# [correlations]" in text
     for key, section in sections.items():
         assert content[key].keys() == section.model_fields.keys() - OPTIONAL, key
     assert content["body"]["inertia_kgm2"].keys() == InertiaSection.model_fields.keys()
@@ -75,7 +77,7 @@ def test_a_geometry_fills_the_added_masses(tmp_path):
     assert vehicle.length_m == 5.0
     assert vehicle.body[0] == pytest.approx(1025.0 * hull.volume, rel=1e-5)
     prior = bs.priors.from_vehicle(vehicle)
-    assert prior.has_scale(np.arange(101), vehicle.xi, NAMES).sum() == len(estimates)
+    assert prior.has_scale(np.arange(101), vehicle.xi, EQUATIONS).sum() == len(estimates)
 
 
 @pytest.mark.parametrize("name", toml_files.built_in("vehicles"))

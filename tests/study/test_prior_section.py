@@ -130,6 +130,18 @@ def test_prior_of_the_vehicle_file(tmp_path, own_boat):
     np.testing.assert_array_equal(problem.prior.sd, [0.003, 0.002, 1e-5])
 
 
+def test_an_unknown_scale_beside_given_priors(prepared):
+    """All coefficients that nothing is given of share a scale, or those of an axis do."""
+    text = '[prior]\nkind = "relative_hierarchical"\nlog_sd = 0.25\n{}'
+    text += "[prior.given]\nXuu = {{ mean = -0.001, sd = 1e-4 }}\n"
+    problem = prepared(text.format("")).problem
+    shared, given = problem.prior.parts
+    assert ([len(part.median) for part in shared.parts], len(given.mean)) == ([3], 1)
+    np.testing.assert_allclose(problem.prior.quantiles(0.5)[1:], problem.reference[1:], rtol=1e-9)
+    by_axis = prepared(text.format("by_axis = true\n")).problem.prior.parts[0]
+    assert [len(part.median) for part in by_axis.parts] == [1, 2]  # Yuv; Nuv and Nur
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
@@ -137,6 +149,11 @@ def test_prior_of_the_vehicle_file(tmp_path, own_boat):
         ('[prior]\nkind = "vehicle"\nlog_sd = 0.3\n', "a vehicle prior needs 'sd', found log_sd"),
         ('[prior]\nkind = "relative_uniform"\nsd = 0.25\n', "needs 'half_width', found sd"),
         ('[prior]\nkind = "relative_normal"\n', "needs 'sd', found nothing"),
+        (
+            '[prior]\nkind = "relative_hierarchical"\nsd = 0.2\n',
+            "a relative_hierarchical prior needs 'log_sd', found sd",
+        ),
+        (NORMAL + "by_axis = true\n", "by_axis is of a relative_hierarchical prior, found relative_normal"),
         (NORMAL + "[prior.given]\nXu = { mean = 1.0, sd = 1.0 }\n", "unknown coefficient 'Xu'"),
         (NORMAL + "[prior.given]\nXu = { value = 1.0 }\n", "unknown coefficient 'Xu'"),
         (NORMAL + "[prior.given]\nXuu = { mean = 1.0, upper = 1.0 }\n", "a prior is mean and sd, lower and upper"),
@@ -180,3 +197,38 @@ def test_refused_tables(prepared, tmp_path, rows, sentence):
     with pytest.raises(InputError) as error:
         prepared(NORMAL + f'table = "{table}"\n' + correlations)
     assert sentence in str(error.value)
+
+
+def test_correlations_of_the_vehicle_file(tmp_path, own_boat):
+    """A joint normal prior of the free coefficients; what is given of one coefficient goes before it."""
+    text = own_boat.read_text() + '[correlations]\ncoefficients = ["Nuv", "Nuu", "Yuv"]\n'
+    own_boat.write_text(text + "matrix = [[1.0, 0.5, -0.8], [0.5, 1.0, 0.0], [-0.8, 0.0, 1.0]]\n")
+
+    def prior(text, free='"Yuv", "Nuv", "Nur", "Nuu"]'):
+        path = tmp_path / "study.toml"
+        head = HEAD.replace('"suboff"', f'"{own_boat}"').replace('"Yuv", "Nuv", "Nur"]', free)
+        path.write_text(head + '[prior]\nkind = "vehicle"\n' + text)
+        return preparation.prepare(load_study(path)).problem.prior
+
+    sd = np.array([0.003, 0.002, 1e-5])
+    correlation = np.array([[1.0, -0.8, 0.0], [-0.8, 1.0, 0.5], [0.0, 0.5, 1.0]])  # of Yuv, Nuv, Nuu
+    joint = stats.multivariate_normal([-0.03238, -0.012107, 0.0], correlation * np.outer(sd, sd))
+    points = joint.rvs(5, random_state=1)
+    np.testing.assert_allclose(prior("").log_density(points), joint.logpdf(points), rtol=1e-10)
+    # With a spread for the rest, which is independent of these.
+    whole = prior("sd = 0.2\n")
+    assert whole.sd[3] == pytest.approx(0.2 * 0.005911)
+    placed = np.tile(whole.mean, (5, 1))
+    placed[:, [1, 2, 4]] = points
+    at_mean = -np.log(2.0 * np.pi * whole.sd[0] * whole.sd[3])
+    np.testing.assert_allclose(whole.log_density(placed), joint.logpdf(points) + at_mean, rtol=1e-10)
+    # Of fewer free coefficients the others are integrated out.
+    pair = stats.multivariate_normal(joint.mean[:2], joint.cov[:2, :2])
+    few = prior("", '"Yuv", "Nuv"]')
+    np.testing.assert_allclose(few.log_density(points[:, :2]), pair.logpdf(points[:, :2]), rtol=1e-10)
+    alone = prior("[prior.given]\nNuv = { lower = -0.02, upper = -0.01 }\n")
+    np.testing.assert_allclose(alone.sd, [0.003, 0.01 / np.sqrt(12.0), 1e-5])
+    with pytest.raises(InputError, match="has correlations, which a centre that is perturbed"):
+        prior('centre = "perturbed"\n')
+    with pytest.raises(InputError, match="contradict each other"):
+        prior('correlations = [["Yuv", "Nuu", 0.99]]\n')

@@ -1,6 +1,5 @@
 """Many studies in one go: order, skipping, resuming, failures, and the page that lists them."""
 
-import html.parser
 import json
 import re
 import shutil
@@ -9,12 +8,13 @@ from pathlib import Path
 
 import numba
 import pytest
+from support.pages import Page
 
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT
-from bayesub.study import provenance, runs
+from bayesub.study import gallery, provenance, runs
 from bayesub.study.redraw import redraw
 from bayesub.study.result import load_result
 
@@ -163,20 +163,10 @@ def test_ctrl_c_says_how_to_go_on_and_going_on_finds_what_was_done(studies, tmp_
     assert (out / "c_fails" / "a_part.json").exists()  # resumed, not begun again
 
 
-class Page(html.parser.HTMLParser):
-    """Tags, links and text of a page."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.tags, self.links, self.text = [], [], ""
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        self.tags.append(tag)
-        self.links += [value for key, value in attributes if key in ("href", "src")]
-
-    def handle_data(self, data):
-        self.text += data
+def links(page):
+    """What a page refers to; an empty icon keeps a browser from asking for one."""
+    found = [attributes.get(key) for _, attributes in page.elements for key in ("href", "src")]
+    return [link for link in found if link not in (None, "data:,")]
 
 
 def test_the_index_lists_runs_and_escapes_what_studies_say(studies, tmp_path, capsys):
@@ -184,14 +174,22 @@ def test_the_index_lists_runs_and_escapes_what_studies_say(studies, tmp_path, ca
     run(studies, "-o", tmp_path / "out", capsys=capsys)
     text = (tmp_path / "out" / "index.html").read_text()
     page = Page(text)
-    assert "script" not in page.tags
-    assert "b" not in page.tags
+    assert not page.all("script")
+    assert not page.all("b")
     assert '<script>alert(1)</script> & "this" a claim?' in page.text
     assert "not <b>this</b> time" in page.text
     assert "1 of 4 converged or hold" in page.text
     assert "prefers-color-scheme: dark" in text
-    assert page.links
-    assert all((tmp_path / "out" / link).exists() for link in page.links)
+    assert links(page)
+    assert all((tmp_path / "out" / link).exists() for link in links(page))
+
+
+def test_a_study_is_shown_by_what_was_found(tmp_path):
+    """Not by the orders, which come first on its page, nor by a picture that is missing."""
+    (tmp_path / "report.md").write_text("![a](orders.png)\n![b](missing.png)\n![c](coefficients.png)\n")
+    for name in ("orders.png", "coefficients.png"):
+        (tmp_path / name).touch()
+    assert gallery.entry(tmp_path).picture == f"{tmp_path.name}/coefficients.png"
 
 
 def test_the_index_shows_the_first_picture_of_a_page(studies, tmp_path):
@@ -200,7 +198,7 @@ def test_the_index_shows_the_first_picture_of_a_page(studies, tmp_path):
     folder = tmp_path / "out" / "b_holds"
     bs.run(studies / "b_holds.py", folder)
     page = Page(runs.write_index(tmp_path / "out").read_text())
-    assert set(page.links) == {"b_holds/b_holds.md", "b_holds/first.png"}
+    assert set(links(page)) == {"b_holds/b_holds.md", "b_holds/first.png"}
     (folder / "arrays.npz").unlink()
     (folder / "b_holds.md").unlink()
     with pytest.raises(InputError, match=r"arrays.npz: is missing, and figures that need it cannot be drawn"):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
+from bayesub.baselines import gauss_newton
 from bayesub.io import log_files
 from bayesub.problem.priors import normal, relative_normal
 from bayesub.sensors import Sensor, modified
@@ -61,6 +62,27 @@ def test_a_log_gives_the_posterior_of_the_record_that_it_was_written_from(tmp_pa
     np.testing.assert_allclose(file.log_prob(parameters), memory.log_prob(parameters), rtol=1e-7)
 
 
+def test_clock_and_place_of_a_log_are_inferred(rewritten, suboff):
+    """Of sensors whose file says neither; the start is as uncertain as both make it."""
+    sensors = [modified(part, clock_offset_s=0.0, lever_arm_m=(0.0, 0.0, 0.0)) for part in INSTRUMENTS]
+    unknown = {"clock_track_s": normal(0.5, 0.5), "lever_dvl_x_m": normal(-20.0, 20.0)}
+    path = rewritten()
+    trial = read_trial(path, suboff, sensors, subproblem="horizontal", nuisance=unknown)
+    without = read_trial(path, suboff, sensors, subproblem="horizontal")
+    # About 7.5 m/s times half a second, and the arm times a tenth of a radian in a ship length travelled.
+    assert trial.nuisance["x0_m"].sd > np.hypot(without.nuisance["x0_m"].sd, 0.5 * 7.5)
+    turn = 20.0 * trial_log.UNREAD_TURN * suboff.speed_mps / suboff.length_m
+    assert trial.nuisance["v0_mps"].sd > np.hypot(without.nuisance["v0_mps"].sd, turn)
+    problem = problem_of(suboff, trial.manoeuvre, trial.record, trial.nuisance)
+    fit = gauss_newton(problem)
+    n = len(problem.readings)
+    assert fit.costs[0] < n + 4 * np.sqrt(2 * n)
+    values, sds = (dict(zip(fit.names, x, strict=True)) for x in (fit.values, np.sqrt(np.diag(fit.covariance))))
+    for name, truth in (("clock_track_s", 0.75), ("lever_dvl_x_m", -30.0)):
+        assert abs(values[name] - truth) < 4 * sds[name], name
+        assert sds[name] < 0.2 * unknown[name].sd[0], name
+
+
 def test_a_clock_offset_recovers_the_times(rewritten, suboff):
     """Readings stamped by a fast clock are where they were; of the whole log as of one sensor."""
     sensors = [modified(part, clock_offset_s=0.0) for part in INSTRUMENTS]
@@ -94,7 +116,8 @@ def test_a_line_through_the_first_readings_is_where_the_start_is():
     """Of exact readings on a line it is the line; its error grows with the time before the first."""
     times = np.array([2.0, 3.0, 4.0, 5.0])
     channel = bs.sensors.Channel("u", times, 7.0 - 0.1 * times, sd=0.05)
-    value, sd = trial_log._at_zero(channel, 10.0)
+    value, sd, slope = trial_log._at_zero(channel, 10.0)
+    assert slope == pytest.approx(-0.1)
     assert value == pytest.approx(7.0)
     # Standard error of an intercept: sd sqrt(1/n + mean^2 / sum of squares), besides 2 s of slope.
     assert sd == pytest.approx(np.hypot(0.05 * np.sqrt(1 / 4 + 3.5**2 / 5.0), 0.2))

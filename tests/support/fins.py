@@ -2,6 +2,8 @@
 
 from copy import deepcopy
 
+import numpy as np
+
 FIN = {"kind": "fin", "limit_deg": 25.0, "rate_deg_s": 30.0, "time_constant_s": 0.1}
 X_TAIL = (45.0, 135.0, 225.0, 315.0)
 PORT = {
@@ -30,3 +32,13 @@ def fins(*angles, **changes):
 def with_actuators(boat, *actuators, **sections):
     """The content of a vehicle file with these actuators instead of its own."""
     return deepcopy(boat) | {"name": "finned", "actuators": list(actuators)} | sections
+
+
+def weaker(vehicle, xi, control, scales):
+    """Coefficient sets (n, n_terms) of boats on which a control of the equations does so many times what it does.
+
+    A term of the first degree in the control goes with the scale, one of the second with its square.
+    """
+    degrees = np.array([term.regressor.split("*").count(control) for term in vehicle.equations.terms])
+    assert degrees.max() == 2
+    return xi * np.asarray(scales)[:, None] ** degrees

@@ -85,6 +85,7 @@ channels = ["x", "y", "yaw"]
 position_sd_m = 0.5
 attitude_sd_deg = 1.0
 lever_arm_m = [1.5, 0.0, -0.4]
+instrument = "range"
 
 [[sensors]]
 kind = "sensor"
@@ -95,6 +96,8 @@ clock_offset_s = -0.2
 [nuisance]
 current_east_mps = { mean = 0.0, sd = 0.2 }
 u0_mps = { value = 1.5 }
+clock_range_s = { mean = 0.3, sd = 0.1 }
+lever_range_x_m = { lower = 1.0, upper = 2.0 }
 
 [free]
 coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
@@ -123,12 +126,13 @@ knot_interval_s = 16.0
 """
 )
 _SOURCE = LOGGED[LOGGED.index("data") : LOGGED.index("seed")]
+_RANGE = LOGGED[LOGGED.index("clock_range_s") : LOGGED.index("\n[free]")]  # of an instrument that one of them lacks
 TRIALS = (
-    LOGGED.replace(_SOURCE, "")
+    LOGGED.replace(_SOURCE, "").replace(_RANGE, "")
     + f"""
 [[trials]]
 name = "logged"
-{_SOURCE}
+{_SOURCE}nuisance = {{ clock_range_s = {{ mean = 0.3, sd = 0.1 }} }}
 [[trials]]
 name = "zigzag"
 manoeuvre = "zigzag_20_20"

@@ -1,5 +1,6 @@
 """Problems with a known posterior, and the check that judges draws against it."""
 
+from copy import copy
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -19,6 +20,7 @@ class Toy:
     """
 
     preferred_pivots = ()
+    heavy_tailed = False
 
     def __init__(self, prior):
         self.prior = prior
@@ -49,32 +51,40 @@ class Toy:
     def log_likelihoods(self, parameters):
         return {"reading": self.log_likelihood(parameters)}
 
-    def residuals_about(self, _, parameters):
-        return self.residuals(parameters)
+    def misfit_about(self, _, parameters):
+        residuals, deviances = self.misfit(parameters)
+        return residuals, -0.5 * deviances
 
     def smoothed(self, _):
         return self
 
+    def widened(self, scale):
+        toy = copy(self)
+        toy.residuals = lambda parameters: self.residuals(parameters) / scale
+        toy.slopes = lambda parameters: self.slopes(parameters) / scale
+        return toy
+
 
 class Linear(Toy):
-    """Residuals ``(matrix @ parameters - readings) / sd``: the posterior is normal."""
+    """Residuals ``(matrix @ parameters - readings) / sd`` and a normal prior: the posterior is normal."""
 
     def __init__(self, matrix, readings, prior, sd=1.0):
         super().__init__(prior)
         self.matrix, self.readings, self.sd = matrix, readings, sd
-        scaled = matrix * prior.sd / sd
-        precision = scaled.T @ scaled + np.eye(len(prior.sd))
+        n = len(prior.mean)
+        self.spread, scaled = (prior.chain(rows, np.zeros(n)) for rows in (np.eye(n), matrix / sd))
+        precision = scaled.T @ scaled + np.eye(n)
         self.factor = np.linalg.cholesky(precision)
-        self.covariance = np.linalg.inv(precision) * np.outer(prior.sd, prior.sd)
+        self.covariance = self.spread @ np.linalg.inv(precision) @ self.spread.T
         off = readings - matrix @ prior.mean
-        self.mean = prior.mean + prior.sd * np.linalg.solve(precision, scaled.T @ (off / sd))
+        self.mean = prior.mean + self.spread @ np.linalg.solve(precision, scaled.T @ (off / sd))
 
     def standardised(self, draws):
         """Draws (..., n) in coordinates in which the posterior is a standard normal.
 
         By the factor of the precision: round-off in the covariance drowns what is known 1e5 times better than others.
         """
-        return (draws - self.mean) / self.prior.sd @ self.factor
+        return np.linalg.solve(self.spread, (draws - self.mean)[..., None])[..., 0] @ self.factor
 
     def residuals(self, parameters):
         self.costs.simulations += len(parameters)

@@ -83,7 +83,7 @@ def test_predictions_of_the_truth_are_exact_and_pass_the_check():
     truth = SimpleNamespace(draws=draws, mean=problem.reference)
     unseen = crossed_equations.unseen(boat, ("turning_circle", "random:1"), "horizontal")
     assert [manoeuvre.subproblem for manoeuvre in unseen.manoeuvres] == ["horizontal"] * 2
-    result = crossed_equations.predictions(unseen, problem, truth, np.random.default_rng(2))
+    result = crossed_equations.predictions(unseen, [(problem, truth)], np.random.default_rng(2))
     assert result["largest_lengths"] < 1e-9 < result["guess_median_lengths"]
     assert crossed_equations.model_check(problem, truth, np.random.default_rng(2))["fits"]
 

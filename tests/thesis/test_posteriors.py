@@ -104,7 +104,7 @@ def test_a_posterior_is_sampled_once(tmp_path):
     """It is read back, and one that has not converged says so."""
     problem, _ = ill_conditioned()
     file = tmp_path / "posterior.nc"
-    first = cases.sampled(problem, file, max_steps=60)
+    first = cases.sampled(problem, file, max_steps=40)
     spent = problem.costs.simulations
     again = cases.sampled(problem, file)
     assert problem.costs.simulations == spent

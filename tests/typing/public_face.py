@@ -94,5 +94,7 @@ def studies() -> bool:
     except bs.InputError as error:
         print(error)
         return False
+    draws: np.ndarray = bs.export(result.folder, Path("known.toml"), kind="vehicle").posterior.draws
+    print(draws.shape)
     sentences: dict[str, str] = result.sentences
     return result.good and bool(sentences) and result.seconds > 0.0

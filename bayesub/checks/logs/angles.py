@@ -56,7 +56,7 @@ def _unit(angle, header):
         other = {"radians": "_rad", "degrees": "_deg"}.get(words)
         better = header.replace("_deg", other).replace("_rad", other) if other else ""
         remedy = f"rename it {better}" if other and better != header else f"multiply it by {1.0 / factor:.6g}"
-        return Series(angle.times, angle.values / factor), Finding((header,), message, remedy)
+        return Series(angle.times, angle.values / factor), Finding((header,), message, remedy, misread=True)
     return angle, None
 
 
@@ -90,11 +90,15 @@ def controls(data: dict[str, Series], headers: dict[str, str], names: tuple[str,
         header, largest = headers[name], float(np.abs(data[name].values).max())
         if "_rad" in header and largest > LARGE:
             message, better = f"in degrees: it reaches {largest:.4g} rad", header.replace("_rad", "_deg")
+        elif "_deg" in header and largest > LARGE:
+            message = f"in another unit: it reaches {largest / DEGREE:.4g} deg"
+            result.append(Finding((header,), message, "convert it to degrees", misread=True))
+            continue
         elif "_deg" in header and name == "delta_r" and 0.0 < largest < SMALL * DEGREE and turned > TURNED:
             message = f"in radians: it stays within {largest / DEGREE:.3g} deg, and the boat turns by "
             message += f"{turned / DEGREE:.3g} deg"
             better = header.replace("_deg", "_rad")
         else:
             continue
-        result.append(Finding((header,), message, f"rename it {better}"))
+        result.append(Finding((header,), message, f"rename it {better}", misread=True))
     return result

@@ -14,6 +14,7 @@ AGREES = 0.05  # share of the changes that differs, up to which nothing is looke
 EXPLAINED = 0.3  # share that a mend may leave
 BETTER = 3.0  # factor by which a mend shrinks it
 TIE = 1.1  # of two mends that do about the same the first is taken: radians (57) rather than minutes (60)
+SIDEWAYS = 0.2  # speed ahead over that to the side, below which the names are exchanged
 _FLOOR = 1e-3
 
 
@@ -38,7 +39,21 @@ def findings(log: dict[str, np.ndarray], headers: dict[str, str], controls: tupl
         data, of_one_kind = examine(data, headers)
         result += of_one_kind
     headers = _all(headers, data)
+    result += _sideways(data, headers)
     return result + angles.controls(data, headers, controls) + response.findings(data, headers)
+
+
+def _sideways(data, headers) -> list[Finding]:
+    """Velocities through the water of a boat that goes by her side."""
+    if "u" not in data or "v" not in data:
+        return []
+    u, v = (float(np.median(np.abs(data[name].values))) for name in "uv")
+    if u >= SIDEWAYS * v:
+        return []
+    message = (
+        f"{headers['u']} holds what {headers['v']} should: ahead {u:.3g} m/s and to the side {v:.3g} in the median"
+    )
+    return [Finding((headers["u"], headers["v"]), message, "exchange the two names", misread=True)]
 
 
 def _all(headers, data) -> dict[str, str]:
@@ -58,7 +73,7 @@ def _kinematics(data, headers):
             break
         mend, message = best
         columns = tuple(_all(headers, data)[name] for name in mend.names)
-        result.append(Finding(columns, message, mend.remedy))
+        result.append(Finding(columns, message, mend.remedy, misread=True))
         data = mend.change(data)
     return data, result
 
@@ -86,15 +101,21 @@ class _Memory:
 
 
 def _best(data, headers, memory) -> tuple[Mend, str] | None:
-    """The mend that brings the relations together most, and the words for it."""
-    before, best, best_gain = memory.misfits(data), None, np.log(BETTER)
+    """The mend that brings the relations together most, and the words for it.
+
+    Kinematics does not tell a track that is mirrored from a heading that is; what the boat does after her rudder does.
+    """
+    before, found = memory.misfits(data), []
     for mend in mends(data, headers):
         gain, evidence = _gain(before, memory.misfits(mend.change(data)))
-        if gain > best_gain * TIE and evidence is not None:
-            best, best_gain = (mend, evidence), gain
-    if best is None:
+        if gain > np.log(BETTER) * TIE and evidence is not None:
+            found.append((gain, mend, evidence))
+    if not found:
         return None
-    mend, evidence = best
+    most = max(gain for gain, *_ in found)
+    equals = [(mend, evidence) for gain, mend, evidence in found if gain * TIE >= most]
+    answered = (pair for pair in equals if not response.findings(pair[0].change(data), _all(headers, data)))
+    mend, evidence = next(answered, equals[0])
     return mend, f"{mend.message}: {evidence}"
 
 

@@ -15,11 +15,14 @@ class Finding:
         What they hold, with the number that shows it.
     remedy : str
         What to change in the file or in the study.
+    misread : bool
+        Whether the whole column holds something else than its name says, and not only some of its cells.
     """
 
     columns: tuple[str, ...]
     message: str
     remedy: str
+    misread: bool = False
 
     def line(self) -> str:
         """The finding in one line."""

@@ -290,6 +290,19 @@ class EquationSet:
             factors = factors * speed_mps**speed_powers
         return np.where([term.unit is not None for term in self.terms], 1.0, factors)
 
+    def unit(self, name: str) -> str:
+        """The unit of a coefficient times its factor of :meth:`factors`, such as ``kg m/s``; or the one that it has."""
+        term = self.term(name)
+        if term.unit is not None:
+            return term.unit
+        speed_power = term.speed_power if self.speed == "trial" else 0
+        powers = {"kg": 1, "m": term.length_power + speed_power - 3, "s": -speed_power}
+        above, below = (
+            " ".join(unit if n == 1 else f"{unit}^{n}" for unit, n in signed if n > 0)
+            for signed in (powers.items(), [(unit, -n) for unit, n in powers.items()])
+        )
+        return f"{above}/{below}" if below else above
+
     def drag(
         self, xi: np.ndarray, length_m: float, water_density_kgm3: float, speed_mps: float, hull: np.ndarray | None
     ) -> float:

@@ -72,9 +72,11 @@ def draw_errors(panel, fits: list[dict]) -> None:
     """Errors of the posterior mean on each unseen manoeuvre, beside those of the guess, and coverage."""
     for k, f in enumerate(fits):
         colour, p = COLOURS[f["equations"]], f["predictions"]
-        panel.semilogx(p["guess_lengths"], np.full(p["n_manoeuvres"], k - 0.15), "|", color="#888888", ms=7)
+        panel.semilogx(p["guess_lengths"], np.full(len(p["guess_lengths"]), k - 0.15), "|", color="#888888", ms=7)
         fill = {} if f["check"]["fits"] else {"mfc": "none"}
-        panel.semilogx(p["posterior_lengths"], np.full(p["n_manoeuvres"], k + 0.15), "o", color=colour, ms=4, **fill)
+        panel.semilogx(
+            p["posterior_lengths"], np.full(len(p["posterior_lengths"]), k + 0.15), "o", color=colour, ms=4, **fill
+        )
         panel.text(
             1.02, k, f"{p['coverage']['0.9']:.0%}", transform=panel.get_yaxis_transform(), va="center", fontsize=8
         )

@@ -2,7 +2,7 @@
 
 from bayesub.plots import style
 
-_AT_LEAST = "$\\rightarrow$"
+AT_LEAST = "$\\rightarrow$"  # the marker of what has not got there
 _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR)
 
 
@@ -20,9 +20,9 @@ def draw(path, problems: dict, samplers, goal: float) -> None:
         for name, colour in zip(samplers, _COLOURS, strict=True):
             for row, result in enumerate(problems.values()):
                 if name in result:
-                    marker = "o" if result[name]["converged"] else _AT_LEAST
+                    marker = "o" if result[name]["converged"] else AT_LEAST
                     panel.plot(
-                        result[name]["per_sample"], row, marker=marker, ms=8 if marker == _AT_LEAST else 6, color=colour
+                        result[name]["per_sample"], row, marker=marker, ms=8 if marker == AT_LEAST else 6, color=colour
                     )
         panel.axvline(goal, color=style.PRIOR)
         panel.annotate(f"goal {goal:g}", (goal, 1.0), (2, 2), ("data", "axes fraction"), "offset points", fontsize=8)

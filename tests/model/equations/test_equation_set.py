@@ -8,7 +8,7 @@ import pytest
 from support import slow_twin
 
 import bayesub as bs
-from bayesub.model.equations import AXES, load_equations
+from bayesub.model.equations import AXES, files, load_equations
 from bayesub.model.equations.regressors import parse
 
 # Typed from the model description, section 4: axis, power of the length, coefficient and product, name by name.
@@ -249,3 +249,15 @@ def test_three_degrees_of_freedom_are_the_horizontal_plane(tmp_path):
         bs.InputError, match="equations 'ship' have no vertical sub-problem: they are those of surge, sway and yaw"
     ):
         ship.subproblem("vertical")
+
+
+@pytest.mark.parametrize("name", ["booth", "remus", "abkowitz", "feldman", "glider"])
+def test_a_coefficient_in_its_unit_makes_a_force_or_a_moment(name):
+    """The unit of coefficient times factor, against the check of the units of files; a metre more is refused."""
+    equations = load_equations(name)
+    controls = {control.symbol: control.dimension for control in equations.controls}
+    for term in equations.terms:
+        unit = equations.unit(term.name)
+        files._check_unit(replace(term, unit=unit), controls, [])
+        with pytest.raises(ValueError, match="with a coefficient in"):
+            files._check_unit(replace(term, unit=f"m {unit}"), controls, [])

@@ -1,0 +1,103 @@
+"""How far a posterior is from a normal one.
+
+A mean and a covariance are all of a posterior that a normal prior of the next trial takes up. What they leave out is
+seen in draws: by the skewness of each parameter and by the distance of its quantiles from those of a normal with the
+same mean and standard deviation. The same of the principal directions of the covariance sees what bends between
+parameters that are each normal.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+PROBABILITIES = np.array([0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95])
+CLOSE = 0.25  # standard deviations between quantiles that are those of a normal distribution for most purposes
+
+
+@dataclass(frozen=True)
+class Normality:
+    """Distances of draws from a normal distribution.
+
+    Attributes
+    ----------
+    names : (n_params,)
+    skewness : (n_params,) of each parameter
+    distance : (n_params,) largest difference of its 5 to 95 % quantiles from those of a normal, in its sd
+    skewness_along : (n_params,) the same along the principal directions, in prior sds, from the stiffest
+    distance_along : (n_params,)
+    noise : standard error of a quantile at 5 or 95 % by the number of effective draws, in sds
+    """
+
+    names: tuple[str, ...]
+    skewness: np.ndarray
+    distance: np.ndarray
+    skewness_along: np.ndarray
+    distance_along: np.ndarray
+    noise: float
+
+    @property
+    def close(self) -> bool:
+        """Whether all quantiles are within :data:`CLOSE` of those of a normal."""
+        return bool(max(self.distance.max(), self.distance_along.max()) < CLOSE)
+
+    @property
+    def sentence(self) -> str:
+        """What is found."""
+        k, i = int(np.argmax(self.distance)), int(np.argmax(np.abs(self.skewness)))
+        along = f"{self.distance_along.max():.2g} along its principal directions"
+        found = (
+            f"quantiles from 5 to 95 % are at most {self.distance[k]:.2g} standard deviations from those of a normal "
+            f"({self.names[k]}; {along}; noise of the draws {self.noise:.1g}), and the largest skewness is "
+            f"{self.skewness[i]:+.2g} ({self.names[i]})"
+        )
+        if self.close:
+            return f"The posterior is close to normal: {found}."
+        far = [self.names[k] for k in np.argsort(-self.distance) if self.distance[k] >= CLOSE]
+        if not far:
+            return f"Each coefficient is close to normal, but together they are not, the posterior bends: {found}."
+        return f"The posterior is not normal in {', '.join(far[:5])}{' ..' if len(far) > 5 else ''}: {found}."
+
+    def to_json(self) -> dict:
+        """The numbers as JSON types."""
+        rows = zip(self.names, self.skewness.tolist(), self.distance.tolist(), strict=True)
+        return {
+            "close": self.close,
+            "sentence": self.sentence,
+            "parameters": [{"name": name, "skewness": s, "quantile_distance": d} for name, s, d in rows],
+            "directions": {
+                "skewness": self.skewness_along.tolist(),
+                "quantile_distance": self.distance_along.tolist(),
+            },
+            "noise": self.noise,
+        }
+
+
+def of_posterior(posterior) -> Normality:
+    """How normal a posterior is, its draws counted by the parameter that has the fewest effective ones."""
+    ess = min(posterior.bulk_ess.min(), posterior.tail_ess.min())
+    return normality(posterior.names, posterior.draws, posterior.prior_sd, float(ess))
+
+
+def normality(names: Sequence[str], draws: np.ndarray, scale: np.ndarray, ess: float) -> Normality:
+    """Compare draws with normal distributions of the same mean and covariance.
+
+    Parameters
+    ----------
+    names : (n_params,)
+    draws : (n_draws, n_params)
+    scale : (n_params,) prior standard deviations, in which principal directions are taken
+    ess : number of independent draws that they are worth
+    """
+    scaled = (draws - draws.mean(axis=0)) / scale
+    _, directions = np.linalg.eigh(np.atleast_2d(np.cov(scaled.T)))
+    noise = np.sqrt(0.05 * 0.95 / ess) / (np.exp(-0.5 * special.ndtri(0.05) ** 2) / np.sqrt(2.0 * np.pi))
+    return Normality(tuple(names), *_distances(scaled), *_distances(scaled @ directions), float(noise))
+
+
+def _distances(values) -> tuple[np.ndarray, np.ndarray]:
+    """Skewness (n_params,) and quantile distance (n_params,) of values (n_draws, n_params)."""
+    standard = (values - values.mean(axis=0)) / values.std(axis=0)
+    quantiles = np.quantile(standard, PROBABILITIES, axis=0)
+    return np.mean(standard**3, axis=0), np.abs(quantiles - special.ndtri(PROBABILITIES)[:, None]).max(axis=0)

@@ -1,0 +1,177 @@
+"""Standard manoeuvres of a batch of boats, and what is measured of them, a number for each boat.
+
+They begin straight and level at the trial speed, with the answer of the actuators to an order at 0 s. Turns and
+zig-zags are confined to the horizontal plane, dives to the vertical one. Measures of turns, zig-zags and stopping are
+those of IMO resolution MSC.137(76), Standards for ship manoeuvrability (2002). Where a boat does not reach what is
+measured, such as 180 degrees of heading, or its simulation fails before, the measure is not a number.
+"""
+
+import numpy as np
+
+from bayesub.io.log_files import positions
+from bayesub.model.boats import Boats
+from bayesub.model.manoeuvre_files import RUDDER, STERN_PLANE
+from bayesub.model.manoeuvres import Manoeuvre, of_inputs
+from bayesub.model.measures import at, peak
+from bayesub.model.spiral import N_RATES, spiral
+
+TURN, DIVE, ZIGZAG, STOP, JAM = 60.0, 4.0, 20.0, 60.0, 60.0  # ship lengths travelled at the trial speed
+RUDDER_DEG, DIVE_DEG = 35.0, 10.0  # at most; a smaller limit of the boat counts
+REACTION = 2.0  # ship lengths from the jam of the stern planes until the propeller turns astern
+STILL = 0.01  # of the trial speed
+STEP = 0.04  # integration step in ship lengths travelled
+_FINE, _SAMPLE = 4, 2  # parts of a step between which controls are linear, and steps between two outputs
+_BEFORE = 1e3  # ship lengths before the start, in which a plane has come to rest where it was ordered
+X, Y, Z, PSI, U, V, R = positions("x", "y", "z", "psi", "u", "v", "r")
+_TRACK = list(positions("x", "y", "z"))
+
+
+def fly(
+    boats: Boats,
+    lengths: float,
+    plane: str,
+    orders: dict[str, tuple[float, float]],
+    *,
+    astern: float | None = None,
+    initial: np.ndarray | None = None,
+) -> np.ndarray:
+    """States (n, n_times, 12) of a flight whose planes are put over at 0 s, every STEP * _SAMPLE ship lengths.
+
+    Parameters
+    ----------
+    boats : Boats
+    lengths : float
+        How far, in ship lengths travelled at the trial speed.
+    plane : str
+        To which the motion is confined.
+    orders : dict of str to (float, float)
+        Column of a control -> where it has come to rest before, and where it is ordered, deg, or as far as it goes.
+    astern : float, optional
+        Ship lengths after which the propeller turns astern, as fast as it has turned ahead.
+    initial : (n, 12) array, optional
+        States at the start.
+    """
+    manoeuvre = _manoeuvre(boats.vehicle, lengths, plane, orders, astern)
+    dt = STEP * boats.vehicle.length_m / boats.vehicle.speed_mps
+    return boats.fly(manoeuvre, manoeuvre.times[:: _FINE * _SAMPLE], dt, initial)
+
+
+def _manoeuvre(vehicle, lengths, plane, orders, astern) -> Manoeuvre:
+    scale = vehicle.length_m / vehicle.speed_mps
+    times = np.linspace(0.0, lengths * scale, _FINE * round(lengths / STEP) + 1)
+    given = {}
+    for column, degrees in orders.items():
+        largest = vehicle.actuators.limits[vehicle.equations.control(column, "quantities")]
+        given[column] = np.array([-_BEFORE * scale, 0.0]), np.clip(np.radians(degrees), -largest, largest)
+    inputs = vehicle.actuators.responses(times, given, "quantities")
+    rpm = np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps)
+    if astern is not None:
+        rpm[times >= astern * scale] *= -1.0
+    start = Boats(vehicle, vehicle.xi[None]).straight()[0]
+    return of_inputs("quantities", times, inputs, rpm, start, vehicle, subproblem=plane)
+
+
+def turn(boats: Boats) -> np.ndarray:
+    """States (n, n_times, 12) of a turn with all rudder there is, up to RUDDER_DEG."""
+    return fly(boats, TURN, "horizontal", {RUDDER: (0.0, RUDDER_DEG)})
+
+
+def advance(boats: Boats) -> np.ndarray:
+    """Distance (n,) ahead at 90 degrees of heading in a turn, m."""
+    return boats.once(_at_heading, 90.0)[:, X]
+
+
+def transfer(boats: Boats) -> np.ndarray:
+    """Distance (n,) to the side at 90 degrees of heading in a turn, m."""
+    return np.abs(boats.once(_at_heading, 90.0)[:, Y])
+
+
+def tactical_diameter(boats: Boats) -> np.ndarray:
+    """Distance (n,) to the side at 180 degrees of heading in a turn, m."""
+    return np.abs(boats.once(_at_heading, 180.0)[:, Y])
+
+
+def _at_heading(boats, degrees):
+    return at_heading(boats.once(turn), degrees)
+
+
+def at_heading(states: np.ndarray, degrees: float) -> np.ndarray:
+    """States (n, 12) of turns (n, n_times, 12) where the heading has changed by some degrees to either side."""
+    return at(states, np.abs(states[..., PSI]), np.radians(degrees))
+
+
+def steady_diameter(boats: Boats) -> np.ndarray:
+    """Twice the speed over the rate of turn (n,) at the end of a turn, m."""
+    return circle_diameter(boats.once(turn)[:, -1])
+
+
+def circle_diameter(states: np.ndarray) -> np.ndarray:
+    """Twice the speed in the plane over the rate of turn (n,) of states (n, 12), m."""
+    with np.errstate(divide="ignore"):
+        return 2.0 * np.hypot(states[:, U], states[:, V]) / np.abs(states[:, R])
+
+
+def speed_loss(boats: Boats) -> np.ndarray:
+    """Share (n,) of the trial speed that is lost at the end of a turn."""
+    end = boats.once(turn)[:, -1]
+    return 1.0 - np.hypot(end[:, U], end[:, V]) / boats.vehicle.speed_mps
+
+
+def overshoots(boats: Boats, degrees: float) -> np.ndarray:
+    """First and second overshoot (n, 2) of heading, deg, in a zig-zag with as many degrees of rudder as of heading.
+
+    Boats reverse the rudder at times of their own: a leg begins with the state of each at its reversal.
+    """
+    states = fly(boats, ZIGZAG, "horizontal", {RUDDER: (0.0, degrees)})
+    towards, angle, found = np.sign(states[:, -1:, PSI]), np.radians(degrees), []
+    for rudder in (degrees, -degrees):
+        start = at(states, towards * states[..., PSI], angle)
+        reached = np.isfinite(start).all(axis=1)[:, None]
+        initial = np.where(reached, start, boats.straight())
+        states = fly(boats, ZIGZAG, "horizontal", {RUDDER: (rudder, -rudder)}, initial=initial)
+        states = np.where(reached[..., None], states, np.nan)
+        found.append(np.degrees(peak(towards * states[..., PSI]) - angle))
+        towards = -towards
+    return np.stack(found, axis=1)
+
+
+def spiral_curve(boats: Boats) -> tuple[np.ndarray, np.ndarray]:
+    """As :func:`bayesub.model.spiral.spiral`, up to the rate of turn that all rudder gives the vehicle."""
+    return spiral(boats, abs(float(boats.vehicle_alone.once(turn)[0, -1, R])))
+
+
+def spiral_loop_width(boats: Boats) -> np.ndarray:
+    """Rudder (n,) between the folds of the spiral curve, deg; not a number of a boat whose curve has no folds."""
+    rudder = boats.once(spiral_curve)[1]
+    rudder = rudder * np.sign(rudder[:, -1:] - rudder[:, :1])  # positive for a turn to starboard
+    return np.degrees(peak(rudder[:, : N_RATES + 1]) + peak(-rudder[:, N_RATES:]))
+
+
+def stopping_distance(boats: Boats) -> np.ndarray:
+    """Way (n,) along the track until the boat has stopped, m, its propeller turning astern from 0 s on.
+
+    It turns as fast as it has turned ahead ("track reach" of the full astern stopping test). A boat has stopped at
+    STILL of its speed: propulsion models are not good for a boat that moves astern.
+    """
+    states = fly(boats, STOP, "horizontal", {}, astern=0.0)
+    way = np.cumsum(np.linalg.norm(np.diff(states[..., _TRACK], axis=1, prepend=states[:, :1, _TRACK]), axis=2), axis=1)
+    return at(way[..., None], -states[..., U], -STILL * boats.vehicle.speed_mps, points=2)[:, 0]
+
+
+def dive_depth(boats: Boats) -> np.ndarray:
+    """Change of depth (n,), m, DIVE ship lengths after an order to the stern planes, which is not taken back."""
+    depths = fly(boats, DIVE, "vertical", {STERN_PLANE: (0.0, DIVE_DEG)})[..., Z]
+    return depths[:, -1] - depths[:, 0]
+
+
+def jam_depth_excursion(boats: Boats) -> np.ndarray:
+    """Greatest change of depth (n,), m, if the stern planes jam at DIVE_DEG and the propeller is then reversed.
+
+    It turns astern, as fast as it has turned ahead, from REACTION ship lengths after the order on; nothing else is
+    done. Tanks are not blown, which the equations do not know. Not a number of a boat whose depth still changes at the
+    end. How submarines are brought back from a jam: Renilson, Submarine Hydrodynamics, 2015, chapter 3.
+    """
+    depths = fly(boats, JAM, "vertical", {STERN_PLANE: (0.0, DIVE_DEG)}, astern=REACTION)[..., Z]
+    a_length_before = round(1.0 / (STEP * _SAMPLE)) + 1
+    arrested = np.abs(depths[:, -1] - depths[:, -a_length_before]) < STILL * boats.vehicle.length_m
+    return np.where(arrested, np.abs(depths - depths[:, :1]).max(axis=1), np.nan)

@@ -1,0 +1,167 @@
+"""The page that sets several posteriors side by side."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bayesub.plots import comparison as plots
+from bayesub.plots import motion as plots_of_motion
+from bayesub.plots import style
+from bayesub.report.comparison import Comparison
+from bayesub.report.report_figure import ReportFigure
+from bayesub.report.sheet import Sheet, Table, Verdict, cell
+from bayesub.report.unseen import POSTERIOR
+
+MOST = len(plots.COLOURS)  # runs that can be told apart
+FURTHEST = 5  # parameters that are named of a pair
+_PRIOR_90 = 1.645  # sds of a normal prior from its mean
+
+
+def figures(comparison: Comparison) -> list[ReportFigure]:
+    """The figures of the page."""
+    labels = [run.label for run in comparison.runs]
+    rows = [(name, _ratios(comparison, places)) for name, places in comparison.parameters.items()]
+    pictures = [
+        ReportFigure(
+            "coefficients",
+            "Left: 50 and 90 % of each posterior as ratios to the vehicle file of the first run that has the "
+            "parameter; of what is zero there, one plus the distance to the prior mean in prior sds. Grey: 90 % of "
+            "the prior, as a normal one. Right: posterior over prior sd, 1 where the data said nothing.",
+            lambda path: plots.draw(path, rows, labels),
+            title="Coefficients",
+        )
+    ]
+    flown = [
+        (run.label, colour, run.prediction)
+        for run, colour in zip(comparison.runs, plots.COLOURS, strict=False)
+        if run.prediction is not None and run.prediction.motions[POSTERIOR].is_flown
+    ]
+    if flown:
+        trials = [trial for *_, trial in flown]
+        drawn = [
+            plots_of_motion.Drawn(label, colour, trial.motions[POSTERIOR], (0.9,), turn=(place, len(flown)))
+            for place, (label, colour, trial) in enumerate(flown)
+        ]
+        orders = trials[0].readings.trial.problem.manoeuvre, trials[0].vehicle.actuators
+        states = trials[0].states
+        pictures += [
+            ReportFigure(
+                "track",
+                "Median tracks, and where the boat is at each time with 90 % probability, by each posterior. All lines "
+                "but the first are dashed, so that each is seen where they are the same.",
+                lambda path: plots_of_motion.draw_track(path, drawn),
+                title=f"Where the boat is on {comparison.manoeuvre}",
+            ),
+            ReportFigure(
+                "states",
+                f"Medians and 90 % bands by each posterior, on the right less the median of {drawn[0].label}. Below: "
+                "the orders.",
+                lambda path: plots_of_motion.draw_states(path, drawn, drawn[0].label, states, *orders),
+                title=f"Every state on {comparison.manoeuvre}",
+            ),
+        ]
+    return pictures
+
+
+def _ratios(comparison: Comparison, places: Mapping[str, int]) -> dict[str, dict]:
+    """Label -> quantiles of posterior and prior as ratios, and the contraction."""
+    by_label = {run.label: run for run in comparison.runs}
+    first = by_label[next(iter(places))]
+    k = places[first.label]
+    reference = first.reference(first.posterior.names[k])
+    centre, sd = first.posterior.prior_mean[k], first.posterior.prior_sd[k]
+
+    def ratios(values):
+        values = np.asarray(values)
+        return np.sort(values / reference if reference else 1.0 + (values - centre) / sd).tolist()
+
+    result = {}
+    for label, at in places.items():
+        posterior = by_label[label].posterior
+        prior = posterior.prior_mean[at] + posterior.prior_sd[at] * np.array([-_PRIOR_90, _PRIOR_90])
+        quantiles = ratios(by_label[label].quantiles[:, at])
+        contraction = float(posterior.contraction[at])
+        result[label] = {"ratios": quantiles, "prior_ratios": ratios(prior), "contraction": contraction}
+    return result
+
+
+def sheet(comparison: Comparison, **about) -> Sheet:
+    """The page; `about` are commit and seed."""
+    numbers, labels = comparison.numbers, [run.label for run in comparison.runs]
+    unconverged = [label for label, run in numbers["runs"].items() if not run["converged"]]
+    verdicts = [Verdict(True, "Compared.", " ".join(numbers["sentences"].values()))]
+    if unconverged:
+        verdicts.insert(
+            0, Verdict(False, "NOT CONVERGED:", f"{', '.join(unconverged)}. What is said of it may be wrong.")
+        )
+    coefficients, *others = figures(comparison)
+    differences = [_differences_table(comparison)] if comparison.differences else []
+    parts: list[ReportFigure | Table] = [_runs_table(comparison), *differences, coefficients]
+    parts += [_distances_table(comparison), *others]
+    if others:
+        parts.append(_predictions_table(comparison))
+    parts.append(_parameters_table(comparison))
+    title = " and ".join([", ".join(labels[:-1]), labels[-1]])
+    question = "What do these posteriors say of the same coefficients, and of the same manoeuvre?"
+    facts = {"Differences": "" if differences else "None between the studies and the code."}
+    return Sheet(f"{title} compared", question, verdicts, facts, parts, **about)
+
+
+def _runs_table(comparison: Comparison) -> Table:
+    runs = comparison.numbers["runs"]
+    about = dict.fromkeys(key for run in comparison.runs for key in run.about)
+    rows = [[key, *(_told(run.get(key)) for run in runs.values())] for key in about]
+    rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
+    rows.append(["converged", *("yes" if run["converged"] else "NO" for run in runs.values())])
+    rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
+    return Table("Runs", ["run", *runs], rows, list(runs))
+
+
+def _differences_table(comparison: Comparison) -> Table:
+    labels = [run.label for run in comparison.runs]
+    rows = [[key, *values.values()] for key, values in comparison.differences.items()]
+    return Table("What differs between the studies and the code", ["setting", *labels], rows, labels)
+
+
+def _distances_table(comparison: Comparison) -> Table:
+    rows = []
+    for pair in comparison.numbers["pairs"]:
+        ordered = sorted(pair["wasserstein"].items(), key=lambda item: -item[1])[:FURTHEST]
+        far = ", ".join(f"{name} {cell(distance, 2)}" for name, distance in ordered)
+        rows.append([pair["first"], pair["second"], str(pair["n_shared"]), cell(pair["hellinger"], 2), far])
+    return Table(
+        "Distances between the posteriors",
+        ["run", "beside", "shared parameters", "Hellinger distance", "furthest apart (pooled sds)"],
+        rows,
+        ["beside", "furthest apart (pooled sds)"],
+        "Hellinger distance of the normal approximations of all shared parameters together, 0 the same and 1 apart; by "
+        "chance it is about that of the halves of a run, above. For each parameter the Wasserstein distance, by how "
+        "much one distribution is to be moved on average to become the other, in pooled posterior sds.",
+    )
+
+
+def _predictions_table(comparison: Comparison) -> Table:
+    flown = {label: p for label, p in comparison.numbers["predictions"].items() if p.get("is_flown")}
+    rows = []
+    for label, motion in flown.items():
+        distance = motion["distance_m"][POSTERIOR]
+        rows += [[label, "place (m)", "", cell(distance["at_end"]), cell(distance["largest"])]]
+        for column, by in motion["states"].items():
+            values = by[POSTERIOR]
+            halves_of = [cell(values[key]) for key in ("half_width_at_end", "half_width")]
+            rows.append([label, style.with_unit(column), cell(values["median_at_end"], 4), *halves_of])
+    heads = ["run", "state", "median at the end", "half of 90 % band there", "at its widest"]
+    return Table(f"Predictions of {comparison.manoeuvre}", heads, rows, ["state"])
+
+
+def _parameters_table(comparison: Comparison) -> Table:
+    rows = [
+        [name, label, style.uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}"]
+        for name, runs in comparison.numbers["parameters"].items()
+        for label, one in runs.items()
+    ]
+    return Table("Every parameter", ["parameter", "run", "mean ± sd", "posterior / prior sd"], rows, ["run"])
+
+
+def _told(value) -> str:
+    return cell(value, 4) if isinstance(value, float) else "" if value is None else str(value)

@@ -1,0 +1,207 @@
+"""How vehicles, trajectories, spectra, estimates and posteriors look in a notebook."""
+
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import singledispatch
+from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from bayesub.baselines import Estimate
+from bayesub.identifiability import Spectrum
+from bayesub.io.atomic import writing
+from bayesub.io.log_files import HEADERS, STATES
+from bayesub.kernels import workspace
+from bayesub.model.trajectory import Trajectory
+from bayesub.model.vehicles import Vehicle
+from bayesub.plots import style
+from bayesub.report import symbols
+from bayesub.sampling import Posterior
+
+ENTRIES = 5  # of a direction
+DIRECTIONS = 3  # of the stiffest and of the sloppiest
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture that Jupyter shows.
+
+    Attributes
+    ----------
+    png : bytes
+    """
+
+    png: bytes
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+    def save(self, path: str | Path) -> None:
+        """Write it to a PNG file; InputError if that cannot be written."""
+        with writing(Path(path)):
+            Path(path).write_bytes(self.png)
+
+    def __repr__(self) -> str:
+        return f"Picture of {len(self.png)} bytes; save(path) writes a PNG file"
+
+
+def picture(shown) -> Picture:
+    """The picture of an object."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "picture.png"
+        draw(shown, path)
+        return Picture(path.read_bytes())
+
+
+@singledispatch
+def draw(shown, path: Path) -> None:  # noqa: ARG001
+    """Draw an object to a file."""
+    raise TypeError(f"nothing draws a {type(shown).__name__}")
+
+
+@singledispatch
+def html(shown) -> str:
+    """An object in HTML."""
+    raise TypeError(f"nothing shows a {type(shown).__name__}")
+
+
+@draw.register
+def _(shown: Vehicle, path: Path) -> None:
+    from bayesub.report import vehicle_card
+
+    vehicle_card.check(shown).draw(path)
+
+
+@draw.register
+def _(shown: Trajectory, path: Path) -> None:
+    from bayesub.plots import track
+
+    track.draw_simulated(path, shown, shown.simulator.vehicle.name)
+
+
+@draw.register
+def _(shown: Spectrum, path: Path) -> None:
+    from bayesub.plots import spectrum
+
+    spectrum.draw(path, shown)
+
+
+@draw.register
+def _(shown: Estimate, path: Path) -> None:
+    from bayesub.plots import notebook
+
+    notebook.draw_estimate(path, shown)
+
+
+@draw.register
+def _(shown: Posterior, path: Path) -> None:
+    from bayesub.plots import notebook
+
+    notebook.draw_posterior(path, shown)
+
+
+@html.register
+def _(shown: Vehicle) -> str:
+    terms = shown.equations.terms
+    rows = [
+        (Markup("{} <code>{}</code>").format(symbols.html(term.label), term.name), f"{value:.4g}",
+         f"{sd:.2g}" if np.isfinite(sd) else "", f"{term.scale} {term.regressor}", term.meaning)
+        for term, value, sd in zip(terms, shown.xi, shown.sd, strict=True)
+    ]  # fmt: skip
+    mass = shown.body[workspace.MASS]
+    facts = (
+        f"length {shown.length_m:g} m, mass {mass:.4g} kg, {shown.speed_mps:g} m/s at {shown.depth_m:g} m depth, water "
+        f"{shown.water_density_kgm3:g} kg/m³; equations '{shown.equations.name}' with {len(terms)} terms"
+    )
+    heads = ("coefficient", "value", "sd", "multiplies", "what it is")
+    return _page(shown.name, (shown.description, facts), _folded(f"{len(terms)} coefficients", _table(heads, rows)))
+
+
+@html.register
+def _(shown: Trajectory) -> str:
+    simulator = shown.simulator
+    plane = simulator.subproblem or "six degrees of freedom"
+    words, counts = np.unique(shown.status, return_counts=True)
+    flown = ", ".join(f"{count} {word}" for word, count in zip(words, counts, strict=True))
+    facts = (
+        f"{len(shown.times)} times from {shown.times[0]:g} to {shown.times[-1]:g} s; of {len(shown.status)}: {flown}"
+    )
+    rows = []
+    for name, values in zip(STATES, shown.states[0].T, strict=True):
+        header = HEADERS[name]
+        values = np.degrees(values) if "deg" in header else values
+        seen = values[np.isfinite(values)]
+        rows.append((header, *(f"{x:.4g}" for x in (seen[0], seen[-1], seen.min(), seen.max()))))
+    heads = ("state" if len(shown.status) == 1 else "state of the first", "start", "end", "least", "most")
+    return _page(f"{simulator.vehicle.name} on {simulator.manoeuvre.name} ({plane})", (facts,), _table(heads, rows))
+
+
+@html.register
+def _(shown: Spectrum) -> str:
+    n = len(shown.names)
+    facts = (
+        f"Of {n} directions the data sharpen {shown.n_informed}, leave {n - shown.n_informed - shown.n_null} to the "
+        f"prior, and {shown.n_null} are null."
+    )
+    last = n - shown.n_null
+    chosen = {*range(min(DIRECTIONS, last)), *range(max(0, last - DIRECTIONS), n)}
+    rows = []
+    for i in sorted(chosen):
+        entries = list(shown.direction(i).items())[:ENTRIES]
+        value = "0" if i >= last else f"{shown.singular_values[i]:.3g}"
+        kind = "null" if i >= last else "stiff" if shown.singular_values[i] > 1.0 else "sloppy"
+        rows.append((f"{i + 1}", kind, value, ", ".join(f"{x:+.2f} {name}" for name, x in entries)))
+    heads = ("direction", "kind", "prior sd over data sd", "largest entries, prior sds")
+    return _page("Spectrum", (facts,), _table(heads, rows))
+
+
+@html.register
+def _(shown: Estimate) -> str:
+    sds = np.full(len(shown.names), np.nan)
+    if shown.covariance is not None:
+        sds = np.sqrt(np.diag(shown.covariance))
+    facts = (
+        f"{len(shown.solutions)} {'starts' if len(shown.solutions) > 1 else 'start'}, {shown.evaluations} simulations, "
+        f"{shown.seconds:.3g} s; least cost {shown.costs[0]:.6g}: {shown.statuses[0]}"
+    )
+    rows = [(name, *_with_sd(value, sd)) for name, value, sd in zip(shown.names, shown.values, sds, strict=True)]
+    return _page(shown.method, (facts,), _table(("parameter", "best", "sd"), rows))
+
+
+@html.register
+def _(shown: Posterior) -> str:
+    verdict = "Converged." if shown.converged else "NOT CONVERGED: " + "; ".join(shown.shortcomings)
+    q5, q95 = shown.quantiles([0.05, 0.95])
+    columns = (shown.mean, shown.sd, q5, q95, shown.contraction, shown.rhat, shown.bulk_ess)
+    rows = []
+    for name, mean, sd, low, high, contraction, rhat, ess in zip(shown.names, *columns, strict=True):
+        interval = " to ".join(_with_sd(x, sd)[0] for x in (low, high))
+        rows.append((name, *_with_sd(mean, sd), interval, f"{contraction:.2g}", f"{rhat:.3f}", f"{ess:.0f}"))
+    heads = ("parameter", "mean", "sd", "90 % interval", "posterior over prior sd", "R-hat", "bulk ESS")
+    facts = f"{len(shown.chain)} ensembles, {shown.chain.shape[2]} walkers, {shown.n_steps} steps"
+    return _page("Posterior", (verdict, facts), _table(heads, rows))
+
+
+def _with_sd(value, sd) -> tuple[str, str]:
+    """A value to the second digit of its sd, and the sd; of a value without, four digits."""
+    return style.rounded(value, sd), style.rounded(sd, sd) if sd > 0.0 else ""
+
+
+def _page(title: str, sentences: Iterable[str], body: Markup) -> str:
+    lines = [Markup("<strong>{}</strong>").format(title), *(escape(sentence) for sentence in sentences if sentence)]
+    return str(Markup("<div>{}{}</div>").format(Markup("<br>").join(lines), body))
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence]) -> Markup:
+    head = Markup("").join(Markup("<th>{}</th>").format(text) for text in heads)
+    body = Markup("").join(
+        Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(cell) for cell in row))
+        for row in rows
+    )
+    return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
+
+
+def _folded(summary: str, body: Markup) -> Markup:
+    return Markup("<details><summary>{}</summary>{}</details>").format(summary, body)

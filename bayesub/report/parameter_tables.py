@@ -1,0 +1,106 @@
+"""Tables of a posterior for papers: a row a parameter, in Markdown and in LaTeX; digits follow the sd."""
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from bayesub.model.equations import EquationSet
+from bayesub.model.equations.equation_set import Term
+from bayesub.plots import style
+from bayesub.report import symbols
+from bayesub.report.markdown import table
+from bayesub.sampling import Posterior
+
+HEADS = ("regressor", "prior", "posterior", "90 % interval", "sd / prior sd")
+_PLAIN = range(-2, 4)  # powers of ten of numbers that are written without one
+_FACTOR = re.compile(r"(?:(abs|sgn)\((\w+)\)|(\w+?))(?:\^(-?\d+))?")
+
+
+def rounded(values, sd: float) -> tuple[list[str], int]:
+    """Texts of values (n,) to two digits of an sd, and the power of ten by which they are to be multiplied."""
+    size = max(float(np.abs(values).max()), sd)
+    power = int(np.floor(np.log10(size))) if size > 0.0 else 0
+    power = 0 if power in _PLAIN else power
+    return [style.rounded(value / 10.0**power, sd / 10.0**power) for value in values], power
+
+
+def markdown(posterior: Posterior, equations: EquationSet) -> str:
+    """The table in Markdown."""
+    lines = []
+    for term, name, *numbers in _rows(posterior, equations):
+        symbol = name if term is None else f"{symbols.html(term.label)} `{name}`".replace("|", "&#124;")
+        lines.append(
+            (symbol, "" if term is None else f"{term.scale} · {term.regressor}", *_cells(numbers, "± ", _power))
+        )
+    return "\n".join(table(("parameter", *HEADS), lines)) + "\n"
+
+
+def latex(posterior: Posterior, equations: EquationSet) -> str:
+    """The table in LaTeX, which needs the package booktabs."""
+    heads = " & ".join(("", *HEADS)).replace("%", r"\%").replace("regressor", "multiplies")
+    lines = [r"% \usepackage{booktabs}", r"\begin{tabular}{llrrrr}", r"\toprule", rf"{heads} \\", r"\midrule"]
+    for term, name, *numbers in _rows(posterior, equations):
+        symbol = rf"\texttt{{{name}}}".replace("_", r"\_") if term is None else term.label
+        what = "" if term is None else f"${_factor_latex(term)}\\,{regressor_latex(term.regressor)}$"
+        lines.append(" & ".join((symbol, what, *_cells(numbers, r"\pm ", _power_latex, "$"))) + r" \\")
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"]) + "\n"
+
+
+def _rows(posterior, equations) -> Iterator[tuple]:
+    """Term (None of a nuisance parameter), name, prior mean and sd, mean, sd, q5, q95, contraction."""
+    q5, q95 = posterior.quantiles([0.05, 0.95])
+    columns = (posterior.prior_mean, posterior.prior_sd, posterior.mean, posterior.sd, q5, q95, posterior.contraction)
+    for name, *numbers in zip(posterior.names, *(column.tolist() for column in columns), strict=True):
+        yield (equations.term(name) if name in equations.index else None, name, *numbers)
+
+
+def _cells(numbers, plus_minus, power_text, quote="") -> list[str]:
+    """The cells of numbers: prior, posterior and interval, each with its power of ten, and the contraction."""
+    prior_mean, prior_sd, mean, sd, q5, q95, contraction = numbers
+    cells = []
+    for values, width, join in (
+        ((prior_mean, prior_sd), prior_sd, f" {plus_minus}"),
+        ((mean, sd), sd, f" {plus_minus}"),
+        ((q5, q95), sd, r" \ldots " if quote else " to "),
+    ):
+        texts, power = rounded(values, width)
+        text = join.join(texts)
+        cells.append(f"{quote}{f'({text}){power_text(power)}' if power else text}{quote}")
+    return [*cells, f"{contraction:.2g}"]
+
+
+def _power(power: int) -> str:
+    return f"e{power}"
+
+
+def _power_latex(power: int) -> str:
+    return rf" \times 10^{{{power}}}"
+
+
+def _factor_latex(term: Term) -> str:
+    """What makes the coefficient dimensional."""
+    if term.unit is not None:
+        return r"\mathrm{" + term.unit.replace(" ", r"\,") + "}"
+    return term.scale.replace("(rho/2)", r"\frac{\rho}{2}").replace(" ", r"\,")
+
+
+def regressor_latex(regressor: str) -> str:
+    r"""A regressor such as ``u*abs(r)*dr`` in LaTeX, ``u \left|r\right| \delta_{r}``."""
+    parts = []
+    for factor in regressor.split("*"):
+        function, inner, bare, power = _FACTOR.fullmatch(factor.strip()).groups()
+        symbol = _symbol_latex(inner or bare)
+        shape = {"abs": r"\left|%s\right|", "sgn": r"\mathrm{sgn}(%s)"}.get(function, "%s") % symbol
+        parts.append(f"{shape}^{{{power}}}" if power else shape)
+    return " ".join(parts)
+
+
+def _symbol_latex(symbol: str) -> str:
+    if symbol == "nu":
+        return r"\nu"
+    if symbol.endswith("dot"):
+        return rf"\dot{{{symbol[:-3]}}}"
+    if symbol.startswith("crossflow_"):
+        return rf"\mathrm{{crossflow}}_{{{symbol[-1]}}}"
+    return rf"\delta_{{{symbol[1:]}}}" if symbol[0] == "d" and len(symbol) == 2 and symbol[1] != "u" else symbol

@@ -1,0 +1,176 @@
+"""What the page of a report draws by itself, as compact JSON: intervals, correlations, draws, tracks, residuals."""
+
+import base64
+from collections.abc import Iterator
+
+import numpy as np
+
+from bayesub.plots import coefficients, posterior, style
+from bayesub.plots.track import STRAIGHT, X, Y, Z, labelled
+from bayesub.report import symbols
+
+DRAWS = 400  # of the posterior, in the scatter of a pair
+READINGS = 30_000  # of all trials; of more, every second, third ..
+TRACKS, PLACES = 10, 250  # draws whose track is drawn, and points of each
+_DIGITS = 7  # of numbers
+
+
+def content(results, numbers: dict, reference, word: str) -> dict:
+    """What the scripts of a page read.
+
+    Parameters
+    ----------
+    results : bayesub.report.report.Results
+        Everything that the report is about.
+    numbers : dict
+        The content of ``numbers.json``.
+    reference : ndarray of shape (n_others,)
+        Values that ratios refer to, histories of forces left out.
+    word : str
+        What they are.
+    """
+    return {
+        "word": word,
+        "intervals": _intervals(results, numbers, reference),
+        "pairs": _pairs(results, reference, word),
+        "trials": list(_trials(results, synthetic=word == "truth")),
+    }
+
+
+def packed(values, kind: str = "u2") -> dict:
+    """Values (n,) as unsigned integers of a `kind`, from the least to the largest, in base64; the last code is nan.
+
+    An error of rounding is at most the range over 131,068, or with ``u4`` over 8.6e9.
+    """
+    values = np.asarray(values, dtype=float)
+    finite = values[np.isfinite(values)]
+    low, high = (finite.min(), finite.max()) if len(finite) else (0.0, 0.0)
+    most = 2 ** (8 * np.dtype(kind).itemsize) - 2
+    step = (high - low) / most or 1.0
+    codes = np.where(np.isfinite(values), np.rint((np.nan_to_num(values) - low) / step), most + 1)
+    text = base64.b64encode(codes.astype(f"<{kind}").tobytes()).decode("ascii")
+    return {"low": float(low), "step": float(step), "kind": kind, "codes": text}
+
+
+def _rounded(values) -> list:
+    """Nested lists of numbers of so many digits; what is not finite is None."""
+    if np.ndim(values):
+        return [_rounded(value) for value in values]
+    return float(f"{values:.{_DIGITS}g}") if np.isfinite(values) else None
+
+
+def _intervals(results, numbers, reference) -> dict:
+    """A row for each coefficient, and what the searches found of it."""
+    problem, sample = results.problem, results.summary
+    n = problem.n_coefficients
+    prior = np.transpose([problem.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES])[:n]
+    quantiles = sample.quantiles(coefficients.QUANTILES).T[:n]
+    terms = [problem.equations.term(name) for name in sample.names[:n]]
+    rows = [
+        {
+            "name": term.name,
+            "symbol": symbols.html(term.label) if term.label else "",
+            "axis": term.axis,
+            "meaning": term.meaning,
+            "unit": term.unit or "",
+            "reference": value,
+            "prior": own,
+            "posterior": found,
+            "contraction": row["contraction"],
+            "si_factor": row.get("si_factor"),
+            "si_unit": row.get("si_unit"),
+        }
+        for term, value, own, found, row in zip(
+            terms, _rounded(reference[:n]), _rounded(prior), _rounded(quantiles), numbers["parameters"], strict=True
+        )
+    ]
+    sets = [
+        {
+            "method": estimate.method,
+            "values": _rounded(estimate.solutions[:, [estimate.names.index(term.name) for term in terms]].T),
+        }
+        for estimate in results.estimates
+    ]
+    return {"rows": rows, "sets": sets}
+
+
+def _pairs(results, reference, word: str) -> dict:
+    """Correlations in hundredths below the diagonal, and some draws of every parameter, ratios where there are some."""
+    problem, sample = results.problem, results.summary
+    is_ratio = (np.arange(len(sample.names)) < problem.n_coefficients) & (reference != 0.0)
+    divisors = np.where(is_ratio, reference, 1.0)
+    some = np.linspace(0, len(sample.draws) - 1, min(DRAWS, len(sample.draws))).astype(int)
+    prior = np.transpose([problem.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES]) / divisors[:, None]
+    strong, _ = posterior.strong_block(sample.names, sample.correlation)
+    rows, columns = np.tril_indices(len(sample.names), -1)
+    units = {term.name: term.unit for term in problem.equations.terms}
+    return {
+        "names": list(sample.names),
+        "labels": [
+            f"{name} / {word}" if ratio else _labelled(name, units)
+            for name, ratio in zip(sample.names, is_ratio, strict=True)
+        ],
+        "strong": [sample.names.index(name) for name in strong],
+        "hundredths": np.rint(100 * sample.correlation[rows, columns]).astype(int).tolist(),
+        "reference": _rounded(reference / divisors),
+        "prior": _rounded(np.sort(prior)),
+        "draws": [packed(values) for values in (sample.draws[some] / divisors).T],
+    }
+
+
+def _labelled(name: str, units: dict) -> str:
+    if name not in units:
+        return style.with_unit(name)
+    return f"{name} ({units[name]})" if units[name] else name
+
+
+def _trials(results, *, synthetic: bool) -> Iterator[dict]:
+    """Track and residuals of each trial; of very many readings every second, third and so on."""
+    stride = -(-len(results.problem.readings) // READINGS)
+    for name, problem, draws in results.problem.each_trial(results.draws):
+        record, predicted = problem.record, problem.predicted(draws)
+        readings, states = problem.truth() if synthetic else (None, None)
+        ends = np.cumsum([len(channel.times) for channel in record.channels])
+        channels = [
+            _channel(channel, predicted, readings, slice(end - len(channel.times), end), stride)
+            for channel, end in zip(record.channels, ends, strict=True)
+        ]
+        path = _path(record, problem.motion(draws[:TRACKS]), states)
+        yield {"figure": f"track_{name}" if name else "track", "stride": stride, "channels": channels, "path": path}
+
+
+def _channel(channel, predicted, truth, part, stride: int) -> dict:
+    """Readings minus posterior mean, the posterior's own band and the truth, in the unit of the axis."""
+    label, factor = labelled(channel)
+    predicted = factor * predicted[:, part][:, ::stride]
+    centre = predicted.mean(axis=0)
+    low, high = np.quantile(predicted - centre, [0.05, 0.95], axis=0)
+    lines = {"residual": factor * channel.values[::stride] - centre, "low": low, "high": high}
+    if truth is not None:
+        lines["truth"] = factor * truth[part][::stride] - centre
+    return {
+        "label": label,
+        "sd": float(factor * channel.total_sd),
+        "times": packed(channel.times[::stride], "u4"),
+        "lines": {name: packed(values) for name, values in lines.items()},
+    }
+
+
+def _path(record, tracks, truth) -> dict:
+    """The track from above, of a boat that does not turn its depth against the way north."""
+    above = np.ptp(tracks[0, :, Y]) > STRAIGHT * np.ptp(tracks[0, :, X])
+    across, up, names = (Y, X, ("east (m)", "north (m)")) if above else (X, Z, ("north (m)", "depth (m)"))
+    some = np.linspace(0, tracks.shape[1] - 1, min(PLACES, tracks.shape[1])).astype(int)
+    by_state = {channel.state: channel for channel in record.channels}
+    wanted = ("y", "x") if above else ("x", "z")
+    readings = None
+    if set(wanted) <= by_state.keys():
+        _, *both = np.intersect1d(*(by_state[state].times for state in wanted), return_indices=True)
+        readings = [packed(by_state[s].values[k]) for s, k in zip(wanted, both, strict=True)]
+    return {
+        "labels": names,
+        "downwards": not above,
+        "draws": [[packed(track[some, column]) for column in (across, up)] for track in tracks],
+        "readings": readings,
+        "truth": None if truth is None else [packed(truth[some, column]) for column in (across, up)],
+    }

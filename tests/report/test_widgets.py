@@ -1,0 +1,117 @@
+"""What the page draws by itself: packed numbers keep their values, correlations and residuals are those of the run."""
+
+import base64
+import json
+
+import numpy as np
+import pytest
+from support.laplace import posterior_of, spiral_problem
+
+from bayesub import identifiability
+from bayesub.baselines import sqp
+from bayesub.report import derived, report, widgets
+
+
+def unpacked(packed):
+    """As the script of the page reads it."""
+    codes = np.frombuffer(base64.b64decode(packed["codes"]), f"<{packed['kind']}").astype(float)
+    none = 2.0 ** (8 * np.dtype(packed["kind"]).itemsize) - 1
+    return np.where(codes == none, np.nan, packed["low"] + packed["step"] * codes)
+
+
+@pytest.fixture(scope="module")
+def results(spiral_track):
+    problem = spiral_problem(spiral_track)
+    posterior = posterior_of(problem, np.random.default_rng(1))
+    estimates = [sqp(problem.naive(), rng=np.random.default_rng(3), n_starts=2)]
+    spectrum = identifiability.fisher(problem, posterior.best)
+    return report.Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def numbers(results):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(derived, "N_DRAWS", 16)
+        return report.numbers_of(results)
+
+
+@pytest.fixture(scope="module")
+def content(results, numbers):
+    return widgets.content(results, numbers, results.problem.reference[results.problem.others], "truth")
+
+
+@pytest.mark.parametrize("kind", ["u2", "u4"])
+def test_packed_values_are_right_to_half_a_step(kind, rng):
+    values = 1e3 + rng.standard_normal(500)
+    values[7] = np.nan
+    found, bits = unpacked(widgets.packed(values, kind)), 8 * int(kind[1])
+    error = np.abs(found - values)
+    assert np.isnan(error[7])
+    assert np.nanmax(error) <= 0.5001 * np.ptp(values[~np.isnan(values)]) / (2**bits - 2) + 1e-12
+    assert np.nanmax(error) > 0.0
+
+
+def test_constant_and_missing_values_can_be_packed():
+    assert unpacked(widgets.packed([3.0, 3.0])).tolist() == [3.0, 3.0]
+    assert np.isnan(unpacked(widgets.packed([np.nan]))).all()
+
+
+def test_correlations_below_the_diagonal_are_those_of_the_draws(results, content):
+    pairs, sample = content["pairs"], results.summary
+    n = len(sample.names)
+    assert len(pairs["hundredths"]) == n * (n - 1) // 2
+    for i, j in ((1, 0), (5, 3), (n - 1, n - 2)):  # place i (i - 1) / 2 + j, as the script reads it
+        found = pairs["hundredths"][i * (i - 1) // 2 + j] / 100
+        assert found == pytest.approx(sample.correlation[i, j], abs=0.00501)
+    draws = np.array([unpacked(packed) for packed in pairs["draws"]])
+    assert draws.shape == (n, widgets.DRAWS)
+    values = draws * np.where(np.arange(n) < results.problem.n_coefficients, results.problem.reference, 1.0)[:, None]
+    assert (np.abs(values.mean(axis=1) - sample.mean) < 5.0 * sample.sd / np.sqrt(widgets.DRAWS)).all()
+
+
+def test_intervals_are_those_of_the_numbers(results, numbers, content):
+    rows = content["intervals"]["rows"]
+    assert [row["name"] for row in rows] == [row["name"] for row in numbers["parameters"]]
+    for row, given in zip(rows, numbers["parameters"], strict=True):
+        found = [row["posterior"][0], row["posterior"][2], row["posterior"][4]]
+        assert found == pytest.approx([given["q5"], given["median"], given["q95"]], rel=1e-6)
+        assert row["prior"][0] < given["prior_mean"] < row["prior"][1]
+    (search,) = content["intervals"]["sets"]
+    assert np.shape(search["values"]) == (len(rows), 2)
+    assert np.array(search["values"]) == pytest.approx(results.estimates[0].solutions[:, : len(rows)].T, rel=1e-6)
+
+
+def test_residuals_and_truth_are_minus_the_posterior_mean(results, content):
+    (trial,) = content["trials"]
+    assert trial["figure"] == "track"
+    assert trial["stride"] == 1
+    channel, lines = results.problem.record.channels[2], trial["channels"][2]["lines"]
+    assert trial["channels"][2]["label"] == "yaw (deg)"
+    assert trial["channels"][2]["sd"] == pytest.approx(0.1)
+    assert unpacked(trial["channels"][2]["times"]) == pytest.approx(channel.times, abs=1e-6)
+    noise = np.degrees(channel.values - results.problem.truth()[0][-len(channel.times) :])
+    assert unpacked(lines["residual"]) - unpacked(lines["truth"]) == pytest.approx(noise, abs=1e-4)
+    assert (unpacked(lines["low"]) < unpacked(lines["high"])).all()
+
+
+def test_of_very_many_readings_every_second_or_third_is_drawn(results, numbers, monkeypatch):
+    monkeypatch.setattr(widgets, "READINGS", len(results.problem.readings) // 3)
+    reference = results.problem.reference
+    (trial,) = widgets.content(results, numbers, reference, "truth")["trials"]
+    assert trial["stride"] == 3
+    times = results.problem.record.channels[0].times
+    assert unpacked(trial["channels"][0]["times"]) == pytest.approx(times[::3], abs=1e-6)
+
+
+def test_the_content_is_json_without_tags(numbers, content):
+    """What a name holds cannot end the script in which it stands."""
+    content = json.loads(json.dumps(content, allow_nan=False))
+    content["intervals"]["rows"][0]["meaning"] = "</script><b>"
+    page = report.page(numbers | {"name": "", "question": "", "seconds": {}}, pictures(), live=content)
+    assert page.count("</script>") == page.count("<script") == 4
+    assert "<b>" not in page
+
+
+def pictures():
+    names = ("coefficients", "track", "criticism", "spectrum", "correlation", "corner", "directions", "nuisance")
+    return dict.fromkeys(names, ("What.", b"picture"))

@@ -1,0 +1,94 @@
+"""Quantities of a study's own: functions in Python beside the study, and one line for each that is wrong."""
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.model.boats import Boats
+from bayesub.study.derived_section import DerivedSection
+from bayesub.study.study_file import load_study
+
+OWN = '''
+import numpy as np
+
+import bayesub as bs
+
+
+def heading_deg(boats):
+    """Heading after two minutes of a turning circle."""
+    circle = bs.load_manoeuvre("turning_circle", boats.vehicle)
+    return np.degrees(boats.fly(circle, np.array([120.0]), dt=1.0)[:, -1, 5])
+
+
+def fails(boats):
+    raise ValueError("no\\nway")
+
+
+def single(boats):
+    return 1.0
+'''
+
+
+@pytest.fixture
+def own(tmp_path):
+    (tmp_path / "own.py").write_text(OWN)
+    return lambda function, name="my_heading_deg": DerivedSection(name=name, function=function).build(
+        bs.load_vehicle("suboff"), lambda file: str(tmp_path / file)
+    )
+
+
+def test_a_function_is_called_with_all_boats_at_once(own):
+    boat = bs.load_vehicle("suboff")
+    values = own("own.py:heading_deg").of(Boats(boat, boat.xi * np.array([[1.0], [1.02]])))
+    flown = bs.simulate(boat, bs.load_manoeuvre("turning_circle", boat), dt=1.0, sample=60.0)
+    assert values[0] == pytest.approx(np.degrees(flown.outputs(("psi",))[0, 2, 0]), rel=1e-9)
+    assert values.shape == (2,)
+    assert values[1] != values[0]
+
+
+@pytest.mark.parametrize(
+    ("function", "name", "words"),
+    [
+        ("own.py:headin_deg", "a_deg", "has no function 'headin_deg': did you mean 'heading_deg'?"),
+        ("own.py:fails", "a_deg", "own.py:fails fails: ValueError: no way"),
+        ("own.py:single", "a_deg", "returns shape () for 2 boats; return one number for each, (2,)"),
+        ("other.py:fails", "a_deg", "other.py cannot be run: FileNotFoundError"),
+        ("own.py:single", "advance_m", "'advance_m' is built in"),
+    ],
+)
+def test_what_is_wrong_is_one_line(own, function, name, words):
+    with pytest.raises(bs.InputError) as raised:
+        own(function, name)
+    assert words in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def _study(folder, tables):
+    folder.joinpath("own.py").write_text(OWN)
+    (folder / "study.toml").write_text(
+        'name = "own"\nvehicle = "suboff"\nmanoeuvre = "turning_circle"\nseed = 1\n'
+        '[[sensors]]\nkind = "track"\nchannels = ["x", "y"]\nposition_sd_m = 1.0\nattitude_sd_deg = 0.1\n'
+        'interval_s = 20.0\n[free]\ncoefficients = ["Xuu", "Nuv"]\n[prior]\nkind = "relative_normal"\nsd = 0.1\n'
+        "[baselines]\nsqp_starts = 0\nlinear_least_squares = false\n" + tables
+    )
+    return load_study(folder / "study.toml")
+
+
+TABLE = '[[derived]]\nname = "my_heading_deg"\nfunction = "own.py:heading_deg"\nmeaning = "Two minutes on."\n'
+
+
+def test_a_run_keeps_the_function_and_draws_again_with_the_copy(tmp_path, few_figures):  # noqa: ARG001
+    study = _study(tmp_path, TABLE)
+    result = bs.run(study, tmp_path / "run")
+    (tmp_path / "own.py").unlink()
+    from bayesub.study.redraw import redraw
+
+    before = (tmp_path / "run" / "numbers.json").read_bytes()
+    assert b'"my_heading_deg"' in before
+    assert redraw(tmp_path / "run").sentences == result.sentences
+    assert (tmp_path / "run" / "numbers.json").read_bytes() == before
+
+
+def test_two_of_a_name_are_refused(tmp_path):
+    with pytest.raises(bs.InputError, match="two of \\[\\[derived\\]\\] are named 'my_heading_deg'"):
+        _study(tmp_path, TABLE + TABLE)
