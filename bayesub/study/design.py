@@ -65,11 +65,11 @@ def design(
         For Ctrl-C during the search; a KeyboardInterrupt.
     """
     began = time.perf_counter()
-    question, config = pose(request), request.config()
+    question, asked = pose(request), request.config()
     for key in ("goal", "sensors", "limits", "prior"):
         progress.remark(f"{key}: {question.words[key]}")
     with (
-        open_folder(folder, config, copies(request.files, config["files_sha256"]), resume=resume, force=force),
+        open_folder(folder, asked, copies(request.files, asked["files_sha256"]), resume=resume, force=force) as config,
         interruptions(folder),
     ):
         (folder / COSTS).mkdir(exist_ok=True)

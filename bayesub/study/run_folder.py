@@ -34,7 +34,7 @@ def saved_config(folder: Path) -> dict | None:
 @contextmanager
 def open_folder(
     folder: Path, config: dict, copies: dict[str, Path] | None = None, *, resume=False, force=False, keep_stale=False
-) -> Iterator[None]:
+) -> Iterator[dict]:
     """Make the run folder and hold it for this process.
 
     ``config.toml`` and copies of the files of the study are in it before any work starts.
@@ -54,6 +54,11 @@ def open_folder(
     keep_stale : bool
         Resume although sources or versions differ. ``config.toml`` keeps those by which the run was begun, so that it
         stays stale.
+
+    Yields
+    ------
+    dict
+        The content of ``config.toml``: of a run that is resumed, with the code and the time by which it was begun.
 
     Raises
     ------
@@ -77,7 +82,7 @@ def open_folder(
             for place, original in (copies or {}).items():
                 (folder / place).parent.mkdir(exist_ok=True)
                 shutil.copyfile(original, folder / place)
-        yield
+        yield config
 
 
 def _resumed(folder: Path, saved: dict | None, config: dict, keep_stale: bool) -> dict:
