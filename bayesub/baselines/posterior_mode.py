@@ -11,7 +11,8 @@ from bayesub.identifiability.interface import InferenceProblem
 from bayesub.io.errors import InputError
 
 SHARES = (0.1, 0.03, 0.01, 0.003, 0.001)  # sd of what smooths the ends of an interval, over its length
-_SEARCHES, _SAME = 12, 0.1  # from draws of the prior at most; difference of costs that is none
+_SEARCHES = 12  # from draws of the prior at most
+_SAME = 0.05  # difference of costs for each parameter that is none: posterior draws cost one more for each
 _MISFIT = 2.0  # mean square of the residuals, one of a mode that fits, from which a mode is not trusted
 
 
@@ -19,8 +20,9 @@ def posterior_mode(problem: InferenceProblem, *, rng: np.random.Generator) -> Es
     """The posterior mode by Gauss-Newton searches, with a finite log likelihood.
 
     A long track has local modes, thousands of standard deviations off. The searches start from the middle of the prior
-    and from draws of it until the lowest cost has been reached twice. If the noise has heavy tails, each follows the
-    mode from noise as large as the misfit of its start. Where none has, where the best of them fits badly
+    and from draws of it until the lowest cost has been reached twice, or nearly: where a force jumps with the sign of a
+    velocity a density jumps a little from step to step, and has a mode on each. If the noise has heavy tails, each
+    follows the mode from noise as large as the misfit of its start. Where none has, where the best of them fits badly
     or where no simulation completes the record, the mode is followed from large noise
     (:func:`bayesub.baselines.continuation.continuation`), and the better of both is taken.
 
@@ -70,7 +72,7 @@ def _lowest(problem, rng) -> Estimate:
                 "signs of the controls and at the vehicle with bayesub check, or narrow the prior"
             ) from None
         return best
-    return other if best is None or other.costs[0] < best.costs[0] - _SAME else best
+    return other if best is None or other.costs[0] < best.costs[0] - _SAME * problem.n_params else best
 
 
 def _best_of_starts(problem, rng) -> tuple[Estimate | None, bool]:
@@ -81,7 +83,7 @@ def _best_of_starts(problem, rng) -> tuple[Estimate | None, bool]:
         if best is None or other is None:
             best = best or other
             continue
-        if abs(other.costs[0] - best.costs[0]) < _SAME:
+        if abs(other.costs[0] - best.costs[0]) < _SAME * problem.n_params:
             return best, True
         best = min(best, other, key=lambda estimate: estimate.costs[0])
     return best, False
