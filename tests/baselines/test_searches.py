@@ -1,5 +1,6 @@
 """Searches on the readings from random starts: SQP and trust-region least squares, side by side."""
 
+import importlib
 import threading
 
 import numpy as np
@@ -250,6 +251,33 @@ def test_the_mode_is_the_lowest_of_several_wells():
     assert one.values[0] == pytest.approx(-2.0, abs=0.1)
     assert best.values[0] == pytest.approx(2.0, abs=0.1)
     assert best.costs[0] < 0.5 * one.costs[0]
+
+
+class Steps(Toy):
+    """Twenty parameters whose cubes are read too, and a reading that jumps a thousand times while one grows by one."""
+
+    def __init__(self, height):
+        super().__init__(Normal(mean=np.zeros(20), sd=np.full(20, 10.0)))
+        self.height = height
+
+    def residuals(self, parameters):
+        self.costs.simulations += len(parameters)
+        jumps = self.height * np.sin(7.0 * np.floor(1000.0 * parameters[:, :1]))
+        return np.concatenate([parameters + 0.1 * parameters**3 - 1.0, jumps], axis=1)
+
+    def slopes(self, parameters):
+        return np.concatenate([np.diag(1.0 + 0.3 * parameters**2), np.zeros((1, 20))])
+
+
+@pytest.mark.parametrize(("height", "agree"), [(1.0, True), (5.0, False)])
+def test_searches_agree_on_a_mode_that_has_little_steps(height, agree, monkeypatch):
+    """Two that end within what tells twenty parameters apart are enough; where steps are large others follow."""
+    module = importlib.import_module("bayesub.baselines.posterior_mode")
+    costs, search = [], module.gauss_newton
+    monkeypatch.setattr(module, "gauss_newton", lambda *a: costs.append(search(*a)) or costs[-1])
+    posterior_mode(Steps(height), rng=np.random.default_rng(0))
+    assert abs(costs[0].costs[0] - costs[1].costs[0]) > 0.1
+    assert (len(costs) == 2) == agree
 
 
 def test_trust_region_has_no_covariance_with_null_directions(suboff, spiral, spiral_track):
