@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from bayesub.baselines import Estimate
+from bayesub.checks import jumps
 from bayesub.checks.explanations import Explanation, explanations
 from bayesub.checks.fit import Criticism, criticise
 from bayesub.identifiability import NullSpace, Spectrum, null_space
@@ -249,6 +250,11 @@ def numbers_of(results: Results) -> dict:
         numbers["verdict"]["lines_to_add"] = proposals.lines(reasons[0], results.problem)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | findings.sentences(numbers)
     numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
+    if not results.posterior.converged:
+        jump = jumps.largest_jump(results.problem, results.posterior.draws, results.rng.spawn(1)[0])
+        numbers["convergence"]["largest_jump"] = jump
+        if said := jumps.sentence(jump, numbers["step_s"]):
+            numbers["verdict"]["jumps"] = said
     if results.check is not None:
         numbers["cross_check"] = results.check.to_json()
         numbers["verdict"]["cross_check"] = results.check.sentence

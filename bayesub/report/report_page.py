@@ -28,6 +28,7 @@ def markdown_page(numbers: dict, captions: Mapping[str, str], equations: Equatio
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
     topics = (
+        "jumps",
         "prediction",
         "derived",
         "conflict",

@@ -402,3 +402,15 @@ def test_units_are_where_values_are(problem, numbers, page):
     words = page_of(dimensional)
     assert "<td>Nuv (kg)</td>" in words
     assert "Changes of the coefficients in their units along which" in words
+
+
+@pytest.mark.parametrize(("jump", "said"), [(4.0, True), (0.0, False)])
+def test_a_posterior_that_has_not_converged_says_why_if_its_density_jumps(results, jump, said, monkeypatch):
+    """With steps to try; of one that converges nothing is asked."""
+    monkeypatch.setattr(report.jumps, "largest_jump", lambda *_: jump)
+    short = dataclasses.replace(results.posterior, criteria=bs.Criteria(ess=1e9))
+    unfinished = dataclasses.replace(results, posterior=short, rng=np.random.default_rng(1))
+    numbers = report.numbers_of(unfinished) | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
+    assert numbers["convergence"]["largest_jump"] == jump
+    assert ("Try dt_s = 0.2 in place of 1." in page_of(numbers)) == said
+    assert "largest_jump" not in report.numbers_of(results)["convergence"]
