@@ -112,6 +112,22 @@ def test_costs_stand_beside_each_other(problem, rng):
     )
 
 
+@pytest.mark.parametrize(("diverging", "steps"), [({}, 1), ({0.5: 9}, 2), ({0.5: 9, 0.3: 9}, 2)])
+def test_what_diverges_is_sampled_again_with_shorter_steps(problem, rng, diverging, steps, monkeypatch):
+    """More than one in 500; what that has cost counts, and if it helps no more the verdict says so."""
+    taken = []
+
+    def sampled(problem, *, rng, step, n_draws, n_tune, n_chains, progress):
+        taken.append(step)
+        return exact(problem, rng, n_draws), diverging.get(step, 0), 100
+
+    monkeypatch.setattr(module, "sample_nuts", sampled)
+    check = module.cross_check(problem, ensemble(problem, rng), rng=rng, n_draws=1000)
+    assert taken == [0.5, 0.3][:steps]
+    assert check.gradients == 100 * steps
+    assert (check.verdict == "inconclusive") == (len(diverging) == 2)
+
+
 def test_without_nutpie_one_line_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "nutpie", None)
     with pytest.raises(bs.InputError, match=r"pip install 'bayesub\[cross-check\]'"):
