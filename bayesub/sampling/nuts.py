@@ -264,7 +264,9 @@ def require_nutpie():
     return nutpie
 
 
-def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, step=_STEPS[0], progress=None) -> tuple[np.ndarray, int, int]:
+def sample_nuts(
+    problem, *, rng, n_draws, n_tune, n_chains, step=_STEPS[0], progress=None
+) -> tuple[np.ndarray, int, int]:
     """Draws (n_chains, n_draws, n_params) of NUTS, divergent trajectories among them, and gradients taken."""
     nutpie = require_nutpie()
     geometry = _geometry(problem, rng, progress)

@@ -117,7 +117,7 @@ def test_what_diverges_is_sampled_again_with_shorter_steps(problem, rng, divergi
     """More than one in 500; what that has cost counts, and if it helps no more the verdict says so."""
     taken = []
 
-    def sampled(problem, *, rng, step, n_draws, n_tune, n_chains, progress):
+    def sampled(problem, *, rng, step, n_draws, **_):
         taken.append(step)
         return exact(problem, rng, n_draws), diverging.get(step, 0), 100
 
