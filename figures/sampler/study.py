@@ -11,8 +11,8 @@ Tracks have position noise of 0.5 m on a boat of suboff's length, in proportion 
 in which the prior is standard normal and start from draws of it; ours finds the mode and learns a surrogate first,
 which counts among its simulations, a Jacobian as the simulations that take as long. Of a chain that has not converged
 the effective sample size is a guess, and too large. Motions with rounded readings are flown and fitted with steps of an
-eighth of those that the track needs: with these the log likelihood of auv690 jumps by ten where the sign of a velocity
-changes a step later, and walkers are held there.
+eighth of those that the track needs: with these the log likelihood of auv690 jumps where the sign of a velocity changes
+a step later, and walkers are held there.
 """
 
 from functools import partial
