@@ -55,7 +55,7 @@ def sentence(jump: float, step_s: float) -> str:
     if jump < NOTICEABLE:
         return ""
     return (
-        f"The log likelihood jumps by up to {jump:.2g} between neighbouring parameters, which holds walkers where they "
+        f"The log likelihood jumps by up to {jump:.3g} between neighbouring parameters, which holds walkers where they "
         f"are, as a force does that has the sign of a velocity and changes a time step earlier or later. Try "
         f"dt_s = {_round(step_s * NOTICEABLE / jump):g} in place of {step_s:g}."
     )
