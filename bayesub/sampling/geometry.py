@@ -140,14 +140,23 @@ class Geometry:
             log_prob[inside] += problem.log_likelihood(self.prior.unscaled(x[inside]))
         return log_prob
 
-    def gradient(self, problem, y) -> np.ndarray:
-        """(n_params,) gradient of :meth:`log_prob` at sampling coordinates y (n_params,) inside the support."""
+    def with_gradient(self, problem, y) -> tuple[float, np.ndarray]:
+        """:meth:`log_prob` at sampling coordinates y (n_params,), and its gradient (n_params,).
+
+        Minus infinity and zeros outside the support of the prior and where the simulation fails.
+        """
         z = self.bent(y[None])
-        (x,) = self.scaled(z)
-        parameters = self.prior.unscaled(x)
-        jacobian = self.prior.scaled_chain(problem.jacobian(parameters), x)
-        by_scaled = self.prior.scaled_slope(x[None]) - problem.residuals(parameters[None]) @ jacobian
-        return self.pullback(z, by_scaled @ self.basis)[0]
+        x = self.scaled(z)
+        (value,) = self.prior.scaled_log_density(x)
+        if np.isfinite(value):
+            (parameters,) = self.prior.unscaled(x)
+            (residuals,), (log_likelihood,) = problem.misfit_about(parameters, parameters[None])
+            value += log_likelihood
+        if not np.isfinite(value):
+            return -np.inf, np.zeros(self.n_params)
+        jacobian = self.prior.scaled_chain(problem.jacobian(parameters), x[0])
+        by_scaled = self.prior.scaled_slope(x) - residuals @ jacobian
+        return float(value), self.pullback(z, by_scaled @ self.basis)[0]
 
     def draws(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """Sampling coordinates (n, n_params): standard normal draws within the support of the prior."""

@@ -28,10 +28,9 @@ MOST_DIVERGENT = 0.002  # of the draws: more, and there are places that steps of
 # Of the leapfrog, in coordinates in which the posterior is nearly a standard normal, and doublings of a trajectory. The
 # step is not adapted: a log posterior may have jumps, as forces do that have the sign of a velocity as a factor. How
 # often a trajectory is accepted then depends on the jumps that it crosses and hardly on its steps, which would shrink
-# forever to reach what nutpie aims at. Seven steps of 0.5 are half a turn of a standard normal, where a trajectory
-# ends; of 0.3 it takes fifteen, for as many effective samples (83 normal dimensions: 39 gradients each, not 97). They
-# are taken where too many trajectories with the others diverge.
-_STEPS, _DOUBLINGS = (0.5, 0.3), 6
+# forever to reach what nutpie aims at. Fifteen steps of 0.3 are more than half a turn of a standard normal, where a
+# trajectory ends. Of 0.5 it takes seven, for as many effective samples, but up to one in fifty then diverges.
+_STEP, _DOUBLINGS = 0.3, 6
 _CORNERS = 50  # tried for the start of a chain
 
 
@@ -162,8 +161,6 @@ def cross_check(
 ) -> CrossCheck:
     """Sample the posterior of a problem with NUTS too, and compare.
 
-    If too many trajectories diverge it is sampled again with shorter steps; both count in what NUTS has cost.
-
     Parameters
     ----------
     problem : that was sampled
@@ -178,16 +175,10 @@ def cross_check(
     ------
     InputError : if nutpie is not installed
     """
-    costs, began = problem.costs, time.perf_counter()
-    before = costs.simulations, costs.jacobians
-    options, gradients = {"n_draws": n_draws, "n_tune": n_tune, "n_chains": n_chains, "progress": progress}, 0
-    for step in _STEPS:
-        chain, divergences, taken = sample_nuts(problem, rng=rng, step=step, **options)
-        gradients += taken
-        if divergences <= MOST_DIVERGENT * n_draws * n_chains:
-            break
-    spent = costs.simulations - before[0], costs.jacobians - before[1], time.perf_counter() - began
-    return compare(posterior, chain, divergences, gradients, spent=spent)
+    chain, counts = sample_nuts(
+        problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress
+    )
+    return compare(posterior, chain, **counts)
 
 
 def compare(
@@ -264,21 +255,21 @@ def require_nutpie():
     return nutpie
 
 
-def sample_nuts(
-    problem, *, rng, n_draws, n_tune, n_chains, step=_STEPS[0], progress=None
-) -> tuple[np.ndarray, int, int]:
-    """Draws (n_chains, n_draws, n_params) of NUTS, divergent trajectories among them, and gradients taken."""
+def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tuple[np.ndarray, dict]:
+    """Draws (n_chains, n_draws, n_params) of NUTS, and what :func:`compare` asks for besides.
+
+    That is the divergent trajectories among them, gradients taken, and what all has cost.
+    """
     nutpie = require_nutpie()
+    costs, began = problem.costs, time.perf_counter()
+    before = costs.simulations, costs.jacobians
     geometry = _geometry(problem, rng, progress)
     n = problem.n_params
     counts = {"draws": 0, "gradients": 0}
 
     def log_prob(y):
         counts["gradients"] += 1
-        value = geometry.log_prob(problem, y[None])[0]
-        if not np.isfinite(value):
-            return -np.inf, np.zeros(n)
-        return value, geometry.gradient(problem, y)
+        return geometry.with_gradient(problem, y)
 
     def draw(y):
         counts["draws"] += 1
@@ -291,7 +282,7 @@ def sample_nuts(
         """A point as far out as draws are, without slopes near zero: nutpie's first variances are their inverses."""
         corners = np.random.default_rng(seed).choice([-1.0, 1.0], (_CORNERS, n))
         possible = corners[np.isfinite(geometry.log_prob(problem, corners))]
-        return max(possible, key=lambda y: np.abs(geometry.gradient(problem, y)).min(), default=corners[0])
+        return max(possible, key=lambda y: np.abs(geometry.with_gradient(problem, y)[1]).min(), default=corners[0])
 
     model = nutpie.compiled_pyfunc.from_pyfunc(
         n,
@@ -309,12 +300,14 @@ def sample_nuts(
         chains=n_chains,
         cores=1,
         seed=int(rng.integers(2**31)),
-        step_size_adapt_method=str(step),
+        step_size_adapt_method=str(_STEP),
         maxdepth=_DOUBLINGS,
         progress_bar=False,
     )
+    spent = costs.simulations - before[0], costs.jacobians - before[1], time.perf_counter() - began
     divergences = int(np.count_nonzero(trace.sample_stats["diverging"].values))
-    return np.asarray(trace.posterior["parameters"].values), divergences, counts["gradients"]
+    counts = {"divergences": divergences, "gradients": counts["gradients"], "spent": spent}
+    return np.asarray(trace.posterior["parameters"].values), counts
 
 
 def _geometry(problem, rng, progress):

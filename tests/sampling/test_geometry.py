@@ -57,7 +57,8 @@ def test_gradient(bent_geometry, rng):
             / (2e-3 * h)
             for h in (1, 0.5)
         ]
-        gradient = bent_geometry.gradient(problem, y)
+        value, gradient = bent_geometry.with_gradient(problem, y)
+        assert value == pytest.approx(bent_geometry.log_prob(problem, y[None])[0], rel=1e-12)
         np.testing.assert_allclose(
             gradient, (4 * slopes[1] - slopes[0]) / 3, rtol=1e-5, atol=1e-5 * np.abs(gradient).max()
         )
