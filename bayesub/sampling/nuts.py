@@ -175,9 +175,7 @@ def cross_check(
     ------
     InputError : if nutpie is not installed
     """
-    chain, counts = sample_nuts(
-        problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress
-    )
+    chain, counts = sample_nuts(problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress)
     return compare(posterior, chain, **counts)
 
 

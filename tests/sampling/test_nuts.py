@@ -151,9 +151,7 @@ class Stepped(Linear):
 def test_jumps_that_no_gradient_shows_do_not_stop_nuts():
     """Means and variances are right, for the gradients that a smooth density takes and not hundreds a draw."""
     _nutpie_or_skip()
-    draws, counts = module.sample_nuts(
-        Stepped(), rng=np.random.default_rng(3), n_draws=1000, n_tune=200, n_chains=2
-    )
+    draws, counts = module.sample_nuts(Stepped(), rng=np.random.default_rng(3), n_draws=1000, n_tune=200, n_chains=2)
     mean = -np.tanh(0.5) / np.sqrt(np.pi)
     for moment, truth in ((draws, mean), ((draws - mean) ** 2, 0.5 - mean**2)):
         chain = moment[:, :, None]
