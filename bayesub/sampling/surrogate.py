@@ -38,7 +38,7 @@ _DRAWS, _LAST_DRAWS = 2, 6  # simulations for each feature of the polynomial, in
 _MORE = 300  # walkers and simulations besides
 LEAPS = (0.2, 0.3, 0.4), 16  # of the flights between walls, angles and number
 _PACES, _MOVING, _SCOUTS = (1.0, 0.5, 0.25, 0.125), 0.6, 64  # shorter ones until most flights of some walkers lead away
-_FLIGHTS, _BOUNCING = (3,), (2, 4)  # flights before each simulation, without walls and between them
+_FLIGHTS, _BOUNCING = (6,), (2, 4)  # flights before each simulation, without walls and between them
 _NEAR, _NEAR_TURNS, _NEAR_LEAPS = 0.1, (0.05, 0.2, 0.5), ((0.02, 0.1), 3)  # how often one flight does not lead far
 _EXPLORERS, _EXPLORATIONS, _STEPS_OF_EXPLORERS = 128, 8, 5
 _BETTER = 0.02  # rise of the explorers' acceptance with which they explore on
@@ -209,9 +209,10 @@ def learn(
         y, growth = _straightened(surrogate, y, _HOT, rng)
         if n + 1 >= _ROUNDS and growth < _STEADY:
             break
-    surrogate = _Simulations(problem, geometry, y[:n_fitted]).surrogate()
+    seen = _Simulations(problem, geometry, y[:n_fitted])
+    surrogate = seen.surrogate()
     y, _ = _straightened(surrogate, y, 1.0, rng)
-    seen = _Simulations(problem, geometry, np.concatenate(_wandered(surrogate, y, _LAST_STOPS, _HOT, rng))[-n_last:])
+    seen.add(np.concatenate(_wandered(surrogate, y, _LAST_STOPS, _HOT, rng))[n_fitted - n_last :])
     surrogate = seen.surrogate()
     draws = _wandered(surrogate, y[:_DRAWN], 2, 1.0, rng)[-1]
     surrogate.flies = True
