@@ -205,12 +205,11 @@ def learn(
     for n in range(_MAX_ROUNDS):
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")
-        surrogate = _Simulations(problem, geometry, y[:n_fitted]).surrogate()
+        seen = _Simulations(problem, geometry, y[:n_fitted])
+        surrogate = seen.surrogate()
         y, growth = _straightened(surrogate, y, _HOT, rng)
         if n + 1 >= _ROUNDS and growth < _STEADY:
             break
-    seen = _Simulations(problem, geometry, y[:n_fitted])
-    surrogate = seen.surrogate()
     y, _ = _straightened(surrogate, y, 1.0, rng)
     seen.add(np.concatenate(_wandered(surrogate, y, _LAST_STOPS, _HOT, rng))[n_fitted - n_last :])
     surrogate = seen.surrogate()
