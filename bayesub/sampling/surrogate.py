@@ -34,7 +34,7 @@ from bayesub.sampling.polynomial import fitted, n_features
 
 TURNS, KICKS = (0.8, 1.4, 1.8), 3  # of the flights on it, up to a quarter of a turn long
 _SHORT_TURNS = (0.2, 0.8, 1.6)  # before it is straight, where short ones get on where long ones are refused
-_DRAWS, _LAST_DRAWS = 2, 6  # simulations for each feature of the polynomial, in the rounds and in the end
+_DRAWS, _LAST_DRAWS = 2, 4  # simulations for each feature of the polynomial, in the rounds and in the end
 _MORE = 300  # walkers and simulations besides
 LEAPS = (0.2, 0.3, 0.4), 16  # of the flights between walls, angles and number
 _PACES, _MOVING, _SCOUTS = (1.0, 0.5, 0.25, 0.125), 0.6, 64  # shorter ones until most flights of some walkers lead away
@@ -44,7 +44,7 @@ _EXPLORERS, _EXPLORATIONS, _STEPS_OF_EXPLORERS = 128, 8, 5
 _BETTER = 0.02  # rise of the explorers' acceptance with which they explore on
 _LEAST_POWER = 0.5  # of the emulated likelihood
 _FLYING = 0.5  # acceptance on the surrogate below which flights end outside bounds too often
-_ROUNDS, _MAX_ROUNDS = 3, 12
+_ROUNDS, _MAX_ROUNDS = 2, 12
 _STEADY = 1.2  # growth of the draws' spread in one coordinate while they walk on, below which rounds may end
 _HOT = 2.0  # temperature of the draws that the surrogate is fitted to
 _WALKERS = 2  # for each feature, which find the draws
