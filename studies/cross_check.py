@@ -3,7 +3,7 @@
 Question: the ensemble sampler straightens, whitens and proposes by rules of its own. Does NUTS, which shares the log
 posterior and nothing of these rules, find the same means, standard deviations and correlations in all nine cases?
 Claim: yes, within Monte Carlo error, wherever NUTS itself converges.
-Cost: about an hour and a half of one core, most of it NUTS. A killed run continues with --resume; finished cases stay.
+Cost: about four hours of one core, nearly all of it NUTS. A killed run continues with --resume; finished cases stay.
 
 The ensemble sampler goes on to many more draws than it needs to converge: what is left is the Monte Carlo error of
 NUTS, and a few draws that are held for long no longer decide whether the two agree.

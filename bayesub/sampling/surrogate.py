@@ -14,8 +14,8 @@ would lie in the tails.)
 
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
 where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread, and in the end
-it is fitted once more to many of them. It is fitted to draws at twice the variance of the readings, so that it holds in
-the tails as well.
+it is fitted once more to those of the last round and as many more. It is fitted to draws at twice the variance of the
+readings, so that it holds in the tails as well, and then to where walkers in the posterior come.
 """
 
 import os
