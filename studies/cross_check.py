@@ -39,11 +39,11 @@ FIGURES = {
 }
 ANSWER = """
 The largest difference of a mean is {*/check/mean_z; size; max; .1f} Monte Carlo standard errors, of an sd
-{*/check/sd_z; size; max; .1f}, of a correlation {*/check/correlation_z; size; max; .1f}. NUTS itself has not converged
-in {*/check/divergent; above 0.002; count; .0f} of {*/check/divergent; count; .0f} cases, where too many of its
-trajectories diverge; in the others it agrees. An effective sample of the worst parameter costs {*/per_sample/ours;
-min; .1f} to {*/per_sample/ours; max; .1f} simulations here and {*/per_sample/NUTS; min; .0f} to {*/per_sample/NUTS;
-max; .0f} by NUTS, a Jacobian counted as the simulations that take as long.
+{*/check/sd_z; size; max; .1f}, of a correlation {*/check/correlation_z; size; max; .1f}. Too many trajectories of NUTS
+diverge in {*/check/divergent; above 0.002; count; .0f} of {*/check/divergent; count; .0f} cases; in the others it has
+converged, and agrees. An effective sample of the worst parameter costs {*/per_sample/ours; min; .1f} to
+{*/per_sample/ours; max; .1f} simulations here and {*/per_sample/NUTS; min; .0f} to {*/per_sample/NUTS; max; .0f} by
+NUTS, a Jacobian counted as the simulations that take as long.
 """
 
 
