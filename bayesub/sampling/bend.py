@@ -9,31 +9,40 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayesub.sampling.compiled import compiled
-from bayesub.sampling.polynomial import PLACES, fitted, pullback_at, values, values_at
+from bayesub.sampling.polynomial import PLACES, PLAIN, Polynomials, fitted, pullback_at, values_at
 
-_RIDGE = 1e-9  # relative
+_WORTH = 0.3  # of the sd of what is left, that products must explain
 
 
 @dataclass(frozen=True)
 class Bend:
-    """``z_B = features(z_after) coefficients + factor y_B`` for the coordinates ``start .. stop``."""
+    """``z_B = polynomials(z_after) + factor y_B`` for the coordinates ``start .. stop``."""
 
     start: int
     stop: int
-    active: np.ndarray
-    coefficients: np.ndarray
+    polynomials: Polynomials
     factor: np.ndarray
 
     def __call__(self, z) -> np.ndarray:
         """The curved surface q_B (n, stop - start) under whitened coordinates z (n, n_params)."""
-        return values(z[:, self.stop :], self.active, self.coefficients)
+        return self.polynomials(z[:, self.stop :])
 
     @classmethod
-    def fitted(cls, z, n_independent, start, stop, active):
-        """The bend of draws z (n, n_params), of which so many are `n_independent`."""
-        coefficients, misfit = fitted(z[:, stop:], active, z[:, start:stop], _RIDGE)
-        covariance = misfit.T @ misfit / len(z) / (1.0 - len(coefficients) / n_independent)
-        return cls(start, stop, active, coefficients, np.linalg.cholesky(covariance))
+    def fitted(cls, z, start, stop, active):
+        """The bend of draws z (n, n_params)."""
+        polynomials, misfit = fitted(z[:, stop:], active, z[:, start:stop], _WORTH)
+        n_terms = len(polynomials.linear) + polynomials.bent.size / (stop - start)
+        return cls(start, stop, polynomials, np.linalg.cholesky(misfit.T @ misfit / (len(z) - n_terms)))
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What it consists of, by name."""
+        block = np.array([self.start, self.stop])
+        return {"block": block, "factor": self.factor, **self.polynomials.arrays()}
+
+    @classmethod
+    def restored(cls, arrays: dict[str, np.ndarray]) -> "Bend":
+        """The bend of :meth:`arrays`."""
+        return cls(*map(int, arrays["block"]), Polynomials.restored(arrays), arrays["factor"])
 
 
 def packed(bends) -> tuple[np.ndarray, np.ndarray]:
@@ -41,13 +50,14 @@ def packed(bends) -> tuple[np.ndarray, np.ndarray]:
 
     Returns
     -------
-    (n_bends, 7) of each its start, stop and numbers of active directions and of features, and where among all numbers
-    its active directions, its coefficients and its factor begin; and these numbers in a row.
+    (n_bends, 10) of each its start, stop, numbers of active directions, of products and of combinations that have
+    these, and where among all numbers its active directions, the three parts of its polynomials and its factor begin;
+    and these numbers in a row.
     """
-    sizes, parts, first = np.empty((len(bends), 7), dtype=np.int64), [np.empty(0)], 0
+    sizes, parts, first = np.empty((len(bends), 10), dtype=np.int64), [np.empty(0)], 0
     for size, bend in zip(sizes, bends, strict=True):
-        size[:4] = bend.start, bend.stop, bend.active.shape[1], len(bend.coefficients)
-        for k, part in enumerate((bend.active, bend.coefficients, bend.factor), start=4):
+        size[:5] = bend.start, bend.stop, bend.polynomials.active.shape[1], *bend.polynomials.bent.shape
+        for k, part in enumerate((*bend.polynomials[:4], bend.factor), start=5):
             size[k] = first
             first += part.size
             parts.append(np.ravel(part))
@@ -55,23 +65,32 @@ def packed(bends) -> tuple[np.ndarray, np.ndarray]:
 
 
 @compiled
+def _part(numbers, first, n_rows, n_columns):
+    return numbers[first : first + n_rows * n_columns].reshape(n_rows, n_columns)
+
+
+@compiled
 def _bend(n_params, size, numbers):
-    """Active directions, coefficients and factor of a bend."""
-    start, stop, n_active, n_features, at_active, at_coefficients, at_factor = size
+    """Block, polynomials and factor of a bend."""
+    start, stop, n_active, n_products, n_bent, at_active, at_linear, at_bent, at_mix, at_factor = size
     n_after, n_block = n_params - stop, stop - start
-    active = numbers[at_active : at_active + n_after * n_active].reshape(n_after, n_active)
-    coefficients = numbers[at_coefficients : at_coefficients + n_features * n_block].reshape(n_features, n_block)
-    factor = numbers[at_factor : at_factor + n_block * n_block].reshape(n_block, n_block)
-    return start, stop, active, coefficients, factor
+    polynomials = Polynomials(
+        _part(numbers, at_active, n_after, n_active),
+        _part(numbers, at_linear, 1 + n_after, n_block),
+        _part(numbers, at_bent, n_products, n_bent),
+        _part(numbers, at_mix, n_bent, n_block),
+        PLAIN,
+    )
+    return start, stop, polynomials, _part(numbers, at_factor, n_block, n_block)
 
 
 @compiled
 def bend_at(y, sizes, numbers):
     """Make straight coordinates y (n_params, n) whitened ones, in place."""
     for b in range(len(sizes) - 1, -1, -1):
-        start, stop, active, coefficients, factor = _bend(len(y), sizes[b], numbers)
+        start, stop, polynomials, factor = _bend(len(y), sizes[b], numbers)
         moved = np.dot(factor, y[start:stop])
-        moved += values_at(y[stop:], active, coefficients)
+        moved += values_at(y[stop:], polynomials)
         y[start:stop] = moved
 
 
@@ -79,8 +98,8 @@ def bend_at(y, sizes, numbers):
 def pull_back_at(z, slopes, sizes, numbers):
     """Make a gradient `slopes` (n_params, n) by whitened coordinates z one by straight coordinates, in place."""
     for b in range(len(sizes)):
-        start, stop, active, coefficients, factor = _bend(len(z), sizes[b], numbers)
-        slopes[stop:] += pullback_at(z[stop:], active, coefficients, slopes[start:stop])
+        start, stop, polynomials, factor = _bend(len(z), sizes[b], numbers)
+        slopes[stop:] += pullback_at(z[stop:], polynomials, slopes[start:stop])
         slopes[start:stop] = np.dot(factor.T, slopes[start:stop])
 
 

@@ -203,17 +203,17 @@ def _turn_back(momentum, outside, z, surrogate):
 @compiled
 def _emulated(y, surrogate, prior):
     """Log densities (n,) at y (n_params, n); what the squares sum to more than at the mode (n,); residuals, x and z."""
-    mode, basis, sizes, numbers, active, coefficients, power, n_degrees = surrogate
+    mode, basis, sizes, numbers, polynomials, power, n_degrees = surrogate
     z = y.copy()
     bend_at(z, sizes, numbers)
     x = np.dot(basis, z)
     for param in range(len(x)):
         x[param] += mode[param]
-    residuals = values_at(z, active, coefficients)
+    residuals = values_at(z, polynomials)
     excess, at_mode = np.zeros(y.shape[1]), 0.0
     for k in range(len(residuals)):
         excess += residuals[k] * residuals[k]
-        at_mode += coefficients[0, k] * coefficients[0, k]
+        at_mode += polynomials.linear[0, k] ** 2
     excess -= at_mode
     tail = np.log1p(np.maximum(excess, 0.0) / n_degrees) + np.minimum(excess, 0.0) / n_degrees
     log_prob = log_prior(x, prior) - 0.5 * power * (n_degrees + len(residuals)) * tail
@@ -223,10 +223,10 @@ def _emulated(y, surrogate, prior):
 @compiled
 def _with_gradient(y, surrogate, prior):
     """Log densities (n,), their gradients (n_params, n) by y (n_params, n), x and z."""
-    _, basis, sizes, numbers, active, coefficients, power, n_degrees = surrogate
+    _, basis, sizes, numbers, polynomials, power, n_degrees = surrogate
     log_prob, excess, residuals, x, z = _emulated(y, surrogate, prior)
     residuals *= -power * (n_degrees + len(residuals)) / (n_degrees + np.maximum(excess, 0.0))
-    slopes = pullback_at(z, active, coefficients, residuals)
+    slopes = pullback_at(z, polynomials, residuals)
     slopes += np.dot(basis.T, slope_of_prior(x, prior))
     pull_back_at(z, slopes, sizes, numbers)
     return log_prob, slopes, x, z

@@ -32,18 +32,21 @@ from bayesub.sampling.moves import crank_nicolson
 
 _STIFF = 1.0  # singular value above which the data say more than the prior
 _DECADE = 10.0  # ratio of singular values within which coordinates do not bend one another
-_ACTIVE = 0.1  # change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic
-_JACOBIANS = 24  # that show in which directions they change
+_ACTIVE, _FINELY = (
+    0.1,
+    0.04,
+)  # change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic
+_JACOBIANS = 16  # that show in which directions they change
 _STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to draws of the Laplace approximation
 _BLOCKS = 0.9  # of the sweeps move few coordinates, within walls
 _FAR = 1e6  # prior sd; outside any bounds
 _STORED = ("mode", "singular_values", "basis", "active")
 
 
-def _active(changes) -> np.ndarray:
+def _active(changes, worth: float) -> np.ndarray:
     """(n, n_active) eigenvectors of changes (n, n) whose root eigenvalue is worth a quadratic, largest first."""
     squares, vectors = np.linalg.eigh(changes)
-    return np.ascontiguousarray(vectors[:, squares > _ACTIVE**2][:, ::-1])
+    return np.ascontiguousarray(vectors[:, squares > worth**2][:, ::-1])
 
 
 class Geometry:
@@ -176,17 +179,20 @@ class Geometry:
         for x in self.scaled(self.bent(self.draws(rng, _JACOBIANS))):
             change = np.nan_to_num(self._slopes(problem, x) - at_mode)
             gram += change.T @ change / _JACOBIANS
-        self.changes, self.active = gram, _active(gram)
+        self.changes, self.active = gram, _active(gram, _ACTIVE)
 
     def _slopes(self, problem, x) -> np.ndarray:
         """(n_rows, n_params) derivatives of the residuals by z at x (n_params,) in the scaled coordinates x."""
         return self.prior.scaled_chain(problem.jacobian(self.prior.unscaled(x)), x) @ self.basis
 
-    def straighten(self, z, n_independent: int) -> None:
-        """Fit the bends to draws z (n, n_params) from near the posterior, `n_independent` of them from one another."""
+    def finely_active(self) -> np.ndarray:
+        """(n_params, n_active) the active directions, and those along which the Jacobian changes less."""
+        return _active(self.changes, _FINELY)
+
+    def straighten(self, z) -> None:
+        """Fit the bends to draws z (n, n_params) from near the posterior."""
         self.bends = [
-            Bend.fitted(z, n_independent, start, stop, _active(self.changes[stop:, stop:]))
-            for start, stop in self._decades()
+            Bend.fitted(z, start, stop, _active(self.changes[stop:, stop:], _ACTIVE)) for start, stop in self._decades()
         ]
 
     def _decades(self):
@@ -200,18 +206,14 @@ class Geometry:
     def arrays(self) -> dict[str, np.ndarray]:
         """Everything that the map consists of but the prior, to be stored."""
         whitening = {key: getattr(self, key) for key in _STORED}
-        bends = {f"bend_{n}_{key}": np.asarray(a) for n, bend in enumerate(self.bends) for key, a in vars(bend).items()}
+        bends = {f"bend_{n}_{key}": a for n, bend in enumerate(self.bends) for key, a in bend.arrays().items()}
         return whitening | bends
 
     @classmethod
     def restored(cls, prior, arrays: dict[str, np.ndarray]) -> "Geometry":
         """The map that :meth:`arrays` describe, bit for bit; it can no longer be straightened."""
-        n_bends = len([key for key in arrays if key.startswith("bend_") and key.endswith("_start")])
-        bends = [
-            Bend(
-                *(int(arrays[f"bend_{n}_{key}"]) for key in ("start", "stop")),
-                *(arrays[f"bend_{n}_{key}"] for key in ("active", "coefficients", "factor")),
-            )
-            for n in range(n_bends)
-        ]
+        bends = []
+        while f"bend_{len(bends)}_block" in arrays:
+            prefix = f"bend_{len(bends)}_"
+            bends.append(Bend.restored({k.removeprefix(prefix): a for k, a in arrays.items() if k.startswith(prefix)}))
         return cls(prior, *(arrays[key] for key in _STORED), bends)

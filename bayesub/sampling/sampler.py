@@ -35,7 +35,7 @@ SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of 
 WARMUP = 0.1  # fraction of the steps so far that is discarded
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
-FORMAT = 4  # of checkpoints; those of a former one lack what this one counts, and are refused
+FORMAT = 5  # of checkpoints; those of a former one lack what this one counts, and are refused
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
 

@@ -13,9 +13,10 @@ balance the pull of the prior. Where prior and data disagree they are large, and
 would lie in the tails.)
 
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
-where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread, and in the end
-it is fitted once more to those of the last round and as many more. It is fitted to draws at twice the variance of the
-readings, so that it holds in the tails as well, and then to where walkers in the posterior come.
+where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread. In the end a
+richer polynomial, with more active directions and products of four, is fitted to draws of the last round. All draws
+that it is fitted to are such at twice the variance of the readings, so that it holds in the tails as well: fitted to
+draws of the posterior it is better in the middle, and walkers are held where it is too low.
 """
 
 import os
@@ -30,33 +31,31 @@ from scipy import linalg
 from bayesub.identifiability.interface import InferenceProblem, Progress
 from bayesub.sampling.flights import bounced, log_densities, turned, with_gradients
 from bayesub.sampling.geometry import Geometry
-from bayesub.sampling.polynomial import fitted, n_features
+from bayesub.sampling.polynomial import PLAIN, RICH, Polynomials, fitted, n_features
 
-TURNS, KICKS = (0.8, 1.4, 1.8), 3  # of the flights on it, up to a quarter of a turn long
-_SHORT_TURNS = (0.2, 0.8, 1.6)  # before it is straight, where short ones get on where long ones are refused
-_DRAWS, _LAST_DRAWS = 2, 4  # simulations for each feature of the polynomial, in the rounds and in the end
-_MORE = 300  # walkers and simulations besides
-LEAPS = (0.2, 0.3, 0.4), 16  # of the flights between walls, angles and number
+TURNS, KICKS = (1.2, 1.6, 2.0), 4  # of the flights on it, about a quarter of a turn long
+_SHORT_TURNS = (0.3, 0.9, 1.6)  # before it is straight, where short ones get on where long ones are refused
+_DRAWS, _BENDING = 2, 3  # draws for each feature of a polynomial, to which the surrogate and the bends are fitted
+_MORE = 300  # draws besides
+_WALKERS = 512  # which find the draws
+LEAPS = (0.1, 0.15, 0.2), 48  # of the flights between walls, angles and number
 _PACES, _MOVING, _SCOUTS = (1.0, 0.5, 0.25, 0.125), 0.6, 64  # shorter ones until most flights of some walkers lead away
-_FLIGHTS, _BOUNCING = (6,), (2, 4)  # flights before each simulation, without walls and between them
+_FLIGHTS, _BOUNCING = 4, 1  # flights before each simulation, without walls and between them
 _NEAR, _NEAR_TURNS, _NEAR_LEAPS = 0.1, (0.05, 0.2, 0.5), ((0.02, 0.1), 3)  # how often one flight does not lead far
-_EXPLORERS, _EXPLORATIONS, _STEPS_OF_EXPLORERS = 128, 8, 5
-_BETTER = 0.02  # rise of the explorers' acceptance with which they explore on
-_LEAST_POWER = 0.5  # of the emulated likelihood
 _FLYING = 0.5  # acceptance on the surrogate below which flights end outside bounds too often
 _ROUNDS, _MAX_ROUNDS = 2, 12
 _STEADY = 1.2  # growth of the draws' spread in one coordinate while they walk on, below which rounds may end
+_REFINEMENTS, _JUDGED = 6, 256  # times that the surrogate is fitted in the end, and draws of it that are simulated then
+_GOOD, _BETTER = 0.8, 0.02  # acceptance of these that is good enough, and the rise with which refining goes on
+_LEAST_POWER = 0.5  # of the emulated likelihood
 _HOT = 2.0  # temperature of the draws that the surrogate is fitted to
-_WALKERS = 2  # for each feature, which find the draws
-_LONG, _LONG_BOUNCING = 5, 4  # flights of a walk, without walls and between them
+_LONG, _LONG_BOUNCING = 4, 1  # flights of a walk, without walls and between them
 _STOPS, _MAX_WALKS = 3, 6  # walks that show how the sheet bends; as often until walkers spread no further
 _FREEDOM = (30.0, 3.0)  # degrees of freedom, and those for each emulated residual
-_SPAN = 0.03  # posterior sd; directions of the residuals that vary less are left out
+_SPAN, _WORTH = 0.03, 0.03  # posterior sd; directions of the residuals that vary, or bend, less are left out
 _SPANNING = 300  # simulations that show which
-_RIDGE = 1e-10  # relative
 _BATCH = 512
 _FEW, _PARTS = 32, 8  # walkers that one thread moves together, at least, and into how many parts at most
-_LAST_STOPS, _DRAWN = 3, 512  # where the last simulations are; walkers that go on from there
 
 
 class Surrogate:
@@ -65,30 +64,37 @@ class Surrogate:
     Attributes
     ----------
     geometry : its whitening and active directions stay as they are; its bends may change later
-    coefficients : (n_features, k) of the polynomials of the emulated residuals
+    polynomials : of the k emulated residuals
     flies : whether flights on it are worth their gradients; bounds stop them
     power : of the emulated likelihood, with which it is nearest to that of the posterior
     """
 
-    def __init__(self, geometry: Geometry, coefficients: np.ndarray, *, flies: bool = True, power: float = 1.0):
-        self.geometry, self.coefficients = geometry, np.ascontiguousarray(coefficients)
+    def __init__(self, geometry: Geometry, polynomials: Polynomials, *, flies: bool = True, power: float = 1.0):
+        self.geometry, self.polynomials = geometry, polynomials
         self.flies, self.power = flies, power
         self._basis, self._prior = np.ascontiguousarray(geometry.basis), geometry.prior.scaled_form()
 
+    @property
+    def walled(self) -> bool:
+        """Whether its density ends somewhere."""
+        return self.geometry.blocks > 0.0
+
     def arrays(self) -> dict[str, np.ndarray]:
         """What it consists of besides its geometry, to be stored."""
-        return {"surrogate": self.coefficients, "flies": np.array(self.flies), "power": np.array(self.power)}
+        polynomials = {f"surrogate_{key}": part for key, part in self.polynomials.arrays().items()}
+        return polynomials | {"flies": np.array(self.flies), "power": np.array(self.power)}
 
     @classmethod
     def restored(cls, geometry: Geometry, arrays: dict[str, np.ndarray]) -> "Surrogate":
         """The surrogate that :meth:`arrays` describe, bit for bit."""
-        return cls(geometry, arrays["surrogate"], flies=bool(arrays["flies"]), power=float(arrays["power"]))
+        polynomials = Polynomials.restored({key.removeprefix("surrogate_"): part for key, part in arrays.items()})
+        return cls(geometry, polynomials, flies=bool(arrays["flies"]), power=float(arrays["power"]))
 
     def packed(self, temperature: float = 1.0) -> tuple[tuple, tuple]:
         """Surrogate and prior for what is compiled, with the likelihood to the power 1 / temperature."""
-        geometry, n_degrees = self.geometry, _FREEDOM[0] + _FREEDOM[1] * self.coefficients.shape[1]
-        polynomials = (*geometry.packed, geometry.active, self.coefficients)
-        return (geometry.mode, self._basis, *polynomials, self.power / temperature, n_degrees), self._prior
+        geometry, n_degrees = self.geometry, _FREEDOM[0] + _FREEDOM[1] * self.polynomials.linear.shape[1]
+        parts = (geometry.mode, self._basis, *geometry.packed, self.polynomials, self.power / temperature, n_degrees)
+        return parts, self._prior
 
     def log_prob(self, y, temperature: float = 1.0) -> np.ndarray:
         """(n,) log densities at sampling coordinates y (n, n_params), the likelihood to the power 1 / temperature."""
@@ -114,11 +120,13 @@ class Surrogate:
         """Walks on it and how often each is taken: long ones, and short ones for walkers where it is too low.
 
         Each takes coordinates y (n, n_params) and a source of random numbers. From a place where the surrogate is too
-        low a long walk is refused nearly always, but the next places have the same error.
+        low a long walk is refused nearly always, but the next places have the same error. From a corner between walls
+        only those lead away that bounce.
         """
-        near = partial(_walked, self, length=1, turns=_NEAR_TURNS, leaps=_NEAR_LEAPS), _NEAR
-        lengths = _FLIGHTS if self.flies else _BOUNCING
-        return [near, *((partial(_walked, self, length=length), (1.0 - _NEAR) / len(lengths)) for length in lengths)]
+        near = partial(_walked, self, bounces=self.walled, length=1, turns=_NEAR_TURNS, leaps=_NEAR_LEAPS), _NEAR
+        far = [partial(_walked, self, bounces=True, length=_BOUNCING)] * self.walled
+        far += [partial(_walked, self, bounces=False, length=_FLIGHTS)] * self.flies
+        return [near, *((walk, (1.0 - _NEAR) / len(far)) for walk in far)]
 
 
 class _Simulations:
@@ -138,21 +146,15 @@ class _Simulations:
         self.span, self.z, self.changes = None, [], []
         self.add(y)
 
-    def add(self, y) -> np.ndarray:
-        """Simulate at y (n, n_params), in batches; log posterior densities (n,), up to a constant.
-
-        What fails or lies outside of bounds is left out, and has minus infinity.
-        """
+    def add(self, y) -> None:
+        """Simulate at y (n, n_params), in batches. What fails or lies outside of bounds is left out."""
         z = self.geometry.bent(y)
         x = self.geometry.scaled(z)
-        log_prob = self.geometry.prior.scaled_log_density(x)
-        inside = np.isfinite(log_prob)
-        log_likelihoods = []
+        inside = np.isfinite(self.geometry.prior.scaled_log_density(x))
         z, parameters = z[inside], self.geometry.prior.unscaled(x[inside])
         for first in range(0, len(z), _BATCH):
             some = slice(first, first + _BATCH)
-            residuals, log_likelihood = self.problem.misfit_about(self._mode, parameters[some])
-            log_likelihoods.append(log_likelihood)
+            residuals, _ = self.problem.misfit_about(self._mode, parameters[some])
             changes = residuals - self.at_mode
             done = np.isfinite(changes).all(axis=1)
             if not done.all():
@@ -161,18 +163,15 @@ class _Simulations:
                 self.span = _span(changes[:_SPANNING])
             self.z.append(z[some][done])
             self.changes.append(changes @ self.span.T)
-        log_prob[inside] += np.concatenate([np.empty(0), *log_likelihoods])
-        return log_prob
 
-    def surrogate(self, *, flies: bool | None = None) -> "Surrogate":
-        """The surrogate that is fitted to all of them; it flies if there are no bounds, unless it is told."""
-        z, changes = np.concatenate(self.z), np.concatenate(self.changes)
-        coefficients, misfit = fitted(z, self.geometry.active, changes, _RIDGE)
-        noise = np.eye(len(self.span)) + misfit.T @ misfit / max(len(z) - len(coefficients), 1)
-        coefficients[0] += self.span @ self.at_mode
-        whitened = linalg.solve_triangular(np.linalg.cholesky(noise), coefficients.T, lower=True).T
-        flies = not self.geometry.blocks if flies is None else flies
-        return Surrogate(self.geometry, whitened, flies=flies)
+    def surrogate(self, active, degrees=PLAIN) -> "Surrogate":
+        """The surrogate that is fitted to all of them."""
+        z, changes, unit = np.concatenate(self.z), np.concatenate(self.changes), np.eye(len(self.span))
+        polynomials, misfit = fitted(z, active, changes, _WORTH, unit=unit, degrees=degrees)
+        noise = unit + misfit.T @ misfit / max(len(z) - n_features(*active.shape, degrees), 1)
+        polynomials.linear[0] += self.span @ self.at_mode
+        whitened = polynomials.mixed(linalg.inv(np.linalg.cholesky(noise)).T)
+        return Surrogate(self.geometry, whitened)
 
 
 def _span(changes):
@@ -200,55 +199,49 @@ def learn(
     """
     geometry.find_active(problem, rng)
     n_terms = n_features(*geometry.active.shape)
-    n_fitted, n_last = _DRAWS * n_terms + _MORE, _LAST_DRAWS * n_terms + _MORE
-    y = geometry.draws(rng, _WALKERS * n_terms + _MORE)
+    n_fitted, n_bent = _DRAWS * n_terms + _MORE, _BENDING * n_terms + _MORE
+    y = geometry.draws(rng, n_fitted)
     for n in range(_MAX_ROUNDS):
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")
-        seen = _Simulations(problem, geometry, y[:n_fitted])
-        surrogate = seen.surrogate()
-        y, growth = _straightened(surrogate, y, _HOT, rng)
+        surrogate = _Simulations(problem, geometry, y[-n_fitted:]).surrogate(geometry.active)
+        y, growth = _straightened(surrogate, y, n_bent, n_fitted, _HOT, rng)
         if n + 1 >= _ROUNDS and growth < _STEADY:
             break
-    y, _ = _straightened(surrogate, y, 1.0, rng)
-    seen.add(np.concatenate(_wandered(surrogate, y, _LAST_STOPS, _HOT, rng))[n_fitted - n_last :])
-    surrogate = seen.surrogate()
-    draws = _wandered(surrogate, y[:_DRAWN], 2, 1.0, rng)[-1]
-    surrogate.flies = True
-    explorers, _, accepted = _walked(surrogate, draws[:_EXPLORERS], rng, length=1)
-    surrogate.flies = bool(np.mean(accepted) > _FLYING)
-    return _explored(seen, surrogate, explorers, rng), draws
+    y, _ = _straightened(surrogate, y, n_bent, _WALKERS, 1.0, rng)
+    return _refined(problem, surrogate, y, rng)
 
 
-def _explored(seen, surrogate, y, rng):
-    """The surrogate fitted, again and again, to where walkers y (n, n_params) come that leave the posterior invariant.
+def _refined(problem, surrogate, y, rng):
+    """A richer surrogate from draws y (n, n_params) of a plain one, and draws of it.
 
-    They stay long where it is too low, which is where it must be fitted better. They walk until no more of their
-    proposals are taken than before.
+    It is fitted to draws of the one before at a higher temperature, and again to as many more, until enough of its own
+    draws would be accepted, proposed one after another, or no more than before.
     """
-    density, best = seen.add(y), 0.0
-    for _ in range(_EXPLORATIONS):
-        walk, _ = surrogate.walks()[-1]
-        accepted, places, densities = [], [], []
-        for _ in range(_STEPS_OF_EXPLORERS):
-            before = surrogate.log_prob(y)
-            proposed, after, _ = walk(y, rng)
-            new = seen.add(proposed)
-            with np.errstate(invalid="ignore"):  # a walker may start where the simulation fails
-                taken = np.log(rng.random(len(y))) < new - after - (density - before)
-            y, density = np.where(taken[:, None], proposed, y), np.where(taken, new, density)
-            accepted.append(np.mean(taken))
-            places.append(y)
-            densities.append(density)
-        surrogate = seen.surrogate(flies=surrogate.flies)
-        surrogate.temper(np.concatenate(places), np.concatenate(densities))
-        if np.mean(accepted) < best + _BETTER:
+    geometry, seen, best = surrogate.geometry, None, 0.0
+    active = geometry.finely_active()
+    n_stops = -(-(_DRAWS * n_features(*active.shape, RICH) + _MORE) // len(y))
+    for _ in range(_REFINEMENTS):
+        _, *stops = _wandered(surrogate, y, 1 + n_stops, _HOT, rng)
+        if seen is None:
+            seen = _Simulations(problem, geometry, np.concatenate(stops))
+        else:
+            seen.add(np.concatenate(stops))
+        surrogate = seen.surrogate(active, RICH)
+        surrogate.flies = bool(np.mean(_walked(surrogate, y, rng, bounces=False, length=1)[2]) > _FLYING)
+        *_, y = _wandered(surrogate, y, 2, 1.0, rng)
+        density = geometry.log_prob(problem, y[:_JUDGED])
+        surrogate.temper(y[:_JUDGED], density)
+        known = np.isfinite(density)
+        weights = density[known] - surrogate.log_prob(y[:_JUDGED][known])
+        accepted = np.sum(np.exp(np.minimum(rng.permutation(weights) - weights, 0.0))) / len(known)
+        if accepted > _GOOD or accepted < best + _BETTER:
             break
-        best = np.mean(accepted)
-    return surrogate
+        best = accepted
+    return surrogate, y
 
 
-def _walked(surrogate, y, random, *, length, temperature=1.0, turns=TURNS, leaps=LEAPS):
+def _walked(surrogate, y, random, *, bounces, length, temperature=1.0, turns=TURNS, leaps=LEAPS):
     """Where walkers y (n, n_params) are after flights; log densities there; the fraction accepted (n,).
 
     A few at a time in each thread, with random numbers of their own, so that the number of threads changes nothing.
@@ -260,7 +253,7 @@ def _walked(surrogate, y, random, *, length, temperature=1.0, turns=TURNS, leaps
     def walked(few, stream):
         rng, each = np.random.default_rng(stream), (length, len(few))
         momenta = rng.standard_normal((*each, few.shape[1]))
-        if surrogate.flies:
+        if not bounces:
             angles, thresholds = rng.choice(turns, each) / KICKS, np.log(rng.random(each))
             return turned(few, angles, momenta, thresholds, KICKS, *target)
         thresholds = np.log(rng.random((length, n_leaps, len(few))))
@@ -280,22 +273,26 @@ def _threads(n):
 os.register_at_fork(after_in_child=_threads.cache_clear)  # where there are no threads
 
 
-def _straightened(surrogate, y, temperature, rng):
-    """Draws (n, n_params) of a surrogate at a temperature from draws of another, in coordinates straightened by them.
+def _straightened(surrogate, y, n_bent, n_draws, temperature, rng):
+    """Draws of a surrogate at a temperature from draws y (n, n_params) of another, in coordinates straightened by them.
 
-    And by how much they have spread in one coordinate since these were. Walkers go on until they spread no further.
+    The last of `y` walk on until they spread no further, and then until they have left `n_bent` draws, to which the
+    bends are fitted. From there they leave `n_draws` more, which are returned.
+
+    And by how much the first of these draws spread in one coordinate beyond y.
     """
-    geometry = surrogate.geometry
+    geometry, spread = surrogate.geometry, []
     for _ in range(_MAX_WALKS):
-        stops = _wandered(surrogate, y, _STOPS, temperature, rng)
-        spread, y = _growth(y, stops[-1]), stops[-1]
-        if spread < _STEADY:
+        reached = np.concatenate(_wandered(surrogate, y[-_WALKERS:], _STOPS, temperature, rng))
+        spread.append(_growth(y, reached))
+        y = reached
+        if spread[-1] < _STEADY:
             break
-    z = [geometry.bent(stop) for stop in stops]
-    geometry.straighten(np.concatenate(z), len(y))
-    before = geometry.straightened(z[-1])
-    (y,) = _wandered(surrogate, before, 1, temperature, rng)
-    return y, _growth(before, y)
+    n_stops = max(n_bent - len(y), 0) // _WALKERS
+    z = geometry.bent(np.concatenate([y, *_wandered(surrogate, y[-_WALKERS:], n_stops, temperature, rng)]))
+    geometry.straighten(z)
+    y = geometry.straightened(z[-_WALKERS:])
+    return np.concatenate(_wandered(surrogate, y, -(-n_draws // _WALKERS), temperature, rng)), spread[0]
 
 
 def _growth(before, after):
@@ -305,9 +302,9 @@ def _growth(before, after):
 
 def _wandered(surrogate, y, n_stops, temperature, rng):
     """Where walkers y (n, n_params) stop after each of some walks on a surrogate at a temperature: (n, n_params)."""
-    length, stops = _LONG if surrogate.flies else _LONG_BOUNCING, []
-    walk = partial(_walked, surrogate, temperature=temperature, turns=_SHORT_TURNS)
-    leaps = LEAPS if surrogate.flies else _even_leaps(walk, y[:_SCOUTS], rng)
+    bounces, stops = surrogate.walled, []
+    walk = partial(_walked, surrogate, bounces=bounces, temperature=temperature, turns=_SHORT_TURNS)
+    length, leaps = (_LONG_BOUNCING, _even_leaps(walk, y[:_SCOUTS], rng)) if bounces else (_LONG, LEAPS)
     for _ in range(n_stops):
         y, _, _ = walk(y, rng, length=length, leaps=leaps)
         stops.append(y)

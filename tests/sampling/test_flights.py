@@ -10,7 +10,6 @@ from bayesub.problem.distributions import Joint, Normal, Uniform
 from bayesub.problem.shared_scale import SharedScale
 from bayesub.sampling.flights import bounced, log_prior, slope_of_prior, turned
 from bayesub.sampling.geometry import Geometry
-from bayesub.sampling.polynomial import values
 from bayesub.sampling.surrogate import learn
 
 ONE = np.ones(1)
@@ -75,9 +74,9 @@ def test_the_density_is_that_of_the_docstring(learned, temperature):
     surrogate, draws = learned
     geometry = surrogate.geometry
     z = geometry.bent(draws)
-    residuals = values(z, geometry.active, surrogate.coefficients)
+    residuals = surrogate.polynomials(z)
     k = residuals.shape[1]
-    nu, q = 30.0 + 3.0 * k, np.sum(residuals**2, axis=1) - np.sum(surrogate.coefficients[0] ** 2)
+    nu, q = 30.0 + 3.0 * k, np.sum(residuals**2, axis=1) - np.sum(surrogate.polynomials.linear[0] ** 2)
     power = surrogate.power / temperature
     expected = -0.5 * power * (nu + k) * np.where(q > 0.0, np.log1p(np.maximum(q, 0.0) / nu), q / nu)
     expected += geometry.prior.scaled_log_density(geometry.scaled(z))
@@ -147,7 +146,7 @@ def test_a_flight_to_infinity_is_refused():
     problem, _ = ill_conditioned()
     geometry = Geometry.whitened(problem, gauss_newton(problem).values)
     surrogate, draws = learn(problem, geometry, np.random.default_rng(0))
-    surrogate.coefficients = surrogate.coefficients * 1e200
+    surrogate.polynomials = surrogate.polynomials.mixed(1e200 * np.eye(surrogate.polynomials.linear.shape[1]))
     y = draws[:10]
     target = surrogate.packed()
     drawn = slow_flights.numbers(np.random.default_rng(3), y, (0.4,), 1)

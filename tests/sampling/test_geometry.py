@@ -7,7 +7,7 @@ from support.toys import Banana, ill_conditioned
 from bayesub.baselines import gauss_newton
 from bayesub.problem.priors import Uniform
 from bayesub.sampling.geometry import Bend, Geometry
-from bayesub.sampling.polynomial import n_features
+from bayesub.sampling.polynomial import PLAIN, Polynomials, n_features
 
 
 @pytest.fixture
@@ -20,7 +20,9 @@ def bent_geometry(rng):
         active = np.linalg.qr(rng.standard_normal((n_after, 2)))[0]
         factor = np.tril(rng.standard_normal((stop - start, stop - start)), -1) + 1.5 * np.eye(stop - start)
         coefficients = 0.3 * rng.standard_normal((n_features(n_after, 2), stop - start))
-        geometry.bends.append(Bend(start, stop, active, coefficients, factor))
+        linear, bent = coefficients[: 1 + n_after], coefficients[1 + n_after :]
+        polynomials = Polynomials(active, linear, bent, np.eye(stop - start), PLAIN)
+        geometry.bends.append(Bend(start, stop, polynomials, factor))
     return geometry
 
 

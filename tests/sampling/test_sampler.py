@@ -113,9 +113,6 @@ def test_failing_simulations_do_not_enter_the_chain():
             residuals[parameters[:, 0] > 1.0] = np.nan
             return residuals
 
-        def log_likelihood(self, parameters):
-            return np.nan_to_num(super().log_likelihood(parameters), nan=-np.inf)
-
     posterior = bs.sample(Cliff(), rng=np.random.default_rng(3), n_walkers=16, max_steps=300, criteria=ENDLESS)
     assert posterior.draws[:, 0].max() <= 1.0
     assert posterior.draws[:, 0].max() > 0.9

@@ -129,12 +129,12 @@ def test_failed_simulations_are_left_out():
             return residuals
 
     _, surrogate, draws = learned(Cliff())
-    assert np.isfinite(surrogate.coefficients).all()
+    assert np.isfinite(surrogate.polynomials.linear).all()
     assert np.isfinite(draws).all()
 
 
 def test_the_same_seed_gives_the_same_surrogate():
     """Learning depends on the generator alone, which is what lets a run be resumed."""
-    first, second, other = (learned(Banana(), seed)[1].coefficients for seed in (1, 1, 2))
+    first, second, other = (learned(Banana(), seed)[1].polynomials.linear for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, second)
     assert first.shape != other.shape or not np.array_equal(first, other)
