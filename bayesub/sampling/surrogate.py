@@ -1,4 +1,4 @@
-"""A surrogate of the posterior density that costs a hundredth of a simulation.
+"""A surrogate of the posterior density that costs far less than a simulation.
 
 In whitened coordinates z (the table of :mod:`bayesub.sampling`) the residuals are emulated by a polynomial
 (:mod:`bayesub.sampling.polynomial`), fitted by least squares to simulations at draws from near the posterior. With the

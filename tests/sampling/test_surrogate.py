@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from support.toys import Banana, Linear, ill_conditioned
+from support.toys import Banana, Linear, Toy, ill_conditioned
 
 from bayesub.baselines import gauss_newton
+from bayesub.problem.distributions import Uniform
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.surrogate import learn
 
@@ -138,3 +139,33 @@ def test_the_same_seed_gives_the_same_surrogate():
     first, second, other = (learned(Banana(), seed)[1].polynomials.linear for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, second)
     assert first.shape != other.shape or not np.array_equal(first, other)
+
+
+class Box(Toy):
+    """Twenty parameters within bounds, of which the sum is read."""
+
+    def __init__(self):
+        super().__init__(Uniform(-np.ones(20), np.ones(20)))
+
+    def residuals(self, parameters):
+        self.costs.simulations += len(parameters)
+        return np.sum(parameters, axis=1, keepdims=True)
+
+    def slopes(self, _):
+        return np.ones((1, 20))
+
+
+def test_walks_lead_out_of_corners():
+    """From next to twenty walls at once flights without bounces all end outside; some of the walks bounce."""
+    geometry, surrogate, _ = learned(Box())
+    corner = 0.99 * np.where(np.arange(20) % 2, 1.0, -1.0)
+    z = np.linalg.solve(geometry.basis, geometry.prior.scaled(corner) - geometry.mode)
+    y = np.repeat(geometry.straightened(z[None]), 64, axis=0)
+    rng = np.random.default_rng(4)
+    for flies in (True, False):  # whatever else is taken
+        surrogate.flies = flies
+        left = [share * np.any(walk(y, rng)[0] != y, axis=1).mean() for walk, share in surrogate.walks()]
+        assert sum(left) > 0.3
+    surrogate.flies = True
+    *_, (flight, _) = surrogate.walks()
+    np.testing.assert_array_equal(flight(y, rng)[0], y)
