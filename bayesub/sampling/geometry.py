@@ -36,6 +36,7 @@ _ACTIVE, _FINELY = (
     0.1,
     0.04,
 )  # change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic
+_MOST = 64  # active directions, with whose products a polynomial of the residuals has some 2700 terms
 _JACOBIANS = 16  # that show in which directions they change
 _STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to draws of the Laplace approximation
 _BLOCKS = 0.9  # of the sweeps move few coordinates, within walls
@@ -187,7 +188,7 @@ class Geometry:
 
     def finely_active(self) -> np.ndarray:
         """(n_params, n_active) the active directions, and those along which the Jacobian changes less."""
-        return _active(self.changes, _FINELY)
+        return np.ascontiguousarray(_active(self.changes, _FINELY)[:, :_MOST])
 
     def straighten(self, z) -> None:
         """Fit the bends to draws z (n, n_params) from near the posterior."""

@@ -3,8 +3,8 @@
 In whitened coordinates z (the table of :mod:`bayesub.sampling`) the residuals are emulated by a polynomial
 (:mod:`bayesub.sampling.polynomial`), fitted by least squares to simulations at draws from near the posterior. With the
 misfit of the fit as additional noise (Kaipio & Somersalo 2007) the k emulated residuals r are standard normal, but for
-the emulator's own errors, which are larger in the tails. Their density is therefore that of a t distribution of nu = 30
-+ 3 k degrees of freedom,
+the emulator's own errors, which are larger in the tails: it is where the surrogate is too low that walkers are held.
+The misfit is therefore taken twice, and their density is that of a t distribution of nu = 30 + k degrees of freedom,
 
     log S = log prior - power (nu + k) / 2 log(1 + q / nu),    q = |r|^2 - |r_mode|^2,
 
@@ -44,14 +44,15 @@ _FLIGHTS, _BOUNCING = 4, 1  # flights before each simulation, without walls and 
 _NEAR, _NEAR_TURNS, _NEAR_LEAPS = 0.1, (0.05, 0.2, 0.5), ((0.02, 0.1), 3)  # how often one flight does not lead far
 _FLYING = 0.5  # acceptance on the surrogate below which flights end outside bounds too often
 _ROUNDS, _MAX_ROUNDS = 2, 12
-_STEADY = 1.2  # growth of the draws' spread in one coordinate while they walk on, below which rounds may end
+_STEADY = 1.2  # change of the draws' spread in one coordinate while they walk on, below which rounds may end
 _REFINEMENTS, _JUDGED = 6, 256  # times that the surrogate is fitted in the end, and draws of it that are simulated then
 _GOOD, _BETTER = 0.8, 0.02  # acceptance of these that is good enough, and the rise with which refining goes on
 _LEAST_POWER = 0.5  # of the emulated likelihood
 _HOT = 2.0  # temperature of the draws that the surrogate is fitted to
 _LONG, _LONG_BOUNCING = 4, 1  # flights of a walk, without walls and between them
 _STOPS, _MAX_WALKS = 3, 6  # walks that show how the sheet bends; as often until walkers spread no further
-_FREEDOM = (30.0, 3.0)  # degrees of freedom, and those for each emulated residual
+_FREEDOM = (30.0, 1.0)  # degrees of freedom, and those for each emulated residual
+_DOUBTED = 2.0  # variance of the misfit that is taken for noise, over that where the surrogate is fitted
 _SPAN, _WORTH = 0.03, 0.03  # posterior sd; directions of the residuals that vary, or bend, less are left out
 _SPANNING = 300  # simulations that show which
 _BATCH = 512
@@ -168,7 +169,7 @@ class _Simulations:
         """The surrogate that is fitted to all of them."""
         z, changes, unit = np.concatenate(self.z), np.concatenate(self.changes), np.eye(len(self.span))
         polynomials, misfit = fitted(z, active, changes, _WORTH, unit=unit, degrees=degrees)
-        noise = unit + misfit.T @ misfit / max(len(z) - n_features(*active.shape, degrees), 1)
+        noise = unit + _DOUBTED * misfit.T @ misfit / max(len(z) - n_features(*active.shape, degrees), 1)
         polynomials.linear[0] += self.span @ self.at_mode
         whitened = polynomials.mixed(linalg.inv(np.linalg.cholesky(noise)).T)
         return Surrogate(self.geometry, whitened)
@@ -205,8 +206,8 @@ def learn(
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")
         surrogate = _Simulations(problem, geometry, y[-n_fitted:]).surrogate(geometry.active)
-        y, growth = _straightened(surrogate, y, n_bent, n_fitted, _HOT, rng)
-        if n + 1 >= _ROUNDS and growth < _STEADY:
+        y, change = _straightened(surrogate, y, n_bent, n_fitted, _HOT, rng)
+        if n + 1 >= _ROUNDS and change < _STEADY:
             break
     y, _ = _straightened(surrogate, y, n_bent, _WALKERS, 1.0, rng)
     return _refined(problem, surrogate, y, rng)
@@ -276,28 +277,29 @@ os.register_at_fork(after_in_child=_threads.cache_clear)  # where there are no t
 def _straightened(surrogate, y, n_bent, n_draws, temperature, rng):
     """Draws of a surrogate at a temperature from draws y (n, n_params) of another, in coordinates straightened by them.
 
-    The last of `y` walk on until they spread no further, and then until they have left `n_bent` draws, to which the
-    bends are fitted. From there they leave `n_draws` more, which are returned.
+    The last of `y` walk on until they spread or shrink no further, and then until they have left `n_bent` draws, to
+    which the bends are fitted. From there they leave `n_draws` more, which are returned.
 
-    And by how much the first of these draws spread in one coordinate beyond y.
+    And by how much the first of these draws differ in spread from y.
     """
-    geometry, spread = surrogate.geometry, []
+    geometry, changes = surrogate.geometry, []
     for _ in range(_MAX_WALKS):
         reached = np.concatenate(_wandered(surrogate, y[-_WALKERS:], _STOPS, temperature, rng))
-        spread.append(_growth(y, reached))
+        changes.append(_change(y, reached))
         y = reached
-        if spread[-1] < _STEADY:
+        if changes[-1] < _STEADY:
             break
     n_stops = max(n_bent - len(y), 0) // _WALKERS
     z = geometry.bent(np.concatenate([y, *_wandered(surrogate, y[-_WALKERS:], n_stops, temperature, rng)]))
     geometry.straighten(z)
     y = geometry.straightened(z[-_WALKERS:])
-    return np.concatenate(_wandered(surrogate, y, -(-n_draws // _WALKERS), temperature, rng)), spread[0]
+    return np.concatenate(_wandered(surrogate, y, -(-n_draws // _WALKERS), temperature, rng)), changes[0]
 
 
-def _growth(before, after):
-    """Ratio of spreads of walkers (n, n_params), of the coordinate in which it is largest."""
-    return np.max(np.std(after, axis=0) / np.std(before, axis=0))
+def _change(before, after):
+    """Ratio of spreads of walkers (n, n_params), of the coordinate in which they have grown or shrunk most."""
+    ratios = np.log(np.std(after, axis=0) / np.std(before, axis=0))
+    return np.exp(np.max(np.abs(ratios)))
 
 
 def _wandered(surrogate, y, n_stops, temperature, rng):

@@ -108,12 +108,12 @@ def test_whoever_flies_asks_for_compiled_kernels(monkeypatch, suboff):
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 def test_products_of_polynomials_have_the_same_bits_uncompiled(monkeypatch, rng):
     """Whoever compiles them, and for which processor: the compiler may not contract or reorder."""
-    along, slopes = rng.standard_normal((8, 33)), rng.standard_normal((92, 33))
+    along, slopes = rng.standard_normal((8, 33)), rng.standard_normal((36 + 56 + 35, 33))
 
     def found():
         terms, gradient = np.empty(slopes.shape), np.zeros(along.shape)
-        polynomial._products(along, 6, terms)
-        polynomial._products_pullback(along, 6, slopes, gradient)
+        polynomial._products(along, (6, 4), terms)
+        polynomial._products_pullback(along, (6, 4), slopes, gradient)
         return terms, gradient
 
     compiled = found()

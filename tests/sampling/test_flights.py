@@ -76,7 +76,7 @@ def test_the_density_is_that_of_the_docstring(learned, temperature):
     z = geometry.bent(draws)
     residuals = surrogate.polynomials(z)
     k = residuals.shape[1]
-    nu, q = 30.0 + 3.0 * k, np.sum(residuals**2, axis=1) - np.sum(surrogate.polynomials.linear[0] ** 2)
+    nu, q = 30.0 + k, np.sum(residuals**2, axis=1) - np.sum(surrogate.polynomials.linear[0] ** 2)
     power = surrogate.power / temperature
     expected = -0.5 * power * (nu + k) * np.where(q > 0.0, np.log1p(np.maximum(q, 0.0) / nu), q / nu)
     expected += geometry.prior.scaled_log_density(geometry.scaled(z))

@@ -25,7 +25,7 @@ def errors(problem, geometry, surrogate, draws):
 def test_follows_a_thin_bent_sheet():
     """The banana is quadratic, so that the surrogate differs by its heavier tails alone.
 
-    The t density of 33 degrees of freedom is within a tenth of the normal one up to 1.65 standard deviations.
+    The t density of 31 degrees of freedom is within a tenth of the normal one up to 1.65 standard deviations.
     """
     problem = Banana()
     geometry, surrogate, draws = learned(problem)
