@@ -32,10 +32,8 @@ from bayesub.sampling.moves import crank_nicolson
 
 _STIFF = 1.0  # singular value above which the data say more than the prior
 _DECADE = 10.0  # ratio of singular values within which coordinates do not bend one another
-_ACTIVE, _FINELY = (
-    0.1,
-    0.04,
-)  # change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic
+# Change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic: at first, and in the end.
+_ACTIVE, _FINELY = 0.1, 0.04
 _MOST = 64  # active directions, with whose products a polynomial of the residuals has some 2700 terms
 _JACOBIANS = 16  # that show in which directions they change
 _STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to draws of the Laplace approximation

@@ -1,9 +1,9 @@
 """Polynomials of many variables with products in few directions, compiled.
 
 A polynomial has a constant, all z linearly, squares and products of the components a = z'A along `active` directions A,
-and products of three and of four of the first few of these. Of many such polynomials of the same z only few
-combinations need products: of sixty residuals of a trial some sixteen are not nearly linear. Products are therefore
-summed for few `bent` combinations, whose share in each polynomial is its `mix`.
+and products of three and of four of the first few of these. Of many such polynomials of the same z only some
+combinations are not nearly linear. Products are therefore summed for few `bent` combinations, whose share in each
+polynomial is its `mix`.
 
 Compiled functions take places place after place, z (n_params, n), so that a sum over terms is one matrix product: few
 places at once, whose terms stay in a core's cache.
