@@ -140,12 +140,11 @@ class _Simulations:
     changes : list of (n, k) residuals less those at the mode
     """
 
-    def __init__(self, problem: InferenceProblem, geometry: Geometry, y):
+    def __init__(self, problem: InferenceProblem, geometry: Geometry):
         self.problem, self.geometry = problem, geometry
         self._mode = geometry.prior.unscaled(geometry.mode)
         (self.at_mode,), _ = problem.misfit_about(self._mode, self._mode[None])
         self.span, self.z, self.changes = None, [], []
-        self.add(y)
 
     def add(self, y) -> None:
         """Simulate at y (n, n_params), in batches. What fails or lies outside of bounds is left out."""
@@ -205,7 +204,9 @@ def learn(
     for n in range(_MAX_ROUNDS):
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")
-        surrogate = _Simulations(problem, geometry, y[-n_fitted:]).surrogate(geometry.active)
+        seen = _Simulations(problem, geometry)
+        seen.add(y[-n_fitted:])
+        surrogate = seen.surrogate(geometry.active)
         y, change = _straightened(surrogate, y, n_bent, n_fitted, _HOT, rng)
         if n + 1 >= _ROUNDS and change < _STEADY:
             break
@@ -219,15 +220,12 @@ def _refined(problem, surrogate, y, rng):
     It is fitted to draws of the one before at a higher temperature, and again to as many more, until enough of its own
     draws would be accepted, proposed one after another, or no more than before.
     """
-    geometry, seen, best = surrogate.geometry, None, 0.0
-    active = geometry.finely_active()
+    geometry, best = surrogate.geometry, 0.0
+    seen, active = _Simulations(problem, geometry), geometry.finely_active()
     n_stops = -(-(_DRAWS * n_features(*active.shape, RICH) + _MORE) // len(y))
     for _ in range(_REFINEMENTS):
         _, *stops = _wandered(surrogate, y, 1 + n_stops, _HOT, rng)
-        if seen is None:
-            seen = _Simulations(problem, geometry, np.concatenate(stops))
-        else:
-            seen.add(np.concatenate(stops))
+        seen.add(np.concatenate(stops))
         surrogate = seen.surrogate(active, RICH)
         surrogate.flies = bool(np.mean(_walked(surrogate, y, rng, bounces=False, length=1)[2]) > _FLYING)
         *_, y = _wandered(surrogate, y, 2, 1.0, rng)
