@@ -225,6 +225,7 @@ class _Campaign:
         self.cluster, self.work, self.pieces = cluster, work, pieces
         self.token, self.wanted = uuid4().hex[:12], cluster.code()
         self.waiting, self.attempts, self.losses = deque(pieces), Counter(), Counter()
+        self.suspects: set[str] = set()  # beside which several workers died
         self.under_way: dict[str, tuple[str, Future, float]] = {}  # key -> name, future, when it was submitted
         self.arrived: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.done: set[str] = set()
@@ -252,13 +253,17 @@ class _Campaign:
 
     def hand_out(self) -> None:
         """Submit pieces as long as workers may want them, and copies of the last ones if these take too long."""
-        workers = self.cluster.workers
-        while self.waiting and len(self.under_way) < AHEAD * len(workers):
+        while self._has_next() and len(self.under_way) < AHEAD * len(self.cluster.workers):
             self._submit(self.waiting.popleft())
         late = time.monotonic() - self.last > max(self.cluster.patience.straggler, 3.0 * self.longest)
-        if late and not self.waiting:
+        if late and not self._has_next():
             self.last = time.monotonic()
             self._copy_stragglers()
+
+    def _has_next(self) -> bool:
+        """Whether a piece may go: a suspect alone, so that no other dies with it, and none beside a suspect."""
+        others = {name for name, *_ in self.under_way.values()} - self.done
+        return bool(self.waiting) and not (others and self.suspects & {self.waiting[0], *others})
 
     def _copy_stragglers(self):
         """Submit the pieces under way once more, to workers that have nothing to do."""
@@ -325,8 +330,10 @@ class _Campaign:
             return None
         error = future.exception()
         if isinstance(error, KilledWorker):  # at first perhaps only beside the piece that killed it
-            again = self.attempts[self.under_way[key][0]] > 0
-            return Failure(f"{ENDED}, on several workers, last on {error.last_worker.address}", is_final=again)
+            name, *_ = self.under_way[key]
+            alone = name in self.suspects
+            self.suspects.add(name)
+            return Failure(f"{ENDED}, on several workers, last on {error.last_worker.address}", is_final=alone)
         self.cluster.examine_again()
         return Failure(one_line(f"{type(error).__name__}: {error}"), repr(error))
 

@@ -4,16 +4,20 @@ import shutil
 import subprocess
 import time
 from functools import partial
+from types import SimpleNamespace
 
+import cloudpickle
 import pytest
 from support import pieces
 from support.clusters import PACKAGE, machines
 
 pytest.importorskip("distributed", reason="Dask is in pip install 'bayesub[cluster]'")
 
+from distributed import KilledWorker
+
 from bayesub.campaign import connection
 from bayesub.campaign.campaign import complete
-from bayesub.campaign.cluster import ATTEMPTS, Patience, misfit
+from bayesub.campaign.cluster import ATTEMPTS, Cluster, Patience, _piece, misfit
 from bayesub.campaign.executors import ENDED
 from bayesub.campaign.piece import Failure
 from bayesub.campaign.store import Lines
@@ -79,6 +83,51 @@ def test_a_piece_that_kills_every_worker_is_listed_and_the_others_are_done(clust
     results = dict(cluster.results(pieces.deadly, NUMBERS))
     failure = results.pop("3")
     assert failure.cause.startswith(f"{ENDED}, on several workers, last on tcp://127.0.0.1:")
+    assert results == {name: result for name, result in RESULTS.items() if name != "3"}
+
+
+class Doomed:
+    """A client of two workers that both die, with all that they have, whenever one of them tries the third piece."""
+
+    status = "running"
+
+    def __init__(self):
+        self.under_way = []
+
+    def submit(self, work, *arguments, key, **_):
+        future = SimpleNamespace(key=key, status="pending")
+        future.add_done_callback = lambda call: setattr(future, "call", call)
+        if work is _piece:
+            future.argument = arguments[1]
+            self.under_way.append(future)
+        return future
+
+    def nthreads(self):
+        """Asked before pieces are handed out: those that were are answered."""
+        futures, self.under_way = self.under_way, []
+        died = any(future.argument == 3 for future in futures)
+        killed = KilledWorker("x", SimpleNamespace(address="w"), 3)
+        for future in futures:
+            future.status, future.exception = "error" if died else "finished", lambda: killed
+            future.call(future)
+        return {"a": 1, "b": 1}
+
+    def run(self, function, workers, **_):
+        return dict.fromkeys(workers, function())
+
+    def gather(self, futures):
+        return [cloudpickle.dumps(pieces.number(future.argument)) for future in futures]
+
+    def cancel(self, _):
+        pass
+
+
+def test_who_dies_beside_a_deadly_piece_is_tried_without_it(monkeypatch):
+    """The most unhappy neighbourhood: whatever is under way together with it dies with it, again and again."""
+    monkeypatch.setattr("bayesub.campaign.cluster.LOOK_S", 0.0)
+    executor = Cluster(Doomed, "tcp://nowhere", code)
+    results = dict(executor.results(pieces.deadly, NUMBERS))
+    assert results.pop("3") == Failure(f"{ENDED}, on several workers, last on w", is_final=True)
     assert results == {name: result for name, result in RESULTS.items() if name != "3"}
 
 
