@@ -9,8 +9,10 @@ import numba
 from llvmlite import ir
 from numba.extending import lower_builtin, type_callable
 
+from bayesub.kernels.memory import keep_freed_memory
 from bayesub.kernels.workspace import LANES
 
+keep_freed_memory()
 _SETTINGS = {"error_model": "numpy", "fastmath": {"contract"}}
 _SOURCES = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
 DIGEST = hashlib.sha256(_SOURCES).hexdigest()[:12]

@@ -1,0 +1,45 @@
+"""What a process frees it keeps for its next arrays."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from bayesub.kernels import memory
+
+BATCHES = """
+import resource
+import numpy as np
+from bayesub.kernels import jit
+def batch():
+    return float(np.ones((64, 600, 6)).sum())
+batch()
+before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+for _ in range(20):
+    batch()
+print((resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before) / 20)
+"""
+PAGES = 64 * 600 * 6 * 8 / 4096  # of such an array
+
+
+def faults(**settings):
+    """Pages that the system gives for each batch."""
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("MALLOC_")} | settings
+    command = [sys.executable, "-c", BATCHES]
+    return float(subprocess.run(command, env=environment, capture_output=True, check=True, text=True).stdout)
+
+
+@pytest.mark.skipif(not memory.keep_freed_memory(), reason="the C library is another, or the environment decides")
+def test_the_next_batch_takes_no_new_pages():
+    """And where the environment wants small thresholds, all of them: it decides."""
+    assert faults() < 0.05 * PAGES
+    assert faults(MALLOC_MMAP_THRESHOLD_="131072") > 0.9 * PAGES
+
+
+def test_another_library_or_an_environment_that_decides_is_left_alone(monkeypatch):
+    monkeypatch.setenv("MALLOC_ARENA_MAX", "2")
+    assert not memory.keep_freed_memory()
+    monkeypatch.delenv("MALLOC_ARENA_MAX")
+    monkeypatch.setattr(memory.sys, "platform", "darwin")
+    assert not memory.keep_freed_memory()
