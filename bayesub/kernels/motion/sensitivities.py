@@ -7,7 +7,8 @@ s (12,) to
 
 with the force f_j that the parameter adds at stage j along one axis. P (12, 9) and G_j (12, 6) follow from the state
 Jacobians at the four stages and serve all parameters. Hence three passes: fly and keep the states at the stages; P, G
-and f of all steps; the sensitivities. The result is the derivative of the discretised motion itself, to round-off.
+and f of some steps; the sensitivities over these. The result is the derivative of the discretised motion itself, to
+round-off.
 
 A parameter that adds forces along several axes is the sum of several columns. In the second pass eight steps are the
 lanes; afterwards the twelve states, padded to sixteen, are.
@@ -42,6 +43,7 @@ from .tangent import JACOBIAN_ROWS, N_COLUMNS, state_jacobian
 N_STAGES = 4
 WIDTH = 16  # states, padded
 _COLUMNS_A_TASK = 32
+_STEPS_AT_ONCE = 128  # whose matrices and forces stay in a core's cache from one pass to the next
 _UNIT = np.eye(N_STATES, WIDTH)
 
 # Rows of a group of steps, after those of a simulation.
@@ -97,6 +99,7 @@ def _keep(work, state):
 @jit
 def _linearise(work, still):
     """Accelerations and state Jacobian at the states and controls of the lanes; `still` are controls of zero."""
+    distinct_arrays()
     widest_vectors()
     for i in range(LANES):
         rates = euler_derivative(work, i, STAGE, still)
@@ -225,17 +228,20 @@ def _compose(work, lane, j, weight, ahead, response, scratch, matrices):
 
 
 @jit
-def _prepare(group, loaded, body, history, stages, variations, slots, step, parameters, matrices, forces):
-    """The second pass for a group of steps: their `matrices` (n, rows, WIDTH) and `forces` (n, 4, n_forces)."""
+def _prepare(group, begin, loaded, body, history, stages, variations, slots, step, parameters, matrices, forces):
+    """The second pass for a group of steps: their `matrices` (n, rows, WIDTH) and `forces` (n, 4, n_forces).
+
+    The group is one of those from step `begin` on, of which are the first matrices and forces.
+    """
     n_body_forces = 6 * parameters.shape[0]
     work, still = workspace(loaded.shape[0] // LANES), np.zeros(N_CONTROLS)
     work[:] = loaded
     response, scratch = np.zeros((LANES, N_COLUMNS, WIDTH)), np.empty((N_COLUMNS, WIDTH))
     first = group * LANES
-    members = min(LANES, history.shape[0] - first)
+    members = min(LANES, history.shape[0] - begin - first)
     for j in range(N_STAGES - 1, -1, -1):
         for i in range(LANES):
-            n = first + min(i, members - 1)
+            n = begin + first + min(i, members - 1)
             for k in range(N_STATES):
                 work[(STAGE + k) * LANES + i] = history[n, j, k]
             for k in range(N_CONTROLS):
@@ -253,7 +259,7 @@ def _prepare(group, loaded, body, history, stages, variations, slots, step, para
                         entry = work[(_JACOBIAN + N_COLUMNS * k + n) * LANES + i]
                         matrices[first + i, _FIRST_JACOBIAN + n, k] = entry
             part, values = (j + 1) // 2, forces[first + i, j]
-            _forces(work, i, still, n_body_forces, variations, first + i, part, slots, values)
+            _forces(work, i, still, n_body_forces, variations, begin + first + i, part, slots, values)
 
 
 @jit
@@ -289,32 +295,41 @@ def _slopes(now, slope, begin, end, matrices, forces, sources, factors, axes, st
 
 
 @jit
-def _propagate(begin, end, history, matrices, forces, sources, factors, axes, initial, step, times, rows, result):
-    """The third pass for columns `begin` to `end`."""
-    now, before = initial.copy(), np.zeros_like(initial)
-    slope, slope_before = np.zeros_like(initial), np.zeros_like(initial)
-    n_steps = forces.shape[0] - 1
+def _propagate(
+    task, first, output, history, matrices, forces, sources, factors, axes, changes, slopes, step, times, rows, result
+):
+    """The third pass for the columns of a task over the steps from `first` on; the next output after these.
+
+    `changes` and `slopes` (2, n, WIDTH) hold the sensitivities at the starts of an even and of an odd step, and their
+    rates where an output needs them.
+    """
+    begin = task * _COLUMNS_A_TASK
+    end = min(changes.shape[1], begin + _COLUMNS_A_TASK)
+    n_steps = history.shape[0] - 1
     rates = np.any(rows >= N_STATES)
-    output = 0
-    for n in range(n_steps + 1):
+    for here in range(min(matrices.shape[0], n_steps + 1 - first)):
+        n = first + here
         if math.isnan(history[n, 0, 0]):
             result[output:, begin:end] = np.nan
-            return
-        time = n * step
-        due = output < times.shape[0] and (times[output] <= time or n == n_steps)
-        if due and (rates or times[output] < time):
-            if n > 0:
-                _slopes(before, slope_before, begin, end, matrices[n - 1], forces[n - 1], sources, factors, axes, step)
-            _slopes(now, slope, begin, end, matrices[n], forces[n], sources, factors, axes, step)
+            return times.shape[0]
+        time, now, before = n * step, changes[n % 2], changes[1 - n % 2]
+        # An output between two steps needs the rates at both.
+        due = times[output] <= time or n == n_steps
+        sloped = due and (rates or times[output] < time)
+        if sloped:
+            _slopes(now, slopes[n % 2], begin, end, matrices[here], forces[here], sources, factors, axes, step)
         while output < times.shape[0] and (times[output] <= time or n == n_steps):
             _emit(
-                before, slope_before, now, slope, begin, end, (times[output] - time) / step, step, rows, result[output]
-            )
+                before, slopes[1 - n % 2], now, slopes[n % 2], begin, end, (times[output] - time) / step, step, rows,
+                result[output],
+            )  # fmt: skip
             output += 1
         if output == times.shape[0]:
-            return
-        before, now = now, before
-        _advance(before, now, begin, end, matrices[n], forces[n], sources, factors, axes)
+            return output
+        if not sloped and (times[output] < (n + 1) * step or n + 1 == n_steps):
+            _slopes(now, slopes[n % 2], begin, end, matrices[here], forces[here], sources, factors, axes, step)
+        _advance(now, before, begin, end, matrices[here], forces[here], sources, factors, axes)
+    return output
 
 
 @jit
@@ -376,18 +391,27 @@ def sensitivities(
     (n_times, n, n_rows)
     """
     n_points, n_columns = history.shape[0], initial.shape[0]
-    matrices = np.empty((n_points, _N_MATRIX_ROWS, WIDTH))
     n_forces = N_COEFFICIENTS + 6 * parameters.shape[0] + np.count_nonzero(slots >= 0)
-    forces = np.empty((n_points, N_STAGES, n_forces))
+    matrices = np.empty((_STEPS_AT_ONCE, _N_MATRIX_ROWS, WIDTH))
+    forces = np.empty((_STEPS_AT_ONCE, N_STAGES, n_forces))
     loaded = workspace(_BODY_FORCES + 6 * parameters.shape[0])
     load_block(loaded, 0, coefficients, body, history[:1, 0])
-    for group in prange((n_points + LANES - 1) // LANES):
-        _prepare(
-            np.int64(group), loaded, body[0], history, stages, variations, slots, step, parameters, matrices, forces
-        )
+    changes, slopes = np.zeros((2, n_columns, WIDTH)), np.zeros((2, n_columns, WIDTH))
+    changes[0] = initial
+    n_tasks = (n_columns + _COLUMNS_A_TASK - 1) // _COLUMNS_A_TASK
+    outputs = np.zeros(n_tasks, dtype=np.int64)
     result = np.empty((times.shape[0], n_columns, rows.shape[0]))
-    for task in prange((n_columns + _COLUMNS_A_TASK - 1) // _COLUMNS_A_TASK):
-        begin = task * _COLUMNS_A_TASK
-        end = min(n_columns, begin + _COLUMNS_A_TASK)
-        _propagate(begin, end, history, matrices, forces, sources, factors, axes, initial, step, times, rows, result)
+    for first in range(0, n_points, _STEPS_AT_ONCE):
+        if np.all(outputs == times.shape[0]):
+            break
+        for group in prange((min(_STEPS_AT_ONCE, n_points - first) + LANES - 1) // LANES):
+            _prepare(
+                np.int64(group), first, loaded, body[0], history, stages, variations, slots, step, parameters,
+                matrices, forces,
+            )  # fmt: skip
+        for task in prange(n_tasks):
+            outputs[task] = _propagate(
+                np.int64(task), first, outputs[task], history, matrices, forces, sources, factors, axes,
+                changes, slopes, step, times, rows, result,
+            )  # fmt: skip
     return result
