@@ -17,6 +17,7 @@ from bayesub.io.errors import InputError
 from bayesub.sampling.effort import Effort
 from bayesub.sampling.geometry import Geometry
 from bayesub.sampling.histories import searched
+from bayesub.sampling.moments import Moments
 from bayesub.sampling.posterior import Posterior
 from bayesub.sampling.sampler import SMOOTH, problem_histories, straightened
 
@@ -176,54 +177,47 @@ def cross_check(
     InputError : if nutpie is not installed
     """
     chain, counts = sample_nuts(problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress)
-    return compare(posterior, chain, **counts)
+    return compare(posterior, Moments.of(chain), **counts)
 
 
 def compare(
     posterior: Posterior,
-    chain,
+    other: Moments,
     divergences: int = 0,
     gradients: int = 0,
     *,
-    spent: tuple[int, int, float] | None = None,
+    spent: Sequence[float] | None = None,
     engine: str = CrossCheck.engine,
 ) -> CrossCheck:
-    """Means, sds and correlations of a posterior beside those of chain (n_chains, n_draws, n_params) of NUTS.
-
-    Each is the mean of a feature of the standardised draws, x, x^2 and x y, whose Monte Carlo error follows from the
-    effective sample size of the feature.
+    """Means, sds and correlations of a posterior beside those by another sampler.
 
     Parameters
     ----------
     posterior : by the ensemble sampler
-    chain : (n_chains, n_draws, n_params) of independent chains of the other sampler
+    other : the moments by the other sampler
     divergences, gradients : of the other sampler
     spent : simulations, Jacobians and seconds of the other sampler, if they are known
     engine : the name of the other sampler
     """
-    chains = posterior.thinned().chain, chain[:, :, None]
-    flat = [c.reshape(-1, c.shape[-1]) for c in chains]
-    centre = 0.5 * (flat[0].mean(axis=0) + flat[1].mean(axis=0))
-    scale = np.sqrt(0.5 * (flat[0].var(axis=0) + flat[1].var(axis=0)))
-    first, second = ((c - centre) / scale for c in chains)
-    n_params, bulk_ess = len(posterior.names), convergence.bulk_ess(chains[1])
-    correlations = [_z(first[..., [i]] * first[..., i + 1 :], second[..., [i]] * second[..., i + 1 :])
-                    for i in range(n_params - 1)]  # fmt: skip
+    chain = posterior.thinned().chain
+    draws = chain.reshape(-1, chain.shape[-1])
+    mean_z, sd_z, correlation_z = other.differences(chain)
+    n_params = len(posterior.names)
     return CrossCheck(
         names=posterior.names,
-        means=np.stack([f.mean(axis=0) for f in flat]),
-        sds=np.stack([f.std(axis=0) for f in flat]),
-        mean_z=_z(first, second),
-        sd_z=_z(first**2, second**2),
-        correlation_z=np.concatenate([np.empty(0), *correlations]),
+        means=np.stack([draws.mean(axis=0), other.means]),
+        sds=np.stack([draws.std(axis=0), other.sds]),
+        mean_z=mean_z,
+        sd_z=sd_z,
+        correlation_z=correlation_z,
         threshold=convergence.threshold(n_params * (n_params + 3) // 2, FALSE_ALARMS),
-        rhat=float(convergence.rhat(chains[1]).max()),
-        ess=float(min(bulk_ess.min(), convergence.tail_ess(chains[1]).min())),
+        rhat=other.rhat,
+        ess=min(other.bulk_ess, other.tail_ess),
         divergences=int(divergences),
         gradients=int(gradients),
-        efforts=_efforts(posterior, spent, float(bulk_ess.min())) if spent and posterior.work >= 0.0 else (),
+        efforts=_efforts(posterior, spent, other.bulk_ess) if spent and posterior.work >= 0.0 else (),
         engine=engine,
-        divergent=divergences / chain[..., 0].size,
+        divergent=divergences / other.n_draws,
     )
 
 
@@ -233,12 +227,6 @@ def _efforts(posterior, spent, ess) -> tuple[Effort, Effort]:
     price = float(posterior.jacobian_price)
     ours = posterior.evaluations, posterior.jacobians, price, posterior.seconds, float(posterior.bulk_ess.min())
     return Effort(*ours), Effort(simulations, jacobians, price, seconds, ess)
-
-
-def _z(first, second) -> np.ndarray:
-    """Difference of the means of two chains of features, in standard errors."""
-    variances = sum(f.var(axis=(0, 1, 2)) / convergence.ess(f) for f in (first, second))
-    return (first.mean(axis=(0, 1, 2)) - second.mean(axis=(0, 1, 2))) / np.sqrt(variances)
 
 
 def require_nutpie():

@@ -21,6 +21,7 @@ from bayesub.problem.problem import Problem
 from bayesub.report import markdown
 from bayesub.sampling import sample
 from bayesub.sampling.effort import Effort
+from bayesub.sampling.moments import Moments
 from bayesub.sampling.nuts import MOST_RHAT, compare, require_nutpie
 from bayesub.sampling.posterior import STANDARD
 from bayesub.thesis.sampler_cost import starts
@@ -119,7 +120,7 @@ def compared(problem: Problem, engines: dict[str, tuple[Callable, int, dict]], s
         if result[name]["to_target"] is not None:
             criteria = replace(STANDARD, ess=ess)
             longer = longer or sample(problem, rng=np.random.default_rng(seed), max_steps=MAX_STEPS, criteria=criteria)
-            check = compare(longer, draws.chain, engine=name)
+            check = compare(longer, Moments.of(draws.chain), engine=name)
             result[name] |= {"verdict": check.verdict, "sentence": check.sentence}
     return result
 

@@ -12,6 +12,7 @@ from bayesub.checks import convergence
 from bayesub.plots import cross_check as plot
 from bayesub.problem.priors import Normal
 from bayesub.sampling import nuts as module
+from bayesub.sampling.moments import Moments
 from bayesub.sampling.posterior import STANDARD
 
 
@@ -36,9 +37,13 @@ def exact(problem, rng, n_draws=1000):
     return problem.mean + rng.standard_normal((4, n_draws, problem.n_params)) @ factor.T
 
 
+def compared(posterior, draws, *given, **named):
+    return module.compare(posterior, Moments.of(draws), *given, **named)
+
+
 def test_equal_posteriors_agree(problem, rng):
     """In a hundred comparisons about one false alarm, and z that are standard normal."""
-    checks = [module.compare(ensemble(problem, rng), exact(problem, rng, 400)) for _ in range(40)]
+    checks = [compared(ensemble(problem, rng), exact(problem, rng, 400)) for _ in range(40)]
     z = np.concatenate([np.concatenate([c.mean_z, c.sd_z, c.correlation_z]) for c in checks])
     assert len(z) == 40 * (6 + 6 + 15)
     # Of about 1000 numbers the sd is known to 2-3 %; tau is never below 1, so that standard errors are a little wide.
@@ -62,7 +67,7 @@ def test_a_planted_disagreement_is_found_and_named(problem, rng, plant, what):
     draws = plant(white) if "correlation" in what else plant(white @ factor.T)
     if "correlation" in what:
         draws = draws @ factor.T
-    check = module.compare(ensemble(problem, rng), problem.mean + scale * draws)
+    check = compared(ensemble(problem, rng), problem.mean + scale * draws)
     assert check.verdict == "disagree"
     if "correlation" not in what:  # a correlation in white coordinates is spread over several in parameters
         assert f"in {what}," in check.sentence
@@ -72,18 +77,18 @@ def test_a_planted_disagreement_is_found_and_named(problem, rng, plant, what):
 def test_nuts_that_has_not_converged_proves_nothing(problem, rng):
     draws = exact(problem, rng)
     draws[1] += 0.5 * np.sqrt(np.diag(problem.covariance))
-    check = module.compare(ensemble(problem, rng), draws)
+    check = compared(ensemble(problem, rng), draws)
     assert check.verdict == "inconclusive"
     assert "nothing follows" in check.sentence
     # Trajectories diverge where steps are too long for the density: what lies there is not drawn.
-    assert module.compare(ensemble(problem, rng), exact(problem, rng), divergences=8).verdict == "agree"
-    diverged = module.compare(ensemble(problem, rng), exact(problem, rng), divergences=9)
+    assert compared(ensemble(problem, rng), exact(problem, rng), divergences=8).verdict == "agree"
+    diverged = compared(ensemble(problem, rng), exact(problem, rng), divergences=9)
     assert diverged.verdict == "inconclusive"
     assert "9 divergent trajectories" in diverged.sentence
 
 
 def test_it_is_saved_and_drawn(problem, rng, tmp_path):
-    check = module.compare(ensemble(problem, rng), exact(problem, rng))
+    check = compared(ensemble(problem, rng), exact(problem, rng))
     again = module.CrossCheck.from_json(check.to_json())
     assert again.sentence == check.sentence
     np.testing.assert_array_equal(again.correlation_z, check.correlation_z)
@@ -91,11 +96,30 @@ def test_it_is_saved_and_drawn(problem, rng, tmp_path):
     assert (tmp_path / "check.png").stat().st_size > 5000
 
 
+def test_moments_that_were_stored_say_the_same_as_the_draws(problem, rng, tmp_path):
+    """What NUTS has cost hours for is compared with every further engine, from a file of its moments."""
+    moments = Moments.of(exact(problem, rng))
+    np.savez(tmp_path / "moments.npz", **moments.arrays())
+    with np.load(tmp_path / "moments.npz") as arrays:
+        again = Moments.restored(dict(arrays))
+    ours = ensemble(problem, rng)
+    assert module.compare(ours, again).to_json() == module.compare(ours, moments).to_json()
+    scale = np.sqrt(np.diag(problem.covariance))
+    pairs = np.triu_indices(problem.n_params, 1)
+    np.testing.assert_allclose(moments.means, problem.mean, atol=4.5 * scale.max() / np.sqrt(4000))
+    np.testing.assert_allclose(moments.sds, scale, rtol=4.5 / np.sqrt(8000))
+    np.testing.assert_allclose(moments.correlations, (problem.covariance / np.outer(scale, scale))[pairs], atol=0.075)
+    # Independent draws: the variances of x, x^2 and x y are 1, 2 and 1 + rho^2.
+    np.testing.assert_allclose(moments.mean_errors, np.sqrt(1.0 / 4000), rtol=0.1)
+    np.testing.assert_allclose(moments.square_errors, np.sqrt(2.0 / 4000), rtol=0.15)
+    np.testing.assert_allclose(moments.product_errors, np.sqrt((1.0 + moments.correlations**2) / 4000), rtol=0.15)
+
+
 def test_costs_stand_beside_each_other(problem, rng):
     """A Jacobian at its price over the bulk ESS of the worst parameter; unknown of what knows no price."""
     ours = replace(ensemble(problem, rng), evaluations=9000, jacobians=20, jacobian_price=50.0, seconds=3.0)
     draws = exact(problem, rng)
-    check = module.compare(ours, draws, spent=(4000, 2000, 7.0))
+    check = compared(ours, draws, spent=(4000, 2000, 7.0))
     first, second = check.efforts
     assert (first.work, second.work) == (10_000.0, 104_000.0)
     assert first.ess == ours.bulk_ess.min()
@@ -107,9 +131,7 @@ def test_costs_stand_beside_each_other(problem, rng):
     assert module.CrossCheck.from_json(check.to_json()).efforts == check.efforts
     former = {key: value for key, value in check.to_json().items() if key not in ("efforts", "engine")}
     assert module.CrossCheck.from_json(former).sentence == replace(check, efforts=()).sentence
-    assert (
-        module.compare(replace(ours, jacobian_price=float("nan")), exact(problem, rng), spent=(1, 1, 1.0)).efforts == ()
-    )
+    assert compared(replace(ours, jacobian_price=float("nan")), exact(problem, rng), spent=(1, 1, 1.0)).efforts == ()
 
 
 def test_without_nutpie_one_line_says_how_to_get_it(monkeypatch):
@@ -170,7 +192,7 @@ def _nutpie_or_skip():
 
 
 def test_a_part_is_the_comparison_of_some_parameters(problem, rng):
-    check = module.compare(ensemble(problem, rng), exact(problem, rng))
+    check = compared(ensemble(problem, rng), exact(problem, rng))
     part = check.part([check.names[3], check.names[1]])
     assert part.names == (check.names[1], check.names[3])
     assert np.array_equal(part.mean_z, check.mean_z[[1, 3]])
