@@ -84,15 +84,16 @@ class HistorySurrogate:
         white = y[:, self.n_others :]
         return self.surrogate.log_prob(y[:, : self.n_others]) - 0.5 * np.einsum("ij,ij->i", white, white)
 
-    def walks(self) -> list:
+    def walks(self) -> tuple:
         """Walks that leave it invariant, as :meth:`bayesub.sampling.surrogate.Surrogate.walks`."""
-        return [(partial(self._walk, walk), share) for walk, share in self.surrogate.walks()]
+        short, long = self.surrogate.walks()
+        return partial(self._walk, short), [partial(self._walk, walk) for walk in long]
 
-    def _walk(self, walk, coords, random):
+    def _walk(self, walk, coords, random, taken):
         others, white = coords[:, : self.n_others], coords[:, self.n_others :]
-        others, *_ = walk(others, random)
+        others, *_ = walk(others, random, taken)
         white, *_ = crank_nicolson(_normal, white, _normal(white), random, steps=_STEPS, n_sweeps=1)
-        moved = np.hstack([others, white])
+        moved = np.hstack([others, white[taken]])
         return moved, self.log_prob(moved)
 
 

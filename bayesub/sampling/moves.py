@@ -6,7 +6,10 @@ moves: only methods that both have are called.
 
 import emcee
 import numpy as np
+from scipy import special
 
+RARELY, OFTEN = 0.02, 0.9  # that short walks are taken where a surrogate is right, and where it is far too low
+DOUBTFUL, STEEPNESS = 2.0, 2.0  # natural logarithm of the factor half way between these, and how fast the share rises
 BLOCK, BLOCK_STEPS = 5, (0.4, 0.8, 1.0)  # coordinates that are moved together within walls, and how far
 
 
@@ -60,19 +63,51 @@ def _crank_nicolson(coords, steps, random, moved=True):
     return proposed, 0.5 * (np.sum(proposed**2, axis=1) - np.sum(coords**2, axis=1))
 
 
-class SurrogateTransition(emcee.moves.MHMove):
-    """A walk that leaves a surrogate density invariant, then one acceptance on the true one.
+class SurrogateTransition(emcee.moves.Move):
+    """Walks that leave a surrogate density S invariant, each with one acceptance on the true density p in the end.
 
-    ``walk(coords, random)`` returns coords, their log surrogate density and what else it likes. It is
-    reversible, so that S(y) q(y, y') = S(y') q(y', y) and the acceptance ratio is ``p(y') S(y) / (p(y) S(y'))`` (Liu
-    2001, section 9.4.3; Christen & Fox 2005).
+    ``walk(coords, random, taken)`` returns new coords of the walkers that are `taken` (n,), their log surrogate density
+    and what else it likes. Every walk is reversible, so that S(y) q(y, y') = S(y') q(y', y) and the acceptance ratio is
+    ``p(y') S(y) / (p(y) S(y'))`` (Liu 2001, section 9.4.3; Christen & Fox 2005).
+
+    Where S is too low by a factor of w = exp(d), a long walk is refused but for one in w, but the next places have the
+    same error. There a walker takes a short walk more often: it takes one with probability s(d), and a long one
+    otherwise. As this depends on the place, the ratio has s(d') / s(d) besides, or that of 1 - s, as for any mixture of
+    moves whose shares vary (Green 1995, section 3).
+
+    Parameters
+    ----------
+    density : log S (n,) of coords (n, n_params)
+    short : walk
+    long : walks, one of which is taken at each step
+    level : of d = log p - log S, where S is right
     """
 
-    def __init__(self, density, walk):
-        self.density, self.walk = density, walk
-        super().__init__(self._propose)
+    def __init__(self, density, short, long, level: float = 0.0):
+        self.density, self.short, self.long, self.level = density, short, long, level
 
-    def _propose(self, coords, random):
-        before = self.density(coords)
-        proposed, after, *_ = self.walk(coords, random)
-        return proposed, before - after
+    def propose(self, model, state):
+        """As of emcee's moves: one step of all walkers, and which of them moved."""
+        random, before = model.random, self.density(state.coords)
+        excess = state.log_prob - before - self.level
+        near = random.random(len(before)) < _share(excess)
+        proposed, after = state.coords.copy(), before.copy()
+        for taken, walk in (near, self.short), (~near, self.long[random.randint(len(self.long))]):
+            proposed[taken], after[taken], *_ = walk(state.coords, random, taken)
+        log_prob, blobs = model.compute_log_prob_fn(proposed)
+        reached = log_prob - after - self.level
+        gain = reached - excess + self.log_share(reached, near) - self.log_share(excess, near)
+        accepted = np.log(random.random(len(before))) < gain
+        moved = emcee.State(proposed, log_prob=log_prob, blobs=blobs)
+        return self.update(state, moved, accepted), accepted
+
+    @staticmethod
+    def log_share(excess, near):
+        """(n,) logarithms of how often a walker with d (n,) takes the walk that it took, short where it is `near`."""
+        share = _share(excess)
+        return np.log(np.where(near, share, 1.0 - share))
+
+
+def _share(excess):
+    """(n,) how often short walks are taken where the surrogate is too low by exp(excess)."""
+    return RARELY + (OFTEN - RARELY) * special.expit(STEEPNESS * (excess - DOUBTFUL))

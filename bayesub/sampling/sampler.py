@@ -27,7 +27,7 @@ from bayesub.sampling.posterior import STANDARD, Criteria, Posterior
 from bayesub.sampling.surrogate import Surrogate, learn
 
 N_WALKERS = 16
-PCN_STEPS, PCN_SHARE = (0.2, 0.5, 1.0), 0.05
+PCN_STEPS, PCN_SHARE = (0.2, 0.5, 1.0), 0.02
 START_STEPS, START_SWEEPS = (0.1, 0.2, 0.4, 0.8), 50  # of Crank-Nicolson, before a walker starts
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
 LOOK = 100  # kept steps before the first look at convergence
@@ -35,7 +35,7 @@ SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of 
 WARMUP = 0.1  # fraction of the steps so far that is discarded
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
-FORMAT = 5  # of checkpoints; those of a former one lack what this one counts, and are refused
+FORMAT = 6  # of checkpoints; those of a former one lack what this one counts, and are refused
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
 
@@ -107,17 +107,21 @@ class _Run:
         if content is None:
             before, starts, moves = rng.spawn(3)
             self.geometry, surrogate, draws = straightened(problem, before, progress, examine)
-            coords, log_prob = _starts(problem, self.geometry, surrogate, draws, starts, n_ensembles * n_walkers)
+            n = n_ensembles * n_walkers
+            self.level = _level(problem, self.geometry, surrogate, draws[:n], starts)
+            coords, log_prob = _starts(problem, self.geometry, surrogate, draws, starts, n)
             price = jacobian_price(problem, _centre(problem, self.geometry))
             # emcee has no other generator than the legacy one; its bits come from ours.
             random_state = np.random.RandomState(np.random.MT19937(moves.bit_generator.seed_seq)).get_state()
             self.state = self._charged(store.State(coords, log_prob, random_state, jacobian_price=price))
             self.blocks = []
             if saved is not None:
-                saved.begin(settings, self.geometry.arrays() | surrogate.arrays(), self.state)
+                arrays = self.geometry.arrays() | surrogate.arrays() | {"level": np.array(self.level)}
+                saved.begin(settings, arrays, self.state)
         else:
             arrays, self.state, self.blocks = content
             self.geometry, surrogate = _restored(problem, arrays)
+            self.level = float(arrays["level"])
             if self.blocks:
                 self.state = self.blocks[-1].state
             self._check()
@@ -132,7 +136,7 @@ class _Run:
             problem.n_params,
             self._evaluated,
             moves=[
-                *((SurrogateTransition(surrogate.log_prob, walk), share) for walk, share in surrogate.walks()),
+                (SurrogateTransition(surrogate.log_prob, *surrogate.walks(), self.level), 1.0 - PCN_SHARE),
                 (LaplacePCN(PCN_STEPS), PCN_SHARE),
             ],
             vectorize=True,
@@ -299,28 +303,36 @@ def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
 
 
 def _starts(problem, geometry, surrogate, draws, rng, n):
-    """Starts (n, n_params) with a finite log posterior, and that (n,): draws of the surrogate, over-dispersed.
-
-    Histories start where they are likely, given the other parameters.
-    """
+    """Starts (n, n_params) with a finite log posterior, and that (n,): draws of the surrogate, over-dispersed."""
     of_others = getattr(surrogate, "surrogate", surrogate)
     density = partial(of_others.log_prob, temperature=DISPERSION**2)
     starts, log_prob = np.empty((0, problem.n_params)), np.empty(0)
     y = draws[rng.permutation(len(draws))[: 2 * n]]
-    n_white = problem.n_params - y.shape[1]
     for _ in range(100):
         y, *_ = crank_nicolson(
             density, y, density(y), rng, steps=START_STEPS, n_sweeps=START_SWEEPS, blocks=geometry.blocks
         )
-        candidates = y[rng.permutation(len(y))[:n]]
-        if n_white:
-            candidates = np.hstack([candidates, rng.standard_normal((len(candidates), n_white))])
+        candidates = _with_histories(problem, y[rng.permutation(len(y))[:n]], rng)
         densities = geometry.log_prob(problem, candidates)
         finite = np.isfinite(densities)
         starts, log_prob = np.concatenate([starts, candidates[finite]]), np.concatenate([log_prob, densities[finite]])
         if len(starts) >= n:
             return starts[:n], log_prob[:n]
     raise InputError("nearly every simulation around the posterior mode fails; narrow the prior")
+
+
+def _level(problem, geometry, surrogate, draws, rng) -> float:
+    """What the log posterior is above the log density of the surrogate, for most draws (n, n_others) of that."""
+    y = _with_histories(problem, draws, rng)
+    log_prob = geometry.log_prob(problem, y)
+    known = np.isfinite(log_prob)
+    return float(np.median((log_prob - surrogate.log_prob(y))[known])) if known.any() else 0.0
+
+
+def _with_histories(problem, others, rng) -> np.ndarray:
+    """Sampling coordinates (n, n_params) of the others; histories are where they are likely, given these."""
+    n_white = problem.n_params - others.shape[1]
+    return np.hstack([others, rng.standard_normal((len(others), n_white))])
 
 
 def _looks(up_to: int | None = None) -> Iterator[int]:

@@ -41,7 +41,7 @@ _WALKERS = 512  # which find the draws
 LEAPS = (0.1, 0.15, 0.2), 48  # of the flights between walls, angles and number
 _PACES, _MOVING, _SCOUTS = (1.0, 0.5, 0.25, 0.125), 0.6, 64  # shorter ones until most flights of some walkers lead away
 _FLIGHTS, _BOUNCING = 4, 1  # flights before each simulation, without walls and between them
-_NEAR, _NEAR_TURNS, _NEAR_LEAPS = 0.1, (0.05, 0.2, 0.5), ((0.02, 0.1), 3)  # how often one flight does not lead far
+_NEAR_TURNS, _NEAR_LEAPS = (0.05, 0.2, 0.5), ((0.02, 0.1), 3)  # of one flight that does not lead far
 _FLYING = 0.5  # acceptance on the surrogate below which flights end outside bounds too often
 _ROUNDS, _MAX_ROUNDS = 2, 12
 _STEADY = 1.2  # change of the draws' spread in one coordinate while they walk on, below which rounds may end
@@ -117,17 +117,16 @@ class Surrogate:
         covariance = np.cov(ours, simulated)
         self.power = float(np.clip(covariance[0, 1] / covariance[0, 0], _LEAST_POWER, 1.0))
 
-    def walks(self) -> list[tuple[Callable, float]]:
-        """Walks on it and how often each is taken: long ones, and short ones for walkers where it is too low.
+    def walks(self) -> tuple[Callable, list[Callable]]:
+        """A short walk on it, and long ones.
 
-        Each takes coordinates y (n, n_params) and a source of random numbers. From a place where the surrogate is too
-        low a long walk is refused nearly always, but the next places have the same error. From a corner between walls
-        only those lead away that bounce.
+        Each takes coordinates y (n, n_params), a source of random numbers, and which of them walk (n,). From a corner
+        between walls only those lead away that bounce.
         """
-        near = partial(_walked, self, bounces=self.walled, length=1, turns=_NEAR_TURNS, leaps=_NEAR_LEAPS), _NEAR
-        far = [partial(_walked, self, bounces=True, length=_BOUNCING)] * self.walled
-        far += [partial(_walked, self, bounces=False, length=_FLIGHTS)] * self.flies
-        return [near, *((walk, (1.0 - _NEAR) / len(far)) for walk in far)]
+        short = partial(_walked, self, bounces=self.walled, length=1, turns=_NEAR_TURNS, leaps=_NEAR_LEAPS)
+        bouncing = [partial(_walked, self, bounces=True, length=_BOUNCING)] * self.walled
+        flying = [partial(_walked, self, bounces=False, length=_FLIGHTS)] * (self.flies or not self.walled)
+        return short, bouncing + flying
 
 
 class _Simulations:
@@ -145,6 +144,11 @@ class _Simulations:
         self._mode = geometry.prior.unscaled(geometry.mode)
         (self.at_mode,), _ = problem.misfit_about(self._mode, self._mode[None])
         self.span, self.z, self.changes = None, [], []
+
+    @property
+    def n(self) -> int:
+        """Their number."""
+        return sum(map(len, self.z))
 
     def add(self, y) -> None:
         """Simulate at y (n, n_params), in batches. What fails or lies outside of bounds is left out."""
@@ -211,19 +215,20 @@ def learn(
         if n + 1 >= _ROUNDS and change < _STEADY:
             break
     y, _ = _straightened(surrogate, y, n_bent, _WALKERS, 1.0, rng)
-    return _refined(problem, surrogate, y, rng)
+    return _refined(problem, surrogate, y, rng, seen)
 
 
-def _refined(problem, surrogate, y, rng):
-    """A richer surrogate from draws y (n, n_params) of a plain one, and draws of it.
+def _refined(problem, surrogate, y, rng, seen):
+    """A richer surrogate from draws y (n, n_params) of a plain one and what was `seen` to fit that, and draws of it.
 
-    It is fitted to draws of the one before at a higher temperature, and again to as many more, until enough of its own
-    draws would be accepted, proposed one after another, or no more than before.
+    It is fitted to draws of the one before at a higher temperature besides, and again to as many more, until enough of
+    its own draws would be accepted, proposed one after another, or no more than before.
     """
     geometry, best = surrogate.geometry, 0.0
-    seen, active = _Simulations(problem, geometry), geometry.finely_active()
-    n_stops = -(-(_DRAWS * n_features(*active.shape, RICH) + _MORE) // len(y))
-    for _ in range(_REFINEMENTS):
+    active = geometry.finely_active()
+    n_wanted = _DRAWS * n_features(*active.shape, RICH) + _MORE
+    for k in range(1, _REFINEMENTS + 1):
+        n_stops = max(-(-(k * n_wanted - seen.n) // len(y)), 1)
         _, *stops = _wandered(surrogate, y, 1 + n_stops, _HOT, rng)
         seen.add(np.concatenate(stops))
         surrogate = seen.surrogate(active, RICH)
@@ -240,26 +245,29 @@ def _refined(problem, surrogate, y, rng):
     return surrogate, y
 
 
-def _walked(surrogate, y, random, *, bounces, length, temperature=1.0, turns=TURNS, leaps=LEAPS):
+def _walked(surrogate, y, random, taken=None, *, bounces, length, temperature=1.0, turns=TURNS, leaps=LEAPS):
     """Where walkers y (n, n_params) are after flights; log densities there; the fraction accepted (n,).
 
-    A few at a time in each thread, with random numbers of their own, so that the number of threads changes nothing.
+    Of those that are `taken` (n,), by default all. A few at a time in each thread, with random numbers of their own, so
+    that the number of threads changes nothing, nor does which others are taken.
     """
     n_parts = min(-(-len(y) // _FEW), _PARTS)
     streams = np.random.SeedSequence(int.from_bytes(random.bytes(16))).spawn(n_parts)
     target, (steps, n_leaps) = surrogate.packed(temperature), leaps
+    taken = np.ones(len(y), dtype=bool) if taken is None else taken
 
-    def walked(few, stream):
+    def walked(few, chosen, stream):
         rng, each = np.random.default_rng(stream), (length, len(few))
-        momenta = rng.standard_normal((*each, few.shape[1]))
+        momenta = rng.standard_normal((*each, few.shape[1]))[:, chosen]
         if not bounces:
             angles, thresholds = rng.choice(turns, each) / KICKS, np.log(rng.random(each))
-            return turned(few, angles, momenta, thresholds, KICKS, *target)
-        thresholds = np.log(rng.random((length, n_leaps, len(few))))
-        before = rng.integers(n_leaps + 1, size=each)  # leaps of the trajectory that lead to the start
-        return bounced(few, rng.choice(steps, each), momenta, before, thresholds, *target)
+            return turned(few[chosen], angles[:, chosen], momenta, thresholds[:, chosen], KICKS, *target)
+        thresholds = np.log(rng.random((length, n_leaps, len(few))))[..., chosen]
+        before = rng.integers(n_leaps + 1, size=each)[:, chosen]  # leaps of the trajectory that lead to the start
+        return bounced(few[chosen], rng.choice(steps, each)[:, chosen], momenta, before, thresholds, *target)
 
-    ends = list(_threads(numba.get_num_threads()).map(walked, np.array_split(y, n_parts), streams))
+    parts = np.array_split(y, n_parts), np.array_split(taken, n_parts), streams
+    ends = list(_threads(numba.get_num_threads()).map(walked, *parts))
     return tuple(np.concatenate(parts) for parts in zip(*ends, strict=True))
 
 

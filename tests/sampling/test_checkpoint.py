@@ -98,7 +98,7 @@ def test_a_checkpoint_of_a_former_version_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(sampler, "_settings", lambda *a: {k: v for k, v in settings(*a).items() if "format" not in k})
     run(tmp_path / "chain", 20)
     monkeypatch.setattr(sampler, "_settings", settings)
-    with pytest.raises(bs.InputError, match="checkpoint format was another and is now 5; remove it to start afresh"):
+    with pytest.raises(bs.InputError, match="checkpoint format was another and is now 6; remove it to start afresh"):
         run(tmp_path / "chain", 20)
 
 

@@ -39,7 +39,7 @@ def test_bounds_cut_a_normal_off():
     lower, upper = np.array([-1.0, -1.0, 0.0, -2.0]), np.ones(4)
     problem = Linear(matrix, np.array([4.0, 0.5, -0.5]), Uniform(lower, upper))
     rng = np.random.default_rng(6)
-    proposals = rng.uniform(lower, upper, (2_000_000, 4))
+    proposals = rng.uniform(lower, upper, (3_000_000, 4))
     exact = proposals[np.log(rng.random(len(proposals))) < problem.log_likelihood(proposals)]
     posterior = bs.sample(problem, rng=rng)
     assert posterior.converged

@@ -29,18 +29,29 @@ def rough_with_gradient(coords):
     return rough(coords), -np.linalg.solve(1.5**2 * (COVARIANCE + 0.1 * np.eye(N_PARAMS)), (coords - 0.2).T).T
 
 
-def swept(y, random):
-    return crank_nicolson(rough, y, rough(y), random, steps=[0.2, 0.5, 1.0], n_sweeps=5)
+def near(y, random, taken):
+    coords, log_density, _ = crank_nicolson(rough, y, rough(y), random, steps=[0.1, 0.2], n_sweeps=1)
+    return coords[taken], log_density[taken]
 
 
-def flown(y, random):
-    return turned(rough_with_gradient, y, *numbers(random, y, (0.1, 0.3), 2), 4)
+def swept(y, random, taken):
+    coords, log_density, _ = crank_nicolson(rough, y, rough(y), random, steps=[0.2, 0.5, 1.0], n_sweeps=5)
+    return coords[taken], log_density[taken]
 
 
+def flown(y, random, taken):
+    coords, log_density, _ = turned(rough_with_gradient, y, *numbers(random, y, (0.1, 0.3), 2), 4)
+    return coords[taken], log_density[taken]
+
+
+# The rough surrogate is too high nearly everywhere. Below its level walkers in the middle take short walks nearly
+# always, and those outside do not.
+LOW = -4.0
 MOVES = {
     "pcn": LaplacePCN([0.2, 0.5, 1.0]),
-    "surrogate, sweeps": SurrogateTransition(rough, swept),
-    "surrogate, flights": SurrogateTransition(rough, flown),
+    "surrogate, sweeps": SurrogateTransition(rough, near, [swept]),
+    "surrogate, flights": SurrogateTransition(rough, near, [flown]),
+    "surrogate, both walks": SurrogateTransition(rough, near, [swept, flown], LOW),
 }
 
 
@@ -84,7 +95,7 @@ def test_leaves_a_correlated_normal_invariant(draws, name):
 
 @pytest.mark.parametrize(
     ("name", "n_steps"),
-    [("pcn", 1600), ("surrogate, sweeps", 250), ("surrogate, flights", 250)],
+    [("pcn", 1600), ("surrogate, sweeps", 250), ("surrogate, flights", 250), ("surrogate, both walks", 500)],
 )
 def test_goes_to_the_normal_from_elsewhere(draws, name, n_steps):
     """Ensembles that start too wide end where they should; Crank-Nicolson slowly, for the normal is not its own."""
@@ -100,10 +111,9 @@ def test_the_check_fails_against_a_wrong_normal(draws, name):
     assert disagreement(after) > 4 * LIMIT
 
 
-@pytest.mark.parametrize("name", ["pcn", "surrogate, sweeps", "surrogate, flights"])
-def test_the_check_fails_without_the_proposal_factor(draws, name, monkeypatch):
+def test_the_check_fails_without_the_proposal_factor(draws, monkeypatch):
     """Negative control: a move that forgets how its proposals are weighted does not pass."""
-    move = MOVES[name]
+    move = MOVES["pcn"]
     original = move.get_proposal
 
     def forgetful(*arguments):
@@ -112,6 +122,55 @@ def test_the_check_fails_without_the_proposal_factor(draws, name, monkeypatch):
 
     monkeypatch.setattr(move, "get_proposal", forgetful)
     assert disagreement(moved(move, draws, 50)[0]) > 2 * LIMIT
+
+
+@pytest.mark.parametrize("walk", [swept, flown])
+def test_the_check_fails_without_the_density_of_the_surrogate(draws, walk):
+    """Negative control: as above, where walks on the surrogate are taken for such on a flat density."""
+
+    def level(*arguments):
+        coords, log_density = walk(*arguments)
+        return coords, np.zeros_like(log_density)
+
+    move = SurrogateTransition(lambda y: np.zeros(len(y)), level, [level], level=1e3)
+    assert disagreement(moved(move, draws, 50)[0]) > 2 * LIMIT
+
+
+def test_the_check_fails_where_shares_of_walks_are_forgotten(draws, monkeypatch):
+    """Negative control: as above, where walkers take short walks more often in some places and nothing answers it."""
+    move = MOVES["surrogate, both walks"]
+    monkeypatch.setattr(move, "log_share", lambda excess, _: np.zeros_like(excess))
+    assert disagreement(moved(move, draws, 50)[0]) > 2 * LIMIT
+
+
+def test_a_surrogate_that_is_far_too_low_holds_walkers_for_less_long():
+    """It follows a normal but for one side, where walkers begin at 3.5: it is too low by a factor of 500 there.
+
+    With short walks taken more often there two in three come away within 60 steps, without one in seven.
+    """
+
+    def normal(y):
+        return -0.5 * np.sum(y**2, axis=1)
+
+    def surrogate(y):
+        return normal(y) - np.maximum(y[:, 0] - 1.0, 0.0) ** 2
+
+    def walk(y, random, taken, steps, n_sweeps):
+        coords, log_density, _ = crank_nicolson(surrogate, y, surrogate(y), random, steps=steps, n_sweeps=n_sweeps)
+        return coords[taken], log_density[taken]
+
+    def short(*given):
+        return walk(*given, [0.1, 0.3, 0.5], 1)
+
+    def long(*given):
+        return walk(*given, [0.5, 1.0], 4)
+
+    starts, stay = np.random.default_rng(6).standard_normal((2000, N_PARAMS)), {}
+    starts[:, 0] = 3.5
+    for level in (0.0, 1e3):  # one that no walker is above
+        after, _ = moved(SurrogateTransition(surrogate, short, [long], level), starts, 60, density=normal)
+        stay[level] = np.mean(after[:, 0] > 2.0)
+    assert stay[0.0] < 0.4 < 0.8 < stay[1e3]
 
 
 def test_flights_over_a_standard_normal_are_exact():
