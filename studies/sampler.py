@@ -1,10 +1,11 @@
 """How many simulations does a posterior cost, with this sampler and with the moves that emcee comes with?
 
 Question: what does an effective sample of the worst known coefficient cost on each vehicle and manoeuvre?
-Claim: with a 25 % normal prior every planar problem converges, for at most 10 simulations an effective sample, while
-emcee's stretch move and its differential evolution have not converged when their simulations are spent. Directions that
-the data do not see are sampled, and have the prior's spread.
-Cost: about an hour on two cores. A killed run continues with --resume after the last problem.
+Claim: every problem converges, with a 25 % normal prior for at most 4 simulations an effective sample in a plane and 10
+in six degrees of freedom, with bounds or rounded readings for at most 30. With normal priors emcee's stretch move and
+its differential evolution have not converged when their simulations are spent. Directions that the data do not see are
+sampled, and have the prior's spread.
+Cost: about five minutes on two cores. A killed run continues with --resume after the last problem.
 
 Tracks have position noise of 0.5 m on a boat of suboff's length, in proportion to the length, and attitude noise of
 0.1 degrees; sampling intervals scale with length over speed. The rivals do what a user would: they work in coordinates
@@ -35,7 +36,7 @@ RIVALS = {
 OURS = "ours"
 MAX_STEPS = 6000
 BUDGET, QUICK_BUDGET = 60_000, 4000  # simulations of a rival
-GOAL = 10.0  # simulations an effective sample
+PLANAR, COUPLED, HARD = 4.0, 10.0, 30.0  # simulations an effective sample with normal priors, and with all else
 # The largest of some fifty departures stays below 3.5 standard errors, which are themselves optimistic.
 MOST = 5.25
 PROBLEMS = [(*case, variant) for variant in sampler_cost.VARIANTS for case in product(cases.VEHICLES, cases.MANOEUVRES)]
@@ -43,7 +44,8 @@ QUICK = [("suboff", "vertical", "normal")]
 FIGURES = {
     "sampler": "Simulations for one effective sample of the worst known coefficient, by problem. Filled marks have "
     "converged. Arrows are chains that have not: an effective size of such a chain is a guess, and their cost is at "
-    "least where the arrow begins. Normal, uniform: the prior; rounded: readings rounded as the thesis's.",
+    "least where the arrow begins. Bars are what ours may cost by the claim. Normal, uniform: the prior; rounded: "
+    "readings rounded as the thesis's.",
 }
 ANSWER = """
 An effective sample of the worst known coefficient costs {* horizontal normal/ours/per_sample & * vertical
@@ -78,7 +80,7 @@ def compare(number, problem, budget):
 def draw(run, numbers):
     """Costs by problem and sampler, and a table with a row each."""
     samplers = (OURS, *RIVALS)
-    plots.draw(run.figure("sampler"), numbers, samplers, GOAL)
+    plots.draw(run.figure("sampler"), numbers, samplers, {problem: goal(problem) for problem in numbers})
     cells = {
         "problem": itemgetter("problem"),
         "parameters": itemgetter("n_params"),
@@ -99,14 +101,21 @@ def draw(run, numbers):
     run.page(markdown.columns(rows, cells))
 
 
+def goal(problem):
+    """What an effective sample of a problem may cost, simulations."""
+    if not problem.endswith("normal"):
+        return HARD
+    return COUPLED if "coupled" in problem else PLANAR
+
+
 def claims(numbers):
-    """Planar problems with a normal prior converge within the goal, rivals do not; unseen directions keep the prior."""
+    """All problems converge within their goal, rivals do not; unseen directions keep the prior."""
     for problem, result in numbers.items():
-        ours = result[OURS]
-        if problem.endswith("normal") and "coupled" not in problem:
-            yield ours["converged"], f"{problem}: has not converged"
-            yield ours["per_sample"] < GOAL, f"{problem}: {ours['per_sample']:.0f} simulations an effective sample"
-            for name in RIVALS:
+        ours, most = result[OURS], goal(problem)
+        yield ours["converged"], f"{problem}: has not converged"
+        yield ours["per_sample"] <= most, f"{problem}: {ours['per_sample']:.1f} simulations an effective sample"
+        for name in RIVALS:
+            if name in result:
                 yield not result[name]["converged"], f"{problem}: {name} has converged too"
         if ours["converged"] and ours["unseen"] is not None:
             departure = ours["unseen"]["departure"]
