@@ -12,7 +12,7 @@ class Moments:
     """Posterior moments by one sampler: all that a comparison with another asks of its draws.
 
     Errors are Monte Carlo standard errors of the means of x, of x^2 and of the products x_i x_j, where x are the draws
-    less `means`, over `sds`.
+    less `means`, over `sds`. Correlations and errors are of single precision, which is far below the latter.
 
     Attributes
     ----------
@@ -46,10 +46,10 @@ class Moments:
         return cls(
             means=means,
             sds=sds,
-            correlations=correlations,
-            mean_errors=mean_errors,
-            square_errors=square_errors,
-            product_errors=product_errors,
+            correlations=correlations.astype(np.float32),
+            mean_errors=mean_errors.astype(np.float32),
+            square_errors=square_errors.astype(np.float32),
+            product_errors=product_errors.astype(np.float32),
             n_draws=len(flat),
             rhat=float(convergence.rhat(walkers).max()),
             bulk_ess=float(convergence.bulk_ess(walkers).min()),

@@ -201,7 +201,7 @@ def compare(
     """
     chain = posterior.thinned().chain
     draws = chain.reshape(-1, chain.shape[-1])
-    mean_z, sd_z, correlation_z = other.differences(chain)
+    mean_z, sd_z, correlation_z = (np.round(z, 3) for z in other.differences(chain))
     n_params = len(posterior.names)
     return CrossCheck(
         names=posterior.names,
