@@ -20,6 +20,7 @@ import bayesub as bs
 from bayesub.plots import cross_check as plots
 from bayesub.report import markdown
 from bayesub.sampling import CrossCheck
+from bayesub.sampling.moments import Moments
 from bayesub.sampling.nuts import compare as compared
 from bayesub.sampling.nuts import sample_nuts
 from bayesub.sampling.posterior import STANDARD
@@ -61,17 +62,17 @@ def compute(run):
 
 
 def by_nuts(case, free, n_draws, n_tune):
-    """What NUTS has cost, and the chain that it has drawn."""
+    """What NUTS has cost, and the moments of what it has drawn."""
     problem, rng = cases.trial(*case.split(), free=free), np.random.default_rng([cases.SEED, 1])
     chain, counts = sample_nuts(problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=N_CHAINS)
-    return counts, {"chain": chain}
+    return counts, Moments.of(chain).arrays()
 
 
 def compare(case, free, ess, arrays, counts):
     """The posterior of a case by both samplers."""
     problem, rng = cases.trial(*case.split(), free=free), np.random.default_rng(cases.SEED)
     posterior = bs.sample(problem, rng=rng, criteria=replace(STANDARD, ess=ess))
-    check = compared(posterior, arrays["chain"], **counts)
+    check = compared(posterior, Moments.restored(arrays), **counts)
     return {
         "n_params": problem.n_params,
         "evaluations": posterior.evaluations,
