@@ -25,7 +25,7 @@ def draw(path, problems: dict, samplers, goals: dict[str, float]) -> None:
                         result[name]["per_sample"], row, marker=marker, ms=8 if marker == AT_LEAST else 6, color=colour
                     )
         (bars,) = panel.plot([goals[problem] for problem in problems], range(len(problems)), "|", color="0.3", ms=11)
-        bars.set_label("goal of ours")
+        bars.set_label("at most, by the claim")
         panel.set_xscale("log")
         names = [f"{problem} ({result['n_params']})" for problem, result in problems.items()]
         panel.set_yticks(range(len(problems)), names, fontsize=8)
