@@ -44,7 +44,7 @@ def evaluate(numbers: dict, what: str) -> str:
     Raises
     ------
     KeyError
-        If the path leads nowhere.
+        If the path leads nowhere, or to null.
     """
     where, *operations, form = (part.strip() for part in what.split(";"))
     paths = [one.strip().split("/") for one in where.split("&")]
@@ -70,7 +70,9 @@ def evaluate(numbers: dict, what: str) -> str:
 
 def leaves(content, path: list[str]) -> Iterator:
     """The entries at a path, null left out."""
-    if not path or content is None:
+    if content is None:
+        return
+    if not path:
         yield content
         return
     key, *rest = path

@@ -12,6 +12,7 @@ NUMBERS = {
     },
     "rows": [{"name": "Xuu", "sd": 2.0}, {"name": "Yuv", "sd": 3.0}],
     "m": 0.0123,
+    "not reached": None,
 }
 
 
@@ -34,8 +35,8 @@ def test_what_stands_for_a_number(what, text):
     assert quoted.evaluate(NUMBERS, what) == text
 
 
-def test_a_text_is_filled_across_lines_and_a_path_that_leads_nowhere_is_an_error():
+def test_a_text_is_filled_across_lines_and_a_path_to_nothing_is_an_error():
     assert quoted.filled("It is {m; milli;\n.1f} mm of {rows/Xuu/sd; .0f} m.", NUMBERS) == "It is 12.3 mm of 2 m."
-    for path in ("none; .0f", "cases/d*/errors; max; .0f"):
+    for path in ("none; .0f", "not reached; .0f", "not reached/0; .0f", "cases/d*/errors; max; .0f"):
         with pytest.raises(KeyError):
             quoted.evaluate(NUMBERS, path)
