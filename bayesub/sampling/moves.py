@@ -91,7 +91,7 @@ class SurrogateTransition(emcee.moves.Move):
         random, before = model.random, self.density(state.coords)
         excess = state.log_prob - before - self.level
         near = random.random(len(before)) < _share(excess)
-        proposed, after = state.coords.copy(), before.copy()
+        proposed, after = np.empty_like(state.coords), np.empty_like(before)
         for taken, walk in (near, self.short), (~near, self.long[random.randint(len(self.long))]):
             proposed[taken], after[taken], *_ = walk(state.coords, random, taken)
         log_prob, blobs = model.compute_log_prob_fn(proposed)

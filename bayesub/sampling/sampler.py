@@ -108,7 +108,7 @@ class _Run:
             before, starts, moves = rng.spawn(3)
             self.geometry, surrogate, draws = straightened(problem, before, progress, examine)
             n = n_ensembles * n_walkers
-            self.level = _level(problem, self.geometry, surrogate, draws[:n], starts)
+            level = _level(problem, self.geometry, surrogate, draws[:n], starts)
             coords, log_prob = _starts(problem, self.geometry, surrogate, draws, starts, n)
             price = jacobian_price(problem, _centre(problem, self.geometry))
             # emcee has no other generator than the legacy one; its bits come from ours.
@@ -116,12 +116,12 @@ class _Run:
             self.state = self._charged(store.State(coords, log_prob, random_state, jacobian_price=price))
             self.blocks = []
             if saved is not None:
-                arrays = self.geometry.arrays() | surrogate.arrays() | {"level": np.array(self.level)}
+                arrays = self.geometry.arrays() | surrogate.arrays() | {"level": np.array(level)}
                 saved.begin(settings, arrays, self.state)
         else:
             arrays, self.state, self.blocks = content
             self.geometry, surrogate = _restored(problem, arrays)
-            self.level = float(arrays["level"])
+            level = float(arrays["level"])
             if self.blocks:
                 self.state = self.blocks[-1].state
             self._check()
@@ -136,7 +136,7 @@ class _Run:
             problem.n_params,
             self._evaluated,
             moves=[
-                (SurrogateTransition(surrogate.log_prob, *surrogate.walks(), self.level), 1.0 - PCN_SHARE),
+                (SurrogateTransition(surrogate.log_prob, *surrogate.walks(), level), 1.0 - PCN_SHARE),
                 (LaplacePCN(PCN_STEPS), PCN_SHARE),
             ],
             vectorize=True,
