@@ -3,54 +3,21 @@
 import os
 import sys
 import tomllib
-from concurrent import futures
 
-# Before NumPy is loaded: threads of BLAS in several test processes wait for one another in busy loops, which made
-# tests of small matrices take up to ten times as long.
+# Before NumPy and numba are loaded: threads of several test processes wait for one another in busy loops, which made
+# tests of small matrices take up to ten times as long. Processes that tests start inherit it.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
 import tomli_w
-from support import browsing, user_set
+from support import browsing
 from support.motions import smooth_manoeuvre
 
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.io import toml_files
-from bayesub.kernels import compilation, families
-from bayesub.model.equations import load_equations
-from bayesub.model.equations.generate import directory
-
-OTHER_SETS = sorted(set(toml_files.built_in("equations")) - {"booth"})
-
-
-def pytest_addoption(parser):
-    """The option of a second Python, which need not confirm every equation set again."""
-    parser.addoption("--booth-only", action="store_true", help="leave out the tests of other equation sets")
-
-
-def pytest_collection_modifyitems(config, items):
-    """With --booth-only leave out tests of other sets: those in their files, of their boats and of a user's own."""
-    if config.getoption("booth_only"):
-        boats = [name for name in toml_files.built_in("vehicles") if bs.load_vehicle(name).equations.name != "booth"]
-        words = ("model/equations/", "test_equation_sets", "other_equations", "set_written_from_the_manual", "hostile")
-        others = [item for item in items if any(word in item.nodeid for word in (*words, *OTHER_SETS, *boats))]
-        config.hook.pytest_deselected(items=others)
-        items[:] = [item for item in items if item not in set(others)]
-
-
-def pytest_configure(config):
-    """Compile the kernels before tests are shared out to processes, each of which would do it for itself."""
-    if not hasattr(config, "workerinput") and config.getoption("numprocesses", None):
-        # What all equations share first, and then those of most tests, each in a process of its own.
-        compilation.ensure("from bayesub.kernels import first_calls; first_calls.call_all()", "noise")
-        sets = map(load_equations, sorted(toml_files.built_in("equations"), key=lambda name: name != "booth"))
-        planes = {each: (None, *each.subproblems) if each.name == "booth" else (None,) for each in sets}
-        folders = [*(str(directory(each, plane)) for each in planes for plane in planes[each]), *user_set.folders()]
-        n_wanted = len(planes[load_equations("booth")]) if config.getoption("booth_only") else len(folders)
-        with futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(families.compiled, dict.fromkeys(folders[:n_wanted])))
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from collections import Counter
 import numba
 import numpy as np
 
-from bayesub.kernels import families, workspace
+from bayesub.kernels import families
 from bayesub.kernels.jit import widest_vectors
 
 _CHAIN = 16
@@ -31,9 +31,8 @@ def _multiply_add(values, times):
             values[j] = 0.1 * (a + b + c + d)
 
 
-def packed_instructions(function) -> tuple[Counter, int]:
-    """Packed double-precision instructions of a compiled function by kind, and its widest vectors in bits (0: none)."""
-    assembly = next(iter(function.inspect_asm().values())).split(".Lfunc_end0")[0]
+def packed_instructions(assembly: str) -> tuple[Counter, int]:
+    """Packed double-precision instructions of machine code by kind, and its widest vectors in bits (0: none)."""
     kinds = Counter()
     for name in re.findall(r"^\s+v([a-z0-9]+)pd\s.*[yz]mm", assembly, flags=re.MULTILINE):
         if kind := re.match(r"fn?m(?:add|sub)|mul|add|sub|div|sqrt|cmp|blend", name):
@@ -51,17 +50,13 @@ def limit(kernels: families.Family, evaluations: int) -> dict:
     _multiply_add(values, 1)
     shortest = min(timeit.repeat(lambda: _multiply_add(values, _PASSES), number=1, repeat=20))
     rate = _PASSES * values.size * 4 * _CHAIN / shortest
-    # A fresh compilation: numba cannot show the code of a cached one.
-    settings = ("error_model", "fastmath", "nogil")
-    compiled = kernels.integrate.stage
-    options = {key: value for key, value in compiled.targetoptions.items() if key in settings}
-    stage = numba.njit(**options)(compiled.py_func)
-    stage(np.zeros(kernels.layout.N_ROWS * workspace.LANES), np.zeros(kernels.hydrodynamics.N_CONTROLS), 0.0, 0.0)
-    kinds, bits = packed_instructions(stage)
+    kinds, bits = packed_instructions(kernels.assembly("stage"))
+    of_peak = next(iter(_multiply_add.inspect_asm().values())).split(".Lfunc_end0")[0]
+    turns = 512 // bits if bits else 1  # of the loop over the eight lanes
     return {
-        "instructions": dict(kinds),
+        "instructions": {kind: turns * n for kind, n in kinds.items()},
         "vector_bits": bits,
-        "peak_vector_bits": packed_instructions(_multiply_add)[1],
+        "peak_vector_bits": packed_instructions(of_peak)[1],
         "fma_per_s": rate,
-        "limit_s": evaluations * sum(kinds[kind] for kind in _COUNTED) / rate,
+        "limit_s": evaluations * turns * sum(kinds[kind] for kind in _COUNTED) / rate,
     }

@@ -40,7 +40,7 @@ def growth(sizes: tuple[int, ...], seconds: float) -> dict:
         xi = perturbed(vehicle, size)
         states, status = simulator.run(xi)
         inputs = size * 8 * (len(vehicle.xi) + workspace.N_BODY + workspace.N_STATES)
-        work = 8 * simulator.kernels.layout.N_ROWS * workspace.LANES * numba.get_num_threads()
+        work = 8 * simulator.kernels.n_rows * workspace.LANES * numba.get_num_threads()
         memory = states.nbytes + status.nbytes + inputs + simulator._stages.nbytes + work
         duration = shortest(lambda xi=xi: simulator.run(xi), seconds=seconds)[0]
         batches.append({"size": size, "seconds": duration, "bytes": memory})
@@ -107,7 +107,7 @@ def starts() -> dict:
         "simulate(boat, load_manoeuvre('horizontal', boat))"
     )
     with tempfile.TemporaryDirectory() as cache:
-        run = partial(with_python, "-c", script, NUMBA_CACHE_DIR=cache)
+        run = partial(with_python, "-c", script, XDG_CACHE_HOME=cache)
         return {name: timeit.timeit(run, number=1) for name in ("cold_s", "warm_s")}
 
 

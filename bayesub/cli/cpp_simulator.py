@@ -1,8 +1,8 @@
 """What a user who knows C++ would write instead of the simulator: a plain loop over eight boats, for the compiler.
 
-The equations of motion are those of the kernels, written out by following them once (:mod:`right_hand_side`), as a
-line of C++ for each operation. Sine and cosine are either those of the library, which are called boat by boat, or those
-of the kernels, which stand in the loop as everything else does.
+The equations of motion are those of the kernels, written out (:mod:`right_hand_side`) as a line of C++ for each
+operation. Sine and cosine are either those of the library, which are called boat by boat, or those of the kernels,
+which stand in the loop as everything else does.
 """
 
 import ctypes
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.cli.right_hand_side import followed
+from bayesub.cli.right_hand_side import CPP, written
 from bayesub.cli.scalar_simulator import workspaces
 from bayesub.kernels.workspace import LANES, STATE
 from bayesub.model.simulator import Simulator
@@ -67,72 +67,18 @@ extern "C" void fly(const double (*blocks)[N_ROWS][8], long n_blocks, const doub
 """
 
 
-class _Truth:
-    """A condition in C++."""
-
-    def __init__(self, text: str):
-        self.text = text
-
-
-class _Number:
-    """A double in C++; arithmetic with it adds the lines that compute other doubles to `lines`."""
-
-    def __init__(self, text: str, lines: list[str]):
-        self.text, self.lines = text, lines
-
-    def new(self, expression: str) -> "_Number":
-        self.lines.append(f"const double t{len(self.lines)} = {expression};")
-        return _Number(f"t{len(self.lines) - 1}", self.lines)
-
-    def __neg__(self):
-        return self.new(f"-{self.text}")
-
-    def __abs__(self):
-        return self.new(f"std::fabs({self.text})")
-
-
-for _name, _sign in {"add": "+", "sub": "-", "mul": "*", "truediv": "/"}.items():
-    setattr(_Number, f"__{_name}__", lambda a, b, sign=_sign: a.new(f"{a.text} {sign} {_text(b)}"))
-    setattr(_Number, f"__r{_name}__", lambda a, b, sign=_sign: a.new(f"{_text(b)} {sign} {a.text}"))
-for _name, _sign in {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}.items():
-    setattr(_Number, f"__{_name}__", lambda a, b, sign=_sign: _Truth(f"({a.text} {sign} {_text(b)})"))
-
-
-def _text(value) -> str:
-    if isinstance(value, _Number | _Truth):
-        return value.text
-    return str(value).lower() if isinstance(value, bool) else repr(float(value))
-
-
 def source(simulator: Simulator, library_sines: bool) -> str:
     """The C++ of a simulator."""
-    lines, sines = [], []
+    sines: list[str] = []
 
-    def choose(test, a, b):
-        if isinstance(a, tuple):
-            return tuple(choose(test, *pair) for pair in zip(a, b, strict=True))
-        if isinstance(a, _Truth | bool):  # without branches, of which a compiler would make jumps
-            return _Truth(f"(({test.text} & {_text(a)}) | (!{test.text} & {_text(b)}))")
-        return _Number("", lines).new(f"{test.text} ? {_text(a)} : {_text(b)}")
-
-    def sine_cosine(angle):
+    def of_library(angle):
         names = [f"{name}[{len(sines) // 2}][i]" for name in ("sine", "cosine")]
-        sines.extend(f"{name} = std::{call}({angle.text});" for name, call in zip(names, ("sin", "cos"), strict=True))
-        return tuple(_Number(name, lines) for name in names)
+        sines.extend(f"{name} = std::{call}({angle});" for name, call in zip(names, ("sin", "cos"), strict=True))
+        return names
 
-    class Rows:
-        def __getitem__(self, position):
-            return _Number(f"work[{position // LANES}][i]", lines)
-
-    class Controls:
-        def __getitem__(self, k):
-            return _Number(f"control[{k}]", lines)
-
-    replaced = {"choose": choose, "sqrt": lambda x: x.new(f"std::sqrt({x.text})")}
-    replaced |= {"sine_cosine": sine_cosine} if library_sines else {}
-    rates = followed(simulator.kernels.dynamics.euler_derivative, **replaced)(Rows(), 0, STATE, Controls())
-    lines += [f"rates[{k}][i] = {_text(rate)};" for k, rate in enumerate(rates)]
-    sizes = {"N_ROWS": simulator.kernels.layout.N_ROWS, "N_CONTROLS": simulator._stages.shape[2], "STATE": STATE}
+    lines, rates = written(simulator.kernels, CPP, of_library if library_sines else None)
+    lines += [f"rates[{k}][i] = {rate};" for k, rate in enumerate(rates)]
+    sizes = {"N_ROWS": simulator.kernels.n_rows, "N_CONTROLS": simulator._stages.shape[2], "STATE": STATE}
     text = _SOURCE
     for name, part in {"SINES": "\n        ".join(sines), "RATES": "\n        ".join(lines), **sizes}.items():
         text = text.replace(name, str(part))

@@ -1,6 +1,6 @@
 """What a user of JAX would write instead of the simulator: ``jit(vmap(scan))``, and derivatives by ``jacfwd``.
 
-The equations of motion are those of the kernels, which JAX follows (:mod:`right_hand_side`). Precision and threads of
+The equations of motion are those of the kernels, which JAX follows. Precision and threads of
 JAX are settled when it is loaded, so that it has a process of its own: ``python -m bayesub.cli.jax_simulator FILE
 THREADS SECONDS`` writes what it has measured and computed.
 """
@@ -12,11 +12,12 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.cli.right_hand_side import followed
 from bayesub.cli.scalar_simulator import BATCH, perturbed, spiral
 from bayesub.cli.stopwatch import in_threads, shortest
 from bayesub.io import log_files
-from bayesub.kernels.workspace import BODY_ROWS, COEFFICIENTS, INVERSE_MASS, LANES, STATE
+from bayesub.kernels.dynamics import Boat, InverseMass, euler_derivative
+from bayesub.kernels.lanes import choose, sqrt
+from bayesub.kernels.trigonometry import sine_cosine
 from bayesub.model.simulator import Simulator
 
 OUTPUTS = ("x", "y", "psi")  # of which derivatives are computed
@@ -43,42 +44,29 @@ def simulation(simulator: Simulator) -> Callable:
 
     vehicle, kernels, step = simulator.vehicle, simulator.kernels, simulator.step
     factors = simulator.dimensional(np.ones_like(vehicle.xi))[0]
-    rigid_body = kernels.mass.mass_matrix(np.zeros_like(factors), vehicle.body)
-    axes, accelerations, added = np.array(kernels.hydrodynamics.ADDED_MASS).T
+    rigid_body = kernels.mass_matrix(np.zeros_like(factors), vehicle.body)
+    axes, accelerations, added = kernels.added_mass.T
 
-    def choose(test, a, b):
-        return jax.tree.map(partial(jnp.where, test), a, b)
+    class Inverse(InverseMass):
+        def __matmul__(self, forces):
+            return tuple(self.entries @ jnp.stack(forces))
 
     def root(x):  # with a derivative at zero, which is what the kernels have there: none
         return jnp.where(x > 0.0, jnp.sqrt(jnp.where(x > 0.0, x, 1.0)), 0.0)
 
+    choose.register(jax.core.Tracer, lambda test, a, b: jax.tree.map(partial(jnp.where, test), a, b))
+    sine_cosine.register(jax.core.Tracer, lambda angle: (jnp.sin(angle), jnp.cos(angle)))
+    sqrt.register(jax.core.Tracer, root)
+
     def simulate(xi):
         coefficients = factors * xi
         inverse = jnp.linalg.inv(rigid_body - jnp.zeros((6, 6)).at[axes, accelerations].add(coefficients[added]))
-        rows = dict.fromkeys(range(kernels.layout.CONTROLS, kernels.layout.CONSTANTS), 0.0)
-        for first, values in {
-            BODY_ROWS: vehicle.body, COEFFICIENTS: coefficients, kernels.layout.CONSTANTS: vehicle.constants
-        }.items():  # fmt: skip
-            rows |= {first + k: values[k] for k in range(len(values))}
-
-        class Rows:
-            def __init__(self, state):
-                self.state = state
-
-            def __getitem__(self, position):
-                k = position // LANES
-                return rows[k] if k in rows else self.state[k - STATE]
-
-        derivative = followed(
-            kernels.dynamics.euler_derivative,
-            choose=choose,
-            sqrt=root,
-            sine_cosine=lambda angle: (jnp.sin(angle), jnp.cos(angle)),
-            row_times=lambda _, first, *forces: inverse[(first // LANES - INVERSE_MASS) // 6] @ jnp.stack(forces),
-        )
 
         def rates(state, controls):
-            return jnp.stack(derivative(Rows(state), 0, STATE, controls))
+            boat = Boat(
+                kernels.equations, state, vehicle.body, Inverse(inverse), coefficients, vehicle.constants, controls
+            )
+            return jnp.stack(euler_derivative(boat))
 
         def advance(state, controls):
             k1 = rates(state, controls[0])

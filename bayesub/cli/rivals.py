@@ -15,7 +15,6 @@ from bayesub.cli import cpp_simulator, jax_simulator, scalar_simulator
 from bayesub.cli.scalar_simulator import BATCH, TIMES, perturbed, spiral
 from bayesub.cli.stopwatch import each_number_of_threads, in_threads, shortest, with_python
 from bayesub.io.errors import InputError
-from bayesub.kernels.workspace import LANES
 from bayesub.model.simulator import Simulator
 from bayesub.model.time_step import STEP_TOLERANCE_M
 
@@ -170,7 +169,7 @@ def _cpp(simulator, xi) -> tuple[list[_Rival], list[str]]:
 
 
 def _scalar(simulator) -> _Rival:
-    works = scalar_simulator.workspaces(simulator, perturbed(simulator.vehicle, N_SCALAR * LANES))
+    works = [scalar_simulator.rows_of(simulator, xi) for xi in perturbed(simulator.vehicle, N_SCALAR)]
     stages, step = simulator._stages, simulator.step
 
     def fly():
@@ -194,7 +193,7 @@ def _adaptive(simulator, reference, seconds) -> _Rival:
 def _with_scipy(simulator: Simulator, tolerance: float) -> np.ndarray:
     """States (601, 12) by SciPy's adaptive integrator."""
     manoeuvre = simulator.manoeuvre
-    (work,) = scalar_simulator.workspaces(simulator, simulator.vehicle.xi[None])
+    work = scalar_simulator.rows_of(simulator, simulator.vehicle.xi)
     history, spacing = simulator.controls_at(manoeuvre.times), manoeuvre.times[1] - manoeuvre.times[0]
     span = (TIMES[0], TIMES[-1])
     options = {"args": (history, spacing, work), "rtol": tolerance, "atol": tolerance}

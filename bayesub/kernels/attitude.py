@@ -2,10 +2,10 @@
 
 import math
 
-from bayesub.kernels.jit import jit
+from bayesub.kernels.jit import spliced
 
 
-@jit
+@spliced
 def quaternion(phi, theta, psi):
     """(q0, q1, q2, q3) of roll, pitch and yaw (rad), scalar part first."""
     sphi, cphi = math.sin(0.5 * phi), math.cos(0.5 * phi)
@@ -19,7 +19,7 @@ def quaternion(phi, theta, psi):
     )
 
 
-@jit
+@spliced
 def euler_angles(q0, q1, q2, q3):
     """Roll and yaw in -pi .. pi and pitch in -pi/2 .. pi/2 (rad) of a quaternion of any length."""
     length2 = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3

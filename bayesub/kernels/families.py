@@ -1,53 +1,107 @@
-"""Families of kernels: those of :mod:`bayesub.kernels.motion`, compiled for the forces of one equation set.
-
-A family is a package of its own. Its path is the folder of the generated ``hydrodynamics.py`` and, after it, that of
-the modules that all families share, so that a relative import finds the one in the first and the others in the second.
-"""
+"""The kernels of motion of an equation set: machine code of its forces, and the loops that all sets share."""
 
 import functools
-import hashlib
-import importlib
-import sys
-from pathlib import Path
+import linecache
+from collections.abc import Callable
 from types import ModuleType
 
-from bayesub.kernels import compilation
-from bayesub.kernels.jit import DIGEST, FAMILY
+import numpy as np
 
-_MOTION = Path(__file__).parent / "motion"
-_SHARED = b"".join(path.read_bytes() for path in sorted(_MOTION.rglob("*.py")))
+from bayesub.kernels import integrate, mass, sensitivities
+from bayesub.kernels.jit import unit_address, unit_assembly
+from bayesub.kernels.units import UNITS
+from bayesub.kernels.workspace import COEFFICIENTS
 
 
 class Family:
-    """The kernels of motion for one generated module of forces; compiled when they are first asked for.
+    """The kernels for the forces of one equation set, sub-problem and kind of controls.
 
-    Attributes
+    Machine code is compiled, or loaded, when something is first asked for that needs it; it is never sent to another
+    process, which compiles or loads its own.
+
+    Parameters
     ----------
-    integrate, sensitivities, mass : module
-        :mod:`bayesub.kernels.motion.integrate` and so on, for these forces.
+    source : str
+        Text of the module of the forces (:func:`bayesub.model.equations.generate.source`).
     """
 
-    def __init__(self, package: str):
-        self.package = package
+    def __init__(self, source: str):
+        self.source = source
 
-    def __getattr__(self, name: str) -> ModuleType:
-        return importlib.import_module(f"{self.package}.{name}")
+    def __reduce__(self):
+        return family, (self.source,)
+
+    @functools.cached_property
+    def equations(self) -> ModuleType:
+        """The module of the forces."""
+        module = ModuleType("bayesub_forces")
+        file = f"<{self.source.partition(chr(10))[0].strip(chr(34))}>"
+        linecache.cache[file] = len(self.source), None, self.source.splitlines(keepends=True), file  # for tracebacks
+        exec(compile(self.source, file, "exec"), vars(module))
+        return module
+
+    @functools.cached_property
+    def added_mass(self) -> np.ndarray:
+        """(n, 3) axis, acceleration and coefficient of each added-mass term."""
+        return np.array(self.equations.ADDED_MASS, dtype=int).reshape(-1, 3)
+
+    @property
+    def n_rows(self) -> int:
+        """Rows of the workspace of a block."""
+        equations = self.equations
+        return COEFFICIENTS + equations.N_COEFFICIENTS + equations.N_CONTROLS + equations.N_CONSTANTS
+
+    def unit(self, name: str):
+        """What loops call of one of :data:`bayesub.kernels.units.UNITS`."""
+        return unit_address(self.lane_function(name), name, self.source)
+
+    def lane_function(self, name: str) -> Callable:
+        """One of :data:`bayesub.kernels.units.UNITS` for these forces (:mod:`bayesub.kernels.lanes`)."""
+        return lambda given: UNITS[name](given, self.equations)
+
+    def assembly(self, name: str) -> str:
+        """The instructions of one of :data:`bayesub.kernels.units.UNITS`."""
+        return unit_assembly(self.lane_function(name))
+
+    @functools.cached_property
+    def _euler(self) -> integrate.Forces:
+        return self._forces("stage", quaternions=False)
+
+    @functools.cached_property
+    def _quaternion(self) -> integrate.Forces:
+        return self._forces("stage_quaternion", quaternions=True)
+
+    def _forces(self, stage, quaternions):
+        of = self.equations
+        return integrate.Forces(self.unit(stage), quaternions, of.N_COEFFICIENTS, of.N_CONTROLS, of.N_CONSTANTS)
+
+    @functools.cached_property
+    def _slopes(self) -> sensitivities.Slopes:
+        return sensitivities.Slopes(*map(self.unit, sensitivities.Slopes._fields))
+
+    def integrate(self, *arguments, quaternions: bool = False, parallel: bool = False):
+        """:func:`bayesub.kernels.integrate.integrate` from its `coefficients` on."""
+        forces = self._quaternion if quaternions else self._euler
+        return integrate.integrate(forces, self.added_mass, *arguments, parallel=parallel)
+
+    def body_accelerations(self, *arguments):
+        """:func:`bayesub.kernels.integrate.body_accelerations` from its `coefficients` on."""
+        return integrate.body_accelerations(self._euler, self.added_mass, *arguments)
+
+    def fly(self, *arguments):
+        """:func:`bayesub.kernels.sensitivities.fly` from its `coefficients` on."""
+        return sensitivities.fly(self._euler, self.added_mass, *arguments)
+
+    def sensitivities(self, *arguments):
+        """:func:`bayesub.kernels.sensitivities.sensitivities` from its `coefficients` on."""
+        return sensitivities.sensitivities(self._euler, self._slopes, self.added_mass, *arguments)
+
+    def mass_matrix(self, coefficients: np.ndarray, body: np.ndarray) -> np.ndarray:
+        """(6, 6) mass and added mass of dimensional coefficients (n_terms,) and a body vector, kg, kg m and kg m^2."""
+        return mass.mass_matrices(np.array(coefficients)[None], np.array(body)[None], self.added_mass)[0]
 
 
 @functools.cache
-def family(folder: str, quaternions: bool = False) -> Family:
-    """The kernels for the forces in ``hydrodynamics.py`` of a folder, with Euler angles or quaternions."""
-    forces = (Path(folder) / "hydrodynamics.py").read_bytes()
-    sources = DIGEST.encode() + _SHARED + forces + str(quaternions).encode()
-    package = ModuleType(f"{FAMILY}{hashlib.sha256(sources).hexdigest()[:12]}")
-    package.__path__ = [folder, *([str(_MOTION / "quaternions")] if quaternions else []), str(_MOTION)]
-    sys.modules[package.__name__] = package
-    return Family(package.__name__)
-
-
-def compiled(folder: str, quaternions: bool = False) -> Family:
-    """The kernels for the forces in a folder, compiled in another process (:mod:`bayesub.kernels.compilation`)."""
-    kernels = family(folder, quaternions)
-    called = f"family({folder!r}, {quaternions}).first_calls.call_all()"
-    compilation.ensure(f"from bayesub.kernels.families import family; {called}", kernels.package)
-    return kernels
+def family(source: str) -> Family:
+    """The kernels for the forces in a text."""
+    return Family(source)

@@ -1,56 +1,123 @@
-"""How every kernel is compiled and cached."""
+"""How loops and lane functions become machine code: all that leans on the inside of numba and of LLVM.
+
+numba compiles loops over steps, blocks and columns, which are the same for all equation sets, each for one list of
+types. What is compiled for an equation set are lane functions (:mod:`bayesub.kernels.lanes`), which the loops call by
+the address of their code.
+"""
 
 import functools
-import hashlib
-import types
+import pickle
+import platform
+from collections.abc import Callable
 from pathlib import Path
+from types import FunctionType
 
+import llvmlite
+import llvmlite.binding as llvm
 import numba
+import numpy as np
 from llvmlite import ir
-from numba.extending import lower_builtin, type_callable
+from numba.core import cgutils, compiler, serialize, types
+from numba.core.caching import NullCache
+from numba.core.registry import cpu_target
+from numba.extending import intrinsic, lower_builtin, type_callable
 
-from bayesub.kernels.memory import keep_freed_memory
+from bayesub.kernels import compiled_files, lanes
+from bayesub.kernels.memory import keep_freed_memory, plain
 from bayesub.kernels.workspace import LANES
 
 keep_freed_memory()
-_SETTINGS = {"error_model": "numpy", "fastmath": {"contract"}}
-_SOURCES = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
-DIGEST = hashlib.sha256(_SOURCES).hexdigest()[:12]
-FAMILY = "bayesub_motion_"  # begin of the names of packages of :mod:`bayesub.kernels.families`
+INTERPRETED = bool(numba.config.DISABLE_JIT)
+_EXACT = {"error_model": "numpy"}
+_SETTINGS = _EXACT | {"fastmath": {"contract"}}
+# Loops that are shared among threads are written so; no other is.
+_THREADS = dict.fromkeys(
+    ("comprehension", "reduction", "inplace_binop", "setitem", "numpy", "stencil", "fusion"), False
+) | {"prange": True}
 
 
-def jit(function=None, **options):
-    """Compile and cache a kernel.
+@functools.cache
+def processor() -> tuple[str, str, str]:
+    """System, name and features of the processor for which is compiled; NUMBA_CPU_NAME names another."""
+    return cpu_target.target_context.codegen().magic_tuple()
 
-    numba holds a cached function for current while its own file is unchanged, but kernels have functions of other
-    files inlined. The name under which a kernel is cached therefore carries a digest of all kernel sources; that of a
-    family of kernels (:mod:`bayesub.kernels.families`) carries the name of its package too.
+
+@functools.cache
+def _sources(folder: Path) -> bytes:
+    return b"".join(path.read_bytes() for path in sorted(folder.glob("*.py")))
+
+
+def _key(*parts: str | bytes) -> str:
+    versions = numba.__version__, llvmlite.__version__, repr(processor()), str(numba.config.OPT)
+    return compiled_files.digest(_sources(Path(__file__).parent), *versions, *parts)
+
+
+class _Kept(NullCache):
+    """What numba compiled of a function, kept in the user's cache folder."""
+
+    def __init__(self, function):
+        self._function = function
+
+    def _key(self, signature):
+        # What is kept holds objects of Python, and code of other functions of its folder.
+        others = _sources(Path(self._function.__code__.co_filename).parent)
+        name = f"{self._function.__module__}.{self._function.__qualname__}"
+        return _key(platform.python_version(), others, name, repr(signature))
+
+    def load_overload(self, sig, target_context):
+        content = compiled_files.load(self._key(sig))
+        if content is None:
+            return None
+        target_context.refresh()
+        return compiler.CompileResult._rebuild(target_context, *pickle.loads(content))
+
+    def save_overload(self, sig, cres):
+        compiled_files.save(self._key(sig), serialize.dumps(cres._reduce()))
+
+
+def jit(function=None, *, threads: bool = False, exact: bool = False):
+    """Compile a loop when it is first called, or load it.
+
+    Parameters
+    ----------
+    function : callable
+        Those that it calls, and that are compiled too, are :data:`inline` or :data:`spliced`, so that its machine code
+        is its own and the same whoever compiled it.
+    threads : bool
+        Whether its ``prange`` is shared among threads.
+    exact : bool
+        Whether each product and each sum is rounded, also where the processor could do both at once.
     """
     if function is None:
-        return functools.partial(jit, **options)
-    family = function.__module__.rpartition(".")[0].rpartition("_")[2]
-    function.__qualname__ += f"_{DIGEST}_{family}" if function.__module__.startswith(FAMILY) else f"_{DIGEST}"
-    return numba.njit(cache=True, nogil=True, **_SETTINGS, **options)(function)
+        return functools.partial(jit, threads=threads, exact=exact)
+    parallel = {"parallel": _THREADS} if threads else {}
+    dispatcher = numba.njit(nogil=True, **(_EXACT if exact else _SETTINGS), **parallel)(function)
+    if not INTERPRETED:
+        dispatcher._cache = _Kept(function)
+    return dispatcher
 
 
 def batched(function):
     """Compile a kernel whose first argument is a batch, to run on all threads if that has more than LANES members.
 
     For fewer, waking the threads would take longer than the work. The attribute `variants` of the result holds both
-    compiled functions.
+    compiled functions. Arguments are arrays and numbers.
     """
-    serial = jit(types.FunctionType(function.__code__, function.__globals__, f"{function.__name__}_serial"))
-    parallel = jit(function, parallel=True)
+    serial = jit(FunctionType(function.__code__, function.__globals__, f"{function.__name__}_serial"))
+    parallel = jit(function, threads=True)
 
     @functools.wraps(function)
     def kernel(batch, *arguments):
-        return (parallel if len(batch) > LANES else serial)(batch, *arguments)
+        given = (plain(each, each.dtype.type) if isinstance(each, np.ndarray) else float(each) for each in arguments)
+        return (parallel if len(batch) > LANES else serial)(plain(batch), *given)
 
     kernel.variants = serial, parallel
     return kernel
 
 
+# Part of whoever calls it: `inline` in the machine code, with what it promises, `spliced` in the text.
 inline = functools.partial(numba.njit, forceinline=True, **_SETTINGS)
+spliced = functools.partial(numba.njit, inline="always", **_SETTINGS)
 
 
 def widest_vectors():
@@ -62,7 +129,7 @@ def widest_vectors():
 
 @type_callable(widest_vectors)
 def _type_widest_vectors(context):
-    return lambda: numba.types.void
+    return lambda: types.void
 
 
 @lower_builtin(widest_vectors)
@@ -81,7 +148,7 @@ def distinct_arrays():
 
 @type_callable(distinct_arrays)
 def _type_distinct_arrays(context):
-    return lambda: numba.types.void
+    return lambda: types.void
 
 
 @lower_builtin(distinct_arrays)
@@ -90,3 +157,114 @@ def _lower_distinct_arrays(context, builder, signature, arguments):
         if isinstance(argument.type, ir.PointerType):
             argument.add_attribute("noalias")
     return context.get_dummy_value()
+
+
+def _called_unit(typingctx, code, work, control, out, row, a, b):
+    """Call a lane function with `work`, `control`, `out` from a row on, and the numbers `a` and `b`."""
+
+    def generate(context, builder, signature, values):
+        arrays = zip(signature.args[1:4], values[1:4], strict=True)
+        pointers = [context.make_array(kind)(context, builder, value).data for kind, value in arrays]
+        row_size = ir.Constant(values[4].type, LANES)
+        pointers[2] = builder.gep(pointers[2], [builder.mul(values[4], row_size)])
+        arguments = [*pointers, *values[5:]]
+        kind = ir.FunctionType(ir.VoidType(), [each.type for each in arguments])
+        builder.call(builder.inttoptr(values[0], kind.as_pointer()), arguments)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, work, control, out, types.int64, types.float64, types.float64), generate
+
+
+def _called_loop(typingctx, code, arguments):
+    """Call a loop that returns nothing, compiled for exactly these types of arguments (:func:`address`)."""
+
+    def generate(context, builder, signature, values):
+        kinds = list(signature.args[1].types)
+        parts = cgutils.unpack_tuple(builder, values[1])
+        kind = context.call_conv.get_function_type(types.none, kinds)
+        function = builder.inttoptr(values[0], kind.as_pointer())
+        status, _ = context.call_conv.call_function(builder, function, types.none, kinds, parts)
+        with cgutils.if_unlikely(builder, status.is_error):
+            context.call_conv.return_status_propagate(builder, status)
+        return context.get_dummy_value()
+
+    return types.none(types.int64, arguments), generate
+
+
+if INTERPRETED:
+
+    def unit(code, work, control, out, row, a, b):
+        """Call a lane function of NumPy with `out` from a row on."""
+        code(work, control, out.reshape(-1)[row * LANES :], a, b)
+
+    def call(code, arguments):
+        """Call a loop."""
+        code(*arguments)
+
+else:
+    unit, call = intrinsic(_called_unit), intrinsic(_called_loop)
+
+
+def address(function, arguments: tuple):
+    """What :func:`call` calls: where a loop's code is for arguments of these types, compiled or loaded."""
+    if INTERPRETED:
+        return function
+    kinds = tuple(map(numba.typeof, arguments))
+    function.compile(kinds)
+    result = function.overloads[kinds]
+    return result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+
+
+def unit_address(function: Callable, *names: str):
+    """What :func:`unit` calls: where the code of a lane function is, compiled or loaded.
+
+    `names` are all that the function depends on besides the modules of this folder.
+    """
+    if INTERPRETED:
+        return lanes.interpreted(function)
+    key = _key("lanes", *names)
+    code = compiled_files.load(key)
+    if code is None:
+        code = _machine().emit_object(_module(function, _width()))
+        compiled_files.save(key, code)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    _engines.append(engine)  # which owns the code
+    return engine.get_function_address("unit")
+
+
+_engines: list[llvm.ExecutionEngine] = []
+
+
+def unit_assembly(function: Callable) -> str:
+    """The instructions of a lane function, as text."""
+    return _machine().emit_assembly(_module(function, _width()))
+
+
+def _machine() -> llvm.TargetMachine:
+    triple, name, features = processor()
+    return llvm.Target.from_triple(triple).create_target_machine(cpu=name, features=features, opt=2, jit=True)
+
+
+def _module(function: Callable, width: int) -> llvm.ModuleRef:
+    """A lane function as an optimised module; what makes vectors of loops has nothing to do in it."""
+    text = lanes.written(function, "unit", width, typed_pointers=llvm.llvm_version_info[0] < 16)
+    machine, module = _machine(), llvm.parse_assembly(text)
+    module.triple, module.data_layout = processor()[0], str(machine.target_data)
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    options.slp_vectorization = options.loop_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    return module
+
+
+@functools.cache
+def _width() -> int:
+    """How many numbers the processor takes at once, by the registers of an addition of eight."""
+    assembly = _machine().emit_assembly(_module(_added, LANES))
+    return 8 if "%zmm" in assembly else 4 if "%ymm" in assembly else 2
+
+
+def _added(given):
+    given.out[0] = given.work[0] + given.work[1]

@@ -1,4 +1,4 @@
-"""Freed memory is kept for the next arrays of the same size.
+"""Arrays as loops take them; and freed memory is kept for the next arrays of the same size.
 
 The C library gives arrays of more than 128 kB back to the system as soon as they are freed, and each of their pages is
 asked for and zeroed again with the next batch. That is as much work as a planar simulation itself.
@@ -7,6 +7,8 @@ asked for and zeroed again with the next batch. That is as much work as a planar
 import ctypes
 import os
 import sys
+
+import numpy as np
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # of `mallopt` of the GNU C library
 _KEPT, _LARGEST = 2**28, 2**25  # bytes: that are kept at most, and of an array that is kept
@@ -22,3 +24,9 @@ def keep_freed_memory() -> bool:
         return False
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     return mallopt is not None and bool(mallopt(_MMAP_THRESHOLD, _LARGEST) and mallopt(_TRIM_THRESHOLD, _KEPT))
+
+
+def plain(array: np.ndarray, kind: type = float) -> np.ndarray:
+    """The array as loops are compiled for it: contiguous, of that type, and not read-only; a copy if need be."""
+    array = np.ascontiguousarray(array, kind)
+    return array if array.flags.writeable else array.copy()

@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numba import prange
 
-from bayesub.kernels.jit import batched, distinct_arrays, inline, jit, widest_vectors
+from bayesub.kernels.jit import batched, distinct_arrays, inline, widest_vectors
 from bayesub.kernels.special import LOG_2, exponential, mills_ratio, split
 
 COLUMNS = 64
@@ -39,7 +39,7 @@ def gathered(outputs, positions):
     return result
 
 
-@jit
+@inline
 def _sum(column_sums):
     total = 0.0
     for column in column_sums:
@@ -47,7 +47,7 @@ def _sum(column_sums):
     return total
 
 
-@jit
+@inline
 def _log_of_product(mantissas, exponents):
     """Logarithm of the product over columns; COLUMNS mantissas below two cannot overflow."""
     product, exponent = 1.0, 0
@@ -57,9 +57,8 @@ def _log_of_product(mantissas, exponents):
     return math.log(product) + LOG_2 * exponent
 
 
-@jit
+@inline
 def _add_squares(squares, predicted, readings):
-    widest_vectors()
     distinct_arrays()
     for first in range(0, len(readings), COLUMNS):
         for i in range(min(COLUMNS, len(readings) - first)):
@@ -72,15 +71,15 @@ def sums_of_squares(predicted, readings):
     """(n_batch,) sums of (predicted - reading)^2 of predicted (n_batch, n) and readings (n,)."""
     result = np.empty(len(predicted))
     for member in prange(len(predicted)):
+        widest_vectors()
         squares = np.zeros(COLUMNS)
         _add_squares(squares, predicted[member], readings)
         result[member] = _sum(squares)
     return result
 
 
-@jit
+@inline
 def _multiply_t(mantissas, exponents, predicted, readings, factor):
-    widest_vectors()
     distinct_arrays()
     for first in range(0, len(readings), COLUMNS):
         for i in range(min(COLUMNS, len(readings) - first)):
@@ -95,6 +94,7 @@ def student_t_logarithms(predicted, readings, sds, dofs):
     """(n_batch,) sums of log(1 + z^2 / dof) with z = (predicted - reading) / sd; sds and dofs (n_batch,)."""
     result = np.empty(len(predicted))
     for member in prange(len(predicted)):
+        widest_vectors()
         mantissas, exponents = np.ones(COLUMNS), np.zeros(COLUMNS, np.int64)
         _multiply_t(mantissas, exponents, predicted[member], readings, 1.0 / (dofs[member] * sds[member] ** 2))
         result[member] = _log_of_product(mantissas, exponents)
@@ -110,9 +110,8 @@ def _correlation(lag):
     return rho, x * series if x < 0.01 else 1.0 - rho * rho
 
 
-@jit
+@inline
 def _add_innovations(squares, mantissas, exponents, predicted, readings, times, rate):
-    widest_vectors()
     distinct_arrays()
     for first in range(1, len(readings), COLUMNS):
         for i in range(min(COLUMNS, len(readings) - first)):
@@ -133,6 +132,7 @@ def autoregressive_sums(predicted, readings, times, correlation_times):
     """
     result = np.empty((len(predicted), 2))
     for member in prange(len(predicted)):
+        widest_vectors()
         squares, mantissas, exponents = np.zeros(COLUMNS), np.ones(COLUMNS), np.zeros(COLUMNS, np.int64)
         rate = 1.0 / correlation_times[member]
         _add_innovations(squares, mantissas, exponents, predicted[member], readings, times, rate)
@@ -141,7 +141,7 @@ def autoregressive_sums(predicted, readings, times, correlation_times):
     return result
 
 
-@jit
+@inline
 def _series(d):
     """(N_SERIES,) coefficients e_j of S."""
     q = 0.5 * d * d
@@ -164,10 +164,9 @@ def _evaluate_series(e, y2):
     return e[0] + y2 * (e[1] + y2 * (e[2] + y2 * (e[3] + y2 * tail)))
 
 
-@jit
+@inline
 def _multiply_narrow(squares, mantissas, exponents, series, predicted, readings, half_step, inverse_sd):
     """Densities, which are the probabilities over 2d, of intervals with d <= 1."""
-    widest_vectors()
     distinct_arrays()
     d = half_step * inverse_sd
     inverse_width = 0.5 / d
@@ -185,10 +184,9 @@ def _multiply_narrow(squares, mantissas, exponents, series, predicted, readings,
             exponents[i] += exponent
 
 
-@jit
+@inline
 def _multiply_wide(squares, mantissas, exponents, predicted, readings, half_step, inverse_sd):
     """Probabilities times root 2 pi of intervals with d > 1."""
-    widest_vectors()
     distinct_arrays()
     d = half_step * inverse_sd
     for first in range(0, len(readings), COLUMNS):
@@ -211,6 +209,7 @@ def rounded_log_probabilities(predicted, readings, half_step, sds):
     n = len(readings)
     result = np.empty(len(predicted))
     for member in prange(len(predicted)):
+        widest_vectors()
         squares, mantissas, exponents = np.zeros(COLUMNS), np.ones(COLUMNS), np.zeros(COLUMNS, np.int64)
         inverse_sd = 1.0 / sds[member]
         d = half_step * inverse_sd
@@ -259,6 +258,7 @@ def rounded_slopes(predicted, readings, half_step, sds):
     """
     slopes, information = np.empty(predicted.shape), np.empty(predicted.shape)
     for member in prange(len(predicted)):
+        widest_vectors()
         inverse_sd = 1.0 / sds[member]
         d = half_step * inverse_sd
         series, edge = _series(min(d, 1.0)), math.exp(-0.5 * d * d)

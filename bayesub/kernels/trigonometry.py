@@ -1,8 +1,9 @@
-"""Sine and cosine without a library call, so that loops over lanes can be vectorised."""
+"""Sine and cosine of lanes, without a call of a library."""
 
 import math
+from functools import singledispatch
 
-from bayesub.kernels.jit import inline
+from bayesub.kernels.lanes import choose
 
 # pi/2 in two parts; the first has 20 trailing zero bits, so that its multiples up to 2^20 are exact (Cody & Waite).
 _HALF_PI_HIGH = 1.57079632673412561417e00
@@ -15,7 +16,7 @@ _C2, _C4, _C6, _C8 = -1 / 2, 1 / 24, -1 / 720, 1 / 40320
 _C10, _C12, _C14, _C16 = -1 / 3628800, 1 / 479001600, -1 / 87178291200, 1 / 20922789888000
 
 
-@inline
+@singledispatch
 def sine_cosine(angle):
     """Sine and cosine of `angle` (rad): Taylor series on [-pi/4, pi/4], to 2e-16 while abs(angle) < 1e6."""
     turns = (angle * _TWO_OVER_PI + _ROUND) - _ROUND
@@ -26,8 +27,7 @@ def sine_cosine(angle):
     half = turns * 0.5
     odd = half != (half + _ROUND) - _ROUND  # an odd number of quarter turns swaps sine and cosine
     pair = turns - 4.0 * ((turns * 0.25 + _ROUND) - _ROUND)  # quarter turns in -2 .. 2
-    sine = c if odd else s
-    cosine = s if odd else c
-    sine = -sine if (pair > 1.5 or pair < -0.5) else sine
-    cosine = -cosine if (pair > 0.5 or pair < -1.5) else cosine
+    sine, cosine = choose(odd, (c, s), (s, c))
+    sine = choose((pair > 1.5) | (pair < -0.5), -sine, sine)
+    cosine = choose((pair > 0.5) | (pair < -1.5), -cosine, cosine)
     return sine, cosine

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bayesub.kernels.memory import plain
+
 
 class Variations(NamedTuple):
     """What a unit of each of n changes adds to the controls at the stages of the steps.
@@ -26,6 +28,11 @@ class Variations(NamedTuple):
     numbers: np.ndarray
     columns: np.ndarray
     values: np.ndarray
+
+    def plain(self) -> "Variations":
+        """The same in contiguous arrays that may be written to."""
+        *integers, values = self
+        return Variations(*(plain(part, int) for part in integers), plain(values))
 
     def added(self, amounts: np.ndarray, n_columns: int) -> np.ndarray:
         """(n_steps, 3, n_columns) what `amounts` (n,) of the changes add to the controls."""

@@ -1,12 +1,11 @@
 """Rows of the workspace in which a block of lanes is simulated, and entries of the body vector.
 
-Those that depend on the equation set follow in :mod:`bayesub.kernels.motion.layout`.
-
 This module imports nothing, so that what only names the parts of a vehicle need not load the compiler.
 """
 
 LANES = 8  # coefficient sets of a block
 N_STATES = 12
+N_COLUMNS = 9  # of the state Jacobian: phi theta psi u v w p q r
 
 # The body vector: everything of a vehicle that is not a hydrodynamic coefficient. SI units.
 BODY = (
@@ -34,4 +33,9 @@ PREVIOUS_SLOPE = PREVIOUS + STATE_ROWS
 OUTPUT = PREVIOUS_SLOPE + STATE_ROWS  # state interpolated to an output time
 BODY_ROWS = OUTPUT + STATE_ROWS
 INVERSE_MASS = BODY_ROWS + N_BODY  # 6 x 6, row by row
-COEFFICIENTS = INVERSE_MASS + 36  # dimensional
+JACOBIAN = INVERSE_MASS + 36  # of the rates by the state, 12 x 9, row by row
+ACCELERATIONS = JACOBIAN + N_STATES * N_COLUMNS
+MECHANICAL = ACCELERATIONS + 6  # forces that do not come from coefficients
+COEFFICIENTS = MECHANICAL + 6  # dimensional; those after it depend on the equation set
+
+# After the coefficients come the controls that each lane adds to those of all, and the constants of the set.

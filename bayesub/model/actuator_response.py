@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from bayesub.kernels.jit import jit
+from bayesub.kernels.jit import inline, jit
 
 
-@jit
+@inline
 def _lagging(length, error, slope, start, sensitivity, lag):
     """The value of a first-order lag behind a demand that goes straight, after `length` s, and its integrals.
 
@@ -31,7 +31,7 @@ def _lagging(length, error, slope, start, sensitivity, lag):
     )
 
 
-@jit
+@inline
 def _straight(length, slope, start, sensitivity):
     """The same for a value that goes straight, of which the derivative stays what it is."""
     half = 0.5 * length * length
@@ -45,7 +45,7 @@ def _straight(length, slope, start, sensitivity):
     )
 
 
-@jit
+@inline
 def response(times, values, slopes, rate, boundaries, delay, lag, points, integrals):
     """Values at the boundaries of steps, and their integrals over the steps.
 

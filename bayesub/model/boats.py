@@ -93,7 +93,7 @@ class Boats:
         controls : (n_states, n_kernel_controls) or (n, n_states, n_kernel_controls) array
             As :meth:`controls` gives them.
         """
-        kernel = self.vehicle.kernels(self._kernels_of(plane)).integrate.body_accelerations
+        kernel = self.vehicle.kernels(self._kernels_of(plane)).body_accelerations
         dimensional = self.confined(plane) * self.vehicle.dimensional_factors
         bodies = np.hstack([self.bodies(plane), np.tile(self.vehicle.constants, (len(self), 1))])
         states = np.broadcast_to(states, (len(self), *states.shape[-2:])).copy()

@@ -72,7 +72,7 @@ class Flight:
         span = actuators.kernel_controls(inputs, self_propelled, self.subproblem)
         following = np.concatenate([span[1:], span[-1:]])
         stages = np.stack([span, 0.5 * (span + following), following], axis=1)
-        states, _ = self.vehicle.kernels(self.subproblem).integrate.integrate(
+        states, _ = self.vehicle.kernels(self.subproblem).integrate(
             self._dimensional,
             self._body,
             self.state[None],

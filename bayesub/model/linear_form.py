@@ -68,7 +68,7 @@ def linear_systems(
     """
     simulator, xi = trajectory.simulator, trajectory.xi[member]
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]
-    equations, mass_matrix = simulator.vehicle.equations, simulator.kernels.mass.mass_matrix
+    equations, mass_matrix = simulator.vehicle.equations, simulator.kernels.mass_matrix
     active = set(equations.active(None, simulator.manoeuvre, simulator.subproblem))
     free = active if free is None else active & set(free)
     held = simulator.dimensional(np.where(np.isin(equations.names, list(free)), 0.0, xi))[0]

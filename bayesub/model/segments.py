@@ -73,7 +73,7 @@ class Segment:
             Short names of states and accelerations.
         """
         # One thread: pieces are too short to be worth the wait for another.
-        states, _ = self._simulator.kernels.integrate.integrate(
+        states, _ = self._simulator.kernels.integrate(
             dimensional,
             bodies,
             initial,

@@ -13,7 +13,7 @@ from bayesub.model.vehicles import Vehicle
 
 
 def sensitivity_columns(
-    parameters: Iterable[str], vehicle: Vehicle, subproblem: str | None, width: int, knots: Knots | None = None
+    parameters: Iterable[str], vehicle: Vehicle, subproblem: str | None, knots: Knots | None = None
 ) -> tuple:
     """What the kernel needs to know of parameters.
 
@@ -27,8 +27,6 @@ def sensitivity_columns(
     vehicle : Vehicle
     subproblem : str or None
         Plane to which the motion is confined.
-    width : int
-        Padded number of states of the kernel.
     knots : Knots, optional
         Of the forces that the equations leave out.
 
@@ -75,7 +73,7 @@ def sensitivity_columns(
             valid += vehicle.actuators.parameters
             raise InputError(f"unknown parameter '{name}'{nearest(name, valid)}")
     sources, factors, axes, starts = zip(*columns, strict=True)
-    initial = np.zeros((len(columns), width))
+    initial = np.zeros((len(columns), workspace.N_STATES))
     for column, start in enumerate(starts):
         if start is not None:
             initial[column, start] = 1.0

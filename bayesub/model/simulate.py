@@ -122,4 +122,4 @@ def accelerations(
         )
     dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
     body = np.concatenate([vehicle.restricted(None).body, vehicle.constants])[None]
-    return vehicle.kernels().integrate.body_accelerations(dimensional, body, states[None], ordered)[0]
+    return vehicle.kernels().body_accelerations(dimensional, body, states[None], ordered)[0]

@@ -6,7 +6,6 @@ import numpy as np
 
 from bayesub.io import log_files
 from bayesub.io.errors import InputError
-from bayesub.kernels import families, workspace
 from bayesub.model import prescribed
 from bayesub.model.control_histories import ControlHistories
 from bayesub.model.disturbance import Disturbance, ForceHistory, Knots, check_axes
@@ -97,7 +96,7 @@ class Simulator:
         felt = None if forces is None else forces.of_forces
         self._disturbed = knots is not None or felt is not None
         self._pushed = self._disturbed or bool(manoeuvre.prescribed)
-        self._folder = vehicle.kernel_folder(subproblem, external=self._pushed)
+        self.kernels = vehicle.kernels(subproblem, external=self._pushed)
         self.vehicle = vehicle.restricted(subproblem)
         self.manoeuvre = manoeuvre
         self.subproblem = subproblem
@@ -212,11 +211,6 @@ class Simulator:
         """Column of the first force from outside in what the kernels take as controls."""
         return len(self.vehicle.equations.controls) + 1
 
-    @property
-    def kernels(self) -> families.Family:
-        """The compiled kernels of the equations and the sub-problem."""
-        return families.compiled(self._folder)
-
     def dimensional(self, xi: np.ndarray) -> np.ndarray:
         """(n_batch, n_terms) dimensional coefficients, zero where they play no part in the sub-problem."""
         dimensional = np.atleast_2d(np.asarray(xi, dtype=float)) * self.vehicle.dimensional_factors
@@ -262,9 +256,7 @@ class Simulator:
         """
         dimensional = self.dimensional(xi)
         n_batch = len(dimensional)
-        kernel = families.compiled(self._folder, quaternions=self.attitude == "quaternion").integrate
-        integrate = kernel.integrate_parallel if parallel and n_batch > workspace.LANES else kernel.integrate
-        states, status = integrate(
+        states, status = self.kernels.integrate(
             dimensional,
             self._bodies(body, n_batch),
             self._initials(initial, n_batch),
@@ -275,6 +267,8 @@ class Simulator:
             self.times if times is None else times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
             np.array(log_files.positions(*outputs)),
+            quaternions=self.attitude == "quaternion",
+            parallel=parallel,
         )
         if self.attitude == "quaternion":
             angles = np.isin(outputs, log_files.ANGLES)
@@ -285,7 +279,7 @@ class Simulator:
         """Body accelerations (n_batch, n_times, 6) of coefficient sets `xi` along `states` at the output times."""
         dimensional = self.dimensional(xi)
         bodies = self._bodies(None, len(dimensional))
-        return self.kernels.integrate.body_accelerations(dimensional, bodies, states, self.controls_at(self.times))
+        return self.kernels.body_accelerations(dimensional, bodies, states, self.controls_at(self.times))
 
     def sensitivities(
         self,
@@ -335,12 +329,12 @@ class Simulator:
         if amounts is not None:
             (numbers,) = self._stage_changes.numbers(amounts[None])
             stages = stages + self._stage_changes.variations.added(numbers, stages.shape[2])
-        kernel = self.kernels.sensitivities
-        history = kernel.fly(dimensional, bodies, initial, stages, self.step, MAX_SPEED_RATIO * self.vehicle.speed_mps)
+        max_speed = MAX_SPEED_RATIO * self.vehicle.speed_mps
+        history = self.kernels.fly(dimensional, bodies, initial, stages, self.step, max_speed)
         firsts, variations, slots, *columns = self._sensitivity_columns(parameters, amounts)
         rows = np.array(log_files.positions(*outputs))
         times = self.times if times is None else times
-        derivatives = kernel.sensitivities(
+        derivatives = self.kernels.sensitivities(
             dimensional, bodies, history, stages, variations, slots, self.step, times, *columns, rows
         )
         if len(firsts) < derivatives.shape[1]:
@@ -351,10 +345,7 @@ class Simulator:
         """First column of each parameter, and what the kernel `sensitivities` asks for, variations first."""
         parameters = tuple(parameters)
         if parameters not in self._columns:
-            width = self.kernels.sensitivities.WIDTH
-            firsts, varied, slots, *arrays = sensitivity_columns(
-                parameters, self.vehicle, self.subproblem, width, self.knots
-            )
+            firsts, varied, slots, *arrays = sensitivity_columns(parameters, self.vehicle, self.subproblem, self.knots)
             self._columns[parameters] = firsts, varied, self._stage_changes.by(varied, amounts), slots, *arrays
         firsts, varied, variations, *arrays = self._columns[parameters]
         if not self._stage_changes.are_linear:

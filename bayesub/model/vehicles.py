@@ -19,7 +19,7 @@ from bayesub.model import actuator_files, mass
 from bayesub.model.actuators import Actuators
 from bayesub.model.equations import EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, beside, equation_files
-from bayesub.model.equations.generate import directory
+from bayesub.model.equations.generate import source
 from bayesub.model.propulsion import MeasuredSection, ThrustSection
 from bayesub.model.vehicle_files import CorrelationsSection, VehicleFile, misfit
 from bayesub.model.water import GRAVITY_MPS2
@@ -108,15 +108,15 @@ class Vehicle(Displayed):
         steady = np.full(n, self.rpm_per_mps * self.speed_mps)
         return log.get("rpm", steady) if "rpm" in self.inputs else steady
 
-    def kernel_folder(self, subproblem: str | None = None, *, external: bool = False) -> str:
-        """Where the forces are for which the kernels are compiled; `external` if there are any from outside."""
-        return str(directory(self.equations, subproblem, external or self.actuators.external))
+    def kernels(self, subproblem: str | None = None, *, external: bool = False) -> families.Family:
+        """The kernels of the equations with the terms of a sub-problem, and with forces from outside if there are any.
 
-    def kernels(self, subproblem: str | None = None) -> families.Family:
-        """The compiled kernels of the equations, with the terms of a sub-problem."""
+        They are compiled, or loaded, when they are first used.
+        """
         from bayesub.kernels import families  # importing numba takes a second
 
-        return families.compiled(self.kernel_folder(subproblem))
+        plane = self.equations.subproblem(subproblem)
+        return families.family(source(self.equations, plane, external or self.actuators.external))
 
     @property
     def mass_matrix(self) -> np.ndarray:

@@ -1,5 +1,6 @@
 """What a user would write instead of the simulator: it computes the same, and is no worse than it could be."""
 
+import math
 import shutil
 import subprocess
 
@@ -8,10 +9,10 @@ import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
 from bayesub.cli import cpp_simulator, jax_simulator, rivals, scalar_simulator
-from bayesub.cli.right_hand_side import followed
+from bayesub.cli.right_hand_side import PYTHON, written
 from bayesub.cli.scalar_simulator import perturbed, spiral
 from bayesub.io.errors import InputError
-from bayesub.kernels.workspace import LANES, N_STATES, STAGE, SUM
+from bayesub.kernels.workspace import BODY_ROWS, COEFFICIENTS, INVERSE_MASS, LANES, N_STATES, STATE
 
 AGREEMENT_M = rivals.AGREEMENT_M
 
@@ -26,25 +27,27 @@ def expected(simulator):
     return simulator.run(simulator.vehicle.xi)[0][0]
 
 
-def test_equations_that_are_followed_are_those_of_the_kernels(full, motions):
-    """Followed by plain numbers they give the same rates for all terms, in every branch; not with branches swapped."""
-    kernels = full.kernels(None)
+def test_equations_that_are_written_out_are_those_of_the_kernels(full, motions):
+    """As lines of Python they give the same rates for all terms, in every branch; not with choices swapped."""
     states, controls, rpm = motions
-    choices = {"followed": lambda test, a, b: a if test else b, "swapped": lambda test, a, b: b if test else a}
-    derivatives = {name: followed(kernels.dynamics.euler_derivative, choose=choose) for name, choose in choices.items()}
-    rates = {name: np.empty_like(states) for name in ("kernel", *choices)}
-    dimensional = (full.xi * full.dimensional_factors)[None]
+    kernels, dimensional = full.kernels(None), (full.xi * full.dimensional_factors)[None]
     body = np.concatenate([full.body, full.constants])[None]
-    work = np.zeros((kernels.layout.N_ROWS, LANES))
-    kernels.integrate.load_block(work.ravel(), 0, dimensional, body, states[:1])
-    for k, (state, control) in enumerate(zip(states, np.column_stack([controls, rpm / full.rpm_per_mps]), strict=True)):
-        work[STAGE : STAGE + N_STATES], work[SUM : SUM + N_STATES] = state[:, None], 0.0
-        for name, derivative in derivatives.items():
-            rates[name][k] = derivative(work.ravel(), 0, STAGE, control)
-        kernels.integrate.stage(work.ravel(), control, 1.0, 0.0)
-        rates["kernel"][k] = work[SUM : SUM + N_STATES, 0]
-    np.testing.assert_allclose(rates["followed"], rates["kernel"], rtol=1e-12, atol=1e-12)
-    assert np.abs(rates["swapped"] - rates["kernel"]).max() > 1e-2
+    given = np.column_stack([controls, rpm / full.rpm_per_mps])
+    expected = kernels.body_accelerations(dimensional, body, states[None], given)[0]
+    rows = np.zeros(kernels.n_rows)
+    rows[BODY_ROWS : BODY_ROWS + len(full.body)], rows[COEFFICIENTS : COEFFICIENTS + 101] = full.body, dimensional
+    rows[INVERSE_MASS : INVERSE_MASS + 36] = np.linalg.inv(full.mass_matrix).ravel()
+    swapped = PYTHON._replace(chosen="({2} if {0} else {1})")
+    for language, agrees in ((PYTHON, True), (swapped, False)):
+        lines, rates = written(kernels, language)
+        code = compile("\n".join([*lines, f"rates = {', '.join(rates)}"]), "rates", "exec")
+        found = []
+        for state, control in zip(states, given, strict=True):
+            rows[STATE : STATE + N_STATES] = state
+            with np.errstate(all="ignore"):
+                exec(code, names := {"work": rows, "control": control, "math": math})
+            found.append(names["rates"][6:])
+        assert np.allclose(found, expected, rtol=1e-11, atol=1e-11) == agrees
 
 
 @pytest.mark.parametrize("step", [1.0, 0.1])
@@ -58,7 +61,7 @@ def test_one_boat_at_a_time_flies_the_same_track(step):
 
 def test_one_boat_at_a_time_makes_no_arrays_in_its_steps(simulator):
     """As many arrays for six hundred steps as for ten; one whose steps make arrays is told apart."""
-    (work,) = scalar_simulator.workspaces(simulator, simulator.vehicle.xi[None])
+    work = scalar_simulator.rows_of(simulator, simulator.vehicle.xi)
     stages = simulator._stages
 
     def arrays(function, n):

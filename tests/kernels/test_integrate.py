@@ -1,14 +1,11 @@
 """The integrator: order of convergence, dense output, and members of a batch that do not know of each other."""
 
-import hashlib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from support.motions import smooth_manoeuvre
 
-from bayesub.kernels import noise
 from bayesub.kernels.workspace import LANES
 from bayesub.model.coefficients import INDEX
 from bayesub.model.simulator import STATUS, Simulator
@@ -166,19 +163,3 @@ def test_a_batch_that_fails_whole_ends(full, simulator, sets):
     assert (status == STATUS.index("diverged")).all()
     assert np.isnan(states[:, -1]).all()
     assert np.isfinite(states[:, 1]).all()
-
-
-def test_kernels_are_cached_under_a_digest_of_all_kernel_sources(suboff):
-    """numba looks at a kernel's own file only, and kernels have functions of other files inlined."""
-    folder = Path(noise.__file__).parent
-    sources = b"".join(path.read_bytes() for path in sorted(folder.glob("*.py")))
-    digest = hashlib.sha256(sources).hexdigest()[:12]
-    assert noise.gathered.variants[0].py_func.__qualname__.endswith(digest)
-    for subproblem in (None, "horizontal"):
-        family = suboff.kernels(subproblem)
-        forces = Path(family.hydrodynamics.__file__).read_bytes()
-        shared = b"".join(path.read_bytes() for path in sorted((folder / "motion").rglob("*.py")))
-        of_family = hashlib.sha256(digest.encode() + shared + forces + b"False").hexdigest()[:12]
-        kernels = family.integrate
-        for kernel in (kernels.integrate, kernels.integrate_parallel, kernels.body_accelerations):
-            assert kernel.py_func.__qualname__.endswith(f"{digest}_{of_family}")

@@ -1,9 +1,11 @@
 """Tangent-linear sensitivities against the slow twin, differences of the simulator, and laws of geometry."""
 
 import copy
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 from support import slow_twin
@@ -180,16 +182,38 @@ def test_only_what_is_asked_for(full, turning):
     np.testing.assert_array_equal(part, everything[:, [5, 0]][:, :, columns])
 
 
-def test_threads_do_not_matter(full, turning):
-    """One thread and several give the same bits."""
-    simulator = Simulator(full, turning, np.linspace(0.5, 6.0, 12), dt=0.125)
-    several = simulator.sensitivities(full.xi, NAMES)
-    available = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
-        np.testing.assert_array_equal(simulator.sensitivities(full.xi, NAMES), several)
-    finally:
-        numba.set_num_threads(available)
+TWO_THREADS = """
+import numba
+import numpy as np
+import bayesub as bs
+from bayesub.kernels import noise
+from bayesub.model.simulator import Simulator
+
+assert numba.get_num_threads() == 2
+boat = bs.load_vehicle("suboff")
+simulator = Simulator(boat, bs.load_manoeuvre("horizontal", boat), np.linspace(0.5, 200.0, 12), dt=1.0)
+xi = boat.xi * np.random.default_rng(1).uniform(0.99, 1.01, (40, 101))
+
+def found():
+    states, _ = simulator.run(xi)
+    squares = noise.sums_of_squares(states.reshape(40, -1), states[0].ravel())
+    return states, squares, simulator.sensitivities(boat.xi, boat.equations.names)
+
+several = found()
+numba.set_num_threads(1)
+for one, two in zip(found(), several, strict=True):
+    np.testing.assert_array_equal(one, two)
+np.testing.assert_array_equal(simulator.run(xi, parallel=False)[0], several[0])
+"""
+
+
+def test_threads_do_not_matter():
+    """One thread and two give the same bits, of states, of sums over readings and of derivatives."""
+    environment = os.environ | {"NUMBA_NUM_THREADS": "2"}
+    done = subprocess.run(
+        [sys.executable, "-c", TWO_THREADS], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_not_a_number_from_the_failure_on(suboff, spiral):

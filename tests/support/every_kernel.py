@@ -1,20 +1,19 @@
-"""What a study calls of the compiled kernels, to be run in a process of its own: prints what would be compiled there.
-
-It calls all kernels as the process that compiles does, then goes through a study with every noise model, and prints
-the kernels that got further signatures.
+"""What a study calls of compiled loops, in a process of its own: how many it compiled, for how many lists of types, and
+a digest of all its numbers.
 """
 
-import importlib
-import pkgutil
+import hashlib
+import json
+import os
 import sys
+from pathlib import Path
+from typing import NamedTuple
 
-import numba
 import numpy as np
+from numba.core.dispatcher import Dispatcher
 
 import bayesub as bs
-from bayesub import kernels
-from bayesub.kernels import families
-from bayesub.kernels.jit import FAMILY
+from bayesub.kernels.jit import _Kept
 from bayesub.model.linear_form import linear_systems
 from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownSd
 from bayesub.report.flights import growth
@@ -22,31 +21,51 @@ from bayesub.sensors import DVL, INS, Track, modified
 from bayesub.sensors.measured_motion import measure
 
 
-def signatures() -> set[tuple[str, str, str]]:
-    """Module, name and signature of each compiled function of the kernels, those of all families included."""
-    for module in pkgutil.iter_modules(kernels.__path__):
-        importlib.import_module(f"bayesub.kernels.{module.name}")
-    names = [name for name in sys.modules if name.startswith(("bayesub.kernels.", FAMILY))]
-    modules = [sys.modules[name] for name in names]
+class Report(NamedTuple):
+    """How many lists of types were compiled, names of what has several, and the digest of the numbers."""
+
+    compiled: int
+    several: list[str]
+    digest: str
+
+
+def environment(cache: Path) -> dict[str, str]:
+    """Of a process with a cache folder of its own."""
+    return os.environ | {"XDG_CACHE_HOME": str(cache)}
+
+
+def read(output: str) -> Report:
+    """The report that a process printed."""
+    return Report(*json.loads(output.splitlines()[-1]))
+
+
+def report(digest: str) -> Report:
+    """Of all compiled loops of this process."""
+    modules = [module for name, module in sys.modules.items() if name.startswith(("bayesub.kernels", "bayesub.model"))]
     functions = [value for module in modules for value in vars(module).values()]
     functions += [variant for function in functions for variant in getattr(function, "variants", ())]
-    compiled = [function for function in functions if isinstance(function, numba.core.dispatcher.Dispatcher)]
-    return {
-        (function.__module__, function.__name__, str(signature))
-        for function in compiled
-        for signature in function.signatures
-    }
+    # What is part of others is compiled with them, and has a list of types for each.
+    loops = {f for f in functions if isinstance(f, Dispatcher) and type(f._cache) is _Kept}
+    return Report(
+        sum(sum(loop.stats.cache_misses.values()) for loop in loops),
+        sorted(loop.__name__ for loop in loops if len(loop.signatures) > 1),
+        digest,
+    )
 
 
-def study() -> None:
-    """Simulation, readings, likelihoods, derivatives and linear form of short trials."""
-    boat = bs.load_vehicle("suboff")
+def study() -> list[np.ndarray]:
+    """Numbers of simulation, readings, likelihoods, derivatives and linear form of short trials."""
+    boat, found = bs.load_vehicle("suboff"), []
     for name in ("horizontal", "vertical"):  # the vertical one is flown in closed loop
         flown = bs.load_manoeuvre(name, boat)
         track = bs.simulate(boat, flown, dt=1.0, sample=1.0)
-        bs.simulate(boat, flown, dt=1.0, sample=1.0, attitude="quaternion")
-        bs.simulate(boat, flown, dt=1.0, sample=1.0, subproblem=None)
-        linear_systems(track)
+        flights = [
+            track,
+            bs.simulate(boat, flown, dt=1.0, sample=1.0, attitude="quaternion"),
+            bs.simulate(boat, flown, dt=1.0, sample=1.0, subproblem=None),
+        ]
+        found += [flight.states for flight in flights]
+        found += [system.load for system in linear_systems(track).values()]
     linear_systems(measure(track, velocity_resolution=0.01))
     growth(boat)
     sensors = [
@@ -68,18 +87,15 @@ def study() -> None:
         for n_batch in (1, 40):
             parameters = np.repeat(problem.prior.mean[None], n_batch, axis=0)
             for view in (problem, problem.naive(), problem.smoothed(0.3)):
-                view.misfit(parameters[:, : view.n_params])
-                view.log_prob(parameters[:, : view.n_params])
-                view.jacobian(parameters[0, : view.n_params])
+                some = parameters[:, : view.n_params]
+                view.misfit(some)
+                found += [view.log_prob(some), view.jacobian(some[0])]
             problem.quantile_residuals(parameters, np.random.default_rng(2))
             problem.replicated(parameters, np.random.default_rng(2))
 
+    return found
+
 
 if __name__ == "__main__":
-    boat = bs.load_vehicle("suboff")
-    for subproblem in (None, *boat.equations.subproblems):
-        for quaternions in (False, True):
-            families.compiled(boat.kernel_folder(subproblem), quaternions).first_calls.call_all()
-    before = signatures()
-    study()
-    print(*sorted(signatures() - before), sep="\n")
+    numbers = study()
+    print(json.dumps(report(hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in numbers)).hexdigest())))

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import tomli_w
 
-from bayesub.kernels import families
+from bayesub.kernels.families import Family, family
 from bayesub.model.equations import EquationSet, load_equations
-from bayesub.model.equations.generate import directory
+from bayesub.model.equations.generate import source
 
 SET = """
 name = "every_symbol"
@@ -125,12 +125,7 @@ def sets() -> tuple[EquationSet, EquationSet]:
         return load_equations(path), load_equations(path.with_name("included.toml"))
 
 
-def folders() -> tuple[str, str]:
-    """Of the forces of the two families; those of the second come from outside too."""
+def families() -> tuple[Family, Family]:
+    """The two families; the forces of the second come from outside too."""
     apart, included = sets()
-    return str(directory(apart, None)), str(directory(included, None, external=True))
-
-
-def compiled() -> tuple[families.Family, families.Family]:
-    """The two families."""
-    return tuple(families.compiled(folder) for folder in folders())
+    return family(source(apart, None)), family(source(included, None, external=True))

@@ -1,1 +1,0 @@
-"""What the kernels of motion have instead where the attitude is a quaternion."""

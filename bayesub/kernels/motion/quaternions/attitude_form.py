@@ -1,3 +1,0 @@
-"""The attitude is integrated as a unit quaternion, which has no limit of pitch."""
-
-QUATERNIONS = True

@@ -1,0 +1,176 @@
+"""What is compiled is kept, found again and called by its address: what numba and LLVM have to be like for that."""
+
+import os
+import subprocess
+import sys
+
+import llvmlite
+import numba
+import numpy as np
+import pytest
+from numba import prange
+from support import every_kernel
+
+from bayesub.kernels import compiled_files, jit
+from bayesub.kernels.jit import address, call, processor
+from bayesub.sampling import polynomial
+
+pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """A folder that nothing has been compiled into."""
+    monkeypatch.setattr(compiled_files, "folder", lambda: tmp_path / "compiled")
+    return tmp_path / "compiled"
+
+
+def doubled(given):
+    given.out[0] = given.work[0] + given.work[0]
+
+
+@jit.jit
+def _fill(k, values, result):
+    result[k] = 2.0 * values[k] + k
+
+
+@jit.jit
+def _fail(values):
+    if values[0] == 0.0:
+        raise ValueError("of a loop")
+
+
+@jit.jit
+def _call(code, values):
+    call(code, (values,))
+
+
+@jit.jit(threads=True)
+def _fill_all(code, n, values, result):
+    for k in prange(n):
+        call(code, (np.int64(k), values, result))
+
+
+def test_loops_are_called_by_their_addresses():
+    """As numba calls them itself, errors included; an address is that of exactly these types."""
+    values, result = np.arange(5.0), np.zeros(5)
+    _fill_all(address(_fill, (0, values, result)), 5, values, result)
+    np.testing.assert_array_equal(result, 3.0 * values)
+    with pytest.raises(ValueError, match="of a loop"):
+        _call(address(_fail, (values,)), values)
+    assert len(_fill.signatures) == 1
+
+
+def test_the_processor_is_named_as_numba_names_it():
+    """System, name and features; LLVM takes them as they are, and has vectors of a width that divides a block."""
+    system, name, features = processor()
+    assert system.count("-") >= 2
+    assert name
+    assert set(features[:1]) <= {"+", "-"}
+    assert jit._width() in (2, 4, 8)
+
+
+def test_a_unit_is_compiled_once(cache, monkeypatch):
+    """The second time it is loaded: nothing is written in LLVM again."""
+    jit.unit_address(doubled, "twice")
+    (file,) = cache.iterdir()
+    monkeypatch.setattr(jit, "_module", None)
+    assert jit.unit_address(doubled, "twice") > 0
+    assert [*cache.iterdir()] == [file]
+
+
+@pytest.mark.parametrize("harm", ["half written", "one bit", "empty", "of another program", "a folder"])
+def test_what_is_damaged_is_compiled_again(cache, harm):
+    """Half-written, damaged and foreign files do no harm, and are replaced."""
+    jit.unit_address(doubled, "harmed")
+    (file,) = cache.iterdir()
+    whole = file.read_bytes()
+    file.unlink()
+    if harm == "a folder":
+        file.mkdir()
+    else:
+        spoilt = bytes([*whole[:60], whole[60] ^ 1, *whole[61:]])
+        file.write_bytes({"half written": whole[:-100], "one bit": spoilt, "empty": b""}.get(harm, b"\x7fELF" * 50))
+    assert jit.unit_address(doubled, "harmed") > 0
+    if harm != "a folder":
+        assert file.read_bytes() == whole
+
+
+def test_a_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch, capfd):
+    """What is compiled is used, and nothing is said."""
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setattr(compiled_files, "folder", lambda: tmp_path / "file" / "compiled")
+    assert jit.unit_address(doubled, "unkept") > 0
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_full_disk_leaves_no_half_file(cache, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(compiled_files.os, "fdopen", full)
+    compiled_files.save("key", b"content")
+    assert [*cache.iterdir()] == []
+
+
+def test_what_makes_machine_code_names_it(monkeypatch):
+    """Another source, processor, or version of numba, llvmlite or bayesub has a file of its own."""
+    others = [
+        (jit, "processor", lambda: ("x86_64-pc-linux-gnu", "haswell", "")),
+        (numba, "__version__", "0.0"),
+        (llvmlite, "__version__", "0.0"),
+        (jit, "_sources", lambda _: b"edited"),
+    ]
+    keys = {jit._key("a"), jit._key("b"), jit._key("a", "b"), jit._key("ab")}
+    for where, name, value in others:
+        with monkeypatch.context() as changed:
+            changed.setattr(where, name, value)
+            keys.add(jit._key("a"))
+    assert len(keys) == 4 + len(others)
+
+
+def test_what_was_used_longest_ago_goes_first(cache, monkeypatch):
+    """When the folder is too large; a file that was loaded counts as used."""
+    monkeypatch.setattr(compiled_files, "MAX_BYTES", 3500)
+    for k in range(3):
+        compiled_files.save(str(k), bytes(1000))
+        os.utime(cache / f"{k}.compiled", (k, k))
+    assert compiled_files.load("0") == bytes(1000)
+    compiled_files.save("3", bytes(1000))
+    assert sorted(file.stem for file in cache.iterdir()) == ["0", "2", "3"]
+
+
+@pytest.mark.slow
+def test_first_runs_and_later_ones_have_the_same_bits(tmp_path):
+    """A study that compiles everything and one that loads it; each loop is compiled for one list of types."""
+
+    def run():
+        environment = every_kernel.environment(tmp_path)
+        done = subprocess.run(
+            [sys.executable, every_kernel.__file__], env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        return every_kernel.read(done.stdout)
+
+    first, second = run(), run()
+    assert first.compiled > 10
+    assert first.several == second.several == []
+    assert second.compiled == 0
+    assert first.digest == second.digest
+
+
+def test_products_of_polynomials_have_the_same_bits_uncompiled(monkeypatch, rng):
+    """Whoever compiles them, and for which processor: the compiler may not contract or reorder."""
+    along, slopes = rng.standard_normal((8, 33)), rng.standard_normal((36 + 56 + 35, 33))
+
+    def found():
+        terms, gradient = np.empty(slopes.shape), np.zeros(along.shape)
+        polynomial._products(along, (6, 4), terms)
+        polynomial._products_pullback(along, (6, 4), slopes, gradient)
+        return terms, gradient
+
+    compiled = found()
+    for name in ("_products", "_products_pullback", "_multiply", "_add_multiple"):
+        monkeypatch.setattr(polynomial, name, getattr(polynomial, name).py_func)
+    for one, other in zip(compiled, found(), strict=True):
+        np.testing.assert_array_equal(one, other)
