@@ -12,12 +12,22 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 import numpy as np
 import pytest
 import tomli_w
-from support import browsing
+from support import browsing, refusals
 from support.motions import smooth_manoeuvre
 
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.io import toml_files
+
+
+def pytest_addoption(parser):
+    """The option by which the sentences of refusals are written again."""
+    parser.addoption("--sentences", action="store_true", help="write tests/sentences.json again; with -n 0")
+
+
+def pytest_configure(config):
+    """Tell those who compare sentences whether they are to be written."""
+    refusals.writing = config.getoption("sentences")
 
 
 @pytest.fixture(scope="session")
@@ -35,9 +45,21 @@ def rng():
 
 @pytest.fixture
 def bayesub(monkeypatch, capsys):
-    """Run the command line; gives exit status, standard output and standard error."""
+    """Run the command line; gives exit status, standard output and standard error.
+
+    The attribute `error` is the InputError with which the last command ended, if it did.
+    """
+    complain = app.complain
+
+    def complained(message, status):
+        found = sys.exc_info()[1]
+        run.error = found if isinstance(found, bs.InputError) else None
+        complain(message, status)
+
+    monkeypatch.setattr(app, "complain", complained)
 
     def run(*arguments):
+        run.error = None
         monkeypatch.setattr(sys, "argv", ["bayesub", *map(str, arguments)])
         with pytest.raises(SystemExit) as stop:
             app.main()

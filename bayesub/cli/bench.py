@@ -107,7 +107,7 @@ def starts() -> dict:
         "simulate(boat, load_manoeuvre('horizontal', boat))"
     )
     with tempfile.TemporaryDirectory() as cache:
-        run = partial(with_python, "-c", script, XDG_CACHE_HOME=cache)
+        run = partial(with_python, "-c", script, NUMBA_CACHE_DIR=cache)
         return {name: timeit.timeit(run, number=1) for name in ("cold_s", "warm_s")}
 
 

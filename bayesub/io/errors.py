@@ -18,6 +18,22 @@ def one_line(text: str) -> str:
     return line if len(line) <= LONGEST else f"{line[: LONGEST - _END - 4]} .. {line[-_END:]}"
 
 
+KINDS = {
+    "missing": "something that is needed is not given",
+    "unknown": "there is no key, name, column or option of that name",
+    "value": "a value is of the wrong type, not finite, or outside of what can be",
+    "unit": "a unit is unknown, or a number is beyond what its unit allows",
+    "conflict": "two things that are given contradict one another, or do not go together",
+    "file": "a file or folder is not there, cannot be read or cannot be written",
+    "format": "a file is not of the form that it should have",
+    "data": "readings cannot be used: too few, in no order, not numbers, without motion",
+    "limit": "more is asked for than can be done",
+    "model": "a boat, an equation set or a simulation cannot be as it is described",
+    "state": "a run folder, a result or a service is not in the state that is needed",
+    "install": "a package or program that is needed is not installed",
+}
+
+
 class InputError(ValueError):
     """Bad input. The message is one line, complete in itself; the command line prints it and exits with status 2.
 
@@ -25,15 +41,20 @@ class InputError(ValueError):
     ----------
     message : str
         What is wrong, where, and what helps; it passes :func:`one_line`.
+    kind : str
+        One of :data:`KINDS`, for programs and tests, which do not read sentences.
+    key : str
+        What it is about: the key, column, option, name or argument, without its file and its value.
     """
 
-    def __init__(self, message: str):
+    def __init__(self, message: str, kind: str = "value", key: str = ""):
         super().__init__(one_line(message))
+        self.kind, self.key = kind, key
 
     def within(self, source: str) -> "InputError":
         """The same error with its source, a file or a trial, at the beginning of the message."""
         message = str(self)
-        return self if message.startswith(source) else InputError(f"{source}: {message}")
+        return self if message.startswith(source) else InputError(f"{source}: {message}", self.kind, self.key)
 
 
 @contextmanager

@@ -18,8 +18,8 @@ _SUFFIX = ".compiled"
 
 
 def folder() -> Path:
-    """Where the files are."""
-    return Path(platformdirs.user_cache_dir("bayesub")) / "compiled"
+    """Where the files are: below NUMBA_CACHE_DIR, if that is set, or in the cache folder of the user."""
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir(), "bayesub", "compiled")
 
 
 def digest(*parts: str | bytes) -> str:

@@ -303,6 +303,7 @@ def _integrate_blocks(
 ):  # fmt: skip
     for block in prange(n_blocks):
         call(
+            _integrate_block,
             code,
             (np.int64(block), forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step,
              times, max_speed, rows, states, status),

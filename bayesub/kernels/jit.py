@@ -8,6 +8,7 @@ the address of their code.
 import functools
 import pickle
 import platform
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import FunctionType
@@ -67,12 +68,19 @@ class _Kept(NullCache):
     def load_overload(self, sig, target_context):
         content = compiled_files.load(self._key(sig))
         if content is None:
+            _say_that_this_takes_time()
             return None
         target_context.refresh()
         return compiler.CompileResult._rebuild(target_context, *pickle.loads(content))
 
     def save_overload(self, sig, cres):
         compiled_files.save(self._key(sig), serialize.dumps(cres._reduce()))
+
+
+@functools.cache
+def _say_that_this_takes_time() -> None:
+    if sys.stderr.isatty():
+        print("bayesub: compiling, once for this version on this processor: some ten seconds", file=sys.stderr)
 
 
 def jit(function=None, *, threads: bool = False, exact: bool = False):
@@ -90,10 +98,11 @@ def jit(function=None, *, threads: bool = False, exact: bool = False):
     """
     if function is None:
         return functools.partial(jit, threads=threads, exact=exact)
+    if INTERPRETED:
+        return np.errstate(all="ignore")(function)  # as in machine code
     parallel = {"parallel": _THREADS} if threads else {}
     dispatcher = numba.njit(nogil=True, **(_EXACT if exact else _SETTINGS), **parallel)(function)
-    if not INTERPRETED:
-        dispatcher._cache = _Kept(function)
+    dispatcher._cache = _Kept(function)
     return dispatcher
 
 
@@ -175,20 +184,22 @@ def _called_unit(typingctx, code, work, control, out, row, a, b):
     return types.void(types.int64, work, control, out, types.int64, types.float64, types.float64), generate
 
 
-def _called_loop(typingctx, code, arguments):
-    """Call a loop that returns nothing, compiled for exactly these types of arguments (:func:`address`)."""
+def _called_loop(typingctx, function, code, arguments):
+    """Call a loop that returns nothing by its address `code`; a TypingError if it has not these types."""
+    if tuple(arguments.types) not in function.dispatcher.overloads:
+        raise numba.TypingError(f"{function.dispatcher.__name__} is not compiled for {arguments}")
 
     def generate(context, builder, signature, values):
-        kinds = list(signature.args[1].types)
-        parts = cgutils.unpack_tuple(builder, values[1])
+        kinds = list(signature.args[2].types)
+        parts = cgutils.unpack_tuple(builder, values[2])
         kind = context.call_conv.get_function_type(types.none, kinds)
-        function = builder.inttoptr(values[0], kind.as_pointer())
-        status, _ = context.call_conv.call_function(builder, function, types.none, kinds, parts)
+        pointer = builder.inttoptr(values[1], kind.as_pointer())
+        status, _ = context.call_conv.call_function(builder, pointer, types.none, kinds, parts)
         with cgutils.if_unlikely(builder, status.is_error):
             context.call_conv.return_status_propagate(builder, status)
         return context.get_dummy_value()
 
-    return types.none(types.int64, arguments), generate
+    return types.none(function, types.int64, arguments), generate
 
 
 if INTERPRETED:
@@ -197,22 +208,27 @@ if INTERPRETED:
         """Call a lane function of NumPy with `out` from a row on."""
         code(work, control, out.reshape(-1)[row * LANES :], a, b)
 
-    def call(code, arguments):
+    def call(function, code, arguments):
         """Call a loop."""
-        code(*arguments)
+        function(*arguments)
 
 else:
     unit, call = intrinsic(_called_unit), intrinsic(_called_loop)
 
 
-def address(function, arguments: tuple):
-    """What :func:`call` calls: where a loop's code is for arguments of these types, compiled or loaded."""
+def address(function, arguments: tuple) -> int:
+    """What :func:`call` calls: where the code of a loop is, which has one list of types, those of these arguments."""
     if INTERPRETED:
-        return function
-    kinds = tuple(map(numba.typeof, arguments))
-    function.compile(kinds)
-    result = function.overloads[kinds]
-    return result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+        return 0
+    if function not in _addresses:
+        kinds = tuple(map(numba.typeof, arguments))
+        function.compile(kinds)
+        result = function.overloads[kinds]
+        _addresses[function] = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+    return _addresses[function]
+
+
+_addresses: dict = {}
 
 
 def unit_address(function: Callable, *names: str):

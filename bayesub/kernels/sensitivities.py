@@ -351,12 +351,14 @@ def _run(
             break
         for group in prange((min(_STEPS_AT_ONCE, n_points - first) + LANES - 1) // LANES):
             call(
+                _prepare,
                 prepare,
                 (np.int64(group), first, equations, slopes_of, loaded, bodies, inertia, history, stages, variations,
                  slots, step, parameters, matrices, forces),
             )  # fmt: skip
         for task in prange(n_tasks):
             call(
+                _propagate,
                 propagate,
                 (np.int64(task), first, outputs, history, matrices, forces, sources, factors, axes, changes, slopes,
                  step, times, rows, result),

@@ -1,6 +1,6 @@
 """The mass matrix M = M_rb - M_a (model manual, sections 2 and 6) of a vehicle at rest, for what needs no kernels.
 
-Kernels have their own (:mod:`bayesub.kernels.motion.mass`); a test compares the two.
+Kernels have their own (:mod:`bayesub.kernels.mass`); a test compares the two.
 """
 
 import numpy as np

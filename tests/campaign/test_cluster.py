@@ -67,13 +67,6 @@ def test_a_large_input_travels_once(cluster):
     assert sum(cluster.client.run(pieces.received).values()) - before <= 5  # of 40 pieces
 
 
-def test_kernels_are_compiled_once_for_a_host(cluster, tmp_path):
-    """Other workers of the host wait for the one that compiles."""
-    processes = cluster.map(partial(pieces.compiled, tmp_path), range(8))
-    assert len(set(processes)) == 2
-    assert len(list(tmp_path.glob("ran-*"))) == 1
-
-
 def test_a_worker_that_is_killed_takes_nothing_with_it(cluster, tmp_path):
     assert dict(cluster.results(partial(pieces.deadly_once, tmp_path), NUMBERS)) == RESULTS
     assert (tmp_path / "killed").exists()

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import llvmlite
 import numba
@@ -42,23 +43,30 @@ def _fail(values):
 
 @jit.jit
 def _call(code, values):
-    call(code, (values,))
+    call(_fail, code, (values,))
 
 
 @jit.jit(threads=True)
 def _fill_all(code, n, values, result):
     for k in prange(n):
-        call(code, (np.int64(k), values, result))
+        call(_fill, code, (np.int64(k), values, result))
 
 
 def test_loops_are_called_by_their_addresses():
-    """As numba calls them itself, errors included; an address is that of exactly these types."""
+    """As numba calls them itself, errors included."""
     values, result = np.arange(5.0), np.zeros(5)
     _fill_all(address(_fill, (0, values, result)), 5, values, result)
     np.testing.assert_array_equal(result, 3.0 * values)
     with pytest.raises(ValueError, match="of a loop"):
         _call(address(_fail, (values,)), values)
-    assert len(_fill.signatures) == 1
+
+
+def test_other_types_than_those_of_the_code_are_refused():
+    """Which would read whatever stands where an argument is expected."""
+    values = np.zeros(5)
+    code = address(_fail, (values,))
+    with pytest.raises(numba.TypingError, match="_fail is not compiled for"):
+        _call(code, values.astype(np.float32))
 
 
 def test_the_processor_is_named_as_numba_names_it():
@@ -111,6 +119,14 @@ def test_a_full_disk_leaves_no_half_file(cache, monkeypatch):
     monkeypatch.setattr(compiled_files.os, "fdopen", full)
     compiled_files.save("key", b"content")
     assert [*cache.iterdir()] == []
+
+
+def test_several_may_keep_the_same_at_once(cache):
+    """Whoever is last leaves a whole file, and nothing else is left."""
+    with ThreadPoolExecutor(8) as threads:
+        list(threads.map(compiled_files.save, ["key"] * 40, [bytes(100_000)] * 40))
+    assert [file.name for file in cache.iterdir()] == ["key.compiled"]
+    assert compiled_files.load("key") == bytes(100_000)
 
 
 def test_what_makes_machine_code_names_it(monkeypatch):

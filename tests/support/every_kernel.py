@@ -31,7 +31,7 @@ class Report(NamedTuple):
 
 def environment(cache: Path) -> dict[str, str]:
     """Of a process with a cache folder of its own."""
-    return os.environ | {"XDG_CACHE_HOME": str(cache)}
+    return os.environ | {"NUMBA_CACHE_DIR": str(cache)}
 
 
 def read(output: str) -> Report:

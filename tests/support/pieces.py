@@ -5,12 +5,8 @@ import signal
 import threading
 import time
 from pathlib import Path
-from types import SimpleNamespace
-from unittest import mock
 
 import numpy as np
-
-from bayesub.kernels import compilation
 
 
 def number(k):
@@ -99,12 +95,3 @@ def functions(dask_scheduler):
 def received(dask_worker):
     """How often a worker has had something from other workers."""
     return dask_worker.state.transfer_incoming_count_total
-
-
-def compiled(folder, _):
-    """Ask for compiled kernels, whose stamp is in a folder; a file there says that a process has compiled them."""
-    script = f"import pathlib, os, time; pathlib.Path({str(folder)!r}, f'ran-{{os.getpid()}}').touch(); time.sleep(0.5)"
-    place = SimpleNamespace(stats=SimpleNamespace(cache_path=folder))
-    with mock.patch.object(compilation, "gathered", SimpleNamespace(variants=[place])):
-        compilation.ensure(script, "test")
-    return os.getpid()

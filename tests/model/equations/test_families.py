@@ -91,7 +91,7 @@ def test_another_clone_compiles_nothing(path, tmp_path):
     for arguments in ([path], [other / path.name, "nothing is written"]):
         done = subprocess.run(
             [sys.executable, "-c", NEW_SET, *map(str, arguments)],
-            env=os.environ | {"XDG_CACHE_HOME": str(tmp_path)},
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
             capture_output=True,
             text=True,
             check=False,

@@ -1,0 +1,54 @@
+"""Bad input that is refused: tests ask for kind and key of the error, and one file holds the sentences.
+
+``pytest --sentences -n 0 PATH`` writes the sentences of the tests that it runs to that file again, for a reader to look
+at the difference.
+"""
+
+import json
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from bayesub.io.errors import InputError
+
+FILE = Path(__file__).parents[1] / "sentences.json"
+_HOME = Path(__file__).parents[2]
+writing = False  # set by --sentences
+_begun: dict[str, int] = {}  # test -> refusals that it has seen
+
+
+@contextmanager
+def refused(kind: str, key: str = "") -> Iterator[pytest.ExceptionInfo[InputError]]:
+    """Something is refused with that kind of error, about that key, in the sentence that is kept for this test."""
+    with pytest.raises(InputError) as caught:
+        yield caught
+    check(caught.value, kind, key)
+
+
+def check(error: InputError | None, kind: str, key: str = "") -> None:
+    """The same of an error that was caught."""
+    assert error is not None, "nothing was refused"
+    assert (error.kind, error.key) == (kind, key), str(error)
+    test = os.environ["PYTEST_CURRENT_TEST"].rpartition(" ")[0]
+    n = _begun[test] = _begun.get(test, -1) + 1
+    sentence = _same_everywhere(str(error))
+    kept = json.loads(FILE.read_text()) if FILE.is_file() else {}
+    if writing:
+        kept[test] = [*kept.get(test, [])[:n], sentence]
+        FILE.write_text(json.dumps(dict(sorted(kept.items())), indent=1, ensure_ascii=False) + "\n")
+    else:
+        assert [sentence] == kept.get(test, [])[n : n + 1], "see tests/support/refusals.py"
+
+
+def _same_everywhere(sentence: str) -> str:
+    """A sentence without the folders of this machine and this run."""
+    places = [
+        re.escape(tempfile.gettempdir()) + r"/pytest-of-[^/]*/pytest-\d+/(popen-gw\d+/)?[^/\s:']+",
+        re.escape(str(_HOME)),
+    ]
+    return re.sub("|".join(places), "..", sentence)
