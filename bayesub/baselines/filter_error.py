@@ -66,7 +66,9 @@ def filter_error(
         if agreed >= agreement:
             break
     if not estimates:
-        raise InputError("filter error: the simulation fails wherever a search may start; narrow the prior")
+        raise InputError(
+            "filter error: the simulation fails wherever a search may start; narrow the prior", "model", "prior"
+        )
     order = np.argsort(costs, kind="stable")
     statuses = [estimates[k].statuses[0] for k in order]
     if agreed < agreement:

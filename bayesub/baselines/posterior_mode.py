@@ -54,7 +54,9 @@ def posterior_mode(problem: InferenceProblem, *, rng: np.random.Generator) -> Es
     channels = [name for name, part in parts.items() if not np.isfinite(part[0])]
     raise InputError(
         f"channel '{channels[0]}': no parameters that the prior admits are found with every prediction within the "
-        f"rounding of its reading; give the sensor an sd, or widen the prior"
+        f"rounding of its reading; give the sensor an sd, or widen the prior",
+        "data",
+        channels[0],
     )
 
 
@@ -69,7 +71,9 @@ def _lowest(problem, rng) -> Estimate:
         if best is None:
             raise InputError(
                 "no simulation within the prior completes the record, not even the first hundredth of it; look at the "
-                "signs of the controls and at the vehicle with bayesub check, or narrow the prior"
+                "signs of the controls and at the vehicle with bayesub check, or narrow the prior",
+                "model",
+                "prior",
             ) from None
         return best
     return other if best is None or other.costs[0] < best.costs[0] - _SAME * problem.n_params else best

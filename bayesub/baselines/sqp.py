@@ -68,9 +68,9 @@ def sqp(
     Estimate, best solution first; the cost is the sum of squared residuals.
     """
     if algorithm not in _OPTIONS:
-        raise InputError(f"unknown algorithm '{algorithm}': expected {' or '.join(_OPTIONS)}")
+        raise InputError(f"unknown algorithm '{algorithm}': expected {' or '.join(_OPTIONS)}", "unknown", "algorithm")
     if gradients not in ("exact", "forward"):
-        raise InputError(f"unknown gradients '{gradients}': expected exact or forward")
+        raise InputError(f"unknown gradients '{gradients}': expected exact or forward", "unknown", "gradients")
     unknowns = Normalised(problem, informed)
     limits = optimize.Bounds(*np.full((2, problem.n_params), [[1.0 - bounds], [1.0 + bounds]]))
 

@@ -88,7 +88,7 @@ def complete(
             note = _note(name, executor.note(), f"{len(failed)} failed" if failed else "")
             progress.update(len(store.results), len(pieces), unit, note)
     if failed:
-        raise InputError(_message(failed, len(pieces), unit, failures))
+        raise InputError(_message(failed, len(pieces), unit, failures), "state", next(iter(failed)))
     return {name: store.results[name] for name in pieces}
 
 

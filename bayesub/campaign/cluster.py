@@ -135,7 +135,9 @@ class Cluster(Executor):
                 if time.monotonic() > until:
                     raise InputError(
                         f"{self.address}: the scheduler has not answered for {duration(self.patience.workers)}; what "
-                        "is done is saved, start it again and use --resume"
+                        "is done is saved, start it again and use --resume",
+                        "state",
+                        "--dask",
                     ) from None
                 time.sleep(TICK_S)
             else:
@@ -158,7 +160,7 @@ class Cluster(Executor):
         if self.workers:
             self._last_worker = now
         elif now - self._last_worker > self.patience.workers:
-            raise InputError(self._nobody())
+            raise InputError(self._nobody(), "state", "--dask")
 
     def _examine(self, addresses: list[str], threads: dict[str, int]):
         """Refuse those of some workers that cannot take part."""
@@ -343,7 +345,11 @@ class _Campaign:
             return
         self.losses[name] += 1
         if self.losses[name] > LOSSES:
-            raise InputError(f"{self.cluster.address}: piece {name} was lost {LOSSES} times; what is done is saved")
+            raise InputError(
+                f"{self.cluster.address}: piece {name} was lost {LOSSES} times; what is done is saved",
+                "state",
+                "--dask",
+            )
         self.waiting.appendleft(name)
 
     def cancel(self) -> None:

@@ -121,14 +121,14 @@ def connect(text: str, code: Callable[[], dict[str, str]], remark: Callable[[str
     try:
         import distributed  # noqa: F401
     except ImportError:
-        raise InputError("--dask needs Dask: pip install 'bayesub[cluster]'") from None
+        raise InputError("--dask needs Dask: pip install 'bayesub[cluster]'", "install", "dask") from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what is lost is said by the campaign
     if _ADDRESS.fullmatch(text):
         return _scheduler(text, None, code, remark)
     if match := re.fullmatch(r"local:([1-9]\d*)", text):
         return _on_this_machine(int(match[1]), code, remark)
     if Path(text).suffix not in (".yaml", ".yml"):
-        raise InputError(f"--dask {text}: {_FORMS}")
+        raise InputError(f"--dask {text}: {_FORMS}", "value", "--dask")
     file = cluster_file(Path(text))
     if file.scheduler is not None:
         return _scheduler(file.scheduler, _security(file.tls), code, remark)
@@ -144,9 +144,9 @@ def cluster_file(path: Path) -> ClusterFile:
     except yaml.YAMLError as error:
         line = getattr(error, "problem_mark", None)
         where = f"line {line.line + 1}: " if line else ""
-        raise InputError(f"{path}: {where}is not valid YAML: {getattr(error, 'problem', error)}") from None
+        raise InputError(f"{path}: {where}is not valid YAML: {getattr(error, 'problem', error)}", "format") from None
     if not isinstance(content, dict):
-        raise InputError(f"{path}: is not a table of keys and values")
+        raise InputError(f"{path}: is not a table of keys and values", "format")
     return validate(content, ClusterFile, str(path))
 
 
@@ -158,7 +158,7 @@ def _security(tls: Tls | None):
 
     for name, file in tls:
         if not Path(file).is_file():
-            raise InputError(f"--dask: key 'tls.{name}': there is no file {file}")
+            raise InputError(f"--dask: key 'tls.{name}': there is no file {file}", "file", f"tls.{name}")
     pairs = product(("client", "scheduler", "worker"), ("cert", "key"))
     roles = {f"tls_{role}_{part}": getattr(tls, part) for role, part in pairs}
     return Security(tls_ca_file=tls.ca_file, require_encryption=True, **roles)
@@ -171,7 +171,9 @@ def _client(target, name: str, security=None):
     try:
         return Client(target, security=security, timeout=ANSWER_S, set_as_default=False)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
-        raise InputError(f"--dask {name}: no scheduler answers there ({type(error).__name__}: {error})") from None
+        raise InputError(
+            f"--dask {name}: no scheduler answers there ({type(error).__name__}: {error})", "state", "--dask"
+        ) from None
 
 
 def _scheduler(address: str, security, code, remark) -> Executor:
@@ -214,7 +216,9 @@ def _jobs(file: ClusterFile, name: str, code, remark) -> Executor:
             cores=file.cores, processes=file.cores, memory=file.memory, **given
         )
     except (TypeError, ValueError, OSError, RuntimeError) as error:
-        raise InputError(f"{name}: {_CLASSES[file.queue]} of dask-jobqueue does not start: {error}") from None
+        raise InputError(
+            f"{name}: {_CLASSES[file.queue]} of dask-jobqueue does not start: {error}", "state", "queue"
+        ) from None
     jobs = math.ceil(file.workers / file.cores)
     cluster.adapt(minimum_jobs=jobs, maximum_jobs=jobs)
     return _own(cluster, name, code, remark, Patience(workers=QUEUE_S))

@@ -48,7 +48,7 @@ class Executor(ABC):
         with closing(self.results(work, pieces)) as stream:
             for name, result in stream:
                 if isinstance(result, Failure):
-                    raise InputError(f"piece {name} of {len(pieces)} failed: {result.cause}")
+                    raise InputError(f"piece {name} of {len(pieces)} failed: {result.cause}", "state", name)
                 results[name] = result
         return [results[name] for name in pieces]
 

@@ -49,7 +49,9 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     if card is not None:
         cards = [c for _, c in findings.values() if isinstance(c, DrawnCard)]
         if len(cards) != 1:
-            raise InputError(f"--card draws one vehicle or study, found {len(cards)} among the files")
+            raise InputError(
+                f"--card draws one vehicle or study, found {len(cards)} among the files", "conflict", "--card"
+            )
         with drawing(card):
             cards[0].draw(card)
 
@@ -69,7 +71,8 @@ def examine(path: Path, vehicles: Sequence = ()) -> tuple[str, Card | None]:
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
         "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors'), a "
-        "disturbance (no 'disturbance') nor limits (no 'share_of_draws')"
+        "disturbance (no 'disturbance') nor limits (no 'share_of_draws')",
+        "format",
     )
 
 

@@ -99,9 +99,9 @@ def design(
     from bayesub.study.run import RunInterrupted
 
     if resume and force:
-        raise InputError("--resume and --force exclude each other")
+        raise InputError("--resume and --force exclude each other", "conflict", "--force")
     if minutes is not None and judgements is not None:
-        raise InputError("--minutes and --judgements exclude each other")
+        raise InputError("--minutes and --judgements exclude each other", "conflict", "--minutes")
     request = Request(
         vehicle, wanted or (DEFAULT,), sensors, limits, after, families, trials, minutes or MINUTES, judgements, seed,
         subproblem, boats,

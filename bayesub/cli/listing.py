@@ -23,7 +23,7 @@ def _kinds(_ctx, _param, incomplete: str) -> list[str]:
 def list_(what: str, as_json: bool) -> None:
     """List what is built in, and the studies of the folder `studies`."""
     if what and what not in KINDS:
-        raise InputError(f"cannot list '{what}'{nearest(what, KINDS)}; expected {', '.join(KINDS)}")
+        raise InputError(f"cannot list '{what}'{nearest(what, KINDS)}; expected {', '.join(KINDS)}", "unknown", what)
     listings = {"equations": _equations, "logs": _logs, "studies": _studies}
     kinds = [what] if what else KINDS
     entries = {kind: listings[kind]() if kind in listings else _built_in(kind) for kind in kinds}

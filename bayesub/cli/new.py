@@ -44,7 +44,7 @@ def vehicle(name: str, output: Path | None, source: str | None, geometry: Path |
 
     for option, value in (("--geometry", geometry), ("--equations", equations)):
         if source and value:
-            raise InputError(f"--from and {option} exclude each other")
+            raise InputError(f"--from and {option} exclude each other", "conflict", option)
     path = output or Path(f"{name}.toml")
     if source:
         text = new_vehicle.copied(name, source, path)
@@ -91,7 +91,9 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
     from bayesub.study import new_study
 
     if (manoeuvre is None) == (data is None):
-        raise InputError("a study needs one of --manoeuvre and --data")
+        raise InputError(
+            "a study needs one of --manoeuvre and --data", "missing" if data is None else "conflict", "--data"
+        )
     path = output or Path(f"{name}.toml")
     boat = load_vehicle(vehicle)
     if data is None:

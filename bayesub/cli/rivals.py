@@ -49,7 +49,9 @@ def check_agreement(method: str, difference: float, largest: float, unit: str) -
     if not difference <= largest:
         raise InputError(
             f"bench: {method} differs from the simulator by {difference:.1e}{unit}, more than {largest:.0e}{unit}: "
-            "they do not compute the same, so that their times cannot be compared"
+            "they do not compute the same, so that their times cannot be compared",
+            "state",
+            method,
         )
 
 

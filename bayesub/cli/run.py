@@ -82,7 +82,7 @@ def run(source: Path, output: Path | None, as_json: bool, **given: bool | str) -
     """
     options = Options(**given)
     if options.force and (options.resume or options.keep_stale):
-        raise InputError("--force excludes --resume and --keep-stale")
+        raise InputError("--force excludes --resume and --keep-stale", "conflict", "--force")
     console.quiet = as_json
     with executor_of(options.dask) as executor:
         if source.is_dir():

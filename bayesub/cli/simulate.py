@@ -95,7 +95,9 @@ def simulate(
             trajectory, process = section.flown(trajectory, rng)
             if instruments is None and set(process.axes) & set(CURRENTS):
                 raise InputError(
-                    "disturbance: a current shows in what instruments read; give --sensors, or leave it out"
+                    "disturbance: a current shows in what instruments read; give --sensors, or leave it out",
+                    "missing",
+                    "--sensors",
                 )
         forces = f"disturbance {in_words(process)}, "
     if instruments is None:
@@ -127,7 +129,11 @@ def _disturbance(path: Path | None, instruments):
     if path is None:
         return of_truth
     if of_truth is not None:
-        raise InputError(f"{path}: the file of --sensors has a [truth.disturbance] too; give one of the two")
+        raise InputError(
+            f"{path}: the file of --sensors has a [truth.disturbance] too; give one of the two",
+            "conflict",
+            "--disturbance",
+        )
     return read_disturbance(path)
 
 
@@ -137,4 +143,4 @@ def drawing(path: Path) -> Iterator[None]:
     try:
         yield
     except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be drawn: {' '.join(str(error).split())}") from None
+        raise InputError(f"{path}: cannot be drawn: {' '.join(str(error).split())}", "file") from None

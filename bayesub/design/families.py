@@ -82,7 +82,11 @@ def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
     given, expected = limits.of_controls, [f"{column}{rate}" for column in members for rate in ("", "ps")]
     for key in given:
         if key not in expected:
-            raise InputError(f"limits: '{key}' is no limit and no control of '{vehicle.name}'{nearest(key, expected)}")
+            raise InputError(
+                f"limits: '{key}' is no limit and no control of '{vehicle.name}'{nearest(key, expected)}",
+                "unknown",
+                key,
+            )
     moved = []
     for column, member in members.items():
         factor = log_files.si_factor(column)

@@ -83,7 +83,9 @@ class Judge:
         chosen = {equations.names[k] for k, has in zip(columns, scale, strict=True) if has} & set(active)
         if not chosen:
             raise InputError(
-                f"{self.vehicle.name}: none of the coefficients asked for has a value and a part in the motion"
+                f"{self.vehicle.name}: none of the coefficients asked for has a value and a part in the motion",
+                "conflict",
+                "free",
             )
         return tuple(name for name in equations.names if name in chosen)
 

@@ -210,5 +210,7 @@ class Range:
             if margin.excess[0] > 0.0 and margin.key != "depth_change_m":
                 raise InputError(
                     f"limits: even straight flight at {self.vehicle.speed_mps:g} m/s reaches "
-                    f"{margin.reached[0]:.3g}, beyond {margin.key} = {margin.limit:g}; widen it"
+                    f"{margin.reached[0]:.3g}, beyond {margin.key} = {margin.limit:g}; widen it",
+                    "conflict",
+                    margin.key,
                 )

@@ -44,11 +44,15 @@ def kinds(limits: Limits, asked: Sequence[str] = ()) -> tuple[str, ...]:
     """
     for kind in asked:
         if kind not in KINDS:
-            raise InputError(f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}")
+            raise InputError(
+                f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}", "unknown", "--family"
+            )
         if limits.orders_an_hour is not None and kind not in HELMSMAN:
             raise InputError(
                 f"--family {kind} contradicts orders_an_hour of the limits, which a helmsman follows in steps; leave "
-                "one of them out"
+                "one of them out",
+                "conflict",
+                "--family",
             )
     return tuple(dict.fromkeys(asked)) or (AUTOPILOT if limits.orders_an_hour is None else HELMSMAN)
 
@@ -65,7 +69,11 @@ def families(
     }
     moved = tuple(control for control in controls(vehicle, limits) if control.column in (RPM, *acting))
     if not moved:
-        raise InputError(f"{vehicle.name}: has no control that may move; give limits of one (bayesub new limits)")
+        raise InputError(
+            f"{vehicle.name}: has no control that may move; give limits of one (bayesub new limits)",
+            "missing",
+            "limits",
+        )
     return {kind: Family(kind, vehicle, limits, moved, subproblem) for kind in kinds(limits, asked)}
 
 
@@ -90,12 +98,16 @@ def refuse_uninformed(judge: Judge, manoeuvres: Sequence[Manoeuvre], gradients: 
         if all(i.sd_of(gradient) > (1.0 - SAME) * i.prior_sd_of(gradient) for i in judged):
             raise InputError(
                 f"design: the sensors ({channels}) tell nothing of {name}: on none of {len(judged)} manoeuvres of any "
-                "size is it known better than before; give other sensors, or ask for something else"
+                "size is it known better than before; give other sensors, or ask for something else",
+                "data",
+                name,
             )
     if not any(i.singular_values[0] > SAME for i in judged):
         raise InputError(
             f"design: the sensors ({channels}) tell nothing of any coefficient on {len(judged)} manoeuvres of any "
-            "size; give other sensors"
+            "size; give other sensors",
+            "data",
+            "sensors",
         )
 
 

@@ -145,7 +145,9 @@ def search(
     if least >= OUTSIDE:
         raise InputError(
             f"design: none of {costs.n} manoeuvres keeps the limits for all boats that are asked to; widen the limits, "
-            "lower share_of_draws, or shorten the trial"
+            "lower share_of_draws, or shorten the trial",
+            "conflict",
+            "limits",
         )
     return Found(numbers, float(least), costs.n, np.array(history))
 

@@ -167,7 +167,8 @@ def check(problem, title: str) -> DataCard:
         if not np.isfinite(size):
             raise InputError(
                 f"{title}: the boat of the prior centre does not complete the trial, or a sensor has an sd of next to "
-                "nothing; check the vehicle and the sensors"
+                "nothing; check the vehicle and the sensors",
+                "model",
             )
         whole = np.zeros((len(whitened), problem.n_params))
         whole[:, places] = whitened

@@ -106,7 +106,9 @@ class Checkpoint:
             before = notes["settings"].get(key, "another")  # in a checkpoint of a former version
             if before != now:
                 raise InputError(
-                    f"{self.folder}: cannot be resumed: {key} was {before} and is now {now}; remove it to start afresh"
+                    f"{self.folder}: cannot be resumed: {key} was {before} and is now {now}; remove it to start afresh",
+                    "state",
+                    key,
                 )
         geometry = {key.removeprefix("geometry_"): a for key, a in arrays.items() if key.startswith("geometry_")}
         blocks = list(self._blocks())
@@ -152,7 +154,9 @@ class Checkpoint:
         except OSError as error:
             raise InputError(
                 f"{self.folder}: checkpoint cannot be written: {reason(error)}; the {self.n_steps} steps before are "
-                "safe and a resumed run continues from them"
+                "safe and a resumed run continues from them",
+                "file",
+                "checkpoint",
             ) from None
 
     def _read(self, name):
@@ -160,7 +164,7 @@ class Checkpoint:
         try:
             content = (self.folder / name).read_bytes()
         except OSError as error:
-            raise InputError(f"{self.folder / name}: cannot be read: {reason(error)}") from None
+            raise InputError(f"{self.folder / name}: cannot be read: {reason(error)}", "file", "checkpoint") from None
         if hashlib.sha256(content[_DIGEST:]).digest() != content[:_DIGEST]:
             return None
         with np.load(io.BytesIO(content[_DIGEST:])) as file:
@@ -195,7 +199,9 @@ def opened(path: str | Path | None) -> Iterator[Checkpoint | None]:
         return
     folder = Path(path)
     if folder.is_file():
-        raise InputError(f"{folder}: is a file, not the folder of a checkpoint; remove it or choose another")
+        raise InputError(
+            f"{folder}: is a file, not the folder of a checkpoint; remove it or choose another", "file", "checkpoint"
+        )
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):

@@ -237,7 +237,9 @@ def require_nutpie():
             import nutpie
             import nutpie.compiled_pyfunc
     except ImportError:
-        raise InputError("the cross-check needs nutpie; install it with: pip install 'bayesub[cross-check]'") from None
+        raise InputError(
+            "the cross-check needs nutpie; install it with: pip install 'bayesub[cross-check]'", "install", "nutpie"
+        ) from None
     return nutpie
 
 

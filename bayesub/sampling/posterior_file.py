@@ -78,7 +78,7 @@ def save(posterior: Posterior, path: Path) -> None:
         with replacing(path) as partial:
             tree.to_netcdf(partial, engine="h5netcdf")
     except (OSError, RuntimeError) as error:  # HDF5 says RuntimeError when closing a file that it could not write
-        raise InputError(f"{path}: cannot be written: {error}") from None
+        raise InputError(f"{path}: cannot be written: {error}", "file") from None
 
 
 def load(path: Path) -> Posterior:
@@ -87,7 +87,7 @@ def load(path: Path) -> Posterior:
         with xr.open_datatree(path, engine="h5netcdf") as tree:
             draws, stats, summary = (tree[g].to_dataset().load() for g in ("posterior", "sample_stats", "convergence"))
     except (OSError, KeyError) as error:
-        raise InputError(f"{path}: is not a readable posterior ({error})") from None
+        raise InputError(f"{path}: is not a readable posterior ({error})", "format") from None
     names = tuple(str(name) for name in summary["parameter"].values)
     attrs = draws.attrs
     n_walkers = int(attrs["n_walkers"])

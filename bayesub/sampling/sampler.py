@@ -81,7 +81,11 @@ def sample(
     """
     n_walkers = N_WALKERS if n_walkers is None else n_walkers
     if n_ensembles < 1 or n_walkers < 2:
-        raise InputError(f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}")
+        raise InputError(
+            f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}",
+            "value",
+            "n_ensembles" if n_ensembles < 1 else "n_walkers",
+        )
     with store.opened(checkpoint) as saved:
         run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
@@ -243,7 +247,9 @@ class _Run:
         if not np.allclose(log_prob, self.state.log_prob, rtol=1e-9, atol=_SAME):
             raise InputError(
                 f"{self.saved.folder}: cannot be resumed: was made by another problem, whose log posterior differs; "
-                "remove it to start afresh"
+                "remove it to start afresh",
+                "state",
+                "checkpoint",
             )
 
 
@@ -318,7 +324,7 @@ def _starts(problem, geometry, surrogate, draws, rng, n):
         starts, log_prob = np.concatenate([starts, candidates[finite]]), np.concatenate([log_prob, densities[finite]])
         if len(starts) >= n:
             return starts[:n], log_prob[:n]
-    raise InputError("nearly every simulation around the posterior mode fails; narrow the prior")
+    raise InputError("nearly every simulation around the posterior mode fails; narrow the prior", "model", "prior")
 
 
 def _level(problem, geometry, surrogate, draws, rng) -> float:

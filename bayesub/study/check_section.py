@@ -102,7 +102,9 @@ def warm_up(problem: "TrialProblem", warm_up_s: float | None = None) -> float:
     if n_left < JUDGED_READINGS or warm_up_s > LONGEST_WARM_UP * last:
         raise InputError(
             f"is too short to be predicted: of {last:.4g} s the warm-up takes {warm_up_s:.4g} s, which leaves {n_left} "
-            "readings; give a longer log or a shorter warm_up_s"
+            "readings; give a longer log or a shorter warm_up_s",
+            "data",
+            "warm_up_s",
         )
     return warm_up_s
 

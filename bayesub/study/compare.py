@@ -82,16 +82,17 @@ def compare(
     """
     n, most = len(request.runs), comparison_page.MOST
     if n < 2:
-        raise InputError("give the folders of two runs at least")
+        raise InputError("give the folders of two runs at least", "missing", "runs")
     if n > most:
-        raise InputError(f"{n} runs are more than can be told apart in figures; give at most {most}")
+        raise InputError(f"{n} runs are more than can be told apart in figures; give at most {most}", "limit", "runs")
     progress.stage("read the runs")
     runs = [finished_run(run) for run in request.runs]
     manoeuvre, files = _manoeuvre(request, runs[0])
     labels, source = _labels(request.runs), str(next(iter(files.values()), manoeuvre))
     questions = [_asked(run, source) for run in runs]
-    if request.manoeuvre is not None and all(isinstance(question, str) for question in questions):
-        raise InputError(str(questions[0]))
+    refusals = [question for question in questions if isinstance(question, InputError)]
+    if request.manoeuvre is not None and len(refusals) == len(runs):
+        raise refusals[0]
     config = request.config(manoeuvre, dict(pair for run in runs for pair in run.files.items()) | files)
     with open_folder(folder, config, copies(files, config["files_sha256"]), force=force):
         compared = []
@@ -125,21 +126,21 @@ def _labels(folders: Sequence[Path]) -> list[str]:
         labels = ["/".join(folder.parts[-n:]) for folder in folders]
         if len(set(labels)) == len(labels):
             return labels
-    raise InputError(f"{folders[0]}: is given twice; a run is not compared with itself")
+    raise InputError(f"{folders[0]}: is given twice; a run is not compared with itself", "conflict", "runs")
 
 
-def _asked(run: FinishedRun, manoeuvre: str) -> Asked | str:
+def _asked(run: FinishedRun, manoeuvre: str) -> Asked | InputError:
     """The manoeuvre posed to a run, or why it does not fit."""
     try:
         return asked(run, manoeuvre)
     except InputError as error:
-        return str(error)
+        return error
 
 
-def _compared(label: str, run: FinishedRun, question: Asked | str, request: Request) -> ComparedRun:
+def _compared(label: str, run: FinishedRun, question: Asked | InputError, request: Request) -> ComparedRun:
     prediction, why_not = None, ""
-    if isinstance(question, str):
-        why_not = question
+    if isinstance(question, InputError):
+        why_not = str(question)
     else:
         rng = np.random.default_rng(request.seed)
         prediction = predicted_by(run, question, rng, request.draws, by=(POSTERIOR,))

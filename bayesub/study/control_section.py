@@ -52,8 +52,16 @@ class ControlSection(Section):
         if native == "deg" and self.column.endswith("_percent") and np.isfinite(limit):
             return limit / 100.0
         if key is None:
-            raise InputError(f"controls.{name}: its column ends with _{native} and has no other; leave column out")
-        raise InputError(f"controls.{name}: {key} is missing; give a guess of how much one unit of {self.column} is")
+            raise InputError(
+                f"controls.{name}: its column ends with _{native} and has no other; leave column out",
+                "conflict",
+                f"controls.{name}.column",
+            )
+        raise InputError(
+            f"controls.{name}: {key} is missing; give a guess of how much one unit of {self.column} is",
+            "missing",
+            f"controls.{name}.{key}",
+        )
 
 
 def with_columns(vehicle: Vehicle, sections: Mapping[str, ControlSection]) -> Vehicle:
@@ -63,13 +71,19 @@ def with_columns(vehicle: Vehicle, sections: Mapping[str, ControlSection]) -> Ve
     members = {actuator.name: actuator for actuator in vehicle.actuators.members}
     for name, section in sections.items():
         if name not in members:
-            raise InputError(f"controls.{name}: there is no such actuator{nearest(name, members)}")
+            raise InputError(
+                f"controls.{name}: there is no such actuator{nearest(name, members)}", "unknown", f"controls.{name}"
+            )
         actuator = members[name]
         if section.column is not None:
             unit = section.unit(name, actuator.unit, actuator.limit)
             actuator = actuator.by_column(section.column, unit, section.zero)
         if section.commanded and actuator.rate is None:
-            raise InputError(f"controls.{name}: answers a command at once; leave commanded out")
+            raise InputError(
+                f"controls.{name}: answers a command at once; leave commanded out",
+                "conflict",
+                f"controls.{name}.commanded",
+            )
         members[name] = replace(actuator, commanded=section.commanded)
     direct = vehicle.actuators.direct and all(section.column is None for section in sections.values())
     return replace(vehicle, actuators=replace(vehicle.actuators, members=tuple(members.values()), direct=direct))

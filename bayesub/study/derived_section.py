@@ -65,7 +65,9 @@ class DerivedSection(Section):
         from bayesub.model.quantities import QUANTITIES, Quantity
 
         if self.name in QUANTITIES:
-            raise InputError(f"derived: '{self.name}' is built in and needs no function; give another name")
+            raise InputError(
+                f"derived: '{self.name}' is built in and needs no function; give another name", "conflict", self.name
+            )
         function = partial(_called, self.function, _function(Path(path(self.file)), self.function))
         function(Boats(vehicle, np.tile(vehicle.xi, (2, 1))))
         return Quantity(self.name, "", self.meaning, (), "", function, self.none)
@@ -79,10 +81,12 @@ def _function(path: Path, function: str) -> Callable:
     try:
         spec.loader.exec_module(module)
     except Exception as error:  # whatever a file of the user's raises
-        raise InputError(f"derived: {path} cannot be run: {_words(error)}") from None
+        raise InputError(f"derived: {path} cannot be run: {_words(error)}", "format", "derived.file") from None
     if not callable(getattr(module, name, None)):
         valid = [key for key, value in vars(module).items() if callable(value)]
-        raise InputError(f"derived: {path} has no function '{name}'{nearest(name, valid)}")
+        raise InputError(
+            f"derived: {path} has no function '{name}'{nearest(name, valid)}", "unknown", "derived.function"
+        )
     return getattr(module, name)
 
 
@@ -91,11 +95,13 @@ def _called(name: str, function: Callable, boats: "Boats") -> np.ndarray:
     try:
         values = np.asarray(function(boats), dtype=float)
     except Exception as error:  # whatever a function of the user's raises
-        raise InputError(f"derived: {name} fails: {_words(error)}") from None
+        raise InputError(f"derived: {name} fails: {_words(error)}", "value", name) from None
     if values.shape != (len(boats),):
         raise InputError(
             f"derived: {name} returns shape {values.shape} for {len(boats)} boats; return one number for each, "
-            f"({len(boats)},)"
+            f"({len(boats)},)",
+            "value",
+            name,
         )
     return values
 

@@ -119,7 +119,9 @@ def pose(request: Request) -> Question:
     file = usual_sensors(vehicle, subproblem) if request.sensors is None else read_design(request.sensors)
     if known is not None and (file.prior is not None or file.free is not None):
         raise InputError(
-            f"{request.sensors}: [prior] and [free] contradict --after, whose posterior is the prior; leave them out"
+            f"{request.sensors}: [prior] and [free] contradict --after, whose posterior is the prior; leave them out",
+            "conflict",
+            "--after",
         )
     of_kinds = families(vehicle, limits, request.families, subproblem)
     random, draws = (np.random.default_rng(s) for s in np.random.SeedSequence(request.seed).spawn(2))
@@ -161,7 +163,9 @@ def goal_of(
     if criteria and len(wanted) > 1:
         raise InputError(
             f"--for {' --for '.join(wanted)}: contradict each other; give one criterion, or names of coefficients and "
-            "quantities"
+            "quantities",
+            "conflict",
+            "--for",
         )
     if not criteria:
         asked = tuple(_asked(name, judge) for name in dict.fromkeys(wanted))
@@ -185,7 +189,9 @@ def _percent(word: str) -> float:
     except ValueError:
         percent = 0.0
     if not 0.0 < percent <= 100.0:
-        raise InputError(f"--for {word}: expected known: and per cent between 0 and 100, such as known:10")
+        raise InputError(
+            f"--for {word}: expected known: and per cent between 0 and 100, such as known:10", "value", "--for"
+        )
     return percent
 
 
@@ -200,24 +206,30 @@ def _asked(name: str, judge: Judge) -> Asked:
     if name in vehicle.equations.index:
         raise InputError(
             f"--for {name}: is not among the coefficients to infer of {vehicle.name}: it is zero, held, or has no part "
-            "in the motion"
+            "in the motion",
+            "conflict",
+            "--for",
         )
     if name not in quantities.QUANTITIES:
         valid = (DEFAULT, *OPTIMALITY, *judge.names, *quantities.QUANTITIES)
         raise InputError(
             f"--for {name}: is no criterion, coefficient or quantity{nearest(name, valid)}; quantities are "
-            f"{', '.join(quantities.QUANTITIES)}"
+            f"{', '.join(quantities.QUANTITIES)}",
+            "unknown",
+            "--for",
         )
     quantity = quantities.QUANTITIES[name]
     if reason := quantity.reason(vehicle):
-        raise InputError(f"--for {name}: {vehicle.name} has none: {reason}")
+        raise InputError(f"--for {name}: {vehicle.name} has none: {reason}", "conflict", "--for")
     (value,) = quantity.values(vehicle, vehicle.xi)
     gradient = quantities.gradient(vehicle, quantity, judge.columns)
     if not (np.isfinite(value) and np.isfinite(gradient).all()):
-        raise InputError(f"--for {name}: {vehicle.name} does not reach it; ask for another quantity")
+        raise InputError(f"--for {name}: {vehicle.name} does not reach it; ask for another quantity", "limit", "--for")
     if judge.empty().prior_sd_of(gradient) <= EXACT * abs(value):
         raise InputError(
-            f"--for {name}: depends on none of the coefficients to infer; ask for another, or change [free]"
+            f"--for {name}: depends on none of the coefficients to infer; ask for another, or change [free]",
+            "conflict",
+            "--for",
         )
     return Asked(name, quantity.unit, float(value), gradient)
 

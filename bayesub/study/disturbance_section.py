@@ -316,5 +316,9 @@ def _built(amount: float | LogNormalPrior, factor: float = 1.0) -> float | prior
 def _positive(rms: float, axis: str) -> float:
     if not rms > 0.0:
         way = "sd or sd_n" if axis in AXES[:3] else "sd or sd_nm"
-        raise InputError(f"disturbance: the hull makes no {axis} on the manoeuvre, so that it has no share; give {way}")
+        raise InputError(
+            f"disturbance: the hull makes no {axis} on the manoeuvre, so that it has no share; give {way}",
+            "conflict",
+            f"disturbance.share.{axis}",
+        )
     return rms

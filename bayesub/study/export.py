@@ -76,7 +76,9 @@ def _parquet(run: FinishedRun, path: Path) -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        raise InputError("Parquet needs pyarrow: pip install 'bayesub[parquet]', or choose CSV or NetCDF") from None
+        raise InputError(
+            "Parquet needs pyarrow: pip install 'bayesub[parquet]', or choose CSV or NetCDF", "install", "pyarrow"
+        ) from None
     with replacing(path) as partial, partial.open("wb") as file:
         draws(run).to_parquet(file, engine="pyarrow", index=False)
 
@@ -104,12 +106,16 @@ def format_of(path: Path, kind: str | None) -> str:
     """
     if kind is not None:
         if kind not in FORMATS:
-            raise InputError(f"no format '{kind}'{nearest(kind, FORMATS)}; choose one of {', '.join(FORMATS)}")
+            raise InputError(
+                f"no format '{kind}'{nearest(kind, FORMATS)}; choose one of {', '.join(FORMATS)}", "unknown", "--as"
+            )
         return kind
     suffixes = {one.suffix: name for name, one in FORMATS.items()}
     if path.suffix.lower() not in suffixes:
         what = f"no format is known by the suffix '{path.suffix}'{nearest(path.suffix, suffixes)}"
-        raise InputError(f"{path}: {what}; end the name with one of {', '.join(suffixes)}, or give --as")
+        raise InputError(
+            f"{path}: {what}; end the name with one of {', '.join(suffixes)}, or give --as", "unknown", "--as"
+        )
     return suffixes[path.suffix.lower()]
 
 
@@ -139,7 +145,9 @@ def export(folder: str | Path, path: str | Path, kind: str | None = None) -> Fin
     folder, path = Path(folder), Path(path)
     chosen = FORMATS[format_of(path, kind)]
     if folder.resolve() in path.resolve().parents:
-        raise InputError(f"{path}: is in the folder of the run, whose files are its own; choose another -o")
+        raise InputError(
+            f"{path}: is in the folder of the run, whose files are its own; choose another -o", "conflict", "-o"
+        )
     run = finished_run(folder)
     with writing(path):
         chosen.write(run, path)

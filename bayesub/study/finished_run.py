@@ -68,7 +68,8 @@ class FinishedRun:
         if setup.problem.names != self.posterior.names:
             raise InputError(
                 f"{self.folder}: was made by a version of bayesub that posed another problem of the same study; run "
-                "the study again"
+                "the study again",
+                "state",
             )
         return setup
 
@@ -85,24 +86,26 @@ def finished_run(folder: str | Path) -> FinishedRun:
     folder = Path(folder)
     config = saved_config(folder)
     if config is None:
-        raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing")
+        raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing", "state", CONFIG)
     for key in OTHERS:
         if key in config:
-            raise InputError(f"{folder}: is a {key}; give the folder of the run of a study")
+            raise InputError(f"{folder}: is a {key}; give the folder of the run of a study", "state", key)
     if "script_sha256" in config:
-        raise InputError(f"{folder}: is the run of a script; give that of a study in TOML")
+        raise InputError(f"{folder}: is the run of a script; give that of a study in TOML", "state")
     if "sources_sha256" not in config:
-        raise InputError(f"{folder}: was made by a version of bayesub before 0.2; run its study again")
+        raise InputError(f"{folder}: was made by a version of bayesub before 0.2; run its study again", "state")
     if (result := load_result(folder)) is None:
-        raise InputError(f"{folder}: the run has not finished; continue it with bayesub run .. --resume")
+        raise InputError(f"{folder}: the run has not finished; continue it with bayesub run .. --resume", "state")
     if not (folder / POSTERIOR).exists():
-        raise InputError(f"{folder}: {POSTERIOR} is missing; run the study again")
+        raise InputError(f"{folder}: {POSTERIOR} is missing; run the study again", "state", POSTERIOR)
     posterior = posterior_file.load(folder / POSTERIOR)
     try:
         saved = json.loads((folder / ESTIMATES).read_text(encoding="utf-8"))
         estimates = tuple(map(Estimate.from_json, saved))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(f"{folder}: {ESTIMATES} is damaged ({error}); run the study again") from None
+        raise InputError(
+            f"{folder}: {ESTIMATES} is damaged ({error}); run the study again", "format", ESTIMATES
+        ) from None
     with error_source(str(folder)):
         study = saved_study(folder, config)
     return FinishedRun(folder, config, study, result.verdict, posterior, estimates)

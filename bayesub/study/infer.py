@@ -136,7 +136,9 @@ def _examine(setup: Setup, folder: Path, progress: TimedProgress, mode: np.ndarr
         raise InputError(
             f"{setup.study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' by "
             f"{fit.misfit:.3g} times its noise: {likely}look for a wrong column, sign or unit with bayesub check, free "
-            f"more coefficients, or raise the sd; to sample all the same give [sampler] max_misfit above that"
+            f"more coefficients, or raise the sd; to sample all the same give [sampler] max_misfit above that",
+            "data",
+            fit.channel,
         )
 
 

@@ -60,14 +60,20 @@ def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
     try:
         run = finished_run(folder)
     except InputError as error:
-        raise InputError(f"--after {error}") from None
+        raise InputError(f"--after {error}", error.kind, error.key) from None
     if run.verdict == NOT_CONVERGED:
         raise InputError(
             f"--after {folder}: the run has not converged, and its posterior may be wrong; raise max_steps of "
-            "[sampler] in its study and continue it with --resume"
+            "[sampler] in its study and continue it with --resume",
+            "state",
+            "--after",
         )
     flown, posterior = run.vehicle, run.posterior
     if flown.name != vehicle.name or flown.equations != vehicle.equations:
-        raise InputError(f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat")
+        raise InputError(
+            f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat",
+            "conflict",
+            "--after",
+        )
     names = tuple(name for name in posterior.names if name in vehicle.equations.index)
     return KnownBefore(folder, names, posterior.draws[:, [posterior.names.index(name) for name in names]])

@@ -26,7 +26,9 @@ def check(setup: Setup) -> None:
     """Raise InputError for a study of which no trial can be left out."""
     if len(setup.trials) < 2:
         raise InputError(
-            "--leave-out is for studies of several trials; of one log, name a second one to predict in [[check]]"
+            "--leave-out is for studies of several trials; of one log, name a second one to predict in [[check]]",
+            "conflict",
+            "--leave-out",
         )
     unseen_trials(setup)
 

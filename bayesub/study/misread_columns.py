@@ -26,7 +26,9 @@ def refuse_misread(setup: Setup, progress: TimedProgress) -> None:
         if misread and not is_trusted:
             others = f" ({len(misread) - 1} more: bayesub check {path})" if len(misread) > 1 else ""
             raise InputError(
-                f"{path}: {misread[0].line()}{others}; if the log is right all the same, give trust_log = true"
+                f"{path}: {misread[0].line()}{others}; if the log is right all the same, give trust_log = true",
+                "data",
+                ", ".join(misread[0].columns),
             )
         for finding in findings:
             progress.remark(f"{path}: {finding.line()}")

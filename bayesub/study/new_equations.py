@@ -25,5 +25,7 @@ def check_name(name: str) -> None:
     """InputError for what cannot name an equation set."""
     if not re.fullmatch(SET_NAME, name):
         raise InputError(
-            f"an equation set is named by letters, digits, '_' and '-', beginning with a letter, found '{name}'"
+            f"an equation set is named by letters, digits, '_' and '-', beginning with a letter, found '{name}'",
+            "value",
+            "name",
         )

@@ -14,7 +14,7 @@ from bayesub.io.errors import InputError
 def check_name(name: str) -> None:
     """InputError for a name that cannot be that of a file."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name):
-        raise InputError(f"a name is made of letters, digits, '_', '-' and '.', found '{name}'")
+        raise InputError(f"a name is made of letters, digits, '_', '-' and '.', found '{name}'", "value", "name")
 
 
 def write_new(path: Path, text: str) -> None:
@@ -23,9 +23,9 @@ def write_new(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        raise InputError(f"{path}: exists already; choose another file with -o") from None
+        raise InputError(f"{path}: exists already; choose another file with -o", "file", "-o") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {reason(error)}") from None
+        raise InputError(f"{path}: cannot be written: {reason(error)}", "file", "-o") from None
 
 
 def copied(name: str, source: str, kind: str, path: Path, equations_key: str) -> str:
@@ -46,7 +46,7 @@ def copied(name: str, source: str, kind: str, path: Path, equations_key: str) ->
     """
     file = toml_files.find(source, kind)
     if "name" not in toml_files.read_toml_table(file):
-        raise InputError(f"{source}: key 'name' is missing")
+        raise InputError(f"{source}: key 'name' is missing", "missing", "name")
     document = tomlkit.parse(toml_files.read_text(file))
     document["name"] = name
     equations = document.get(equations_key)

@@ -77,7 +77,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     ]
     of_use = [key for key in measured if QUANTITIES[key].changes(changing)]
     if not of_use:
-        raise InputError(f"{data}: has no column with three readings or more")
+        raise InputError(f"{data}: has no column with three readings or more", "data")
     source = [f'data = "{new_files.relative(path, data)}"']
     if plane != "all":
         source.append(f'subproblem = "{plane}"     # the plane that the boat kept to, by its controls')
@@ -144,6 +144,8 @@ def _scatter(key, log, data) -> float:
         readings = np.unwrap(readings)
     steps = np.abs(np.diff(readings))
     if not steps.any():
-        raise InputError(f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log")
+        raise InputError(
+            f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log", "data", header
+        )
     scatter = np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0))
     return float(max(scatter, 0.5 * steps[steps > 0.0].min())) / log_files.si_factor(header)

@@ -128,7 +128,9 @@ def _built(check: CheckSection, vehicle: Vehicle, sections, study: Study) -> Tri
             if check.data is not None and logs[0] == logs[1]:
                 where = f"in trial '{name}'" if name else "by this study"
                 raise InputError(
-                    f"{check.data} is fitted {where} and says nothing about prediction; give a log that is not fitted"
+                    f"{check.data} is fitted {where} and says nothing about prediction; give a log that is not fitted",
+                    "conflict",
+                    "check.data",
                 )
         return check.build(vehicle, sections, check.nuisances(study.nuisance), study.path)
 

@@ -141,7 +141,7 @@ class PriorSection(Section):
         built = of_vehicle | {name: one.build() for name, one in given.items() if name not in fixed}
         for name in fixed:
             if name not in names:
-                raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}")
+                raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}", "unknown", name)
         if not built and not self.correlations:
             return spread, fixed
         kept = tuple(one for one in related if not {*one[:2]} & given.keys())  # what is given goes before the file
@@ -155,12 +155,16 @@ class PriorSection(Section):
         if self.sd is None and not np.isfinite(vehicle.sd).any():
             raise InputError(
                 f"prior: vehicle '{vehicle.name}' gives no coefficient an sd; write {{ value = .., sd = .. }} in its "
-                "file, or add the relative 'sd' of all"
+                "file, or add the relative 'sd' of all",
+                "missing",
+                "prior.sd",
             )
         if self.centre == "perturbed" and vehicle.correlation is not None:
             raise InputError(
                 f"prior: vehicle '{vehicle.name}' has correlations, which a centre that is perturbed coefficient by "
-                'coefficient contradicts; leave out centre = "perturbed"'
+                'coefficient contradicts; leave out centre = "perturbed"',
+                "conflict",
+                "prior.centre",
             )
         otherwise = None if self.sd is None else priors.relative_normal(self.sd, centre)
         prior = priors.from_vehicle(vehicle, otherwise, centre)
@@ -173,16 +177,20 @@ def _table(path: Path, names: tuple[str, ...]) -> dict[str, PriorOfOne]:
     rows = [(n, [cell.strip() for cell in line.partition("#")[0].split(",")]) for n, line in lines]
     rows = [(n, cells) for n, cells in rows if any(cells)]
     if not rows:
-        raise InputError(f"{path}: is empty; expected a header line coefficient,mean,sd")
+        raise InputError(f"{path}: is empty; expected a header line coefficient,mean,sd", "format", "prior.table")
     (_, header), *rows = rows
     if header != ["coefficient", "mean", "sd"]:
-        raise InputError(f"{path}: columns must be coefficient,mean,sd, found {','.join(header)}")
+        raise InputError(
+            f"{path}: columns must be coefficient,mean,sd, found {','.join(header)}", "format", "prior.table"
+        )
     priors_of = {}
     for line, (name, *numbers) in rows:
         if name not in names:
-            raise InputError(f"{path}: line {line}: unknown coefficient '{name}'{nearest(name, names)}")
+            raise InputError(
+                f"{path}: line {line}: unknown coefficient '{name}'{nearest(name, names)}", "unknown", name
+            )
         if name in priors_of:
-            raise InputError(f"{path}: line {line}: coefficient '{name}' is given twice")
+            raise InputError(f"{path}: line {line}: coefficient '{name}' is given twice", "conflict", name)
         mean, sd = _mean_and_sd(numbers, f"{path}: line {line}")
         priors_of[name] = PriorOfOne(mean=mean, sd=sd) if sd > 0 else PriorOfOne(value=mean)
     return priors_of
@@ -197,7 +205,9 @@ def _mean_and_sd(cells: list[str], where: str) -> tuple[float, float]:
     if not (abs(mean) <= most and 0 <= sd <= most):
         found = ", ".join(cells) or "nothing"
         raise InputError(
-            f"{where}: mean and sd must be two numbers and sd not negative, at most {most:g}, found {found}"
+            f"{where}: mean and sd must be two numbers and sd not negative, at most {most:g}, found {found}",
+            "value",
+            "prior.table",
         )
     return mean, sd
 
@@ -281,7 +291,9 @@ def noise_models(sections: dict[str, NoiseSection], trials) -> list[dict[str, ob
     known = {column for columns in by_column for column in columns}
     for column in sections:
         if column not in known:
-            raise InputError(f"noise.{column}: no sensor reads that column{nearest(column, known)}")
+            raise InputError(
+                f"noise.{column}: no sensor reads that column{nearest(column, known)}", "unknown", f"noise.{column}"
+            )
     return [
         {columns[c].name: section.build(columns[c]) for c, section in sections.items() if c in columns}
         for columns in by_column

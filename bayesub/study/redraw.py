@@ -40,14 +40,14 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
     folder = Path(folder)
     config = saved_config(folder)
     if config is None:
-        raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing")
+        raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing", "state", CONFIG)
     for key, remedy in OTHERS.items():
         if key in config:
-            raise InputError(f"{folder}: is a {key}; bayesub {remedy} writes its page again")
+            raise InputError(f"{folder}: is a {key}; bayesub {remedy} writes its page again", "state", key)
     if "script_sha256" in config:
         result = script.redraw(folder, config, study and Path(study), pdf=pdf)
     elif study is not None:
-        raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study")
+        raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study", "conflict", "--study")
     else:
         result = _redraw(folder, config, pdf)
     saved = load_result(folder)
@@ -57,11 +57,17 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
 def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
     """The report of a study in TOML."""
     if not (folder / "numbers.json").exists():
-        raise InputError(f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume")
+        raise InputError(
+            f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume",
+            "state",
+            "numbers.json",
+        )
     if not (folder / "posterior.nc").exists():
         raise InputError(
             f"{folder}: posterior.nc is missing: without the draws neither figures nor report can be drawn again "
-            "(numbers.json and the figures that are there are those of the run); run the study again to have them"
+            "(numbers.json and the figures that are there are those of the run); run the study again to have them",
+            "state",
+            "posterior.nc",
         )
     study = saved_study(folder, config)
     from bayesub import baselines
@@ -77,7 +83,9 @@ def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
         check = CrossCheck.from_json(json.loads(check_file.read_text())) if check_file.exists() else None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
-            f"{folder}: {ESTIMATES}, {CROSS_CHECK} or numbers.json is damaged ({error}); run the study again"
+            f"{folder}: {ESTIMATES}, {CROSS_CHECK} or numbers.json is damaged ({error}); run the study again",
+            "format",
+            ESTIMATES,
         ) from None
     options = {"seconds": seconds, "pdf": pdf, "commit": config["commit"]}
     return conclude(prepare(study), folder, estimates, posterior, check, **options)
@@ -94,5 +102,5 @@ def saved_study(folder: Path, config: dict) -> Study:
         copy = folder / copy_name(name, digest)
         places[name] = copy if "sources_sha256" in config else Path(name)
         if file_digest(places[name]) != digest:
-            raise InputError(f"{folder}: {places[name]} has changed since the run; run the study again")
+            raise InputError(f"{folder}: {places[name]} has changed since the run; run the study again", "state")
     return study.located(source, places, quick=config["quick_run"])

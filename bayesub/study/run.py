@@ -101,9 +101,17 @@ def _work(study: Study | Script, cross_check: bool, leave_out: bool):
     """The work of a study: a function of its folder, whether figures are drawn as PDF too, progress and executor."""
     if isinstance(study, Script):
         if cross_check:
-            raise InputError("--cross-check is for studies in TOML; a Python script says itself what it compares")
+            raise InputError(
+                "--cross-check is for studies in TOML; a Python script says itself what it compares",
+                "conflict",
+                "--cross-check",
+            )
         if leave_out:
-            raise InputError("--leave-out is for studies in TOML; a Python script says itself what it predicts")
+            raise InputError(
+                "--leave-out is for studies in TOML; a Python script says itself what it predicts",
+                "conflict",
+                "--leave-out",
+            )
         return partial(script.run, study)
     from bayesub.sampling.nuts import require_nutpie
     from bayesub.study import leave_out as others
@@ -130,4 +138,6 @@ def interruptions(folder: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno not in _NO_ROOM:
             raise
-        raise InputError(f"{folder}: {reason(error)}; what is done is saved, make room and use --resume") from None
+        raise InputError(
+            f"{folder}: {reason(error)}; what is done is saved, make room and use --resume", "file"
+        ) from None

@@ -69,10 +69,10 @@ def open_folder(
     if resume:
         config = _resumed(folder, saved, config, keep_stale)
     elif saved is not None and not force:
-        raise InputError(f"{folder}: already holds a run; {_remedy(saved, config)}")
+        raise InputError(f"{folder}: already holds a run; {_remedy(saved, config)}", "state")
     with writing(folder):
         if folder.exists() and saved is None and _content(folder):
-            raise InputError(f"{folder}: already holds other files; choose another -o")
+            raise InputError(f"{folder}: already holds other files; choose another -o", "state")
         folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
         with writing(folder):
@@ -88,13 +88,16 @@ def open_folder(
 def _resumed(folder: Path, saved: dict | None, config: dict, keep_stale: bool) -> dict:
     """The configuration of a run that is resumed; InputError if it cannot be."""
     if saved is None:
-        raise InputError(f"{folder}: holds no run to resume; leave out --resume")
+        raise InputError(f"{folder}: holds no run to resume; leave out --resume", "state", "--resume")
     if change := study_change(saved, config, ignored=STOPPING):
-        raise InputError(f"{folder}: cannot be resumed: {change}; use --force to start afresh")
+        raise InputError(f"{folder}: cannot be resumed: {change}; use --force to start afresh", "state", "--resume")
     change = code_change(saved, config)
     if change and not keep_stale:
         raise InputError(
-            f"{folder}: cannot be resumed: {change}; use --force to start afresh, or --keep-stale to go on all the same"
+            f"{folder}: cannot be resumed: {change}; use --force to start afresh, or --keep-stale to go on all the "
+            "same",
+            "state",
+            "--keep-stale",
         )
     others = {key: value for key, value in config.items() if key not in CODE}
     return others | {key: saved[key] for key in CODE if key in saved}

@@ -64,7 +64,9 @@ def state(folder: Path, config: dict, *, force: bool = False) -> RunState:
     if is_other and not force:
         kinds = {True: "the small version (--quick)", False: "the full version"}
         wanted, present = kinds[config["quick_run"]], kinds[bool(saved.get("quick_run"))]
-        raise InputError(f"{folder}: holds {present}, not {wanted}; use --force to replace it, or another -o")
+        raise InputError(
+            f"{folder}: holds {present}, not {wanted}; use --force to replace it, or another -o", "state", "--quick"
+        )
     result, code = load_result(folder), code_change(saved, config)
     change = study_change(saved, config, ignored=STOPPING)
     is_done = result is not None and not code and not study_change(saved, config)
@@ -77,9 +79,9 @@ def studies_in(folder: Path) -> list[Path]:
     A file that cannot be read is among them, so that its error shows when its turn comes.
     """
     if not folder.is_dir():
-        raise InputError(f"{folder}: is not a folder")
+        raise InputError(f"{folder}: is not a folder", "file")
     if not (studies := study_files(folder)):
-        raise InputError(f"{folder}: holds no study, neither TOML that names a vehicle nor Python")
+        raise InputError(f"{folder}: holds no study, neither TOML that names a vehicle nor Python", "missing")
     return studies
 
 

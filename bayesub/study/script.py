@@ -102,7 +102,9 @@ def check(path: Path) -> str:
     if missing := [name for name in FUNCTIONS if name not in names]:
         verb = "is" if len(missing) == 1 else "are"
         raise InputError(
-            f"{path}: a study script has the functions {', '.join(FUNCTIONS)}; {' and '.join(missing)} {verb} missing"
+            f"{path}: a study script has the functions {', '.join(FUNCTIONS)}; {' and '.join(missing)} {verb} missing",
+            "missing",
+            ", ".join(missing),
         )
     return _docstring(path, tree)
 
@@ -112,13 +114,15 @@ def _parsed(path: Path) -> ast.Module:
         return ast.parse(toml_files.read_text(path))
     except (SyntaxError, ValueError) as error:
         line = f"line {error.lineno}: " if isinstance(error, SyntaxError) else ""
-        raise InputError(f"{path}: {line}is not valid Python: {getattr(error, 'msg', error)}") from None
+        raise InputError(f"{path}: {line}is not valid Python: {getattr(error, 'msg', error)}", "format") from None
 
 
 def _docstring(path: Path, tree: ast.Module) -> str:
     docstring = ast.get_docstring(tree)
     if not docstring:
-        raise InputError(f"{path}: a study script begins with a docstring that states its question")
+        raise InputError(
+            f"{path}: a study script begins with a docstring that states its question", "missing", "docstring"
+        )
     return docstring.splitlines()[0]
 
 
@@ -277,17 +281,25 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
         if not path.exists():
             raise InputError(
                 f"{folder}: {COPY} is missing, the run of a script by bayesub before 0.2; name the script: "
-                f"--study studies/{config['name']}.py"
+                f"--study studies/{config['name']}.py",
+                "missing",
+                "--study",
             )
         if file_digest(path) != config["script_sha256"]:
-            raise InputError(f"{path}: has changed since the run; run the study again, or name a script with --study")
+            raise InputError(
+                f"{path}: has changed since the run; run the study again, or name a script with --study",
+                "state",
+                "--study",
+            )
     numbers_file = folder / NUMBERS
     if not numbers_file.exists():
-        raise InputError(f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume")
+        raise InputError(
+            f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume", "state", NUMBERS
+        )
     try:
         numbers = json.loads(toml_files.read_text(numbers_file))
     except ValueError as error:
-        raise InputError(f"{numbers_file}: is damaged ({error}); run the study again") from None
+        raise InputError(f"{numbers_file}: is damaged ({error}); run the study again", "format", NUMBERS) from None
     study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=_formats(pdf))
     return _conclude(load(path), study, numbers, check(path), config)
 

@@ -64,7 +64,7 @@ def answer(text: str, numbers: dict, *, quick: bool) -> str:
     except KeyError as error:
         if quick:
             return "Only the full version of the study has all numbers of the answer."
-        raise InputError(f"ANSWER: the numbers of the run have no {error}") from None
+        raise InputError(f"ANSWER: the numbers of the run have no {error}", "unknown", str(error.args[0])) from None
 
 
 def docstring_parts(docstring: str) -> tuple[str, dict[str, str], str]:

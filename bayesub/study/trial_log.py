@@ -126,7 +126,7 @@ def read_trial(
         short = log_files.short_name(column)
         if short not in log or column == "time_s":
             listed = (log_files.HEADERS.get(name, name) for name in log)
-            raise InputError(f"{path}: ignore names '{column}', no column{nearest(column, listed)}")
+            raise InputError(f"{path}: ignore names '{column}', no column{nearest(column, listed)}", "unknown", column)
         del log[short]
     log = vehicle.actuators.with_water(log)
     length_time = vehicle.length_m / vehicle.speed_mps
@@ -146,7 +146,9 @@ def read_trial(
             column = log_files.HEADERS[channel.quantity]
             raise InputError(
                 f"{path}: '{column}' does not change in the {subproblem} sub-problem; leave out its sensor and put the "
-                "column under ignore"
+                "column under ignore",
+                "conflict",
+                column,
             )
     initial = straight_and_level(vehicle)
     initial[log_files.STATES.index("u")] = rpm[0] / vehicle.rpm_per_mps
@@ -164,7 +166,9 @@ def read_trial(
         initial[log_files.STATES.index(state)] = factor * nuisance[start].mean[0]
     for start in known:
         raise InputError(
-            f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out"
+            f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out",
+            "conflict",
+            f"nuisance.{start}",
         )
     others = {"subproblem": subproblem, "prescribed": tuple(followed), "commanded": commanded}
     manoeuvre = of_inputs(name or path.stem, times, inputs, rpm, initial, vehicle, **others)
@@ -179,7 +183,9 @@ def _within_window(log, window, path) -> dict[str, np.ndarray]:
         first, last = log["time"][[0, -1]]
         raise InputError(
             f"{path}: window_s [{begin:g}, {end:g}] holds {rows.sum()} rows of a log from {first:g} to {last:g} s; "
-            "give two of its times"
+            "give two of its times",
+            "data",
+            "window_s",
         )
     return {name: cells[rows] for name, cells in log.items()}
 
@@ -190,9 +196,15 @@ def _prescribed(angle, record, subproblem, path) -> Prescribed:
     state = STATES[angle][0]
     channel = next((channel for channel in record.channels if channel.state == state), None)
     if channel is None:
-        raise InputError(f"{path}: {angle} is prescribed, and no sensor reads '{log_files.HEADERS[state]}'; add one")
+        raise InputError(
+            f"{path}: {angle} is prescribed, and no sensor reads '{log_files.HEADERS[state]}'; add one",
+            "missing",
+            log_files.HEADERS[state],
+        )
     if len(record.channels) == 1:
-        raise InputError(f"{path}: {angle} is prescribed, and no other sensor is left to be fitted; add one")
+        raise InputError(
+            f"{path}: {angle} is prescribed, and no other sensor is left to be fitted; add one", "missing", "sensors"
+        )
     return smoothed(angle, channel.times, channel.values, channel.total_sd)
 
 
@@ -209,15 +221,17 @@ def _controls(log, commanded, vehicle, path, max_gap):
             given = np.isfinite(log[name])
             if given.sum() < 2:
                 column = log_files.HEADERS.get(name, name)
-                raise InputError(f"{path}: control column '{column}' needs two cells at least; delete it if unused")
+                raise InputError(
+                    f"{path}: control column '{column}' needs two cells at least; delete it if unused", "data", column
+                )
             cells[name] = log["time"][given], log[name][given]
     vehicle.actuators.values(log, len(log["time"]), str(path))  # refuses controls of another boat
     if not cells:
         expected = ", ".join(log_files.HEADERS.get(name, name) for name in vehicle.inputs)
-        raise InputError(f"{path}: has no control column; expected some of {expected}")
+        raise InputError(f"{path}: has no control column; expected some of {expected}", "missing", expected)
     begin, end = max(times[0] for times, _ in cells.values()), min(times[-1] for times, _ in cells.values())
     if not begin < end:
-        raise InputError(f"{path}: its control columns have no time in common")
+        raise InputError(f"{path}: its control columns have no time in common", "data", "time_s")
     for name, (times, _) in cells.items():
         long = (np.diff(times) > max_gap) & (times[1:] > begin) & (times[:-1] < end)
         if long.any():
@@ -225,7 +239,9 @@ def _controls(log, commanded, vehicle, path, max_gap):
             raise InputError(
                 f"{path}: control column '{log_files.HEADERS.get(name, name)}' has a gap from {times[k]:.6g} to "
                 f"{times[k + 1]:.6g} s; cut the log there, or "
-                f"raise max_control_gap_s ({max_gap:.3g}) if a straight line is what was flown"
+                f"raise max_control_gap_s ({max_gap:.3g}) if a straight line is what was flown",
+                "data",
+                log_files.HEADERS.get(name, name),
             )
     times = np.unique(np.concatenate([times for times, _ in cells.values()]))
     times = times[(times >= begin) & (times <= end)]
@@ -245,7 +261,11 @@ def _within(record, duration, path) -> Record:
     for channel in record.channels:
         flown = (channel.times >= 0.0) & (channel.times <= duration)
         if not flown.any():
-            raise InputError(f"{path}: no reading of '{log_files.HEADERS[channel.quantity]}' lies within the controls")
+            raise InputError(
+                f"{path}: no reading of '{log_files.HEADERS[channel.quantity]}' lies within the controls",
+                "data",
+                log_files.HEADERS[channel.quantity],
+            )
         channels.append(replace(channel, times=channel.times[flown], values=channel.values[flown]))
     return Record(tuple(channels))
 
@@ -274,7 +294,11 @@ def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, floa
         return value, float(np.linalg.norm([sd * WIDENED, drift, *_by_current(rough[0], nuisance, vehicle), *late]))
     if not channels:
         if state == "psi":
-            raise InputError(f"{path}: nobody read the heading that the readings depend on; give nuisance.yaw0_deg")
+            raise InputError(
+                f"{path}: nobody read the heading that the readings depend on; give nuisance.yaw0_deg",
+                "missing",
+                "nuisance.yaw0_deg",
+            )
         turn = UNREAD_TURN * vehicle.speed_mps / vehicle.length_m
         sd = {"u": UNREAD_SPEED * vehicle.speed_mps, "p": turn, "phi": UNREAD_TILT}
         alike = "u" if state in "uvw" else "p" if state in "pqr" else "phi"

@@ -137,7 +137,9 @@ class TrialKeys(Section):
                 if getattr(section, key, None):
                     raise InputError(
                         f"sensors.{k}.{key}: is of simulated readings, and contradicts 'data'; leave it out (an "
-                        "unknown bias is for [nuisance], outliers are for [noise])"
+                        "unknown bias is for [nuisance], outliers are for [noise])",
+                        "conflict",
+                        f"sensors.{k}.{key}",
                     )
         known = {name: one.value for name, one in nuisance.items() if one.value is not None and name in INITIAL}
         return read_trial(
@@ -253,12 +255,18 @@ def read_instruments(name: str | Path) -> InstrumentsFile:
         return InstrumentsFile.model_validate({"sensors": [{"kind": name}]})
     if not Path(name).suffix:
         raise InputError(
-            f"no instruments '{name}'{nearest(str(name), PRESETS)}; expected {', '.join(PRESETS)} or a file"
+            f"no instruments '{name}'{nearest(str(name), PRESETS)}; expected {', '.join(PRESETS)} or a file",
+            "unknown",
+            str(name),
         )
     return toml_files.read_toml(Path(name), InstrumentsFile)
 
 
 def _prior(name: str, section: PriorOfOne) -> Prior:
     if section.value is not None:
-        raise InputError(f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave the parameter out")
+        raise InputError(
+            f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave the parameter out",
+            "conflict",
+            f"nuisance.{name}",
+        )
     return section.build()

@@ -86,7 +86,7 @@ def asked(
     columns = _read_columns(source, run.vehicle)
     if columns is None:
         if sensors is not None:
-            raise InputError(f"{source}: --sensors are of a log; a manoeuvre has no readings")
+            raise InputError(f"{source}: --sensors are of a log; a manoeuvre has no readings", "conflict", "--sensors")
         setup = run.setup()
         with error_source(source):
             trial = _flown(setup, source, subproblem, sample_s)
@@ -95,10 +95,16 @@ def asked(
     if current_mps is not None:
         raise InputError(
             f"{source}: --current-north-mps and --current-east-mps are of a manoeuvre; that of a log is unknown, and "
-            "its warm-up tells it"
+            "its warm-up tells it",
+            "conflict",
+            "--current-north-mps",
         )
     if sample_s is not None:
-        raise InputError(f"{source}: --sample is of a manoeuvre; a log is predicted at the times of its readings")
+        raise InputError(
+            f"{source}: --sample is of a manoeuvre; a log is predicted at the times of its readings",
+            "conflict",
+            "--sample",
+        )
     check, unread = _check(run, source, columns, sensors, subproblem)
     setup = run.setup([check])
     (trial,) = setup.unseen
@@ -159,7 +165,9 @@ def _flown(setup: Setup, source: str, subproblem: str | None, sample_s: float | 
     interval = manoeuvre.duration / SAMPLES if sample_s is None else sample_s
     n = manoeuvre.duration / interval
     if not 1.0 <= n <= MAX_READINGS:
-        raise InputError(f"--sample must be between {manoeuvre.duration / MAX_READINGS:.2g} s and the duration")
+        raise InputError(
+            f"--sample must be between {manoeuvre.duration / MAX_READINGS:.2g} s and the duration", "value", "--sample"
+        )
     times = np.minimum(np.arange(int(n * (1 + 1e-12)) + 1) * interval, manoeuvre.duration)
     moving = MOVING.get(setup.vehicle.equations.subproblem(manoeuvre.subproblem), log_files.STATES)
     sds = dict.fromkeys("xyz", POSITION_SD_M) | dict.fromkeys(log_files.ANGLES, np.radians(ATTITUDE_SD_DEG))
@@ -181,10 +189,18 @@ def _check_current(trial: UnseenTrial, current_mps: tuple[float, float] | None) 
     most, problem = toml_files.largest("mps"), trial.problem
     for towards, speed in zip(("north", "east"), current_mps, strict=True):
         if not abs(speed) <= most:
-            raise InputError(f"--current-{towards}-mps must be between {-most:g} and {most:g}, found {speed:g}")
+            raise InputError(
+                f"--current-{towards}-mps must be between {-most:g} and {most:g}, found {speed:g}",
+                "value",
+                f"--current-{towards}-mps",
+            )
     plane = problem.vehicle.equations.subproblem(problem.manoeuvre.subproblem)
     if current_mps[1] and "y" not in MOVING.get(plane, log_files.STATES):
-        raise InputError(f"--current-east-mps: has no part in the {plane} sub-problem; leave it out")
+        raise InputError(
+            f"--current-east-mps: has no part in the {plane} sub-problem; leave it out",
+            "conflict",
+            "--current-east-mps",
+        )
 
 
 def _held(setup: Setup, trial: UnseenTrial) -> tuple[str, ...]:

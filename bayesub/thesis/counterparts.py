@@ -256,4 +256,4 @@ def _read(file: Path) -> dict | None:
     try:
         return json.loads(file.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise InputError(f"{file}: is damaged ({error}); run the study again") from None
+        raise InputError(f"{file}: is damaged ({error}); run the study again", "format", file.name) from None

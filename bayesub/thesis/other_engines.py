@@ -291,7 +291,9 @@ def require_dynesty():
     try:
         import dynesty
     except ImportError:
-        raise InputError("this needs dynesty; install it with: pip install 'bayesub[cross-check]'") from None
+        raise InputError(
+            "this needs dynesty; install it with: pip install 'bayesub[cross-check]'", "install", "dynesty"
+        ) from None
     return dynesty
 
 

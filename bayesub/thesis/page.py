@@ -35,7 +35,7 @@ def write(folder: Path) -> Path | None:
         return None
     file = folder / PAGE
     if file.exists() and not file.read_text(encoding="utf-8", errors="replace").startswith(TITLE):
-        raise InputError(f"{file}: is not bayesub's and would be replaced; move it first")
+        raise InputError(f"{file}: is not bayesub's and would be replaced; move it first", "file", PAGE)
     text = page(folder)
     with writing(file):
         write_text(file, text)
