@@ -24,7 +24,7 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {reason(error)}") from None
+        raise InputError(f"{path}: cannot be written: {reason(error)}", "file") from None
 
 
 @contextmanager
@@ -64,7 +64,7 @@ def locked(folder: Path) -> Iterator[None]:
             lock.acquire()
         except filelock.Timeout:  # an OSError too
             message = f"{folder}: another run is at work in it; wait for it, or choose another folder"
-            raise InputError(message) from None
+            raise InputError(message, "state") from None
     try:
         yield
     finally:

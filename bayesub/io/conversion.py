@@ -94,10 +94,18 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
             if section.optional:
                 continue
             suggestion = nearest(section.signal, log.signals) or f"; it has {_few(log.signals)}"
-            raise InputError(f"{where}.signal': {log.path} has no signal '{section.signal}'{suggestion}")
+            raise InputError(
+                f"{where}.signal': {log.path} has no signal '{section.signal}'{suggestion}",
+                "unknown",
+                f"columns.{name}.signal",
+            )
         columns[name] = _column(name, section, log.signals[section.signal], f"{where}': ", log.path)
     if not columns:
-        raise InputError(f"{source}: {log.path} has none of the signals of this map; it has {_few(log.signals)}")
+        raise InputError(
+            f"{source}: {log.path} has none of the signals of this map; it has {_few(log.signals)}",
+            "unknown",
+            "columns",
+        )
     zero = log_map.time.zero
     zero = min(column.times[0] for column in columns.values()) if zero == "first" else zero
     parts = {name: _trim(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
@@ -128,7 +136,9 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
     times, values = times[usable], values[usable]
     if not len(times):
         raise InputError(
-            f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid"
+            f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid",
+            "data",
+            f"columns.{name}",
         )
     times, values = _in_order(times, values, section, remarks, path)
     if section.interval_s is not None:
@@ -145,7 +155,9 @@ def _in_order(times, values, section, remarks, path) -> tuple[np.ndarray, np.nda
         before, after = times[back[0]], times[back[0] + 1]
         raise InputError(
             f"{path}: the time stamps of '{section.signal}' go back from {before:.12g} to {after:.12g} s: its clock "
-            "was set; cut the file there, or take a signal with another clock"
+            "was set; cut the file there, or take a signal with another clock",
+            "data",
+            section.signal,
         )
     if n := np.count_nonzero(steps < 0):
         remarks.append(f"{n} stamps of '{section.signal}' were out of order and are sorted")
@@ -166,7 +178,9 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
         if outside.any():
             raise InputError(
                 f"{where}points reach from {inputs[0]:g} to {inputs[-1]:g}, and '{section.signal}' goes to "
-                f"{values[outside][0]:g}; add a point, or say with valid what is no reading"
+                f"{values[outside][0]:g}; add a point, or say with valid what is no reading",
+                "conflict",
+                f"columns.{name}.points",
             )
         values = np.interp(values, inputs, outputs)
     else:
@@ -176,13 +190,15 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
     if target and not unit and not has_rule:
         raise InputError(
             f"{where}the file does not say the unit of '{section.signal}'; give unit = \"{target}\" or another, or "
-            "factor"
+            "factor",
+            "missing",
+            f"columns.{name}.unit",
         )
     if unit and target:
         try:
             values = values * units.factor(unit, target, section.water_density_kgm3)
         except InputError as error:
-            raise InputError(f"{where}{error}") from None
+            raise InputError(f"{where}{error}", error.kind, f"columns.{name}.{error.key}") from None
     values = section.sign * values + section.offset
     return np.mod(values, 360.0) if section.wrap else values
 
@@ -201,7 +217,9 @@ def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path,
     if first >= last:
         raise InputError(
             f"{source}: section 'time': no reading of '{name}' from {path} lies between start_s and end_s; it has "
-            f"{times[0]:.6g} to {times[-1]:.6g} s after the zero {zero:.12g}"
+            f"{times[0]:.6g} to {times[-1]:.6g} s after the zero {zero:.12g}",
+            "data",
+            "time",
         )
     return Column(times[first:last], values[first:last], column.section, column.remarks)
 
@@ -214,7 +232,9 @@ def _check_overlap(columns: dict[str, Column], zero: float, path: Path) -> None:
     if begins[late] > ends[early]:
         raise InputError(
             f"{path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early]:.6g} s and '{late}' "
-            f"begins {begins[late]:.6g} s after {zero:.12g}; are their clocks different? delay_s of a column shifts it"
+            f"begins {begins[late]:.6g} s after {zero:.12g}; are their clocks different? delay_s of a column shifts it",
+            "conflict",
+            late,
         )
 
 

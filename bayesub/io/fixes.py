@@ -32,17 +32,21 @@ def positions(path: Path, names: list[str], rows: np.ndarray, line: np.ndarray) 
     """
     for one, other in (COLUMNS, COLUMNS[::-1]):
         if one not in names:
-            raise InputError(f"{path}: column '{other}' is given without '{one}'; add it or leave both out")
+            raise InputError(
+                f"{path}: column '{other}' is given without '{one}'; add it or leave both out", "missing", one
+            )
     fixes = rows[:, [names.index(name) for name in COLUMNS]]
     for name, values, limit in zip(COLUMNS, fixes.T, LIMITS, strict=True):
         wrong = np.flatnonzero(np.abs(values) > limit)
         if wrong.size:
             raise InputError(
-                f"{path}: line {line[wrong[0]]}, column '{name}': {values[wrong[0]]:g} is beyond {limit:g}"
+                f"{path}: line {line[wrong[0]]}, column '{name}': {values[wrong[0]]:g} is beyond {limit:g}",
+                "value",
+                name,
             )
     whole = np.flatnonzero(np.isfinite(fixes).all(axis=1))
     if not whole.size:
-        raise InputError(f"{path}: no row has both {COLUMNS[0]} and {COLUMNS[1]}")
+        raise InputError(f"{path}: no row has both {COLUMNS[0]} and {COLUMNS[1]}", "data", COLUMNS[0])
     import pymap3d  # here, since most logs have none
 
     first = fixes[whole[0]]
@@ -54,5 +58,5 @@ def positions(path: Path, names: list[str], rows: np.ndarray, line: np.ndarray) 
         k = far[0]
         fix, begin = (f"{values[0]:g}, {values[1]:g}" for values in (fixes[k], first))
         where = f"line {line[k]}: the fix {fix} is {distance[k] / 1e3:.0f} km from the first, {begin}"
-        raise InputError(f"{path}: {where}; empty the cells of what is no fix")
+        raise InputError(f"{path}: {where}; empty the cells of what is no fix", "data", COLUMNS[0])
     return relative[:, 0], relative[:, 1]

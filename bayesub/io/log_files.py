@@ -121,12 +121,14 @@ def read_log(
         log["x"], log["y"] = fixes.positions(path, names, rows, line)
     times = log["time"]
     if not np.isfinite(times).all():
-        raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty")
+        raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty", "data", "time_s")
     late = np.flatnonzero(np.diff(times) <= 0)
     if late.size and ascending:
         before, after = times[late[0]], times[late[0] + 1]
         raise InputError(
-            f"{path}: line {line[late[0] + 1]}: time_s must ascend, found {after:.12g} after {before:.12g}"
+            f"{path}: line {line[late[0] + 1]}: time_s must ascend, found {after:.12g} after {before:.12g}",
+            "data",
+            "time_s",
         )
     return log
 
@@ -136,20 +138,22 @@ def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
     columns = _columns(controls)
     header = toml_files.read_line(path)
     if not header:
-        raise InputError(f"{path}: is empty; expected a header line such as time_s,x_m,y_m")
+        raise InputError(f"{path}: is empty; expected a header line such as time_s,x_m,y_m", "format")
     for separator, word in ((";", "semicolons"), ("\t", "tabs")):
         if separator in header and "," not in header:
-            raise InputError(f"{path}: columns are separated by {word}; separate them by commas, with decimal points")
+            raise InputError(
+                f"{path}: columns are separated by {word}; separate them by commas, with decimal points", "format"
+            )
     names = [name.strip().strip('"') for name in header.split(",")]
     for name in names:
         if name not in columns:
-            raise InputError(f"{path}: unknown column '{name}'{_nearest_column(name, columns)}")
+            raise InputError(f"{path}: unknown column '{name}'{_nearest_column(name, columns)}", "unknown", name)
     if "time_s" not in names:
-        raise InputError(f"{path}: column 'time_s' is missing")
+        raise InputError(f"{path}: column 'time_s' is missing", "missing", "time_s")
     shorts = [columns[name][0] for name in names]
     if len(set(shorts)) < len(shorts):
         repeated = next(name for name, short in zip(names, shorts, strict=True) if shorts.count(short) > 1)
-        raise InputError(f"{path}: column '{repeated}' is given twice")
+        raise InputError(f"{path}: column '{repeated}' is given twice", "conflict", repeated)
     return names
 
 
@@ -183,7 +187,7 @@ def _numbers(path: Path, names) -> tuple[np.ndarray, np.ndarray]:
         raise _not_a_number(path, options)
     filled = ~np.isnan(rows).all(axis=1)
     if not filled.any():
-        raise InputError(f"{path}: has a header but no rows")
+        raise InputError(f"{path}: has a header but no rows", "data")
     return rows[filled], np.flatnonzero(filled) + 2
 
 
@@ -197,10 +201,12 @@ def _parsing(path) -> Iterator[None]:
             warnings.simplefilter("error", pd.errors.ParserWarning)
             yield
     except pd.errors.ParserWarning:
-        raise InputError(f"{path}: line 2: has more cells than there are columns; write decimal points") from None
+        raise InputError(
+            f"{path}: line 2: has more cells than there are columns; write decimal points", "format"
+        ) from None
     except pd.errors.ParserError as error:
         reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
-        raise InputError(f"{path}: {reason}; write decimal points, not commas") from None
+        raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
 
 
 def _not_a_number(path, options) -> InputError:
@@ -216,8 +222,10 @@ def _not_a_number(path, options) -> InputError:
                 cell = table.iat[row, column]
                 hint = "; write a decimal point" if "," in cell else ""
                 where = f"line {table.index[row] + 2}, column '{table.columns[column]}'"
-                return InputError(f"{path}: {where}: '{cell}' is not a finite number{hint}")
-    return InputError(f"{path}: holds cells that are not finite numbers")
+                return InputError(
+                    f"{path}: {where}: '{cell}' is not a finite number{hint}", "data", table.columns[column]
+                )
+    return InputError(f"{path}: holds cells that are not finite numbers", "data")
 
 
 def _check_sizes(path, names, rows, line) -> None:
@@ -227,7 +235,9 @@ def _check_sizes(path, names, rows, line) -> None:
     if beyond.size:
         row, column = beyond[0]
         excess = f"{rows[row, column]:g} is beyond {largest[column]:g}"
-        raise InputError(f"{path}: line {line[row]}, column '{names[column]}': {excess}; check the unit")
+        raise InputError(
+            f"{path}: line {line[row]}, column '{names[column]}': {excess}; check the unit", "unit", names[column]
+        )
 
 
 def write_log(path: Path, log: dict[str, np.ndarray]) -> None:

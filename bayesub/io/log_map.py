@@ -16,7 +16,7 @@ _OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_kgm3", "_counts", "_percent
 
 def _known_unit(unit: str) -> str:
     if not units.known(unit):
-        raise ValueError(units.unknown(unit))
+        raise InputError(units.unknown(unit), "unit", "unit")
     return unit
 
 
@@ -151,10 +151,13 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
     """
     log_map = toml_files.read_toml(path, LogMap)
     if None not in (kind, log_map.kind) and log_map.kind != kind:
-        raise InputError(f"{path}: key 'kind': this map is for '{log_map.kind}', not for '{kind}'")
+        raise InputError(f"{path}: key 'kind': this map is for '{log_map.kind}', not for '{kind}'", "conflict", "kind")
     if not log_map.columns:
         raise InputError(
-            f"{path}: has no section [columns.NAME]; bayesub new map {kind or log_map.kind or 'KIND'} writes an example"
+            f"{path}: has no section [columns.NAME]; bayesub new map {kind or log_map.kind or 'KIND'} writes an "
+            "example",
+            "missing",
+            "columns",
         )
     names: dict[str, str] = {}  # quantity -> column
     for column in log_map.columns:
@@ -162,7 +165,9 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
         _check_column(where, column)
         other = names.setdefault(log_files.short_name(column), column)
         if other != column:
-            raise InputError(f"{where}: is the same quantity as '{other}'; leave one of them out")
+            raise InputError(
+                f"{where}: is the same quantity as '{other}'; leave one of them out", "conflict", f"columns.{column}"
+            )
     folder = path.parent
     places = {"definitions": tuple(str(folder / name) for name in log_map.definitions)}
     if log_map.cache is not None:
@@ -173,9 +178,15 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
 def _check_column(where: str, column: str) -> None:
     columns = [name for name in (*log_files.COLUMNS, *log_files.PRESSURES, *fixes.COLUMNS) if name != "time_s"]
     if column == "time_s":
-        raise InputError(f"{where}: times come with each signal; the section [time] says what is zero")
+        raise InputError(
+            f"{where}: times come with each signal; the section [time] says what is zero",
+            "unknown",
+            f"columns.{column}",
+        )
     if column not in columns and not column.endswith(_OWN):
         raise InputError(
             f"{where}: unknown column{nearest(column, columns)}; bayesub manual files lists them, and those of "
-            f"a vehicle's own actuators end with one of {', '.join(_OWN)}"
+            f"a vehicle's own actuators end with one of {', '.join(_OWN)}",
+            "unknown",
+            f"columns.{column}",
         )

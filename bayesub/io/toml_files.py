@@ -64,7 +64,7 @@ class Section(pydantic.BaseModel):
             if isinstance(one, str) and any(unicodedata.category(c) == "Cc" and c not in "\n\t" for c in one):
                 raise ValueError(f"must not contain control characters, found {one!r}")
             if isinstance(one, float) and abs(one) > largest(info.field_name):
-                raise ValueError(f"{one:g} is beyond {largest(info.field_name):g}; check the unit")
+                raise InputError(f"{one:g} is beyond {largest(info.field_name):g}; check the unit", "unit")
         return value
 
 
@@ -103,7 +103,9 @@ def find(name: str, kind: str) -> Path:
     if path.suffix == "":
         raise InputError(
             f"no {kind.removesuffix('s')} '{name}'{nearest(name, files)}; built in are {', '.join(files)}; "
-            "anything else must be the path of a file"
+            "anything else must be the path of a file",
+            "unknown",
+            name,
         )
     return path
 
@@ -138,7 +140,7 @@ def reading(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {reason(error)}") from None
+        raise InputError(f"{path}: cannot be read: {reason(error)}", "file") from None
     except UnicodeDecodeError:
         raise _not_utf8(path) from None
 
@@ -148,7 +150,9 @@ def _not_utf8(path: Path) -> InputError:
     text = path.read_text(encoding="utf-8", errors="surrogateescape")
     wrong = re.search("[\udc80-\udcff]", text)
     line, byte = text.count("\n", 0, wrong.start()) + 1, ord(wrong.group()) - 0xDC00
-    return InputError(f"{path}: line {line}: is not UTF-8 text, found the byte 0x{byte:02x}; save it as UTF-8")
+    return InputError(
+        f"{path}: line {line}: is not UTF-8 text, found the byte 0x{byte:02x}; save it as UTF-8", "format"
+    )
 
 
 def read_toml(path: Path, model: type[Model]) -> Model:
@@ -162,9 +166,9 @@ def read_toml_table(path: Path) -> dict:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{path}: is not valid TOML: brackets are nested too deeply") from None
+        raise InputError(f"{path}: is not valid TOML: brackets are nested too deeply", "format") from None
     except ValueError as error:  # TOMLDecodeError, and that of a whole number of thousands of digits
-        raise InputError(f"{path}: is not valid TOML: {str(error).partition(';')[0]}") from None
+        raise InputError(f"{path}: is not valid TOML: {str(error).partition(';')[0]}", "format") from None
 
 
 def validate(content: dict, model: type[Model], source: str) -> Model:
@@ -172,10 +176,12 @@ def validate(content: dict, model: type[Model], source: str) -> Model:
     try:
         return model.model_validate(content)
     except pydantic.ValidationError as error:
-        raise InputError(f"{source}: {_sentence(error, model)}") from None
+        sentence, kind, key = _refusal(error, model)
+        raise InputError(f"{source}: {sentence}", kind, key) from None
 
 
-def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
+def _refusal(error: pydantic.ValidationError, model: type[Section]) -> tuple[str, str, str]:
+    """Sentence, kind and key of the first fault that pydantic found."""
     # A mistyped key is both unknown and missing; the unknown one tells more.
     first, *others = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
     keys, siblings = _followed(first["loc"], model)
@@ -185,29 +191,34 @@ def _sentence(error: pydantic.ValidationError, model: type[Section]) -> str:
     where = f"key '{key}': " if keys else ""
     more = f" (and {len(others)} more)" if others else ""
     if first["type"] == "missing":
-        return f"key '{key}' is missing{more}"
+        return f"key '{key}' is missing{more}", "missing", key
     if first["type"] == "extra_forbidden":
-        return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}"
+        return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}", "unknown", key
     if first["type"].startswith("union_tag"):
-        return _wrong_kind(key, first) + more
+        sentence, kind, key = _wrong_kind(key, first)
+        return sentence + more, kind, key
     message = first["msg"].removeprefix("Value error, ").replace("a valid tuple", "a list")
     message = message.replace("valid dictionary or object to extract fields from", "table")
     value = repr(first["input"])
     is_clear = value in message or isinstance(first["input"], dict) or len(value) >= 80
-    return f"{where}{message[0].lower()}{message[1:]}{'' if is_clear else f', found {value}'}{more}"
+    sentence = f"{where}{message[0].lower()}{message[1:]}{'' if is_clear else f', found {value}'}{more}"
+    raised = first.get("ctx", {}).get("error")  # by a validator
+    return sentence, raised.kind if isinstance(raised, InputError) else "value", key
 
 
-def _wrong_kind(key: str, error: dict) -> str:
+def _wrong_kind(key: str, error: dict) -> tuple[str, str, str]:
     """What is wrong with the key that says which kind a section is of."""
     if not isinstance(error["input"], dict):
-        return f"key '{key}': input should be a table"
+        return f"key '{key}': input should be a table", "value", key
     context = error["ctx"]
     inside = "model" if "(" in context["discriminator"] else context["discriminator"].strip("'")
+    key = f"{key}.{inside}"
     if "tag" not in context:
-        return f"key '{key}.{inside}' is missing"
+        return f"key '{key}' is missing", "missing", key
     kinds = context["expected_tags"].replace("'", "").split(", ")
     suggestion = nearest(context["tag"], kinds)
-    return f"key '{key}.{inside}': unknown '{context['tag']}'{suggestion}; expected one of {', '.join(kinds)}"
+    expected = f"{suggestion}; expected one of {', '.join(kinds)}"
+    return f"key '{key}': unknown '{context['tag']}'{expected}", "unknown", key
 
 
 def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:

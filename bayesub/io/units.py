@@ -99,9 +99,15 @@ def factor(unit: str, target: str, density: float | None = None) -> float:
         return size
     if (quantity, target_quantity) == ("pressure", "length"):
         if density is None:
-            raise InputError(f"a pressure in {unit} becomes a depth with water_density_kgm3; give it")
+            raise InputError(
+                f"a pressure in {unit} becomes a depth with water_density_kgm3; give it",
+                "missing",
+                "water_density_kgm3",
+            )
         return size / (density * GRAVITY)
-    raise InputError(f"'{unit}' ({quantity}) cannot become '{target}' ({target_quantity}); give factor instead")
+    raise InputError(
+        f"'{unit}' ({quantity}) cannot become '{target}' ({target_quantity}); give factor instead", "unit", "unit"
+    )
 
 
 def _key(unit: str) -> str:
@@ -117,5 +123,5 @@ def unknown(unit: str) -> str:
 
 def _find(unit: str) -> tuple[str, str]:
     if not known(unit):
-        raise InputError(unknown(unit))
+        raise InputError(unknown(unit), "unit", "unit")
     return _EXACT.get(unit) or _UNITS[_key(unit)]

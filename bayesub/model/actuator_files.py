@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 import pydantic
 
-from bayesub.io.errors import nearest
+from bayesub.io.errors import InputError, nearest
 from bayesub.io.log_files import COLUMNS, CONTROL_COLUMNS, si_factor
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.actuator import Actuator
@@ -251,42 +251,61 @@ AnyActuator = Annotated[
 ActuatorArray = tuple[AnyActuator, ...]
 
 
-def misfit(section: ActuatorsSection | tuple, equations: EquationSet, length_m: float, displaced: bool = False) -> str:
-    """What is wrong with the actuators of a boat of a length with these equations; empty if nothing.
+def check_fit(
+    section: ActuatorsSection | tuple, equations: EquationSet, length_m: float, displaced: bool = False
+) -> None:
+    """InputError for what is wrong with the actuators of a boat of a length with these equations.
 
     `displaced` says whether the buoyancy of its hull follows the water.
     """
     if isinstance(section, ActuatorsSection):
         others = [c.column for c in equations.controls if c.column.endswith("_deg") and c.column != RUDDER]
         if displaced:
-            return "displacement: needs [[actuators]] in place of [actuators]"
+            raise InputError("displacement: needs [[actuators]] in place of [actuators]", "conflict", "displacement")
         if others and section.plane_limit_deg is None:
-            return f"actuators: plane_limit_deg is missing; the equations '{equations.name}' have {', '.join(others)}"
-        return ""
+            raise InputError(
+                f"actuators: plane_limit_deg is missing; the equations '{equations.name}' have {', '.join(others)}",
+                "missing",
+                "actuators.plane_limit_deg",
+            )
+        return
     if not section:
-        return "actuators: there are none; add [[actuators]], or give the table [actuators]"
+        raise InputError(
+            "actuators: there are none; add [[actuators]], or give the table [actuators]", "missing", "actuators"
+        )
     for key in ("name", "header"):
         values = [getattr(one, key) for one in section]
         repeated = next((value for value in values if values.count(value) > 1), None)
         if repeated is not None:
-            return f"actuators: two have the {'column' if key == 'header' else key} '{repeated}'; give one another"
+            raise InputError(
+                f"actuators: two have the {'column' if key == 'header' else key} '{repeated}'; give one another",
+                "conflict",
+                repeated,
+            )
     of_equations = {control.column for control in equations.controls}
     known = of_equations | {RUDDER, BOW_PLANE, STERN_PLANE, AILERON}
     for one in section:
         where = f"actuators: {one.kind} '{one.name}'"
         if displaced and one.name in (VOLUME, COMPRESSIBILITY):
-            return f"{where}: the name is that of the hull's {one.name}; give it another"
+            raise InputError(
+                f"{where}: the name is that of the hull's {one.name}; give it another", "conflict", one.name
+            )
         if one.kind == "fin":
             for column in one.mixing or ():
                 if column not in known or not column.endswith("_deg"):
-                    return f"{where}: mixing knows no control '{column}'{nearest(column, known)}"
+                    raise InputError(
+                        f"{where}: mixing knows no control '{column}'{nearest(column, known)}", "unknown", column
+                    )
             if not any(share for column, share in _shares(one).items() if column in of_equations):
-                return f"{where}: moves no control of the equations '{equations.name}'"
+                raise InputError(f"{where}: moves no control of the equations '{equations.name}'", "model", one.name)
         elif one.header in of_equations:
-            return f"{where}: column '{one.header}' is a control of the equations; leave the actuator out or rename it"
+            raise InputError(
+                f"{where}: column '{one.header}' is a control of the equations; leave the actuator out or rename it",
+                "conflict",
+                one.header,
+            )
         elif max(map(abs, one.position_m)) > length_m:
-            return f"{where}: position_m lies further than length_m from the origin"
-    return ""
+            raise InputError(f"{where}: position_m lies further than length_m from the origin", "value", "position_m")
 
 
 def build(
@@ -296,7 +315,7 @@ def build(
     rpm: float,
     hull: tuple[Actuator, ...] = (),
 ) -> Actuators:
-    """The actuators of a vehicle file, which fit its equations (:func:`misfit`).
+    """The actuators of a vehicle file, which fit its equations (:func:`check_fit`).
 
     A control that is the propeller speed rests at `rpm`, with which the boat propels itself. Those of a `hull` whose
     buoyancy follows the water come last.

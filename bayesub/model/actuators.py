@@ -143,7 +143,7 @@ class Actuators:
         """How much parameters of these values differ from their nominal ones; InputError for an unknown name."""
         for name in values:
             if name not in self.parameters:
-                raise InputError(f"actuators: there is no '{name}'{nearest(name, self.parameters)}")
+                raise InputError(f"actuators: there is no '{name}'{nearest(name, self.parameters)}", "unknown", name)
         return {name: value - self.nominal(name) for name, value in values.items()}
 
     def mixed(self, values: np.ndarray) -> np.ndarray:
@@ -221,10 +221,14 @@ class Actuators:
             return np.eye(len(self.members))[self.columns.index(column)]
         if column not in controls and not self.direct:
             listed = ", ".join([*controls, *(other for other in self.columns if other not in controls)])
-            raise InputError(f"{source}: there is no {column} to be ordered; the boat has {listed}")
+            raise InputError(f"{source}: there is no {column} to be ordered; the boat has {listed}", "unknown", column)
         share = self.allocation[:, self.equations.control(column, source)]
         if not share.any():
-            raise InputError(f"{source}: no actuator can make the ordered {column}; they are {', '.join(self.columns)}")
+            raise InputError(
+                f"{source}: no actuator can make the ordered {column}; they are {', '.join(self.columns)}",
+                "model",
+                column,
+            )
         return share
 
     def demands(self, orders: Orders, source: str) -> dict[int, tuple[np.ndarray, np.ndarray]]:
@@ -290,7 +294,9 @@ class Actuators:
                     self.equations.control(CONTROL_HEADERS[name], source)
                 raise InputError(
                     f"{source}: has {CONTROL_HEADERS[name]}, which the boat does not have; it is moved by "
-                    f"{', '.join(self.columns) or 'nothing'}"
+                    f"{', '.join(self.columns) or 'nothing'}",
+                    "unknown",
+                    CONTROL_HEADERS[name],
                 )
         columns = [log.get(actuator.short, np.full(n, actuator.rest)) for actuator in self.members]
         return np.column_stack(columns or [np.empty((n, 0))])

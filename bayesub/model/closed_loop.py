@@ -108,7 +108,9 @@ class Flight:
         if not np.isfinite(self.state).all():
             raise InputError(
                 f"vehicle '{self.vehicle.name}' does not survive this closed-loop manoeuvre: "
-                f"it fails before {self.now * self.sample:.4g} s"
+                f"it fails before {self.now * self.sample:.4g} s",
+                "model",
+                self.vehicle.name,
             )
 
 

@@ -112,7 +112,7 @@ class ControlHistories:
         self.individual = tuple(dict.fromkeys(self._late(varied)))
         responding = sorted({*self.individual, *self._late(changes), *self._commanded})
         if responding and stage_times[2][0] == stage_times[0][0]:
-            raise InputError("a delay, a lag or a command needs controls = linear, found hold")
+            raise InputError("a delay, a lag or a command needs controls = linear, found hold", "conflict", "controls")
         self.stages = [self.logged(times) for times in stage_times]
         for i in responding:
             ends = self._ends(i, np.zeros((1, len(varied))))[0]

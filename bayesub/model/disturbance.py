@@ -193,11 +193,13 @@ class Disturbance:
         check_kind(self.kind)
         for axis, sd in zip(self.axes, self.sds, strict=True):
             if not (np.isfinite(sd) and sd > 0):
-                raise InputError(f"disturbance: the sd of {axis} must be positive, found {sd:g}; leave the axis out")
+                raise InputError(
+                    f"disturbance: the sd of {axis} must be positive, found {sd:g}; leave the axis out", "value", axis
+                )
         for key in ("correlation_time_s", "correlation_time_current_s"):
             time = getattr(self, key)
             if time is not None and not (np.isfinite(time) and time > 0):
-                raise InputError(f"disturbance: {key} must be positive, found {time:g}")
+                raise InputError(f"disturbance: {key} must be positive, found {time:g}", "value", key)
 
     @property
     def shortest_s(self) -> float:
@@ -275,21 +277,29 @@ def unit(axis: str) -> str:
 def check_kind(kind: str) -> None:
     """Raise InputError for a process that does not exist."""
     if kind not in KINDS:
-        raise InputError(f"disturbance: unknown kind '{kind}': expected {' or '.join(KINDS)}{nearest(kind, KINDS)}")
+        raise InputError(
+            f"disturbance: unknown kind '{kind}': expected {' or '.join(KINDS)}{nearest(kind, KINDS)}",
+            "unknown",
+            "kind",
+        )
 
 
 def check_axes(axes: Iterable[str], subproblem: str | None = None) -> None:
     """Raise InputError for an axis that does not exist, is named twice, or does not move in a sub-problem."""
     axes = tuple(axes)
     if not axes:
-        raise InputError(f"disturbance: name at least one axis of {' '.join(DISTURBED)}")
+        raise InputError(f"disturbance: name at least one axis of {' '.join(DISTURBED)}", "missing", "axes")
     for axis in axes:
         if axis not in DISTURBED:
-            raise InputError(f"disturbance: unknown axis '{axis}': expected some of {' '.join(DISTURBED)}")
+            raise InputError(
+                f"disturbance: unknown axis '{axis}': expected some of {' '.join(DISTURBED)}", "unknown", axis
+            )
         if axes.count(axis) > 1:
-            raise InputError(f"disturbance: axis {axis} is named twice")
+            raise InputError(f"disturbance: axis {axis} is named twice", "conflict", axis)
         if axis not in _PLANES[subproblem]:
             raise InputError(
                 f"disturbance: axis {axis} has no part in the {subproblem} sub-problem, which has "
-                f"{' '.join(_PLANES[subproblem])}; leave it out"
+                f"{' '.join(_PLANES[subproblem])}; leave it out",
+                "conflict",
+                axis,
             )

@@ -73,7 +73,9 @@ def hull_force_rms(simulators: Iterable[Simulator]) -> np.ndarray:
             status = trajectory.status[0].replace("_", " ")
             raise InputError(
                 f"disturbance: a share is of the forces of '{simulator.vehicle.name}' on {manoeuvre.name}, where the "
-                f"boat {status}; give sd, or sd_n and sd_nm"
+                f"boat {status}; give sd, or sd_n and sd_nm",
+                "model",
+                "share",
             )
         squares += manoeuvre.duration * np.mean(hull_forces(trajectory) ** 2, axis=0)
         total += manoeuvre.duration

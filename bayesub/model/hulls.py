@@ -241,4 +241,6 @@ def load_hull(path: str | Path) -> Hull:
 
 
 def _extreme(source: str) -> InputError:
-    return InputError(f"{source}: volume or added masses are too large, too small or undefined; check the units")
+    return InputError(
+        f"{source}: volume or added masses are too large, too small or undefined; check the units", "model"
+    )

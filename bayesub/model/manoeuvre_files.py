@@ -277,7 +277,11 @@ def read_manoeuvre(path: Path) -> ManoeuvreFile:
     kind = content.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
         fault = "is missing" if kind is None else f"is '{kind}'{nearest(str(kind), KINDS)}"
-        raise InputError(f"{path}: key 'kind' {fault}; expected one of {', '.join(KINDS)}")
+        raise InputError(
+            f"{path}: key 'kind' {fault}; expected one of {', '.join(KINDS)}",
+            "missing" if kind is None else "unknown",
+            "kind",
+        )
     return toml_files.validate(content, KINDS[kind], str(path))
 
 

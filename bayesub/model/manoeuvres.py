@@ -86,7 +86,9 @@ class Manoeuvre:
         if moved != present:
             raise InputError(
                 f"manoeuvre '{self.name}' moves {', '.join(moved) or 'nothing'}, '{vehicle.name}' is moved by "
-                f"{', '.join(present) or 'nothing'}; load it for this vehicle"
+                f"{', '.join(present) or 'nothing'}; load it for this vehicle",
+                "conflict",
+                self.name,
             )
 
 
@@ -105,7 +107,7 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
     if str(name).startswith("random:"):
         seed = str(name).removeprefix("random:")
         if not seed.isdecimal():
-            raise InputError(f"the seed in '{name}' must be a whole number, as in random:17")
+            raise InputError(f"the seed in '{name}' must be a whole number, as in random:17", "value", "seed")
         return _build(_random_file(seed=int(seed)), vehicle)
     path = toml_files.find(str(name), "manoeuvres")
     if path.suffix.lower() == ".csv":
@@ -179,12 +181,12 @@ def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
     values = actuators.values(log, len(times), str(path))
     if log and not any(name in log for name in vehicle.inputs):
         expected = ", ".join(log_files.HEADERS.get(name, name) for name in vehicle.inputs)
-        raise InputError(f"{path}: has no control column; expected some of {expected}")
+        raise InputError(f"{path}: has no control column; expected some of {expected}", "missing")
     if times[0] != 0.0:
-        raise InputError(f"{path}: a control history begins at time_s = 0, found {times[0]:g}")
+        raise InputError(f"{path}: a control history begins at time_s = 0, found {times[0]:g}", "data", "time_s")
     if len(times) < 2:
-        raise InputError(f"{path}: a control history needs at least two rows")
+        raise InputError(f"{path}: a control history needs at least two rows", "data", "time_s")
     rpm = vehicle.propeller_speed(log, len(times))
     if not (np.isfinite(values).all() and np.isfinite(rpm).all()):
-        raise InputError(f"{path}: a control column has empty cells; every row needs its controls")
+        raise InputError(f"{path}: a control column has empty cells; every row needs its controls", "data")
     return of_inputs(path.stem, times, values, rpm, straight_and_level(vehicle), vehicle, commanded=commanded)

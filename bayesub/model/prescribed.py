@@ -69,12 +69,16 @@ class Prescribed:
 def check(angle: str, subproblem: str | None) -> None:
     """InputError for an angle that cannot be prescribed in a sub-problem."""
     if angle not in PLANES:
-        raise InputError(f"prescribed: '{angle}' is no angle{nearest(angle, PLANES)}; expected pitch or yaw")
+        raise InputError(
+            f"prescribed: '{angle}' is no angle{nearest(angle, PLANES)}; expected pitch or yaw", "unknown", angle
+        )
     if subproblem != PLANES[angle]:
         flown = "six degrees of freedom" if subproblem is None else f"the {subproblem} sub-problem"
         raise InputError(
             f"prescribed: {angle} can be prescribed in the {PLANES[angle]} sub-problem only, and the trial has "
-            f'{flown}; give subproblem = "{PLANES[angle]}"'
+            f'{flown}; give subproblem = "{PLANES[angle]}"',
+            "conflict",
+            angle,
         )
 
 
@@ -103,7 +107,7 @@ def smoothed(angle: str, times: np.ndarray, readings: np.ndarray, sd: float) -> 
     from scipy.optimize import brentq
 
     if len(times) < _FEWEST:
-        raise InputError(f"prescribed: {angle} has {len(times)} readings; it needs {_FEWEST}")
+        raise InputError(f"prescribed: {angle} has {len(times)} readings; it needs {_FEWEST}", "data", angle)
 
     def excess(logarithm):
         spline = make_smoothing_spline(times, readings, lam=10.0**logarithm)

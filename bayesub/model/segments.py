@@ -35,7 +35,9 @@ class Segment:
         weights = (np.arange(n_steps + 1)[:, None] + [0.0, 0.5, 1.0]) / n_steps
         times = np.minimum(begin + weights * (end - begin), simulator.manoeuvre.duration).ravel()
         if simulator.histories.individual:
-            raise InputError("a filter does not know delays and lags of actuators; give them a value")
+            raise InputError(
+                "a filter does not know delays and lags of actuators; give them a value", "conflict", "varied"
+            )
         controls = simulator.controls_at(times)
         changes = np.zeros((len(times), len(varied) + 2 * len(axes), controls.shape[1]))
         inputs = simulator.histories.at(times)

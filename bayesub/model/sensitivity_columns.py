@@ -71,7 +71,7 @@ def sensitivity_columns(
         else:
             valid = [*equations.names, *workspace.BODY, *(f"{state}0" for state in log_files.STATES)]
             valid += vehicle.actuators.parameters
-            raise InputError(f"unknown parameter '{name}'{nearest(name, valid)}")
+            raise InputError(f"unknown parameter '{name}'{nearest(name, valid)}", "unknown", name)
     sources, factors, axes, starts = zip(*columns, strict=True)
     initial = np.zeros((len(columns), workspace.N_STATES))
     for column, start in enumerate(starts):

@@ -64,17 +64,23 @@ def simulate(
     xi = vehicle.xi if xi is None else np.asarray(xi, dtype=float)
     n = len(vehicle.xi)
     if xi.shape[-1:] != (n,) or xi.ndim > 2 or not np.isfinite(xi).all():
-        raise InputError(f"xi must be finite with shape ({n},) or (n_batch, {n}), found shape {xi.shape}")
+        raise InputError(
+            f"xi must be finite with shape ({n},) or (n_batch, {n}), found shape {xi.shape}", "value", "xi"
+        )
     if sample is None:
         times = manoeuvre.times
     elif np.isfinite(sample) and 0 < sample <= manoeuvre.duration:
         if not manoeuvre.duration / sample <= MAX_STEPS:
             raise InputError(
-                f"an output interval of {sample:g} s gives more than {MAX_STEPS:,} rows; give a longer one"
+                f"an output interval of {sample:g} s gives more than {MAX_STEPS:,} rows; give a longer one",
+                "limit",
+                "sample",
             )
         times = np.arange(int(manoeuvre.duration / sample * (1 + 1e-12)) + 1) * sample
     else:
-        raise InputError(f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}")
+        raise InputError(
+            f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}", "value", "sample"
+        )
     times = np.minimum(times, manoeuvre.duration)
     options = {"controls": controls, "subproblem": subproblem, "attitude": attitude}
     options["changes"] = vehicle.actuators.changes(actuators or {})

@@ -79,11 +79,11 @@ class Simulator:
             subproblem = manoeuvre.subproblem
         subproblem = vehicle.equations.subproblem(subproblem)
         if controls not in ("linear", "hold"):
-            raise InputError(f"unknown control convention '{controls}': expected linear or hold")
+            raise InputError(f"unknown control convention '{controls}': expected linear or hold", "unknown", "controls")
         if attitude not in ("euler", "quaternion"):
-            raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion")
+            raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion", "unknown", "attitude")
         if dt is not None and not (np.isfinite(dt) and dt > 0):
-            raise InputError(f"the time step must be a positive number of seconds, found {dt}")
+            raise InputError(f"the time step must be a positive number of seconds, found {dt}", "value", "dt")
         manoeuvre.check(vehicle)
         self.knots, self.forces = knots, forces
         for axes in (() if part is None else part.axes for part in (knots, forces)):
@@ -92,7 +92,11 @@ class Simulator:
         for one in manoeuvre.prescribed:
             prescribed.check(one.angle, subproblem)
             if controls == "hold":
-                raise InputError(f"prescribed: {one.angle} cannot be held over a step; leave out controls = hold")
+                raise InputError(
+                    f"prescribed: {one.angle} cannot be held over a step; leave out controls = hold",
+                    "conflict",
+                    "controls",
+                )
         felt = None if forces is None else forces.of_forces
         self._disturbed = knots is not None or felt is not None
         self._pushed = self._disturbed or bool(manoeuvre.prescribed)
@@ -108,15 +112,21 @@ class Simulator:
         self.step = choose_step(vehicle, manoeuvre, subproblem, attitude) if dt is None else float(dt)
         self.times = np.array(times, dtype=float)
         if self.times.size == 0 or not (self.times[0] >= 0 and self.times[-1] <= manoeuvre.duration * (1 + 1e-12)):
-            raise InputError(f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s")
+            raise InputError(
+                f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s", "value", "times"
+            )
         steps = np.diff(self.times)
         if not np.all(steps >= 0):
             k = int(np.argmin(steps >= 0))
-            raise InputError(f"output times must ascend, found {self.times[k + 1]:g} s after {self.times[k]:g} s")
+            raise InputError(
+                f"output times must ascend, found {self.times[k + 1]:g} s after {self.times[k]:g} s", "value", "times"
+            )
         if not self.times[-1] / self.step <= MAX_STEPS:
             raise InputError(
                 f"{manoeuvre.name}: {self.times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
-                "shorten the manoeuvre or give a longer step"
+                "shorten the manoeuvre or give a longer step",
+                "limit",
+                "dt",
             )
         n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
         starts = np.arange(n_steps + 1) * self.step
@@ -161,11 +171,13 @@ class Simulator:
         """
         if isinstance(disturbance, Disturbance):
             if rng is None:
-                raise InputError("disturbance: a history of it needs random numbers; give rng")
+                raise InputError("disturbance: a history of it needs random numbers; give rng", "missing", "rng")
             if not disturbance.shortest_s >= self.step:
                 raise InputError(
                     f"disturbance: correlation_time_s is {disturbance.shortest_s:g} s, shorter than the time "
-                    f"step of {self.step:g} s; give a shorter step"
+                    f"step of {self.step:g} s; give a shorter step",
+                    "conflict",
+                    "correlation_time_s",
                 )
             n_steps = int(np.ceil(self.manoeuvre.duration / self.step * (1.0 - 1e-12)))
             disturbance = disturbance.sample(np.arange(n_steps + 1) * self.step, rng)
@@ -321,7 +333,7 @@ class Simulator:
             Not a number from the failure of the simulation on.
         """
         if self.attitude != "euler":
-            raise InputError("sensitivities need the attitude in Euler angles")
+            raise InputError("sensitivities need the attitude in Euler angles", "conflict", "attitude")
         dimensional = self.dimensional(xi)
         bodies = self._bodies(None if body is None else np.array(body)[None], 1)
         initial = self._initials(None if initial is None else np.array(initial)[None], 1)

@@ -42,7 +42,9 @@ def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, 
     if both.all():
         raise InputError(
             f"{manoeuvre.name}: no step down to {ladder[-1]:g} s keeps the position of '{vehicle.name}' within 5 cm; "
-            "give a step (dt)"
+            "give a step (dt)",
+            "model",
+            "dt",
         )
     return ladder[-1]
 

@@ -9,7 +9,7 @@ import numpy as np
 import pydantic
 from pydantic_core import PydanticCustomError
 
-from bayesub.io.errors import nearest
+from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
 from bayesub.model import actuator_files
 from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection, DisplacementSection
@@ -161,27 +161,49 @@ class VehicleFile(Section):
     correlations: CorrelationsSection | None = None
 
 
-def misfit(file: VehicleFile, equations: EquationSet) -> str:
-    """What the file has too much or lacks for its equations; empty if nothing."""
+def check_fit(file: VehicleFile, equations: EquationSet) -> None:
+    """InputError for what the file has too much or lacks for its equations."""
     for name in file.coefficients:
         if name not in equations.index:
             of = "" if equations.name == DEFAULT else f" of the equations '{equations.name}'"
-            return f"coefficients: unknown coefficient '{name}'{of}{nearest(name, equations.names)}"
+            raise InputError(
+                f"coefficients: unknown coefficient '{name}'{of}{nearest(name, equations.names)}",
+                "unknown",
+                f"coefficients.{name}",
+            )
     missing = [name for name in equations.names if name not in file.coefficients]
     if missing:
         listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
         total = f"{len(missing)} of the {len(equations.names)} coefficients"
-        return f"coefficients: {total} missing ({listed}); write 0 where there is none"
+        raise InputError(
+            f"coefficients: {total} missing ({listed}); write 0 where there is none",
+            "missing",
+            f"coefficients.{missing[0]}",
+        )
     for name in () if file.correlations is None else file.correlations.coefficients:
         if name not in equations.index:
-            return f"correlations: unknown coefficient '{name}'{nearest(name, equations.names)}"
+            raise InputError(
+                f"correlations: unknown coefficient '{name}'{nearest(name, equations.names)}",
+                "unknown",
+                "correlations.coefficients",
+            )
         if file.coefficients[name].sd is None:
-            return f"correlations: '{name}' has no sd; write {name} = {{ value = .., sd = .. }} in [coefficients]"
+            raise InputError(
+                f"correlations: '{name}' has no sd; write {name} = {{ value = .., sd = .. }} in [coefficients]",
+                "missing",
+                f"coefficients.{name}.sd",
+            )
     if equations.has_crossflow and file.hull is None:
-        return f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it"
+        raise InputError(
+            f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it", "missing", "hull"
+        )
     if isinstance(file.propulsion, MeasuredSection) and isinstance(file.actuators, tuple):
         taken = {one.header for one in file.actuators} & set(MeasuredSection.COLUMNS)
         if taken:
-            return f"actuators: column '{min(taken)}' is that of the measured propulsion; rename it"
+            raise InputError(
+                f"actuators: column '{min(taken)}' is that of the measured propulsion; rename it",
+                "conflict",
+                min(taken),
+            )
     displaced = file.displacement is not None
-    return actuator_files.misfit(file.actuators, equations, file.body.length_m, displaced)
+    actuator_files.check_fit(file.actuators, equations, file.body.length_m, displaced)

@@ -21,7 +21,7 @@ from bayesub.model.equations import EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import source
 from bayesub.model.propulsion import MeasuredSection, ThrustSection
-from bayesub.model.vehicle_files import CorrelationsSection, VehicleFile, misfit
+from bayesub.model.vehicle_files import CorrelationsSection, VehicleFile, check_fit
 from bayesub.model.water import GRAVITY_MPS2
 
 if TYPE_CHECKING:
@@ -172,13 +172,12 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
     path = toml_files.find(located(str(name)), "vehicles")
     lines = {line.partition("#")[0].strip() for line in toml_files.read_text(path).splitlines()}
     if {"[actuators]", "[[actuators]]"} <= lines:  # which TOML itself refuses in other words
-        raise InputError(f"{path}: has both [actuators] and [[actuators]]; keep one of them")
+        raise InputError(f"{path}: has both [actuators] and [[actuators]]; keep one of them", "conflict", "actuators")
     file = toml_files.read_toml(path, VehicleFile)
     with error_source(f"{path}: equations"):
         equations = load_equations(beside(str(name), file.equations), located)
-    wrong = misfit(file, equations)
-    if wrong:
-        raise InputError(f"{path}: {wrong}")
+    with error_source(str(path)):
+        check_fit(file, equations)
     try:
         with np.errstate(all="ignore"):
             vehicle = _built(file, equations)
@@ -189,13 +188,16 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
     if not np.isfinite(sizes).all() or not vehicle.rpm_per_mps > 0.0 or not vehicle.dimensional_factors.all():
         raise InputError(
             f"{path}: masses, forces or thrust are too large, too small or undefined; check the units in [body], that "
-            "straight flight has a drag (a negative Xuu), and the size of the coefficients"
+            "straight flight has a drag (a negative Xuu), and the size of the coefficients",
+            "model",
         )
     motion = mass.without_inertia(vehicle.mass_matrix, vehicle.length_m, equations.degrees_of_freedom)
     if motion:
         raise InputError(
             f"{path}: the mass matrix is singular: nothing resists an acceleration in {motion}; check mass and inertia "
-            f"in [body] and the added masses {', '.join(equations.added_masses)}, which are negative on the diagonal"
+            f"in [body] and the added masses {', '.join(equations.added_masses)}, which are negative on the diagonal",
+            "model",
+            "body",
         )
     return vehicle
 

@@ -102,8 +102,12 @@ class UnknownDisturbance:
         check_axes(self.axes)
         check_kind(self.kind)
         if set(self.sds) != set(self.axes):
-            raise InputError(f"disturbance: give an sd for each of {', '.join(self.axes)}; found {', '.join(self.sds)}")
-        numbers = {f"the sd of {axis}": sd for axis, sd in self.sds.items()}
+            raise InputError(
+                f"disturbance: give an sd for each of {', '.join(self.axes)}; found {', '.join(self.sds)}",
+                "conflict",
+                "sds",
+            )
+        numbers = dict(self.sds)
         numbers |= {"correlation_time_s": self.correlation_time_s, "knot_interval_s": self.knot_interval_s}
         numbers |= {"correlation_time_current_s": self.correlation_time_current_s}
         for key, value in numbers.items():
@@ -111,7 +115,8 @@ class UnknownDisturbance:
                 continue
             least = value.quantiles(_TAILS)[0] if isinstance(value, Prior) else value
             if not (np.isfinite(least) and least > 0):
-                raise InputError(f"disturbance: {key} must be positive, found {least:g}")
+                words = f"the sd of {key}" if key in self.sds else key
+                raise InputError(f"disturbance: {words} must be positive, found {least:g}", "value", key)
 
     @cached_property
     def groups(self) -> list[tuple[str, float | Prior, list[int], str]]:

@@ -38,13 +38,21 @@ class JointProblem(PosteriorDensity):
     def __init__(self, problems: Mapping[str, TrialProblem]):
         self.problems = dict(problems)
         if not self.problems:
-            raise InputError("a joint problem needs at least one trial")
+            raise InputError("a joint problem needs at least one trial", "missing", "problems")
         first, *others = self.problems.values()
         for problem in others:
             if problem.vehicle is not first.vehicle or problem.spread != first.spread:
-                raise InputError("the trials of a joint problem must have the same vehicle and the same prior")
+                raise InputError(
+                    "the trials of a joint problem must have the same vehicle and the same prior",
+                    "conflict",
+                    "problems",
+                )
             if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
-                raise InputError("the trials of a joint problem must hold the same coefficients and free the same body")
+                raise InputError(
+                    "the trials of a joint problem must hold the same coefficients and free the same body",
+                    "conflict",
+                    "problems",
+                )
         self.vehicle, self.equations = first.vehicle, first.equations
         self.xi, self.spread = first.xi, first.spread
         self.columns = np.unique(np.concatenate([p.columns for p in self.problems.values()]))

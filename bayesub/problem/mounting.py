@@ -70,7 +70,9 @@ def check(name: str, mount: Mount, channels: Sequence[Channel], moving: Sequence
     if len({getattr(channel, key) for channel in members}) > 1:
         names = ", ".join(channel.name for channel in members)
         raise InputError(
-            f"nuisance '{name}': the channels {names} have different {key}; give the sensors an 'instrument' each"
+            f"nuisance '{name}': the channels {names} have different {key}; give the sensors an 'instrument' each",
+            "conflict",
+            name,
         )
     if mount.axis:
         model = MeasurementModel(members, current=False, moved=(mount.instrument,))
@@ -82,7 +84,9 @@ def check(name: str, mount: Mount, channels: Sequence[Channel], moving: Sequence
         arms = {mount.instrument: np.zeros(3)}
         slopes = model.arm_slopes(np.tile(outputs, (len(model.times), 1)), None, arms)
         if not slopes[:, AXES.index(mount.axis)].any():
-            raise InputError(f"nuisance '{name}': none of its channels depends on it in this motion; leave it out")
+            raise InputError(
+                f"nuisance '{name}': none of its channels depends on it in this motion; leave it out", "conflict", name
+            )
 
 
 def within_reach(record: Record, spans: dict[str, tuple[float, float]], duration: float) -> Record:
@@ -108,7 +112,9 @@ def within_reach(record: Record, spans: dict[str, tuple[float, float]], duration
         if channel.instrument in spans and not kept.any():
             raise InputError(
                 f"nuisance 'clock_{channel.instrument}_s': its prior allows times {least:+.3g} to {most:+.3g} s off, "
-                f"which leave no reading of '{channel.name}' within the {duration:g} s of the trial; narrow it"
+                f"which leave no reading of '{channel.name}' within the {duration:g} s of the trial; narrow it",
+                "conflict",
+                f"clock_{channel.instrument}_s",
             )
         if channel.instrument in spans and not kept.all():
             channel = replace(channel, times=channel.times[kept], values=channel.values[kept])

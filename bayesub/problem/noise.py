@@ -169,13 +169,13 @@ def scale_rows(
 def positive(key, value):
     """Raise InputError unless a number is finite and positive."""
     if not (np.isfinite(value) and value > 0):
-        raise InputError(f"noise: {key} must be positive, found {value}")
+        raise InputError(f"noise: {key} must be positive, found {value}", "value", key)
 
 
 def not_negative(key, value):
     """Raise InputError unless a number is finite and not negative."""
     if not (np.isfinite(value) and value >= 0):
-        raise InputError(f"noise: {key} must not be negative, found {value}")
+        raise InputError(f"noise: {key} must not be negative, found {value}", "value", key)
 
 
 def ascending(times: np.ndarray):
@@ -184,7 +184,7 @@ def ascending(times: np.ndarray):
     steps = np.diff(times)
     if not np.all(steps > 0):
         i = int(np.argmin(steps > 0))
-        raise InputError(f"noise: times must ascend, found {times[i]:g} s before {times[i + 1]:g} s")
+        raise InputError(f"noise: times must ascend, found {times[i]:g} s before {times[i + 1]:g} s", "value", "times")
     return times
 
 
@@ -195,7 +195,9 @@ def aligned(predicted: np.ndarray, readings: np.ndarray, times: np.ndarray):
     lengths = {predicted.shape[-1], len(readings), len(readings if times is None else times)}
     if predicted.ndim != 2 or len(lengths) > 1 or not len(readings):
         n_times = "" if times is None else f" and times {np.shape(times)}"
-        raise InputError(f"noise: predicted {predicted.shape} does not match readings {readings.shape}{n_times}")
+        raise InputError(
+            f"noise: predicted {predicted.shape} does not match readings {readings.shape}{n_times}", "value", "readings"
+        )
     return predicted, readings
 
 

@@ -108,16 +108,28 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         idle = vehicle.idle(manoeuvre.subproblem)
         first = next(iter(BODY[name]))
         if first in idle:
-            raise InputError(f"nuisance '{name}': has no part in the {manoeuvre.subproblem} sub-problem; leave it out")
+            raise InputError(
+                f"nuisance '{name}': has no part in the {manoeuvre.subproblem} sub-problem; leave it out",
+                "conflict",
+                name,
+            )
         return Nuisance(name, _body_value(vehicle, first), motion=BODY[name])
     if name in INITIAL:
         ((start, factor),) = INITIAL[name].items()
         state = start[:-1]
         if state not in MOVING.get(manoeuvre.subproblem, log_files.STATES):
-            raise InputError(f"nuisance '{name}': stays zero in the {manoeuvre.subproblem} sub-problem; leave it out")
+            raise InputError(
+                f"nuisance '{name}': stays zero in the {manoeuvre.subproblem} sub-problem; leave it out",
+                "conflict",
+                name,
+            )
         for one in manoeuvre.prescribed:
             if state in one.states:
-                raise InputError(f"nuisance '{name}': follows from the {one.angle} that is prescribed; leave it out")
+                raise InputError(
+                    f"nuisance '{name}': follows from the {one.angle} that is prescribed; leave it out",
+                    "conflict",
+                    name,
+                )
         value = manoeuvre.initial_state[log_files.STATES.index(state)] / factor
         return Nuisance(name, value, factor, INITIAL[name])
     if name in OF_HULL:
@@ -126,7 +138,9 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         return _of_actuator(name, vehicle, manoeuvre)
     if name in CURRENTS:
         if not any(channel.over_ground for channel in channels):
-            raise InputError(f"nuisance '{name}': no channel is over the ground, so that none feels a current")
+            raise InputError(
+                f"nuisance '{name}': no channel is over the ground, so that none feels a current", "conflict", name
+            )
         return Nuisance(name, 0.0)
     mounts = mounting.mounts(channels)
     if name in mounts:
@@ -135,7 +149,7 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
     of_channels = _of_channels(channels, noises)
     if name not in of_channels:
         valid = [*BODY, *OF_HULL, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels, *mounts]
-        raise InputError(f"nuisance '{name}': there is no such parameter{nearest(name, valid)}")
+        raise InputError(f"nuisance '{name}': there is no such parameter{nearest(name, valid)}", "unknown", name)
     return of_channels[name]
 
 
@@ -154,17 +168,25 @@ def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
     members = {actuator.name: actuator for actuator in vehicle.actuators.members}
     if VOLUME not in members:
         raise InputError(
-            f"nuisance '{name}': the vehicle has no [displacement], the section of a hull that follows the water"
+            f"nuisance '{name}': the vehicle has no [displacement], the section of a hull that follows the water",
+            "conflict",
+            name,
         )
     if vehicle.equations.subproblem(manoeuvre.subproblem) == "horizontal":
-        raise InputError(f"nuisance '{name}': has no part in the horizontal sub-problem; leave it out")
+        raise InputError(
+            f"nuisance '{name}': has no part in the horizontal sub-problem; leave it out", "conflict", name
+        )
     lift = vehicle.body[workspace.BUOYANCY]
     volume = lift / (vehicle.water_density_kgm3 * GRAVITY_MPS2) / CM3
     if name == "volume_cm3":
         return Nuisance(name, float(volume), motion={"buoyancy": lift / volume, f"scale_{VOLUME}": 1.0 / volume})
     compressibility = float(members[COMPRESSIBILITY].weight[0] / lift)
     if compressibility == 0.0:
-        raise InputError(f"nuisance '{name}': displacement.compressibility_per_bar is zero; give a value to begin with")
+        raise InputError(
+            f"nuisance '{name}': displacement.compressibility_per_bar is zero; give a value to begin with",
+            "value",
+            name,
+        )
     return Nuisance(name, compressibility, motion={f"scale_{COMPRESSIBILITY}": 1.0 / compressibility})
 
 
@@ -173,16 +195,24 @@ def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
     actuator = vehicle.actuators.members[position]
     subproblem = vehicle.equations.subproblem(manoeuvre.subproblem)
     if not vehicle.actuators.moves(name, subproblem):
-        raise InputError(f"nuisance '{name}': has no part in the {subproblem} sub-problem; leave it out")
+        raise InputError(
+            f"nuisance '{name}': has no part in the {subproblem} sub-problem; leave it out", "conflict", name
+        )
     history = manoeuvre.log.get(manoeuvre.logged(actuator.short))
     if kind == "scale" and history is not None and not (history != actuator.zero).any():
-        raise InputError(f"nuisance '{name}': {actuator.column} is zero throughout the manoeuvre; leave it out")
+        raise InputError(
+            f"nuisance '{name}': {actuator.column} is zero throughout the manoeuvre; leave it out", "conflict", name
+        )
     if kind == "delay" and history is not None and not np.ptp(history):
-        raise InputError(f"nuisance '{name}': {actuator.column} does not move in the manoeuvre; leave it out")
+        raise InputError(
+            f"nuisance '{name}': {actuator.column} does not move in the manoeuvre; leave it out", "conflict", name
+        )
     if kind == "lag" and actuator.short not in manoeuvre.commanded:
         raise InputError(
             f"nuisance '{name}': a lag is between a command and the actuator; the controls have {actuator.column}, not "
-            f"{command_column(actuator.column)}; leave it out"
+            f"{command_column(actuator.column)}; leave it out",
+            "conflict",
+            name,
         )
     return Nuisance(name, vehicle.actuators.nominal(name), motion={name: 1.0})
 

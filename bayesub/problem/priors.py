@@ -126,18 +126,22 @@ class Given(CoefficientPrior):
         for first, second, correlation in self.correlations:
             for name in (first, second):
                 if not isinstance(self.priors.get(name), Normal):
-                    raise InputError(f"prior: '{name}' is correlated but is not given a mean and an sd")
+                    raise InputError(
+                        f"prior: '{name}' is correlated but is not given a mean and an sd", "missing", name
+                    )
             if first == second or not -1.0 < correlation < 1.0:
                 raise InputError(
                     f"prior: a correlation is of two coefficients and between -1 and 1, found {correlation} of "
-                    f"{first} and {second}"
+                    f"{first} and {second}",
+                    "value",
+                    "correlations",
                 )
 
     def check(self, names: Sequence[str]) -> None:
         """As :meth:`CoefficientPrior.check`."""
         for name in self.priors:
             if name not in names:
-                raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}")
+                raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}", "unknown", name)
 
     def has_scale(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> np.ndarray:
         """As :meth:`CoefficientPrior.has_scale`; what is given has a scale."""
@@ -187,7 +191,9 @@ class Given(CoefficientPrior):
         except np.linalg.LinAlgError:
             raise InputError(
                 f"prior: the correlations of {', '.join(names)} contradict each other: their matrix is not positive "
-                "definite"
+                "definite",
+                "conflict",
+                "correlations",
             ) from None
         return CorrelatedNormal(mean, sd[:, None] * factor)
 
@@ -265,7 +271,7 @@ def normal(mean: float, sd: float) -> Normal:
 def uniform(lower: float, upper: float) -> Uniform:
     """Uniform prior of one parameter."""
     if not _finite("lower", lower) < _finite("upper", upper):
-        raise InputError(f"prior: lower must be below upper, found {lower} and {upper}")
+        raise InputError(f"prior: lower must be below upper, found {lower} and {upper}", "value", "lower")
     return Uniform(np.array([float(lower)]), np.array([float(upper)]))
 
 
@@ -273,18 +279,18 @@ def log_normal(median: float, log_sd: float) -> LogNormal:
     """Log-normal prior of one parameter, such as a standard deviation; it has the sign of `median`."""
     _positive("log_sd", log_sd)
     if _finite("median", median) == 0.0:
-        raise InputError("prior: the median of a log-normal prior must not be zero")
+        raise InputError("prior: the median of a log-normal prior must not be zero", "value", "median")
     return LogNormal(np.array([float(median)]), np.array([float(log_sd)]))
 
 
 def _positive(key, value):
     if not (np.isfinite(value) and value > 0):
-        raise InputError(f"prior: {key} must be positive, found {value}")
+        raise InputError(f"prior: {key} must be positive, found {value}", "value", key)
 
 
 def _finite(key, value) -> float:
     if not np.isfinite(value):
-        raise InputError(f"prior: {key} must be a finite number, found {value}")
+        raise InputError(f"prior: {key} must be a finite number, found {value}", "value", key)
     return float(value)
 
 

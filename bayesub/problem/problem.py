@@ -78,7 +78,9 @@ class Problem(TrialProblem):
         columns = candidates[prior.has_scale(candidates, xi, equations) & np.isin(candidates, active)]
         if not columns.size:
             raise InputError(
-                "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
+                "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre",
+                "missing",
+                "free",
             )
         noises = channel_noises(record.channels, noise or {})
         nuisance = dict(nuisance or {})
@@ -99,7 +101,9 @@ class Problem(TrialProblem):
         if disturbance is not None and disturbance.time_s < forward.simulator.step:
             raise InputError(
                 f"disturbance: correlation_time_s is {disturbance.time_s:g} s and the time step "
-                f"{forward.simulator.step:g} s; give a longer time, or a shorter step (dt_s)"
+                f"{forward.simulator.step:g} s; give a longer time, or a shorter step (dt_s)",
+                "conflict",
+                "correlation_time_s",
             )
         super().__init__(forward, columns, xi, prior, nuisance, noises)
 
@@ -122,7 +126,9 @@ def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:
         raise InputError(
             f"disturbance: {disturbances.n_knots:.6g} knots on each of {len(disturbance.axes)} axes are more "
             f"forces than the {n_readings} readings inform; give a longer knot_interval_s than "
-            f"{disturbance.interval_s:.3g} s, or fewer axes"
+            f"{disturbance.interval_s:.3g} s, or fewer axes",
+            "limit",
+            "knot_interval_s",
         )
     return disturbances
 
@@ -138,7 +144,7 @@ def channel_noises(channels: Iterable[Channel], by_name: dict[str, Noise]) -> tu
     names = [channel.name for channel in channels]
     for name in by_name:
         if name not in names:
-            raise InputError(f"noise: there is no channel '{name}'{nearest(name, names)}")
+            raise InputError(f"noise: there is no channel '{name}'{nearest(name, names)}", "unknown", name)
     return tuple(
         by_name.get(channel.name) or likelihoods.reading_noise(channel.sd, channel.resolution) for channel in channels
     )

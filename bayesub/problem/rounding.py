@@ -40,11 +40,11 @@ class Rounded(Noise):
         not_negative("sd", self.sd)
         not_negative("resolution", self.resolution)
         if self.sd == 0 and self.resolution == 0:
-            raise InputError("noise: sd and resolution are both zero; exact readings have no likelihood")
+            raise InputError("noise: sd and resolution are both zero; exact readings have no likelihood", "value", "sd")
         if self.sd == 0:
-            raise InputError("noise: sd is zero with a resolution; that is the noise SetMembership")
+            raise InputError("noise: sd is zero with a resolution; that is the noise SetMembership", "value", "sd")
         if self.resolution == 0:
-            raise InputError("noise: resolution is zero; that is the noise Normal")
+            raise InputError("noise: resolution is zero; that is the noise Normal", "value", "resolution")
 
     def log_density(
         self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None, sd: Value = None

@@ -92,20 +92,30 @@ class StateSpace:
         forward = problem.forward
         unknown = None if forward.disturbances is None else forward.disturbances.unknown
         if unknown is not None and unknown.kind != KINDS[0]:
-            raise InputError(f"disturbance: the filter-error estimate takes kind '{KINDS[0]}', found '{unknown.kind}'")
+            raise InputError(
+                f"disturbance: the filter-error estimate takes kind '{KINDS[0]}', found '{unknown.kind}'",
+                "conflict",
+                "kind",
+            )
         if unknown is not None and forward.disturbances.members(CURRENTS):
-            raise InputError("disturbance: the filter-error estimate takes forces, found a current; leave it out")
+            raise InputError(
+                "disturbance: the filter-error estimate takes forces, found a current; leave it out", "conflict", "axes"
+            )
         for parameter in forward.nuisances.parameters:
             if parameter.mount is not None:
                 raise InputError(
                     f"nuisance '{parameter.name}': the filter-error estimate takes clocks and places that are known; "
-                    "leave it out"
+                    "leave it out",
+                    "conflict",
+                    parameter.name,
                 )
         for channel in problem.record.channels:
             for _, k, _ in forward.nuisances.of_noise(channel):
                 raise InputError(
                     f"nuisance '{forward.nuisances.names[k]}': the filter-error estimate takes noise that is known; "
-                    "leave it out"
+                    "leave it out",
+                    "conflict",
+                    forward.nuisances.names[k],
                 )
         self.problem = problem
         self.axes = () if unknown is None else unknown.axes

@@ -90,7 +90,9 @@ def sensed_step(
     worst = max(errors, key=errors.get, default="")
     raise InputError(
         f"{manoeuvre.name}: no step down to {step:g} s keeps the error of '{worst}' below a tenth of its sd for all "
-        "boats of the prior; give a step (dt, in a study dt_s)"
+        "boats of the prior; give a step (dt, in a study dt_s)",
+        "model",
+        "dt",
     )
 
 

@@ -327,7 +327,9 @@ class TrialProblem(PosteriorDensity):
         for channel, kept in zip(record.channels, inside, strict=True):
             if not kept.any():
                 raise InputError(
-                    f"no reading of '{channel.name}' is of the trial if it was taken {seconds:g} s earlier"
+                    f"no reading of '{channel.name}' is of the trial if it was taken {seconds:g} s earlier",
+                    "data",
+                    channel.name,
                 )
         return self._of_readings(record, inside)
 

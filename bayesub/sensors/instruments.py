@@ -42,9 +42,13 @@ class Instrument:
     def __post_init__(self):
         for channel in self.channels:
             if channel not in self.CHANNELS:
-                raise InputError(f"sensor: unknown channel '{channel}'{nearest(channel, self.CHANNELS)}")
+                raise InputError(
+                    f"sensor: unknown channel '{channel}'{nearest(channel, self.CHANNELS)}", "unknown", channel
+                )
         if not self.channels:
-            raise InputError(f"sensor: channels is empty; name at least one of {', '.join(self.CHANNELS)}")
+            raise InputError(
+                f"sensor: channels is empty; name at least one of {', '.join(self.CHANNELS)}", "missing", "channels"
+            )
         tuple(self)  # which checks each sensor
 
     def __iter__(self) -> Iterator[Sensor]:
@@ -82,7 +86,7 @@ class Track(Instrument):
         for key in ("position_sd_m", "attitude_sd_deg", "interval_s"):
             value = getattr(self, key)
             if not (np.isfinite(value) and value > 0):
-                raise InputError(f"sensor: {key} must be positive, found {value}")
+                raise InputError(f"sensor: {key} must be positive, found {value}", "value", key)
         super().__post_init__()
 
     @property

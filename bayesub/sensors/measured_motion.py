@@ -95,7 +95,7 @@ def measure(
         readings = values[..., columns]
         if sd:
             if rng is None:
-                raise InputError("measured motion: noise needs random numbers; give rng")
+                raise InputError("measured motion: noise needs random numbers; give rng", "missing", "rng")
             readings += sd * rng.standard_normal(readings.shape)
         values[..., columns] = rounded(readings, resolution)
     xi = trajectory.xi[member : member + 1]
@@ -126,13 +126,23 @@ def recorded(record: Record, simulator: Simulator, xi: np.ndarray) -> Motion:
     times = record.channels[0].times
     for name in (*names, *rates):
         if name not in channels:
-            raise InputError(f"record: has no readings of '{HEADERS[name]}', which the equations of motion need")
+            raise InputError(
+                f"record: has no readings of '{HEADERS[name]}', which the equations of motion need",
+                "missing",
+                HEADERS[name],
+            )
         if channels[name].displaced:
             raise InputError(
-                f"record: '{HEADERS[name]}' is measured at a lever arm; the equations are of the body origin"
+                f"record: '{HEADERS[name]}' is measured at a lever arm; the equations are of the body origin",
+                "data",
+                HEADERS[name],
             )
         if not np.array_equal(channels[name].times, times):
-            raise InputError(f"record: the readings of '{HEADERS[name]}' have times of their own; give one interval")
+            raise InputError(
+                f"record: the readings of '{HEADERS[name]}' have times of their own; give one interval",
+                "data",
+                HEADERS[name],
+            )
     states = np.repeat(simulator.manoeuvre.initial_state[None], len(times), axis=0)
     accelerations = np.zeros((len(times), len(ACCELERATIONS)))
     for name in names:

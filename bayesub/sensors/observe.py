@@ -45,9 +45,13 @@ def observe(
         it, if two sensors make channels of one name, or if every reading of a sensor is missing.
     """
     if trajectory.status[member] != "ok":
-        raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured")
+        raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured", "model", "trajectory")
     if len(current_mps) != 2 or not np.isfinite(current_mps).all():
-        raise InputError(f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}")
+        raise InputError(
+            f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}",
+            "value",
+            "current_mps",
+        )
     sensors, duration = flat(sensors), trajectory.times[-1]
     channels = unread(sensors, duration).channels
     times = [channel.times for channel in channels]

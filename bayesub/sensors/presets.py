@@ -89,5 +89,5 @@ def _selected(sensors, channels) -> tuple[Sensor, ...]:
     by_channel = {channel_name(sensor.quantity): sensor for sensor in flat(sensors)}
     for channel in channels or ():
         if channel not in by_channel:
-            raise InputError(f"sensor: unknown channel '{channel}'{nearest(channel, by_channel)}")
+            raise InputError(f"sensor: unknown channel '{channel}'{nearest(channel, by_channel)}", "unknown", channel)
     return tuple(by_channel[channel] for channel in (by_channel if channels is None else channels))

@@ -122,11 +122,15 @@ class Record:
         names = [channel.name for channel in self.channels]
         for channel in self.channels:
             if names.count(channel.name) > 1:
-                raise InputError(f"record: two channels are named '{channel.name}'; leave one of them out")
+                raise InputError(
+                    f"record: two channels are named '{channel.name}'; leave one of them out", "conflict", channel.name
+                )
             if not len(channel.times):
-                raise InputError(f"record: channel '{channel.name}' has no readings; leave it out")
+                raise InputError(
+                    f"record: channel '{channel.name}' has no readings; leave it out", "data", channel.name
+                )
         if not names:
-            raise InputError("record: is empty; it needs at least one channel")
+            raise InputError("record: is empty; it needs at least one channel", "missing", "channels")
 
     @property
     def n_readings(self) -> int:
@@ -222,14 +226,26 @@ class Record:
         for quantity in log:
             if quantity in QUANTITIES and quantity not in by_quantity:
                 column = log_files.HEADERS[quantity]
-                raise InputError(f"{source}: column '{column}' has no sensor; add one for it or delete the column")
+                raise InputError(
+                    f"{source}: column '{column}' has no sensor; add one for it or delete the column",
+                    "conflict",
+                    column,
+                )
         channels = []
         for quantity, sensor in by_quantity.items():
             if quantity not in log:
-                raise InputError(f"{source}: column '{sensor.column}' is missing; add it or leave out its sensor")
+                raise InputError(
+                    f"{source}: column '{sensor.column}' is missing; add it or leave out its sensor",
+                    "missing",
+                    sensor.column,
+                )
             present = np.isfinite(log[quantity])
             if not present.any():
-                raise InputError(f"{source}: column '{sensor.column}' has no readings; leave it and its sensor out")
+                raise InputError(
+                    f"{source}: column '{sensor.column}' has no readings; leave it and its sensor out",
+                    "data",
+                    sensor.column,
+                )
             values = log[quantity][present]
             channel = channel_of(sensor, log["time"][present] - sensor.clock_offset_s, values)
             if QUANTITIES[quantity].heading:

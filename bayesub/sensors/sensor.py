@@ -118,41 +118,51 @@ class Sensor:
     def __post_init__(self):
         if self.column not in _VALID:
             written = [HEADERS[quantity] for quantity in QUANTITIES]
-            raise InputError(f"sensor: unknown quantity or unit '{self.column}'{nearest(self.column, written)}")
+            raise InputError(
+                f"sensor: unknown quantity or unit '{self.column}'{nearest(self.column, written)}",
+                "unknown",
+                self.column,
+            )
         for key in ("sd", "resolution"):
             if not (np.isfinite(getattr(self, key)) and getattr(self, key) >= 0):
-                raise self._refused(f"{key} must not be negative, found {getattr(self, key)}")
+                raise self._refused(key, f"{key} must not be negative, found {getattr(self, key)}")
         if self.sd == 0 and self.resolution == 0:
-            raise self._refused("sd and resolution are both zero; give the noise sd, the rounding step or both")
+            raise self._refused("sd", "sd and resolution are both zero; give the noise sd, the rounding step or both")
         if not np.isfinite(self.bias):
-            raise self._refused(f"bias must be finite, found {self.bias}")
+            raise self._refused("bias", f"bias must be finite, found {self.bias}")
         for key in ("dropout", "outlier_probability"):
             if not 0 <= getattr(self, key) < 1:
-                raise self._refused(f"{key} must lie between 0 and 1, 1 excluded, found {getattr(self, key)}")
+                raise self._refused(key, f"{key} must lie between 0 and 1, 1 excluded, found {getattr(self, key)}")
         for key in ("interval_s", "outlier_scale"):
             if not (np.isfinite(getattr(self, key)) and getattr(self, key) > 0):
-                raise self._refused(f"{key} must be positive, found {getattr(self, key)}")
+                raise self._refused(key, f"{key} must be positive, found {getattr(self, key)}")
         if self.outlier_probability and self.sd == 0:
-            raise self._refused("outliers are multiples of the noise; give an sd")
+            raise self._refused("sd", "outliers are multiples of the noise; give an sd", "missing")
         if self.lever_arm_m is not None and not (len(self.lever_arm_m) == 3 and np.isfinite(self.lever_arm_m).all()):
-            raise self._refused(f"lever_arm_m must be three finite numbers, found {tuple(self.lever_arm_m)}")
+            raise self._refused(
+                "lever_arm_m", f"lever_arm_m must be three finite numbers, found {tuple(self.lever_arm_m)}"
+            )
         if not np.isfinite(self.clock_offset_s):
-            raise self._refused(f"clock_offset_s must be finite, found {self.clock_offset_s}")
+            raise self._refused("clock_offset_s", f"clock_offset_s must be finite, found {self.clock_offset_s}")
         if self.direction is not None:
             if self.quantity != "stw":
-                raise self._refused("direction is for speed_through_water_mps; leave it out")
+                raise self._refused("direction", "direction is for speed_through_water_mps; leave it out", "conflict")
             if not (len(self.direction) == 3 and np.isfinite(self.direction).all() and any(self.direction)):
-                raise self._refused(f"direction must be three finite numbers, not all zero, found {self.direction}")
+                raise self._refused(
+                    "direction", f"direction must be three finite numbers, not all zero, found {self.direction}"
+                )
         if self.instrument is not None and not re.fullmatch("[A-Za-z0-9_]+", self.instrument):
-            raise self._refused(f"instrument is a name of letters, digits and _, found '{self.instrument}'")
+            raise self._refused(
+                "instrument", f"instrument is a name of letters, digits and _, found '{self.instrument}'"
+            )
         for gap in self.gaps:
             if not (len(gap) == 2 and gap[0] <= gap[1]):
-                raise self._refused(f"a gap must be a start and a later end in seconds, found {tuple(gap)}")
+                raise self._refused("gaps", f"a gap must be a start and a later end in seconds, found {tuple(gap)}")
         if self.times is not None and not (len(self.times) and np.all(np.diff(self.times) > 0)):
-            raise self._refused("times must be at least one and ascend")
+            raise self._refused("times", "times must be at least one and ascend")
 
-    def _refused(self, reason: str) -> InputError:
-        return InputError(f"sensor '{self.column}': {reason}")
+    def _refused(self, key: str, reason: str, kind: str = "value") -> InputError:
+        return InputError(f"sensor '{self.column}': {reason}", kind, key)
 
     @property
     def quantity(self) -> str:
@@ -168,15 +178,17 @@ class Sensor:
         """(n,) times of the readings in a trial of `duration`, both in s, missing ones included."""
         if self.times is None:
             if not duration / self.interval_s <= MAX_READINGS:
-                raise self._refused(f"interval_s {self.interval_s:g} gives more than {MAX_READINGS:,} readings")
+                reason = f"interval_s {self.interval_s:g} gives more than {MAX_READINGS:,} readings"
+                raise self._refused("interval_s", reason, "limit")
             times = self.interval_s * np.arange(1, int(duration / self.interval_s * (1 + 1e-12)) + 1)
             if not times.size:
-                raise self._refused(f"interval_s {self.interval_s:g} is longer than the manoeuvre, {duration:g} s")
+                reason = f"interval_s {self.interval_s:g} is longer than the manoeuvre, {duration:g} s"
+                raise self._refused("interval_s", reason)
             return times
         times = np.array(self.times, dtype=float)
         outside = times[~((times >= 0) & (times <= duration * (1 + 1e-12)))]
         if outside.size:
-            raise self._refused(f"time {outside[0]:g} s is outside the manoeuvre, 0 to {duration:g} s")
+            raise self._refused("times", f"time {outside[0]:g} s is outside the manoeuvre, 0 to {duration:g} s")
         return times
 
     def read(
@@ -218,11 +230,11 @@ def flat(sensors: Sensor | Iterable) -> tuple[Sensor, ...]:
     """
     sensors = tuple(_each(sensors))
     if not sensors:
-        raise InputError("there is no sensor; name at least one")
+        raise InputError("there is no sensor; name at least one", "missing", "sensors")
     names = [channel_name(sensor.quantity) for sensor in sensors]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"two sensors make a channel '{name}'; leave one of them out")
+            raise InputError(f"two sensors make a channel '{name}'; leave one of them out", "conflict", name)
     return sensors
 
 
@@ -231,7 +243,9 @@ def _each(sensors) -> Iterable[Sensor]:
         yield sensors
         return
     if isinstance(sensors, str) or not isinstance(sensors, Iterable):
-        raise InputError(f"a sensor, an instrument or a sequence of them was expected, found {sensors!r}")
+        raise InputError(
+            f"a sensor, an instrument or a sequence of them was expected, found {sensors!r}", "value", "sensors"
+        )
     for part in sensors:
         yield from _each(part)
 
@@ -253,6 +267,6 @@ def modified(sensors: Sensor | Iterable, channels: Iterable[str] | None = None, 
     channels = names if channels is None else tuple(channels)
     for channel in channels:
         if channel not in names:
-            raise InputError(f"sensor: unknown channel '{channel}'{nearest(channel, names)}")
+            raise InputError(f"sensor: unknown channel '{channel}'{nearest(channel, names)}", "unknown", channel)
     pairs = zip(names, sensors, strict=True)
     return tuple(replace(sensor, **changes) if name in channels else sensor for name, sensor in pairs)

@@ -75,11 +75,11 @@ def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None) -> Veh
 def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:
     reader = importlib.import_module(f"{__name__}.{KINDS[kind].module}")
     if path.is_dir() and not KINDS[kind].is_folder:
-        raise InputError(f"{path}: is a folder; name a file in it, such as {KINDS[kind].example}")
+        raise InputError(f"{path}: is a folder; name a file in it, such as {KINDS[kind].example}", "file")
     if not path.is_dir():
         with toml_files.reading(path), path.open("rb") as file:
             if not file.read(1):
-                raise InputError(f"{path}: is empty")
+                raise InputError(f"{path}: is empty", "format")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of libraries, about fields that nobody asked for
@@ -90,11 +90,13 @@ def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:
         reason = str(error).strip().partition("\n")[0] or type(error).__name__
         raise InputError(
             f"{path}: cannot be read as {KINDS[kind].title}: {reason}; is it of this kind ({', '.join(KINDS)}), "
-            "and whole?"
+            "and whole?",
+            "format",
         ) from None
     if not log.signals:
         raise InputError(
             f"{path}: has no numbers with time stamps as {KINDS[kind].title}; is it of this kind ({', '.join(KINDS)})?"
-            + "".join(f"; {remark}" for remark in log.remarks)
+            + "".join(f"; {remark}" for remark in log.remarks),
+            "format",
         )
     return log

@@ -79,7 +79,7 @@ def _packets(path: Path) -> tuple[list[bytes], bool]:
         content, is_whole = _unzip(content)
     if not content.startswith(SYNC):
         raise InputError(
-            f"{path}: does not begin with a message of IMC; expected the Data.lsf or Data.lsf.gz of a mission"
+            f"{path}: does not begin with a message of IMC; expected the Data.lsf or Data.lsf.gz of a mission", "format"
         )
     packets, begin = [], 0
     while begin < len(content):

@@ -31,21 +31,21 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     head = re.search("|".join(_HEADS), lines[0] if lines else "")
     if head is None:
         raise InputError(
-            f"{path}: line 1 does not name HSVA or MARIN, as the files of KVLCC2 do; for other tables: csv"
+            f"{path}: line 1 does not name HSVA or MARIN, as the files of KVLCC2 do; for other tables: csv", "format"
         )
     units = _HEADS[head.group()]
     rows = [(k, line.split()) for k, line in enumerate(lines, 1) if re.match(r"\s*[-+.\d]", line)]
     for k, cells in rows:
         if len(cells) != len(units) + 1:
             raise InputError(
-                f"{path}: line {k}: has {len(cells)} numbers, expected {len(units) + 1}; is the file whole?"
+                f"{path}: line {k}: has {len(cells)} numbers, expected {len(units) + 1}; is the file whole?", "format"
             )
     try:
         table = np.array([cells for _, cells in rows], dtype=float)
     except ValueError as error:
-        raise InputError(f"{path}: {error}; is the file whole?") from None
+        raise InputError(f"{path}: {error}; is the file whole?", "format") from None
     if len(table) < 2:
-        raise InputError(f"{path}: has no rows of numbers")
+        raise InputError(f"{path}: has no rows of numbers", "data")
     times, remarks = table[:, 0], ()
     if head.group() == "MARIN":
         times, remarks = _even(times, path)
@@ -59,5 +59,5 @@ def _even(rounded: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]
     interval, begin = np.polyfit(count, rounded, 1)
     half = 0.5 * 10.0 ** (np.floor(np.log10(np.maximum(np.abs(rounded), 1e-3))) + 1 - _DIGITS)
     if (np.abs(begin + interval * count - rounded) > 1.1 * half + _JITTER_S).any():
-        raise InputError(f"{path}: its time stamps are not even, and too coarse to be used as they are")
+        raise InputError(f"{path}: its time stamps are not even, and too coarse to be used as they are", "data")
     return interval * count, (f"times are rounded to three digits in the file; every {interval:.6g} s in their place",)

@@ -27,7 +27,11 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         signal = log_map.time.signal
         remedy = f"time or t; give [time] signal in the map, one of {', '.join(list(arrays)[:8])}"
         remedy = f"'{signal}'{nearest(signal, arrays)}" if signal else remedy
-        raise InputError(f"{path}: no vector holds the times: there is no {remedy}")
+        raise InputError(
+            f"{path}: no vector holds the times: there is no {remedy}",
+            "unknown" if signal else "missing",
+            "time.signal",
+        )
     factor = units.factor(log_map.time.unit or "s", "s")
     signals, left_out = {}, []
     for name, values in arrays.items():

@@ -48,9 +48,11 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
             continue
         sentences.append((_stamp(match), message))
     if n_lines and not sentences:
-        raise InputError(f"{path}: all {n_lines} sentences are damaged: their sums do not fit")
+        raise InputError(f"{path}: all {n_lines} sentences are damaged: their sums do not fit", "data")
     if not sentences:
-        raise InputError(f"{path}: has no sentences of NMEA 0183, which begin with $ or !; other text is of kind csv")
+        raise InputError(
+            f"{path}: has no sentences of NMEA 0183, which begin with $ or !; other text is of kind csv", "format"
+        )
     stamps = [stamp for stamp, _ in sentences]
     if all(stamp is None for stamp in stamps):
         stamps = _inner_times([message for _, message in sentences])
@@ -115,7 +117,8 @@ def _spread(stamps: list[float | None], path: Path) -> np.ndarray:
     lines = np.array([k for k, stamp in enumerate(stamps) if stamp is not None])
     if not lines.size:
         raise InputError(
-            f"{path}: no sentence has a time (RMC, GGA, GLL, ZDA), nor did the logger write one; log one of these too"
+            f"{path}: no sentence has a time (RMC, GGA, GLL, ZDA), nor did the logger write one; log one of these too",
+            "data",
         )
     moments = np.array([stamps[k] for k in lines], dtype=float)
     new = np.append(

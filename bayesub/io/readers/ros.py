@@ -57,7 +57,7 @@ def _definition_files(names) -> list[Path]:
     files = []
     for name in map(Path, names):
         if not name.exists():
-            raise InputError(f"{name}: named by definitions, does not exist")
+            raise InputError(f"{name}: named by definitions, does not exist", "file", "definitions")
         files += sorted(name.rglob("*.msg")) if name.is_dir() else [name]
     return files
 

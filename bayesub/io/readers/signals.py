@@ -128,7 +128,9 @@ def library(name: str, package: str, path: Path) -> ModuleType:
         reason = "" if is_missing else f" ({error})"
         raise InputError(
             f"{path}: reading this kind of log needs the library {package}{reason}: pip install 'bayesub[logs]', or "
-            f"pip install {package}"
+            f"pip install {package}",
+            "install",
+            package,
         ) from None
 
 

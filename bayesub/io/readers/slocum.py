@@ -34,11 +34,13 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             segment = dbdreader.DBD(str(path), cacheDir=cache)
         except dbdreader.DbdError as error:
             if error.value != dbdreader.DBD_ERROR_CACHE_NOT_FOUND:
-                raise InputError(f"{path}: is not the log of a Slocum glider: {error}") from None
+                raise InputError(f"{path}: is not the log of a Slocum glider: {error}", "format") from None
             name = next(iter(error.data.missing_cache_files), "")
             raise InputError(
                 f"{path}: needs the cache file {name}.cac of the glider; put it beside the log, or give its folder "
-                "as cache in the map"
+                "as cache in the map",
+                "missing",
+                "cache",
             ) from None
         names = [name for name in segment.parameterNames if name != segment.timeVariable]
         cells = segment.get(*names)
@@ -60,7 +62,9 @@ def _check_header(path: Path) -> None:
     counts = [(k, _COUNT.match(line)) for k, line in enumerate(lines, 1) if _COUNT.match(line)]
     is_plain = lines[0].startswith(b"dbd_label")  # others are compressed, or of another kind
     if is_plain and not any(k <= int(match[1]) <= MOST_LINES for k, match in counts[-1:]):
-        raise InputError(f"{path}: is not the log of a Slocum glider, or damaged: its header does not say its length")
+        raise InputError(
+            f"{path}: is not the log of a Slocum glider, or damaged: its header does not say its length", "format"
+        )
 
 
 def _unit(unit: str) -> str:

@@ -39,7 +39,9 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         cells = pd.read_csv(io.StringIO("\n".join(body)), decimal=comma, low_memory=False, **options)
     except pd.errors.ParserError as error:
         reason = str(error).strip().rpartition("error: ")[2]
-        raise InputError(f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?") from None
+        raise InputError(
+            f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?", "format"
+        ) from None
     k = _time_column(path, names, log_map.time.signal)
     times = _times(path, cells[k], log_map.time.unit or unit_cells[k] or "s", names[k], lines[first][0])
     signals = {}
@@ -62,7 +64,9 @@ def _whole(path: Path, lines, separator: str, n_columns: int) -> tuple[list[str]
         if n_cells < n_columns and k == len(lines) - 1:
             return texts[:-1], ["the last line is not whole and left out"]
         if n_cells != n_columns:
-            raise InputError(f"{path}: line {number}: has {n_cells} cells, expected {n_columns}; is the file whole?")
+            raise InputError(
+                f"{path}: line {number}: has {n_cells} cells, expected {n_columns}; is the file whole?", "format"
+            )
     return texts, []
 
 
@@ -71,7 +75,7 @@ def _lines(path: Path) -> list[tuple[int, str]]:
     with toml_files.reading(path):
         content = path.read_bytes()
     if b"\0" in content[:4096]:
-        raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not")
+        raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not", "format")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -79,7 +83,7 @@ def _lines(path: Path) -> list[tuple[int, str]]:
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip(" \t;,")]
     table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     if len(table) < 2:
-        raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers")
+        raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
     before = [(k, line.lstrip().lstrip("#%/ ")) for k, line in lines if k < table[0][0]]
     return before[-1:] + table  # names may stand in a comment
 
@@ -100,7 +104,7 @@ def _layout(path: Path, lines: list[str]) -> tuple[str, int]:
     best = max(layouts, key=lambda separator: layouts[separator][0])
     if not layouts[best][0]:
         raise InputError(
-            f"{path}: no columns of numbers, separated by tabs, semicolons, commas or spaces, were made out"
+            f"{path}: no columns of numbers, separated by tabs, semicolons, commas or spaces, were made out", "format"
         )
     return best, layouts[best][1]
 
@@ -114,7 +118,7 @@ def _header(path: Path, lines, separator: str, n_columns: int) -> tuple[list[str
     rows = [_cells(line, separator) for _, line in lines[:200]]
     first = next((k for k, row in enumerate(rows) if len(row) == n_columns and _is_data(row, separator)), None)
     if first is None:
-        raise InputError(f"{path}: no row of {n_columns} columns with numbers is among its first lines")
+        raise InputError(f"{path}: no row of {n_columns} columns with numbers is among its first lines", "format")
     heads = [row for row in rows[:first] if len(row) == n_columns]
     unit_row = [""] * n_columns
     if len(heads) > 1 and _is_unit_row(heads[-1]):
@@ -125,7 +129,7 @@ def _header(path: Path, lines, separator: str, n_columns: int) -> tuple[list[str
     names = [name or f"column_{k}" for k, name in enumerate(names, 1)]
     for k, name in enumerate(names):
         if name in names[:k]:
-            raise InputError(f"{path}: column '{name}' is given twice; rename one of them")
+            raise InputError(f"{path}: column '{name}' is given twice; rename one of them", "conflict", name)
     return names, [a or b for a, b in zip(unit_row, units_of_names, strict=True)], first
 
 
@@ -150,14 +154,20 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
 def _time_column(path: Path, names: list[str], signal: str | None) -> int:
     if signal is not None:
         if signal not in names:
-            raise InputError(f"{path}: has no column '{signal}', the signal of [time]{nearest(signal, names)}")
+            raise InputError(
+                f"{path}: has no column '{signal}', the signal of [time]{nearest(signal, names)}",
+                "unknown",
+                "time.signal",
+            )
         return names.index(signal)
     lower = [name.lower() for name in names]
     likely = [lower.index(name) for name in TIMES if name in lower]
     likely += [k for k, name in enumerate(lower) if "time" in name]
     if not likely:
         raise InputError(
-            f"{path}: which column is the time? give [time] signal in the map, one of {', '.join(names[:8])}"
+            f"{path}: which column is the time? give [time] signal in the map, one of {', '.join(names[:8])}",
+            "missing",
+            "time.signal",
         )
     return likely[0]
 
@@ -180,12 +190,16 @@ def _times(path: Path, column, unit: str, name: str, line: int) -> np.ndarray:
         k = int(np.flatnonzero(wrong)[0])
         raise InputError(
             f"{path}: row {k + 1} from line {line}, column '{name}': '{column.iloc[k]}' is not a time; expected "
-            "numbers, or dates such as 2026-05-01T10:00:00.5"
+            "numbers, or dates such as 2026-05-01T10:00:00.5",
+            "data",
+            name,
         )
     try:
         return times * units.factor(unit.partition(" since ")[0], "s")
     except InputError as error:
-        raise InputError(f"{path}: column '{name}' of times: {error}; give [time] unit") from None
+        raise InputError(
+            f"{path}: column '{name}' of times: {error}; give [time] unit", error.kind, f"time.{error.key}"
+        ) from None
 
 
 def _numbers(column) -> tuple[np.ndarray, np.ndarray, str]:

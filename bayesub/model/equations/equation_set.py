@@ -198,10 +198,14 @@ class EquationSet:
         if wanted is None:
             return "horizontal" if self.degrees_of_freedom == 3 else None
         if wanted not in PLANES:
-            raise InputError(f"unknown sub-problem '{wanted}': expected horizontal or vertical")
+            raise InputError(
+                f"unknown sub-problem '{wanted}': expected horizontal or vertical", "unknown", "subproblem"
+            )
         if wanted not in self.subproblems:
             raise InputError(
-                f"equations '{self.name}' have no {wanted} sub-problem: they are those of surge, sway and yaw"
+                f"equations '{self.name}' have no {wanted} sub-problem: they are those of surge, sway and yaw",
+                "conflict",
+                "subproblem",
             )
         return wanted
 
@@ -225,7 +229,9 @@ class EquationSet:
             listed = ", ".join(columns) or "no controls"
             suggestion = nearest(column, columns) or "."
             raise InputError(
-                f"{wanted_by}: unknown control '{column}'{suggestion} The equations '{self.name}' have {listed}"
+                f"{wanted_by}: unknown control '{column}'{suggestion} The equations '{self.name}' have {listed}",
+                "unknown",
+                column,
             )
         return columns.index(column)
 
@@ -234,7 +240,7 @@ class EquationSet:
         names = tuple(names)
         for name in names:
             if name not in self.index:
-                raise InputError(f"unknown coefficient '{name}'{nearest(name, self.names)}")
+                raise InputError(f"unknown coefficient '{name}'{nearest(name, self.names)}", "unknown", name)
         return np.array([self.index[name] for name in names], dtype=int)
 
     def names_of_axis(self, axis: str) -> tuple[str, ...]:

@@ -145,7 +145,11 @@ def _extended(name: str, located: Callable[[str], str]) -> dict[str, tuple[Path,
             chain = [path for path, _ in files.values()]
             base = toml_files.find(located(name), "equations")
             if base.resolve() in {path.resolve() for path in chain}:
-                raise InputError(f"a set cannot extend itself ({' extends '.join(p.name for p in (*chain, base))})")
+                raise InputError(
+                    f"a set cannot extend itself ({' extends '.join(p.name for p in (*chain, base))})",
+                    "model",
+                    "extends",
+                )
 
 
 @functools.lru_cache(maxsize=64)
@@ -164,7 +168,7 @@ def _load(path: Path, text: str, base: EquationSet | None) -> EquationSet:
         _check_scales(equations)
         _check_independence(equations)
     except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(f"{path}: {error}", "model", str(error).partition(":")[0]) from None
     return equations
 
 
