@@ -211,7 +211,7 @@ class Sensor:
         for start, end in self.gaps:
             present &= (times < start) | (times > end)
         if not present.any():
-            raise self._refused("no reading is left; shorten the gaps or lower the dropout")
+            raise self._refused(self.column, "no reading is left; shorten the gaps or lower the dropout", "data")
         return times[present], values[present]
 
 
