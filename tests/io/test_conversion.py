@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 from bayesub.io import conversion, log_files, toml_files
-from bayesub.io.errors import InputError
 from bayesub.io.log_map import LogMap, read_map
 from bayesub.io.readers import KINDS, Signal, VehicleLog
 
@@ -50,11 +50,9 @@ def test_rules(rule, unit, values):
 
 
 def test_a_column_without_a_unit_needs_a_rule():
-    with pytest.raises(
-        InputError, match=r"key 'columns\.x_m': the file does not say the unit of 'a'; give unit = \"m\""
-    ):
+    with refused("missing", "columns.x_m.unit"):
         converted(log(a=(T, T)), x_m={"signal": "a"})
-    with pytest.raises(InputError, match=r"key 'columns\.x_m': 'rad' \(angle\) cannot become 'm'"):
+    with refused("unit", "columns.x_m.unit"):
         converted(log(a=(T, T, "rad")), x_m={"signal": "a"})
 
 
@@ -99,7 +97,7 @@ def test_start_end_and_zero():
     np.testing.assert_array_equal(result.times, [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
     np.testing.assert_array_equal(cells(result, "x_m")[1], [3.0, 4.0, 5.0, 6.0])
     np.testing.assert_array_equal(result.columns["rudder_deg"], 5.0)  # the order that was given before the start
-    with pytest.raises(InputError, match=r"map\.toml: section 'time': no reading of 'x_m' .* it has 0 to 9 s"):
+    with refused("data", "time"):
         converted(source, {"start_s": 20.0}, x_m={"signal": "x"})
 
 
@@ -111,7 +109,7 @@ def test_readings_that_are_none_are_left_out_and_counted():
         "x_m: 2 of 6 values of 'a' are not numbers and left out",
         "x_m: 1 of 6 values of 'a' are not valid and left out",
     )
-    with pytest.raises(InputError, match="has no readings"):
+    with refused("data", "columns.x_m"):
         converted(source, x_m={"signal": "a", "valid": (50.0, 60.0)})
 
 
@@ -126,34 +124,28 @@ def test_stamps_that_repeat_or_overtake_one_another_are_mended_and_counted():
     np.testing.assert_array_equal(result.times, [0.0, 1.5, 2.0, 3.0])
     np.testing.assert_array_equal(result.columns["x_m"], [0.0, 2.0, 1.0, 4.0])
     assert len(result.remarks) == 2
-    with pytest.raises(
-        InputError, match=r"dive\.log: the time stamps of 'a' go back from 100 to 3 s: its clock was set"
-    ):
+    with refused("data", "a"):
         converted(log(a=([0.0, 100.0, 3.0], T, "m")), x_m={"signal": "a"})
 
 
 def test_columns_without_a_time_in_common():
     source = log(a=([0.0, 1.0], [0.0, 1.0], "m"), b=([50.0, 51.0], [0.0, 1.0], "m"))
-    with pytest.raises(
-        InputError, match=r"'y_m' and 'x_m' have no time in common: 'x_m' ends 1 s and 'y_m' begins 50 s"
-    ):
+    with refused("conflict", "y_m"):
         converted(source, x_m={"signal": "a"}, y_m={"signal": "b"})
 
 
 def test_unknown_signals():
     source = log(roll=(T, T, "deg"), pitch=(T, T, "deg"))
-    with pytest.raises(
-        InputError, match=r"map\.toml: key 'columns\.roll_deg\.signal': dive\.log .* did you mean 'roll'\?"
-    ):
+    with refused("unknown", "columns.roll_deg.signal"):
         converted(source, roll_deg={"signal": "rol"})
-    with pytest.raises(InputError, match="has no signal 'xyz'; it has pitch, roll"):
+    with refused("unknown", "columns.roll_deg.signal"):
         converted(source, roll_deg={"signal": "xyz"})
     result = converted(source, roll_deg={"signal": "roll"}, yaw_deg={"signal": "yaw", "optional": True})
     assert list(result.columns) == ["roll_deg"]
 
 
 def test_points_do_not_reach_beyond_their_ends():
-    with pytest.raises(InputError, match=r"points reach from 0 to 11, and 'a' goes to 12; add a point"):
+    with refused("conflict", "columns.rudder_deg.points"):
         converted(log(a=(T, T, "us")), rudder_deg={"signal": "a", "points": ((0.0, 0.0), (11.0, 5.0))})
 
 
@@ -170,34 +162,33 @@ def test_what_is_written_is_read_back(tmp_path):
 
 
 WRONG_MAPS = {
-    "[columns.x_m]\nsignal = 'a'\nfactr = 1": "unknown key 'columns.x_m.factr': did you mean 'factor'",
-    "[columns.x_m]": "key 'columns.x_m.signal' is missing",
-    "[columns.rudder]\nsignal = 'a'": "key 'columns.rudder': unknown column: did you mean 'rudder_",
-    "[columns.yaw_deg]\nsignal = 'a'\n[columns.yaw_rad]\nsignal = 'a'": "is the same quantity as 'yaw_deg'",
-    "[columns.time_s]\nsignal = 'a'": "times come with each signal",
-    "[columns.x_m]\nsignal = 'a'\nunit = 'furlong'": "key 'columns.x_m.unit': unknown unit 'furlong'",
-    "[columns.x_m]\nsignal = 'a'\nfactor = 0": "factor must not be zero",
-    "[columns.x_m]\nsignal = 'a'\nsign = 2": "columns.x_m.sign",
-    "[columns.x_m]\nsignal = 'a'\npoints = [[1, 2]]": "points needs two pairs or more",
-    "[columns.x_m]\nsignal = 'a'\npoints = [[2, 2], [1, 3]]": "the values of the signal ascending",
-    "[columns.x_m]\nsignal = 'a'\npoints = [[1, 2], [2, 3]]\nfactor = 2": "points take the place of zero and factor",
-    "[columns.x_m]\nsignal = 'a'\nvalid = [2, 1]": "valid is [smallest, largest]",
-    "[columns.x_m]\nsignal = 'a'\ninterval_s = -1": "columns.x_m.interval_s",
-    "[time]\nstart_s = 2\nend_s = 1\n[columns.x_m]\nsignal = 'a'": "must be before end_s",
-    "[time]\nzero = 'last'\n[columns.x_m]\nsignal = 'a'": "time.zero",
-    "kind = 'imc'\n[columns.x_m]\nsignal = 'a'": "key 'kind': this map is for 'imc', not for 'csv'",
-    "": "has no section [columns.NAME]; bayesub new map csv writes an example",
-    "[columns": "is not valid TOML",
+    "[columns.x_m]\nsignal = 'a'\nfactr = 1": ("unknown", "columns.x_m.factr"),
+    "[columns.x_m]": ("missing", "columns.x_m.signal"),
+    "[columns.rudder]\nsignal = 'a'": ("unknown", "columns.rudder"),
+    "[columns.yaw_deg]\nsignal = 'a'\n[columns.yaw_rad]\nsignal = 'a'": ("conflict", "columns.yaw_rad"),
+    "[columns.time_s]\nsignal = 'a'": ("unknown", "columns.time_s"),
+    "[columns.x_m]\nsignal = 'a'\nunit = 'furlong'": ("unit", "columns.x_m.unit"),
+    "[columns.x_m]\nsignal = 'a'\nfactor = 0": ("value", "columns.x_m"),
+    "[columns.x_m]\nsignal = 'a'\nsign = 2": ("value", "columns.x_m.sign"),
+    "[columns.x_m]\nsignal = 'a'\npoints = [[1, 2]]": ("value", "columns.x_m"),
+    "[columns.x_m]\nsignal = 'a'\npoints = [[2, 2], [1, 3]]": ("value", "columns.x_m"),
+    "[columns.x_m]\nsignal = 'a'\npoints = [[1, 2], [2, 3]]\nfactor = 2": ("value", "columns.x_m"),
+    "[columns.x_m]\nsignal = 'a'\nvalid = [2, 1]": ("value", "columns.x_m"),
+    "[columns.x_m]\nsignal = 'a'\ninterval_s = -1": ("value", "columns.x_m.interval_s"),
+    "[time]\nstart_s = 2\nend_s = 1\n[columns.x_m]\nsignal = 'a'": ("value", "time"),
+    "[time]\nzero = 'last'\n[columns.x_m]\nsignal = 'a'": ("value", "time.zero.float"),
+    "kind = 'imc'\n[columns.x_m]\nsignal = 'a'": ("conflict", "kind"),
+    "": ("missing", "columns"),
+    "[columns": ("format", ""),
 }
 
 
-@pytest.mark.parametrize(("text", "message"), WRONG_MAPS.items())
-def test_a_map_that_is_wrong(text, message, tmp_path):
+@pytest.mark.parametrize(("text", "code"), WRONG_MAPS.items())
+def test_a_map_that_is_wrong(text, code, tmp_path):
     (tmp_path / "map.toml").write_text(text)
-    with pytest.raises(InputError) as error:
+    with refused(*code) as error:
         read_map(tmp_path / "map.toml", "csv")
     assert str(error.value).startswith(str(tmp_path / "map.toml"))
-    assert message in str(error.value)
 
 
 @pytest.mark.parametrize("kind", KINDS)

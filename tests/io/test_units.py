@@ -3,9 +3,9 @@
 import math
 
 import pytest
+from support.refusals import refused
 
 from bayesub.io import fixes, log_files, units
-from bayesub.io.errors import InputError
 
 SIZES = [
     ("rad", "deg", 180.0 / math.pi),
@@ -31,14 +31,14 @@ def test_sizes_and_spellings(unit, target, size):
 
 def test_a_pressure_becomes_a_depth_with_a_density():
     assert units.factor("dbar", "m", 1025.0) == pytest.approx(1e4 / (1025.0 * 9.81))
-    with pytest.raises(InputError, match="becomes a depth with water_density_kgm3"):
+    with refused("missing", "water_density_kgm3"):
         units.factor("bar", "m")
 
 
 def test_what_does_not_fit_is_said():
-    with pytest.raises(InputError, match=r"'rad' \(angle\) cannot become 'm' \(length\)"):
+    with refused("unit", "unit"):
         units.factor("rad", "m")
-    with pytest.raises(InputError, match="unknown unit 'degs': did you mean 'deg/s'"):
+    with refused("unit", "unit"):
         units.factor("degs", "deg")
 
 

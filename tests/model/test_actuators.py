@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.fins import BOW, FIN, PORT, STARBOARD, X_TAIL, fins, with_actuators
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io import log_files, toml_files
@@ -93,7 +94,7 @@ def test_aileron_of_equations_that_know_one(boat, tmp_path, vehicle_with):
     four, two = actuators(*X_TAIL), actuators(45.0, 315.0)
     np.testing.assert_allclose(four.mixing @ four.allocation, np.diag([1, 0, 1, 1]), atol=1e-15)
     np.testing.assert_allclose((two.mixing @ two.allocation)[:3, :3], np.diag([1, 0, 1]), atol=1e-15)
-    with pytest.raises(bs.InputError, match="no actuator can make the ordered aileron_deg"):
+    with refused("model", "aileron_deg"):
         two.share("aileron_deg", "manoeuvre 'roll'")
 
 
@@ -271,28 +272,24 @@ def test_thrusters_and_fins_are_ordered_by_their_columns(finned, tmp_path):
 def test_logs_and_orders_of_another_boat(crossed, suboff, tmp_path):
     """Errors in one line that say what the boat has."""
     (tmp_path / "log.csv").write_text("time_s,rudder_deg,fin_1_deg\n0,0,0\n100,10,0\n")
-    with pytest.raises(bs.InputError, match=r"has rudder_deg, which the boat does not have; it is moved by fin_1_deg"):
+    with refused("unknown", "rudder_deg"):
         bs.load_manoeuvre(tmp_path / "log.csv", crossed)
-    with pytest.raises(bs.InputError, match="unknown column 'fin_1_deg'"):
+    with refused("unknown", "fin_1_deg"):
         bs.load_manoeuvre(tmp_path / "log.csv", suboff)
     (tmp_path / "still.csv").write_text("time_s,rudder_deg,fin_1_deg\n0,0,0\n100,0,5\n")
     assert bs.load_manoeuvre(tmp_path / "still.csv", crossed).controls[-1, RUDDER] > 0.0
-    with pytest.raises(bs.InputError, match=r"moves delta_r, delta_b, delta_s.*load it for this vehicle"):
+    with refused("conflict", "m"):
         bs.simulate(crossed, bs.Manoeuvre("m", LAG, np.zeros((81, 3)), np.ones(81), np.eye(12)[6]), dt=0.1)
-    with pytest.raises(
-        bs.InputError, match="'comparison': no actuator can make the ordered bow_plane_deg; they are fin"
-    ):
+    with refused("model", "bow_plane_deg"):
         bs.load_manoeuvre("comparison", crossed)
-    with pytest.raises(
-        bs.InputError, match="'x': there is no elevator_deg to be ordered; the boat has rudder_deg, bow"
-    ):
+    with refused("unknown", "elevator_deg"):
         crossed.actuators.share("elevator_deg", "'x'")
 
 
 def test_a_tail_without_a_rudder(finned):
     vehicle = finned(*fins(90.0, 270.0))
     bs.load_manoeuvre("vertical", vehicle)
-    with pytest.raises(bs.InputError, match="manoeuvre 'turning_circle': no actuator can make the ordered rudder_deg"):
+    with refused("model", "rudder_deg"):
         bs.load_manoeuvre("turning_circle", vehicle)
 
 
@@ -317,40 +314,37 @@ def test_parameters_change_what_acts(crossed):
 
 
 REFUSED = [
-    ([FIN | {"name": "a"}], "actuators.0': a fin needs angle_deg, where it stands around the hull, or mixing"),
-    ([FIN | {"name": "a", "angle_deg": 0.0, "limit_deg": 0.0}], "actuators.0.limit_deg'.*found 0"),
-    ([FIN | {"name": "a", "angle_deg": 0.0, "rate_deg_s": -1.0}], "actuators.0.rate_deg_s'.*found -1"),
-    ([FIN | {"name": "a", "angle_deg": 0.0, "time_constant_s": 0.0}], "actuators.0.time_constant_s'"),
-    ([FIN | {"name": "a", "angle_deg": 0.0, "sign": 2}], "actuators.0.sign'"),
-    ([FIN | {"name": "a", "angle_deg": 0.0, "angel_deg": 0.0}], "unknown key 'actuators.0.angel_deg': did you mean"),
-    ([FIN | {"name": "a", "angle_deg": 0.0, "x_m": 3.0}], "x_m = 3 is ahead of the origin.*give mixing"),
-    ([FIN | {"name": "A fin", "angle_deg": 0.0}], "actuators.0.name'"),
-    (
-        [FIN | {"name": "a", "mixing": {"ruder_deg": 1.0}}],
-        "mixing knows no control 'ruder_deg': did you mean 'rudder_d",
-    ),
-    ([FIN | {"name": "a", "mixing": {"aileron_deg": 1.0}}], "fin 'a': moves no control of the equations 'booth'"),
-    ([FIN | {"name": "a", "mixing": {"rudder_deg": 0.0}}], "mixing is zero throughout"),
-    (fins(0.0, 90.0, name="a"), "actuators: two have the name 'a'"),
-    (fins(0.0, 90.0, column="a_deg"), "actuators: two have the column 'a_deg'"),
-    (fins(0.0, column="a_n"), "column 'a_n' does not end with the unit of the actuator; write it as ..._deg"),
-    (fins(0.0, column="yaw_deg"), "column 'yaw_deg' is that of the motion of the boat"),
-    ([], "actuators: there are none; add"),
-    ([{"name": "a"}], "key 'actuators.0.kind' is missing"),
-    ([{"kind": "finn", "name": "a"}], "unknown 'finn': did you mean 'fin'.*expected one of fin, thruster, propeller"),
-    ([BOW | {"direction": [0, 0, 0]}], "direction has no length"),
-    ([BOW | {"limit_n": 0}], "actuators.0.limit_n'"),
-    ([BOW | {"position_m": [300.0, 0, 0]}], "thruster 'bow': position_m lies further than length_m from the origin"),
-    ([PORT | {"column": "rpm"}], "column 'rpm' does not end with the unit.*write it as ..._rpm"),
-    ([PORT | {"diameter_m": -1.0}], "actuators.0.diameter_m'"),
-    ([PORT | {"kt0": 1e300, "diameter_m": 1e6}], "masses, forces or thrust are too large"),
-    (3, "key 'actuators': input should be a table"),
+    ([FIN | {"name": "a"}], "value", "actuators.0"),
+    ([FIN | {"name": "a", "angle_deg": 0.0, "limit_deg": 0.0}], "value", "actuators.0.limit_deg"),
+    ([FIN | {"name": "a", "angle_deg": 0.0, "rate_deg_s": -1.0}], "value", "actuators.0.rate_deg_s"),
+    ([FIN | {"name": "a", "angle_deg": 0.0, "time_constant_s": 0.0}], "value", "actuators.0.time_constant_s"),
+    ([FIN | {"name": "a", "angle_deg": 0.0, "sign": 2}], "value", "actuators.0.sign"),
+    ([FIN | {"name": "a", "angle_deg": 0.0, "angel_deg": 0.0}], "unknown", "actuators.0.angel_deg"),
+    ([FIN | {"name": "a", "angle_deg": 0.0, "x_m": 3.0}], "value", "actuators.0"),
+    ([FIN | {"name": "A fin", "angle_deg": 0.0}], "value", "actuators.0.name"),
+    ([FIN | {"name": "a", "mixing": {"ruder_deg": 1.0}}], "unknown", "ruder_deg"),
+    ([FIN | {"name": "a", "mixing": {"aileron_deg": 1.0}}], "model", "a"),
+    ([FIN | {"name": "a", "mixing": {"rudder_deg": 0.0}}], "value", "actuators.0"),
+    (fins(0.0, 90.0, name="a"), "conflict", "a"),
+    (fins(0.0, 90.0, column="a_deg"), "conflict", "a_deg"),
+    (fins(0.0, column="a_n"), "value", "actuators.0"),
+    (fins(0.0, column="yaw_deg"), "value", "actuators.0"),
+    ([], "missing", "actuators"),
+    ([{"name": "a"}], "missing", "actuators.0.kind"),
+    ([{"kind": "finn", "name": "a"}], "unknown", "actuators.0.kind"),
+    ([BOW | {"direction": [0, 0, 0]}], "value", "actuators.0"),
+    ([BOW | {"limit_n": 0}], "value", "actuators.0.limit_n"),
+    ([BOW | {"position_m": [300.0, 0, 0]}], "value", "position_m"),
+    ([PORT | {"column": "rpm"}], "value", "actuators.0"),
+    ([PORT | {"diameter_m": -1.0}], "value", "actuators.0.diameter_m"),
+    ([PORT | {"kt0": 1e300, "diameter_m": 1e6}], "model", ""),
+    (3, "value", "actuators"),
 ]
 
 
-@pytest.mark.parametrize(("actuators", "message"), REFUSED)
-def test_refused(boat, vehicle_with, actuators, message):
-    with pytest.raises(bs.InputError, match=message) as error:
+@pytest.mark.parametrize(("actuators", "kind", "key"), REFUSED)
+def test_refused(boat, vehicle_with, actuators, kind, key):
+    with refused(kind, key) as error:
         vehicle_with(boat | {"actuators": actuators})
     assert "boat.toml" in str(error.value)
     assert len(str(error.value).splitlines()) == 1
@@ -358,5 +352,5 @@ def test_refused(boat, vehicle_with, actuators, message):
 
 def test_both_tables_are_refused(suboff_file, tmp_path):
     (tmp_path / "boat.toml").write_text(f'{suboff_file}\n[[actuators]]\nkind = "fin"\n')
-    with pytest.raises(bs.InputError, match=r"has both \[actuators\] and \[\[actuators\]\]; keep one"):
+    with refused("conflict", "actuators"):
         bs.load_vehicle(tmp_path / "boat.toml")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io.log_files import positions
@@ -80,19 +81,19 @@ def test_hats_interpolate(rng):
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "kind", "key"),
     [
-        ({"axes": ("X", "Q")}, "unknown axis 'Q'"),
-        ({"axes": ("X", "X")}, "axis X is named twice"),
-        ({"axes": ()}, "name at least one axis"),
-        ({"kind": "matern"}, "unknown kind 'matern': expected .*: did you mean 'matern_3_2'"),
-        ({"sds": np.array([1.0, 0.0])}, "the sd of N must be positive, found 0; leave the axis out"),
-        ({"correlation_time_s": -1.0}, "correlation_time_s must be positive, found -1"),
+        ({"axes": ("X", "Q")}, "unknown", "Q"),
+        ({"axes": ("X", "X")}, "conflict", "X"),
+        ({"axes": ()}, "missing", "axes"),
+        ({"kind": "matern"}, "unknown", "kind"),
+        ({"sds": np.array([1.0, 0.0])}, "value", "N"),
+        ({"correlation_time_s": -1.0}, "value", "correlation_time_s"),
     ],
 )
-def test_processes_that_cannot_be(changes, words):
+def test_processes_that_cannot_be(changes, kind, key):
     arguments = {"axes": ("Y", "N"), "sds": np.array([1.0, 2.0]), "correlation_time_s": 4.0, "kind": KINDS[0]}
-    with pytest.raises(bs.InputError, match=words):
+    with refused(kind, key):
         Disturbance(**arguments | changes)
 
 
@@ -120,16 +121,16 @@ def test_a_disturbed_track_is_another_one_and_keeps_its_forces(disturbed, suboff
     given = bs.simulate(suboff, spiral, dt=STEP, sample=STEP, disturbance=disturbed.simulator.forces)
     np.testing.assert_array_equal(given.states, disturbed.states)
     assert disturbed.simulator.forces.times[-1] >= spiral.duration
-    with pytest.raises(bs.InputError, match="needs random numbers; give rng"):
+    with refused("missing", "rng"):
         bs.simulate(suboff, spiral, dt=STEP, disturbance=PROCESS)
 
 
 def test_flights_that_cannot_be_disturbed(suboff, spiral, rng):
     quick = Disturbance(("Y",), np.ones(1), 0.4)
-    with pytest.raises(bs.InputError, match=r"correlation_time_s is 0.4 s, shorter than the time step of 0.5 s"):
+    with refused("conflict", "correlation_time_s"):
         bs.simulate(suboff, spiral, dt=STEP, disturbance=quick, rng=rng)
     across = Disturbance(("Z",), np.ones(1), 4.0)
-    with pytest.raises(bs.InputError, match="axis Z has no part in the horizontal sub-problem, which has X Y N"):
+    with refused("conflict", "Z"):
         bs.simulate(suboff, spiral, dt=STEP, disturbance=across, rng=rng)
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import tomli_w
+from support.refusals import refused
 
-from bayesub import InputError
 from bayesub.model import added_mass as am
 from bayesub.model.coefficients import ADDED_MASSES, EQUATIONS, INDEX, TERMS
 from bayesub.model.hull_files import HullFile
@@ -129,30 +129,25 @@ def test_suboff_from_its_outline(suboff):
 
 
 @pytest.mark.parametrize(
-    ("hull", "fins", "sentence"),
+    ("hull", "fins", "kind", "key"),
     [
-        (TORPEDO | {"nose_m": 4.0}, [], "nose_m and tail_m must not exceed length_m = 5 together"),
-        (TORPEDO | {"diameter_m": -0.5}, [], "key 'hull.diameter_m'"),
-        (TORPEDO | {"diametre_m": 0.5}, [], "unknown key 'hull.diametre_m': did you mean 'diameter_m'"),
-        (TORPEDO | {"shape": "sphere"}, [], "hull"),
-        (TORPEDO, [TAIL | {"to_m": 4.0}], "from_m must be less than to_m"),
-        (TORPEDO, [TAIL | {"top_m": 0.01}], "fins 'tail': top_m must exceed the radius of the hull there"),
-        (TORPEDO, [{"name": "none", "from_m": 1.0, "to_m": 2.0}], "give at least one of top_m, bottom_m, side_m"),
-        ({"shape": "offsets", "station_m": [1.0, 2.0], "radius_m": [1.0, 1.0]}, [], "station_m must ascend from 0"),
-        ({"shape": "offsets", "station_m": [0.0, 2.0], "radius_m": [1.0]}, [], "radius_m needs 2 radii"),
-        (
-            TORPEDO | {"length_m": 1e200, "diameter_m": 1e200},
-            [],
-            "hull.length_m': input should be less than or equal to 1000",
-        ),
-        (TORPEDO | {"diameter_m": 1e-200}, [], "hull.diameter_m': input should be greater than or equal to 0.01"),
+        (TORPEDO | {"nose_m": 4.0}, [], "value", "hull"),
+        (TORPEDO | {"diameter_m": -0.5}, [], "value", "hull.diameter_m"),
+        (TORPEDO | {"diametre_m": 0.5}, [], "unknown", "hull.diametre_m"),
+        (TORPEDO | {"shape": "sphere"}, [], "unknown", "hull.shape"),
+        (TORPEDO, [TAIL | {"to_m": 4.0}], "value", "fins.0"),
+        (TORPEDO, [TAIL | {"top_m": 0.01}], "value", "fins"),
+        (TORPEDO, [{"name": "none", "from_m": 1.0, "to_m": 2.0}], "value", "fins.0"),
+        ({"shape": "offsets", "station_m": [1.0, 2.0], "radius_m": [1.0, 1.0]}, [], "value", "hull"),
+        ({"shape": "offsets", "station_m": [0.0, 2.0], "radius_m": [1.0]}, [], "value", "hull"),
+        (TORPEDO | {"length_m": 1e200, "diameter_m": 1e200}, [], "value", "hull.length_m"),
+        (TORPEDO | {"diameter_m": 1e-200}, [], "value", "hull.diameter_m"),
     ],
 )
-def test_refused(tmp_path, hull, fins, sentence):
+def test_refused(tmp_path, hull, fins, kind, key):
     path = tmp_path / "hull.toml"
     path.write_text(tomli_w.dumps({"hull": hull, "fins": fins}))
-    with pytest.raises(InputError) as error:
+    with refused(kind, key) as error:
         load_hull(path)
-    assert sentence in str(error.value)
     assert str(error.value).startswith(f"{path}: ")
     assert "\n" not in str(error.value)

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support import user_set
+from support import refusals, user_set
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io import toml_files
@@ -80,9 +81,11 @@ def flown(vehicle, manoeuvre):
 def test_a_manoeuvre_of_controls_that_a_vehicle_does_not_have(vehicle, name):
     """It is refused in one line that names file and control."""
     vehicle = bs.load_vehicle(vehicle)
-    with pytest.raises(bs.InputError, match=r"unknown control '(stern|bow)_plane_deg'") as error:
+    with pytest.raises(bs.InputError) as error:
         bs.load_manoeuvre(name, vehicle)
     assert f"{name}.toml: " in str(error.value)
+    assert error.value.key in MOVED[name]
+    refusals.check(error.value, "unknown", error.value.key)
 
 
 @pytest.mark.parametrize(("name", "vehicle"), [(name, v) for name in MANOEUVRES for v in VEHICLES if can_fly(v, name)])
@@ -251,9 +254,9 @@ def test_random_manoeuvre_of_a_generator(suboff, rng):
     short = bs.random_manoeuvre(suboff, rng, duration_s=100.0, interval_s=5.0, rudder_limit_deg=3.0)
     assert short.duration == 100.0
     assert np.degrees(np.abs(short.controls[:, 0])).max() <= 3.0
-    with pytest.raises(bs.InputError, match="random manoeuvre: unknown key 'interval': did you mean 'interval_s'"):
+    with refused("unknown", "interval"):
         bs.random_manoeuvre(suboff, rng, interval=5.0)
-    with pytest.raises(bs.InputError, match="seed in 'random:x' must be a whole number"):
+    with refused("value", "seed"):
         bs.load_manoeuvre("random:x", suboff)
 
 
@@ -276,17 +279,17 @@ executes = 2
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "kind", "key"),
     [
-        ('"rudder"', '"bow_plane"', "key 'plane': input should be 'rudder' or 'stern_plane'"),
-        ("executes = 2", "execute = 2", "unknown key 'execute': did you mean 'executes'"),
-        ("executes = 2", 'executes = 2\nrecorded_on = "subof"', "key 'recorded_on': expected one of auv690"),
+        ('"rudder"', '"bow_plane"', "value", "plane"),
+        ("executes = 2", "execute = 2", "unknown", "execute"),
+        ("executes = 2", 'executes = 2\nrecorded_on = "subof"', "value", "recorded_on"),
     ],
 )
-def test_bad_zigzag_files(tmp_path, suboff, old, new, message):
+def test_bad_zigzag_files(tmp_path, suboff, old, new, kind, key):
     """A zig-zag that does not fit is refused in one line that names file and key."""
     path = write(tmp_path, ZIGZAG.replace(old, new), "zigzag.toml")
-    with pytest.raises(bs.InputError, match=message) as error:
+    with refused(kind, key) as error:
         bs.load_manoeuvre(path, suboff)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
@@ -303,7 +306,7 @@ def test_unfinished_zigzag(tmp_path, suboff):
 def test_a_vehicle_that_fails_in_closed_loop_says_so(suboff):
     """A vehicle that leaves the envelope while being recorded gives one line, not numbers."""
     unstable = replace(suboff, xi=-suboff.xi)
-    with pytest.raises(bs.InputError, match="'suboff' does not survive this closed-loop manoeuvre: it fails before"):
+    with refused("model", "suboff"):
         bs.load_manoeuvre("comparison", unstable)
 
 
@@ -350,18 +353,18 @@ def test_a_saved_track_can_be_flown_again(tmp_path, suboff, spiral_track):
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "kind", "key"),
     [
-        ("time_s,rudder_deg\n0,1\n1,\n2,3\n", "a control column has empty cells"),
-        ("time_s,x_m\n0,1\n1,2\n", "has no control column; expected some of rudder_deg"),
-        ("time_s,rudder_deg\n1,1\n2,2\n", "begins at time_s = 0, found 1"),
-        ("time_s,rudder_deg\n0,1\n", "at least two rows"),
+        ("time_s,rudder_deg\n0,1\n1,\n2,3\n", "data", ""),
+        ("time_s,x_m\n0,1\n1,2\n", "missing", ""),
+        ("time_s,rudder_deg\n1,1\n2,2\n", "data", "time_s"),
+        ("time_s,rudder_deg\n0,1\n", "data", "time_s"),
     ],
 )
-def test_bad_histories(tmp_path, suboff, text, message):
+def test_bad_histories(tmp_path, suboff, text, kind, key):
     """A control history with gaps, without controls, late or too short is refused in one line that names the file."""
     path = write(tmp_path, text)
-    with pytest.raises(bs.InputError, match=message) as error:
+    with refused(kind, key) as error:
         bs.load_manoeuvre(path, suboff)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
@@ -385,30 +388,26 @@ def test_steps_file(tmp_path, suboff):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "kind", "key"),
     [
-        (
-            'kind = "steps"',
-            'kind = "step"',
-            "key 'kind' is 'step': did you mean 'steps'.*expected one of steps, zigzag",
-        ),
-        ('kind = "steps"', 'kind = ["steps"]', "key 'kind' is"),
-        ('kind = "steps"', "", "key 'kind' is missing; expected one of steps, zigzag, depth_control, random"),
-        ("time_s = [10, 50]", "time_s = [50, 10]", "time_s must ascend from zero or later"),
-        ("time_s = [10, 50]", "time_s = [-1, 50]", "time_s must ascend from zero or later"),
-        ("rudder_deg = [5, 0]", "rudder_deg = [5]", "rudder_deg has 1 entries, time_s has 2"),
-        ("rudder_deg = [5, 0]", "", "at least one of rudder_deg"),
-        ("rudder_deg = [5, 0]", "ruder_deg = [5, 0]", "unknown control 'ruder_deg': did you mean 'rudder_deg'"),
-        ("rudder_deg = [5, 0]", "rudder_deg = [5, nan]", "key 'demands.rudder_deg.1'"),
-        ("duration_s = 100.0", "duration_s = -1", "key 'duration_s'"),
-        ("duration_s = 100.0", "", "key 'duration_s' is missing"),
+        ('kind = "steps"', 'kind = "step"', "unknown", "kind"),
+        ('kind = "steps"', 'kind = ["steps"]', "unknown", "kind"),
+        ('kind = "steps"', "", "missing", "kind"),
+        ("time_s = [10, 50]", "time_s = [50, 10]", "value", "demands"),
+        ("time_s = [10, 50]", "time_s = [-1, 50]", "value", "demands"),
+        ("rudder_deg = [5, 0]", "rudder_deg = [5]", "value", "demands"),
+        ("rudder_deg = [5, 0]", "", "value", "demands"),
+        ("rudder_deg = [5, 0]", "ruder_deg = [5, 0]", "unknown", "ruder_deg"),
+        ("rudder_deg = [5, 0]", "rudder_deg = [5, nan]", "value", "demands.rudder_deg.1"),
+        ("duration_s = 100.0", "duration_s = -1", "value", "duration_s"),
+        ("duration_s = 100.0", "", "missing", "duration_s"),
     ],
 )
-def test_bad_steps_files(tmp_path, suboff, old, new, message):
+def test_bad_steps_files(tmp_path, suboff, old, new, kind, key):
     """A manoeuvre file that does not fit is refused in one line that names file and key."""
     assert old in STEPS
     path = write(tmp_path, STEPS.replace(old, new), "steps.toml")
-    with pytest.raises(bs.InputError, match=message) as error:
+    with refused(kind, key) as error:
         bs.load_manoeuvre(path, suboff)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
@@ -416,7 +415,7 @@ def test_bad_steps_files(tmp_path, suboff, old, new, message):
 
 def test_unknown_manoeuvre(suboff):
     """A mistyped built-in name gets the nearest one."""
-    with pytest.raises(bs.InputError, match="no manoeuvre 'horizntal': did you mean 'horizontal'"):
+    with refused("unknown", "horizntal"):
         bs.load_manoeuvre("horizntal", suboff)
 
 

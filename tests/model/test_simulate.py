@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.motions import smooth_manoeuvre
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io.log_files import OUTPUTS
@@ -166,25 +167,25 @@ def test_resampled_motion_is_the_same_motion(full, coupled):
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("options", "kind", "key"),
     [
-        ({"dt": 0.0}, "time step must be a positive"),
-        ({"dt": -1.0}, "time step must be a positive"),
-        ({"dt": np.nan}, "time step must be a positive"),
-        ({"dt": np.inf}, "time step must be a positive"),
-        ({"sample": 0.0}, "output interval must lie between 0 and 600 s"),
-        ({"sample": 601.0}, "output interval must lie between 0 and 600 s"),
-        ({"sample": np.nan}, "output interval must lie between 0 and 600 s"),
-        ({"xi": np.zeros(100)}, r"found shape \(100,\)"),
-        ({"xi": np.zeros((1, 2, 101))}, r"found shape \(1, 2, 101\)"),
-        ({"xi": np.full(101, np.nan)}, "xi must be finite"),
-        ({"subproblem": "diagonal"}, "unknown sub-problem 'diagonal': expected horizontal or vertical"),
-        ({"controls": "cubic"}, "unknown control convention 'cubic': expected linear or hold"),
+        ({"dt": 0.0}, "value", "dt"),
+        ({"dt": -1.0}, "value", "dt"),
+        ({"dt": np.nan}, "value", "dt"),
+        ({"dt": np.inf}, "value", "dt"),
+        ({"sample": 0.0}, "value", "sample"),
+        ({"sample": 601.0}, "value", "sample"),
+        ({"sample": np.nan}, "value", "sample"),
+        ({"xi": np.zeros(100)}, "value", "xi"),
+        ({"xi": np.zeros((1, 2, 101))}, "value", "xi"),
+        ({"xi": np.full(101, np.nan)}, "value", "xi"),
+        ({"subproblem": "diagonal"}, "unknown", "subproblem"),
+        ({"controls": "cubic"}, "unknown", "controls"),
     ],
 )
-def test_bad_requests(suboff, spiral, options, message):
+def test_bad_requests(suboff, spiral, options, kind, key):
     """What cannot be simulated is refused in one line."""
-    with pytest.raises(bs.InputError, match=message) as error:
+    with refused(kind, key) as error:
         bs.simulate(suboff, spiral, **options)
     assert "\n" not in str(error.value)
 
@@ -192,18 +193,18 @@ def test_bad_requests(suboff, spiral, options, message):
 @pytest.mark.parametrize("times", [[], [-1.0, 2.0], [0.0, 601.0]])
 def test_output_times_outside_the_manoeuvre(suboff, spiral, times):
     """Output is only given where there is motion."""
-    with pytest.raises(bs.InputError, match="output times must lie within the manoeuvre, 0 to 600 s"):
+    with refused("value", "times"):
         Simulator(suboff, spiral, times, dt=1.0)
 
 
 @pytest.mark.parametrize("times", [[0.0, 20.0, 10.0], [30.0, 20.0], [0.0, np.nan, 20.0], [np.nan]])
 def test_output_times_that_do_not_ascend(suboff, spiral, times):
     """They are refused, by the simulator and by whoever samples a trajectory again; equal ones have equal states."""
-    with pytest.raises(bs.InputError, match="output times must"):
+    with refused("value", "times"):
         Simulator(suboff, spiral, times, dt=0.5)
     track = Simulator(suboff, spiral, [0.0, 10.0, 10.0, 20.0], dt=0.5).trajectory(suboff.xi)
     np.testing.assert_array_equal(track.states[0, 1], track.states[0, 2])
-    with pytest.raises(bs.InputError, match="output times must"):
+    with refused("value", "times"):
         track.resampled(times)
 
 
@@ -221,7 +222,7 @@ def test_status_words(suboff, spiral):
     xi[1, INDEX["Xuu"]] = 0.1
     track = bs.simulate(suboff, spiral, xi=xi, dt=1.0, sample=5.0)
     assert track.status.tolist() == ["ok", "diverged"]
-    with pytest.raises(bs.InputError, match="a simulation that diverged cannot be measured"):
+    with refused("model", "trajectory"):
         bs.observe(track, bs.sensors.Track(1.0, 1.0), np.random.default_rng(0), member=1)
 
 

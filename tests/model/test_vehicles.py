@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.kernels.workspace import BODY
@@ -55,50 +56,46 @@ def test_standard_deviations_stand_beside_values(boat, vehicle_with):
 
 
 REFUSED = [
-    (r"length_m = 102.2606\n", "", "key 'body.length_m' is missing"),
-    (r"\[actuators\]", "[actuator]", r"unknown key 'actuator': did you mean 'actuators'\?"),
-    (r"rpm_per_mps = 10.0", "rpm_per_mps = 10.0\nrpm_per_knot = 5", "unknown key 'propulsion.rpm_per_knot'"),
-    (r"rpm_per_mps = 10.0", "rpm_per_mps = 10.0\nthrust_line_z = 1", r"did you mean 'thrust_line_z_m'\?"),
-    (r"speed_mps = 7.5", "speed_mps = nan", "key 'trial.speed_mps'"),
-    (r"speed_mps = 7.5", "speed_mps = inf", "key 'trial.speed_mps'"),
-    (r"speed_mps = 7.5", 'speed_mps = "fast"', "key 'trial.speed_mps'.*found 'fast'"),
-    (r"mass_kg = 1.00271e\+07", "mass_kg = -1.0", "key 'body.mass_kg'.*found -1.0"),
-    (r"mass_kg = 1.00271e\+07", "mass_kg = 0", "key 'body.mass_kg'"),
-    (r"Ixx = 1.83394e\+08, ", "", "key 'body.inertia_kgm2.Ixx' is missing"),
-    (r"Ixy = 0", "Ixy = 0, Izzz = 1", "unknown key 'body.inertia_kgm2.Izzz': did you mean 'Izz'"),
-    (r"centre_of_gravity_m = \[0.0, ", "centre_of_gravity_m = [", "key 'body.centre_of_gravity_m"),
-    (r"b = \[-0.00072709, ", "b = [", "key 'propulsion.b'"),
-    (r"Xrp        = 6.05e-05", "Xrp        = nan", "key 'coefficients.Xrp'"),
-    (
-        r"Xrp        = 6.05e-05",
-        'Xrp = "small"',
-        "key 'coefficients.Xrp': should be a finite number or { value = .., sd = .. }",
-    ),
-    (r"Xrp        = 6.05e-05", "Xrp = true", "key 'coefficients.Xrp'.*found True"),
-    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, sd = -1e-5 }", "key 'coefficients.Xrp.sd'.*found -1e-05"),
-    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, sd = 0 }", "key 'coefficients.Xrp.sd'"),
-    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, std = 1e-5 }", "unknown key 'coefficients.Xrp.std'"),
-    (r"Xrp        = 6.05e-05", "Xrp = { sd = 1e-5 }", "key 'coefficients.Xrp.value' is missing"),
-    (r"Xrp        = 6.05e-05", "Xrp = 1e300", r"key 'coefficients.Xrp.value': 1e\+300 is beyond 1e\+15"),
-    (r"length_m = 102.2606", "length_m = 1e200", "body.length_m': input should be less than or equal to 1000"),
-    (r"length_m = 102.2606", "length_m = 1e-200", "body.length_m': input should be greater than or equal to 0.01"),
-    (r"Xrp        = 6.05e-05", "", r"1 of the 101 coefficients missing \(Xrp\)"),
-    (r"Xrp        = 6.05e-05", "Xrpp       = 6.05e-05", "unknown coefficient 'Xrpp': did you mean 'Xrp'"),
-    (r"neutrally_buoyant = true", "neutrally_buoyant = false", "neutrally_buoyant = false with buoyancy_n"),
-    (r"neutrally_buoyant = true", "neutrally_buoyant = true\nbuoyancy_n = 1e8", "give either"),
-    (r"\[trial\]", "[trial", "is not valid TOML"),
-    (r"speed_mps = 7.5", "speed_mps = 7.5\nspeed_mps = 8", "is not valid TOML"),
+    (r"length_m = 102.2606\n", "", "missing", "body.length_m"),
+    (r"\[actuators\]", "[actuator]", "unknown", "actuator"),
+    (r"rpm_per_mps = 10.0", "rpm_per_mps = 10.0\nrpm_per_knot = 5", "unknown", "propulsion.rpm_per_knot"),
+    (r"rpm_per_mps = 10.0", "rpm_per_mps = 10.0\nthrust_line_z = 1", "unknown", "propulsion.thrust_line_z"),
+    (r"speed_mps = 7.5", "speed_mps = nan", "value", "trial.speed_mps"),
+    (r"speed_mps = 7.5", "speed_mps = inf", "value", "trial.speed_mps"),
+    (r"speed_mps = 7.5", 'speed_mps = "fast"', "value", "trial.speed_mps"),
+    (r"mass_kg = 1.00271e\+07", "mass_kg = -1.0", "value", "body.mass_kg"),
+    (r"mass_kg = 1.00271e\+07", "mass_kg = 0", "value", "body.mass_kg"),
+    (r"Ixx = 1.83394e\+08, ", "", "missing", "body.inertia_kgm2.Ixx"),
+    (r"Ixy = 0", "Ixy = 0, Izzz = 1", "unknown", "body.inertia_kgm2.Izzz"),
+    (r"centre_of_gravity_m = \[0.0, ", "centre_of_gravity_m = [", "missing", "body.centre_of_gravity_m.2"),
+    (r"b = \[-0.00072709, ", "b = [", "value", "propulsion.b"),
+    (r"Xrp        = 6.05e-05", "Xrp        = nan", "value", "coefficients.Xrp"),
+    (r"Xrp        = 6.05e-05", 'Xrp = "small"', "value", "coefficients.Xrp"),
+    (r"Xrp        = 6.05e-05", "Xrp = true", "value", "coefficients.Xrp"),
+    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, sd = -1e-5 }", "value", "coefficients.Xrp.sd"),
+    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, sd = 0 }", "value", "coefficients.Xrp.sd"),
+    (r"Xrp        = 6.05e-05", "Xrp = { value = 6e-5, std = 1e-5 }", "unknown", "coefficients.Xrp.std"),
+    (r"Xrp        = 6.05e-05", "Xrp = { sd = 1e-5 }", "missing", "coefficients.Xrp.value"),
+    (r"Xrp        = 6.05e-05", "Xrp = 1e300", "unit", "coefficients.Xrp.value"),
+    (r"length_m = 102.2606", "length_m = 1e200", "value", "body.length_m"),
+    (r"length_m = 102.2606", "length_m = 1e-200", "value", "body.length_m"),
+    (r"Xrp        = 6.05e-05", "", "missing", "coefficients.Xrp"),
+    (r"Xrp        = 6.05e-05", "Xrpp       = 6.05e-05", "unknown", "coefficients.Xrpp"),
+    (r"neutrally_buoyant = true", "neutrally_buoyant = false", "value", "body"),
+    (r"neutrally_buoyant = true", "neutrally_buoyant = true\nbuoyancy_n = 1e8", "value", "body"),
+    (r"\[trial\]", "[trial", "format", ""),
+    (r"speed_mps = 7.5", "speed_mps = 7.5\nspeed_mps = 8", "format", ""),
 ]
 
 
-@pytest.mark.parametrize(("pattern", "replacement", "message"), REFUSED)
-def test_bad_files(tmp_path, suboff_file, pattern, replacement, message):
+@pytest.mark.parametrize(("pattern", "replacement", "kind", "key"), REFUSED)
+def test_bad_files(tmp_path, suboff_file, pattern, replacement, kind, key):
     """A vehicle file that does not fit is refused in one line that names file, key and remedy."""
     text, count = re.subn(pattern, replacement, suboff_file, count=1)
     assert count == 1
     path = tmp_path / "boat.toml"
     path.write_text(text)
-    with pytest.raises(bs.InputError, match=message) as error:
+    with refused(kind, key) as error:
         bs.load_vehicle(path)
     assert str(error.value).startswith(f"{path}: ")
     assert "\n" not in str(error.value)
@@ -112,7 +109,7 @@ def test_a_drag_that_pushes_has_no_self_propulsion(tmp_path, suboff_file):
     path.write_text(text)
     assert bs.load_vehicle(path).rpm_per_mps > 0.0
     path.write_text(re.sub(r"Xuu        = -0.001", "Xuu = 0.001", text))
-    with pytest.raises(bs.InputError, match=r"boat.toml: .* straight flight has a drag \(a negative Xuu\)"):
+    with refused("model"):
         bs.load_vehicle(path)
 
 
@@ -127,7 +124,7 @@ def test_a_singular_mass_matrix_is_refused(boat, full, vehicle_with, motion):
     factor = full.dimensional_factors[NAMES.index(name)]
     value = boat["coefficients"][name]
     vehicle_with(boat | {"coefficients": boat["coefficients"] | {name: value + 0.5 * rest / factor}})
-    with pytest.raises(bs.InputError, match="the mass matrix is singular: nothing resists an acceleration in") as error:
+    with refused("model", "body") as error:
         vehicle_with(boat | {"coefficients": boat["coefficients"] | {name: value + rest / factor}})
     assert name in str(error.value)
     assert str(error.value).isprintable()
@@ -147,14 +144,10 @@ def test_files_that_cannot_be_read(tmp_path):
     """A missing file, a directory, and a file that is not text are each said to be that."""
     (tmp_path / "folder.toml").mkdir()
     (tmp_path / "noise.toml").write_bytes(b"\xff\xfe\x00\x81")
-    for name, message in (
-        ("absent.toml", "cannot be read: no such file"),
-        ("folder.toml", "cannot be read: is a directory"),
-        ("noise.toml", "line 1: is not UTF-8 text, found the byte 0xff"),
-    ):
-        with pytest.raises(bs.InputError, match=f"{name}: {message}"):
+    for name, kind in (("absent.toml", "file"), ("folder.toml", "file"), ("noise.toml", "format")):
+        with refused(kind):
             bs.load_vehicle(tmp_path / name)
-    with pytest.raises(bs.InputError, match=r"no vehicle 'subof': did you mean 'suboff'.*built in are auv690"):
+    with refused("unknown", "subof"):
         bs.load_vehicle("subof")
 
 
@@ -181,24 +174,23 @@ def test_correlations_are_read_by_name(boat, vehicle_with):
 
 
 @pytest.mark.parametrize(
-    ("names", "matrix", "message"),
+    ("names", "matrix", "kind", "key"),
     [
-        (("Yuv", "Nuv", "Xvu"), MATRIX, "correlations: unknown coefficient 'Xvu': did you mean 'Xvv'"),
-        (("Yuv", "Nuv", "Nur"), MATRIX, "correlations: 'Nur' has no sd; write Nur = {"),
-        (("Yuv", "Nuv", "Nuv"), MATRIX, "'correlations': coefficient 'Nuv' is named twice"),
-        (("Yuv", "Nuv"), MATRIX, "'correlations': matrix must have 2 rows of 2 numbers"),
-        (("Yuv", "Nuv"), [[1.0, 0.2], [0.2]], "'correlations': matrix must have 2 rows of 2 numbers"),
-        (("Yuv", "Nuv"), [[1.0, 0.2], [0.3, 1.0]], "must be symmetric, found 0.2 and 0.3 of Yuv and Nuv"),
-        (("Yuv", "Nuv"), [[2.0, 0.2], [0.2, 1.0]], "ones on its diagonal"),
-        (("Yuv", "Nuv"), [[1.0, 1.2], [1.2, 1.0]], "no entry beyond -1 and 1"),
-        (("Yuv", "Nuv"), [[1.0, 1.0], [1.0, 1.0]], "not positive definite: correlations of"),
-        (tuple(CORRELATED), [[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]], "contradict each other; keep"),
-        (("Yuv", "Nuv"), [[1.0, float("nan")], [float("nan"), 1.0]], "finite number"),
-        (("Yuv",), [[1.0]], "correlations.coefficients"),
+        (("Yuv", "Nuv", "Xvu"), MATRIX, "unknown", "correlations.coefficients"),
+        (("Yuv", "Nuv", "Nur"), MATRIX, "missing", "coefficients.Nur.sd"),
+        (("Yuv", "Nuv", "Nuv"), MATRIX, "value", "correlations"),
+        (("Yuv", "Nuv"), MATRIX, "value", "correlations"),
+        (("Yuv", "Nuv"), [[1.0, 0.2], [0.2]], "value", "correlations"),
+        (("Yuv", "Nuv"), [[1.0, 0.2], [0.3, 1.0]], "value", "correlations"),
+        (("Yuv", "Nuv"), [[2.0, 0.2], [0.2, 1.0]], "value", "correlations"),
+        (("Yuv", "Nuv"), [[1.0, 1.2], [1.2, 1.0]], "value", "correlations"),
+        (("Yuv", "Nuv"), [[1.0, 1.0], [1.0, 1.0]], "value", "correlations"),
+        (tuple(CORRELATED), [[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]], "value", "correlations"),
+        (("Yuv", "Nuv"), [[1.0, float("nan")], [float("nan"), 1.0]], "value", "correlations.matrix.0.1"),
+        (("Yuv",), [[1.0]], "value", "correlations.coefficients"),
     ],
 )  # fmt: skip
-def test_correlations_that_are_none_are_refused_in_a_line(boat, vehicle_with, names, matrix, message):
-    with pytest.raises(bs.InputError) as error:
+def test_correlations_that_are_none_are_refused_in_a_line(boat, vehicle_with, names, matrix, kind, key):
+    with refused(kind, key) as error:
         vehicle_with(with_correlations(boat, names, matrix))
-    assert message in str(error.value)
     assert str(error.value).isprintable()

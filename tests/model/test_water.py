@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.fins import fins, with_actuators
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io import log_files
-from bayesub.io.errors import InputError
 from bayesub.kernels import workspace
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import GRAVITY_MPS2
@@ -110,7 +110,7 @@ def test_log_with_volumes_is_flown(weighted, tmp_path):
 
 def test_displacement_needs_an_array_of_actuators(boat, vehicle_with):
     """The plain table has no room for what the hull adds, and the names of the hull are taken."""
-    with pytest.raises(InputError, match=r"displacement: needs \[\[actuators\]\]"):
+    with refused("conflict", "displacement"):
         vehicle_with(boat | {"displacement": {}})
-    with pytest.raises(InputError, match="the name is that of the hull's volume"):
+    with refused("conflict", "volume"):
         vehicle_with(with_actuators(boat, *STERN, BALLAST | {"name": "volume"}, displacement={}))

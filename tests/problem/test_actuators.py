@@ -9,6 +9,7 @@ import tomli_w
 from scipy import stats
 from support.fins import BOW, PORT, STARBOARD, X_TAIL, fins, with_actuators
 from support.motions import smooth_manoeuvre
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton
@@ -169,15 +170,15 @@ def test_a_bent_fin_is_found(suboff_file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "sentence"),
+    ("name", "kind", "key"),
     [
-        ("bias_fin_5_deg", "there is no such parameter: did you mean 'bias_fin_"),
-        ("bias_port_rpm", "there is no such parameter"),
-        ("scale_starboards", "did you mean 'scale_starboard'"),
+        ("bias_fin_5_deg", "unknown", "bias_fin_5_deg"),
+        ("bias_port_rpm", "unknown", "bias_port_rpm"),
+        ("scale_starboards", "unknown", "scale_starboards"),
     ],
 )
-def test_refused(problem, pushed, turn, name, sentence):
-    with pytest.raises(bs.InputError, match=sentence):
+def test_refused(problem, pushed, turn, name, kind, key):
+    with refused(kind, key):
         bs.Problem(pushed, turn, problem.record, free=["Xuu"], prior=problem.spread, nuisance={name: normal(1.0, 1.0)})
 
 
@@ -185,11 +186,11 @@ def test_without_a_part_in_the_motion(suboff, spiral, spiral_track):
     """The stern planes have no part in a horizontal motion, and the scale of a plane that rests none in any."""
     record = bs.observe(spiral_track, SENSORS, np.random.default_rng(3))
     settings = {"free": ["Xuu"], "prior": bs.priors.relative_normal(0.25), "dt": 0.5}
-    for name, manoeuvre, sentence in (
-        ("bias_stern_plane_deg", spiral, "has no part in the horizontal sub-problem"),
-        ("scale_stern_plane", replace(spiral, subproblem=None), "stern_plane_deg is zero throughout the manoeuvre"),
+    for name, manoeuvre in (
+        ("bias_stern_plane_deg", spiral),
+        ("scale_stern_plane", replace(spiral, subproblem=None)),
     ):
-        with pytest.raises(bs.InputError, match=f"nuisance '{name}': {sentence}"):
+        with refused("conflict", name):
             bs.Problem(suboff, manoeuvre, record, nuisance={name: normal(1.0, 1.0)}, **settings)
 
 
@@ -201,5 +202,5 @@ def test_a_bent_fin_is_bent_in_all_trials(suboff, spiral, spiral_track):
     one = bs.Problem(suboff, spiral, record, nuisance=nuisance, **settings)
     joint = bs.JointProblem({"first": one, "second": one})
     assert joint.names == ("Nuu_dr", "bias_rudder_deg", "yaw0_deg[first]", "yaw0_deg[second]")
-    with pytest.raises(bs.InputError, match="free the same body"):
+    with refused("conflict", "problems"):
         bs.JointProblem({"first": one, "second": bs.Problem(suboff, spiral, record, **settings)})

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from scipy import integrate, stats
+from support.refusals import refused
 
-from bayesub.io.errors import InputError
 from bayesub.problem.likelihoods import AR1, Normal, Rounded, SetMembership, StudentT, UnknownSd, reading_noise
 
 SMOOTH = [Normal(0.3), Rounded(0.3, 0.1), Rounded(0.3, 1.0), StudentT(0.3, 4.0), AR1(0.3, 2.5)]
@@ -324,30 +324,30 @@ def test_student_t_shrugs_off_an_outlier(times, rng):
 
 
 @pytest.mark.parametrize(
-    ("make", "words"),
+    ("make", "kind", "key"),
     [
-        (lambda: Normal(0.0), "sd must be positive, found 0"),
-        (lambda: Normal(-0.1), "sd must be positive, found -0.1"),
-        (lambda: Normal(np.nan), "sd must be positive"),
-        (lambda: Rounded(0.0, 0.0), "sd and resolution are both zero"),
-        (lambda: Rounded(-0.1, 0.1), "sd must not be negative"),
-        (lambda: Rounded(0.1, -0.1), "resolution must not be negative"),
-        (lambda: Rounded(0.1, 0.0), "resolution is zero"),
-        (lambda: Rounded(0.0, 0.1), "SetMembership"),
-        (lambda: SetMembership(0.0), "resolution must be positive"),
-        (lambda: StudentT(1.0, 0.0), "dof must be positive, found 0"),
-        (lambda: AR1(1.0, -3.0), "correlation_time_s must be positive"),
-        (lambda: reading_noise(0.0, 0.0), "sd and resolution are both zero"),
-        (lambda: reading_noise(-1.0, 0.1), "sd must not be negative"),
-        (lambda: AR1(1.0, 1.0).log_density(np.zeros((1, 3)), np.zeros(3), [0.0, 2.0, 2.0]), "times must ascend"),
-        (lambda: AR1(1.0, 1.0).sample(np.zeros(2), [1.0, 0.0], np.random.default_rng(0)), "1 s before 0 s"),
-        (lambda: Normal(1.0).log_density(np.zeros((2, 3)), np.zeros(4)), r"\(2, 3\) does not match"),
-        (lambda: Normal(1.0).residuals(np.zeros((2, 3)), np.zeros(3), np.zeros(2)), r"times \(2,\)"),
-        (lambda: Rounded(1.0, 1.0).log_density(np.zeros(3), np.zeros(3)), "does not match"),
+        (lambda: Normal(0.0), "value", "sd"),
+        (lambda: Normal(-0.1), "value", "sd"),
+        (lambda: Normal(np.nan), "value", "sd"),
+        (lambda: Rounded(0.0, 0.0), "value", "sd"),
+        (lambda: Rounded(-0.1, 0.1), "value", "sd"),
+        (lambda: Rounded(0.1, -0.1), "value", "resolution"),
+        (lambda: Rounded(0.1, 0.0), "value", "resolution"),
+        (lambda: Rounded(0.0, 0.1), "value", "sd"),
+        (lambda: SetMembership(0.0), "value", "resolution"),
+        (lambda: StudentT(1.0, 0.0), "value", "dof"),
+        (lambda: AR1(1.0, -3.0), "value", "correlation_time_s"),
+        (lambda: reading_noise(0.0, 0.0), "value", "sd"),
+        (lambda: reading_noise(-1.0, 0.1), "value", "sd"),
+        (lambda: AR1(1.0, 1.0).log_density(np.zeros((1, 3)), np.zeros(3), [0.0, 2.0, 2.0]), "value", "times"),
+        (lambda: AR1(1.0, 1.0).sample(np.zeros(2), [1.0, 0.0], np.random.default_rng(0)), "value", "times"),
+        (lambda: Normal(1.0).log_density(np.zeros((2, 3)), np.zeros(4)), "value", "readings"),
+        (lambda: Normal(1.0).residuals(np.zeros((2, 3)), np.zeros(3), np.zeros(2)), "value", "readings"),
+        (lambda: Rounded(1.0, 1.0).log_density(np.zeros(3), np.zeros(3)), "value", "readings"),
     ],
 )
-def test_bad_noise_is_refused_with_the_reason(make, words):
-    with pytest.raises(InputError, match=words):
+def test_bad_noise_is_refused_with_the_reason(make, kind, key):
+    with refused(kind, key):
         make()
 
 

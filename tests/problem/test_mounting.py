@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton, sqp, trust_region
@@ -271,47 +272,45 @@ def test_every_name(record):
 
 
 @pytest.mark.parametrize(
-    ("name", "sentence"),
+    ("name", "kind", "key"),
     [
-        ("clok_gps_s", "no such parameter: did you mean 'clock_gps_s'"),
-        ("clock_gps", "no such parameter: did you mean 'clock_gps_s'"),
-        ("clock_x_s", "no such parameter"),
-        ("lever_compass_x_m", "no such parameter"),
-        ("lever_gps_w_m", "no such parameter"),
-        ("lever_gps_m", "no such parameter"),
-        ("lever_gps_z_m", "none of its channels depends on it in this motion; leave it out"),
-        ("lever_ins_y_m", "none of its channels depends on it in this motion; leave it out"),
-        ("lever_dvl_x_m\n", "no such parameter"),
+        ("clok_gps_s", "unknown", "clok_gps_s"),
+        ("clock_gps", "unknown", "clock_gps"),
+        ("clock_x_s", "unknown", "clock_x_s"),
+        ("lever_compass_x_m", "unknown", "lever_compass_x_m"),
+        ("lever_gps_w_m", "unknown", "lever_gps_w_m"),
+        ("lever_gps_m", "unknown", "lever_gps_m"),
+        ("lever_gps_z_m", "conflict", "lever_gps_z_m"),
+        ("lever_ins_y_m", "conflict", "lever_ins_y_m"),
+        ("lever_dvl_x_m\n", "unknown", "lever_dvl_x_m\n"),
     ],
 )
-def test_refused(auv, circle, record, name, sentence):
-    with pytest.raises(bs.InputError, match=sentence) as error:
+def test_refused(auv, circle, record, name, kind, key):
+    with refused(kind, key) as error:
         posed(auv, circle, record, {name: normal(0.0, 0.1)})
     assert "\n" not in str(error.value).replace(name, "")
 
 
 def test_priors_that_leave_no_reading_are_refused(auv, circle, record):
     for prior in (normal(0.0, 1e6), uniform(-1e9, 0.0), normal(1e9, 1.0)):
-        with pytest.raises(bs.InputError, match=r"'clock_gps_s': its prior .* leave no reading of 'x' .* narrow it"):
+        with refused("conflict", "clock_gps_s"):
             posed(auv, circle, record, {"clock_gps_s": prior})
 
 
 def test_channels_of_one_instrument_have_one_place_and_one_clock(auv, circle):
     sensors = [modified(DVL(0.01), ["u_ground"], lever_arm_m=(1.0, 0.0, 0.0), clock_offset_s=0.1)]
     record = bs.observe(bs.simulate(auv, circle, dt=0.1), sensors, None)
-    for name, key in (("clock_dvl_s", "clock_offset_s"), ("lever_dvl_x_m", "lever_arm_m")):
-        with pytest.raises(bs.InputError, match=f"have different {key}; give the sensors an 'instrument' each"):
+    for name in ("clock_dvl_s", "lever_dvl_x_m"):
+        with refused("conflict", name):
             posed(auv, circle, record, {name: normal(0.0, 0.1)})
     sensors = modified(sensors, ["u_ground"], instrument="bow")
     record = bs.observe(bs.simulate(auv, circle, dt=0.1), sensors, None)
     problem = posed(auv, circle, record, {"clock_bow_s": normal(0.0, 0.1), "lever_dvl_x_m": normal(0.0, 0.1)})
     assert problem.reference[-2:].tolist() == [0.1, 0.0]
-    with pytest.raises(bs.InputError, match="instrument is a name of letters, digits and _, found 'the bow'"):
+    with refused("value", "instrument"):
         Sensor("u_mps", 0.1, instrument="the bow")
 
 
 def test_the_filter_takes_known_ones(problem):
-    with pytest.raises(
-        bs.InputError, match="'clock_gps_s': the filter-error estimate takes clocks and places that are"
-    ):
+    with refused("conflict", "clock_gps_s"):
         StateSpace(problem)

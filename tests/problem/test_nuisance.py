@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton
@@ -194,23 +195,23 @@ def test_a_current_that_is_inferred_does_not_bias(suboff, spiral, spiral_track):
 
 
 @pytest.mark.parametrize(
-    ("nuisance", "sentence"),
+    ("nuisance", "kind", "key"),
     [
-        ("curent_north_mps", "no such parameter: did you mean 'current_north_mps'"),
-        ("zG_m", "no part in the horizontal sub-problem"),
-        ("pitch0_deg", "stays zero in the horizontal sub-problem"),
-        ("sd_z_m", "no such parameter"),
-        ("dof_x", "no such parameter"),
+        ("curent_north_mps", "unknown", "curent_north_mps"),
+        ("zG_m", "conflict", "zG_m"),
+        ("pitch0_deg", "conflict", "pitch0_deg"),
+        ("sd_z_m", "unknown", "sd_z_m"),
+        ("dof_x", "unknown", "dof_x"),
     ],
 )
-def test_refused(spiral_problem, nuisance, sentence):
-    with pytest.raises(bs.InputError, match=sentence):
+def test_refused(spiral_problem, nuisance, kind, key):
+    with refused(kind, key):
         spiral_problem(nuisance={nuisance: normal(1.0, 1.0)})
 
 
 def test_a_current_needs_a_channel_that_feels_it(suboff, spiral, spiral_track):
     record = bs.observe(spiral_track, bs.sensors.ADCP(sd_mps=0.01, channels=("u", "v")), np.random.default_rng(3))
-    with pytest.raises(bs.InputError, match="no channel is over the ground"):
+    with refused("conflict", "current_north_mps"):
         bs.Problem(
             suboff,
             spiral,

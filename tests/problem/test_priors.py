@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from scipy import stats
+from support.refusals import refused
 
-from bayesub import InputError
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.problem.priors import (
     CorrelatedNormal,
@@ -142,5 +142,5 @@ def test_perturbed_keeps_signs_and_zeros(rng):
 def test_bad_spreads(value):
     """A prior needs a positive spread."""
     for make, key in ((relative_normal, "sd"), (relative_uniform, "half_width"), (relative_log_normal, "log_sd")):
-        with pytest.raises(InputError, match=f"prior: {key} must be positive"):
+        with refused("value", key):
             make(value)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io.log_files import STATES
@@ -114,5 +115,5 @@ def test_a_constant_history_is_a_constant_current(flown):
 
 @pytest.mark.parametrize("current", [(np.nan, 0.0), (1.0,), (0.1, 0.2, 0.3)])
 def test_bad_currents(flown, rng, current):
-    with pytest.raises(bs.InputError, match="current_mps must be two finite numbers, north and east"):
+    with refused("value", "current_mps"):
         bs.observe(flown, ADCP(sd_mps=0.1), rng, current_mps=current)

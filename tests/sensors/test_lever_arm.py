@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.problem.priors import normal, relative_normal
@@ -86,7 +87,7 @@ def record_values(record):
 
 
 def test_bad_lever_arms_are_refused():
-    with pytest.raises(bs.InputError, match="lever_arm_m must be three finite numbers"):
+    with refused("value", "lever_arm_m"):
         Sensor("x_m", 0.1, lever_arm_m=(1.0, np.nan, 0.0))
-    with pytest.raises(bs.InputError, match="clock_offset_s must be finite"):
+    with refused("value", "clock_offset_s"):
         Sensor("x_m", 0.1, clock_offset_s=np.inf)

@@ -6,6 +6,7 @@ import gzip
 import numpy as np
 import pytest
 from support import vehicle_logs
+from support.refusals import refused
 from support.vehicle_logs import COMPASS, FINS, GPS, MINUTE, START, WRITERS
 
 from bayesub.io import conversion, readers, toml_files
@@ -102,7 +103,7 @@ def test_messages_of_the_vehicle_s_own_are_read(tmp_path):
 
     with sqlite3.connect(next((tmp_path / "bag").glob("*.db3"))) as base:  # as bags were until 2023
         base.execute("DELETE FROM message_definitions")
-    with pytest.raises(InputError, match=r"/tail is left out: the bag does not define fins_msgs/msg/Fins"):
+    with refused("format"):
         readers.read("ros", [tmp_path / "bag"])
     log = readers.read("ros", [tmp_path / "bag"], LogMap(definitions=(str(tmp_path / "fins_msgs"),)))
     np.testing.assert_allclose(log.signals["/tail.rpm"].values, 900.0)
@@ -130,7 +131,7 @@ def test_a_map_makes_large_logs_quick(tmp_path):
     log_map = LogMap(columns={"heading_deg": {"signal": "ATT.Yaw"}})
     assert {name.partition(".")[0] for name in readers.read("mavlink", [path], log_map).signals} == {"ATT"}
     log_map = LogMap(columns={"heading_deg": {"signal": "ATT.Yow"}})
-    with pytest.raises(InputError, match=r"did you mean 'ATT\.Yaw'\?"):
+    with refused("unknown", "columns.heading_deg.signal"):
         conversion.convert(readers.read("mavlink", [path], log_map), log_map, tmp_path / "m.toml")
 
 
@@ -143,9 +144,7 @@ def test_stamps_of_a_logger_count_more_than_those_of_sentences(tmp_path):
         path.write_text(stamp + sentence + "\n")
         assert readers.read("nmea", [path]).signals["HEHDT.heading"].times == pytest.approx([time])
     path.write_text(sentence + "\n")
-    with pytest.raises(
-        InputError, match=r"no sentence has a time \(RMC, GGA, GLL, ZDA\), nor did the logger write one"
-    ):
+    with refused("data"):
         readers.read("nmea", [path])
 
 
@@ -162,7 +161,7 @@ def test_nmea_past_midnight_and_a_damaged_sentence(tmp_path):
     assert np.diff(log.signals["GPGGA.latitude"].times) == pytest.approx([2.0])
     assert log.remarks == ("1 of 3 sentences are damaged and left out",)
     path.write_text(lines[2].replace("4110", "4210"))
-    with pytest.raises(InputError, match="all 1 sentences are damaged"):
+    with refused("data"):
         readers.read("nmea", [path])
 
 
@@ -211,7 +210,7 @@ def test_the_cache_of_a_glider_is_looked_for(tmp_path):
     assert set(tmp_path.iterdir()) == before
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "1a2b3c4d.cac").rename(tmp_path / "elsewhere" / "1A2B3C4D.CAC")
-    with pytest.raises(InputError, match=r"01600001\.dbd: needs the cache file 1a2b3c4d\.cac"):
+    with refused("missing", "cache"):
         readers.read("slocum", [path])
     log = readers.read("slocum", [path], LogMap(cache=str(tmp_path / "elsewhere")))
     assert len(log.signals) == n_signals
@@ -231,7 +230,7 @@ def test_a_damaged_header_of_a_glider_is_not_searched_for_ever(tmp_path):
     whole = path.read_bytes()
     for line in (b"num_ascii_tags:    1\n", b"num_ascii_togs:    14\n", b"num_ascii_tags:    999999999\n"):
         path.write_bytes(whole.replace(b"num_ascii_tags:    14\n", line))
-        with pytest.raises(InputError, match="its header does not say its length"):
+        with refused("format"):
             readers.read("slocum", [path])
 
 
@@ -259,11 +258,9 @@ def test_the_times_of_a_matlab_file_may_have_any_name(tmp_path):
     from scipy import io
 
     io.savemat(tmp_path / "a.mat", {"clock": np.arange(5.0) * 1000.0, "psi": np.arange(5.0)})
-    with pytest.raises(
-        InputError, match=r"no vector holds the times: .*give \[time\] signal in the map, one of clock, psi"
-    ):
+    with refused("missing", "time.signal"):
         readers.read("matlab", [tmp_path / "a.mat"])
-    with pytest.raises(InputError, match="did you mean 'clock'"):
+    with refused("unknown", "time.signal"):
         readers.read("matlab", [tmp_path / "a.mat"], LogMap(time={"signal": "clok"}))
     log = readers.read("matlab", [tmp_path / "a.mat"], LogMap(time={"signal": "clock", "unit": "ms"}))
     np.testing.assert_array_equal(log.signals["psi"].times, np.arange(5.0))
@@ -301,21 +298,21 @@ def test_empty_cells_are_no_readings_and_other_words_are_none(tmp_path):
 
 
 WRONG_TABLES = {
-    "": "is empty",
-    "time\n": "has no rows",
-    "a,b\nx,y\n": "no columns of numbers",
-    "a,b\n1,2\n3,4\n": r"which column is the time\? give \[time\] signal in the map, one of a, b",
-    "t,a\n0,1\n1,2,3\n2,3\n3,4\n": "line 3: has 3 cells, expected 2",
-    "t,a\n0,1\nx,2\n3,4\n": "row 2 from line 2, column 't': 'x' is not a time",
-    "t [fortnight],a\n0,1\n1,2\n": "unknown unit 'fortnight'",
-    "t,a,a\n0,1,2\n1,2,3\n": "column 'a' is given twice",
+    "": ("format", ""),
+    "time\n": ("data", ""),
+    "a,b\nx,y\n": ("format", ""),
+    "a,b\n1,2\n3,4\n": ("missing", "time.signal"),
+    "t,a\n0,1\n1,2,3\n2,3\n3,4\n": ("format", ""),
+    "t,a\n0,1\nx,2\n3,4\n": ("data", "t"),
+    "t [fortnight],a\n0,1\n1,2\n": ("unit", "time.unit"),
+    "t,a,a\n0,1,2\n1,2,3\n": ("conflict", "a"),
 }
 
 
-@pytest.mark.parametrize(("text", "message"), WRONG_TABLES.items())
-def test_a_table_that_is_wrong(text, message, tmp_path):
+@pytest.mark.parametrize(("text", "code"), WRONG_TABLES.items())
+def test_a_table_that_is_wrong(text, code, tmp_path):
     (tmp_path / "t.txt").write_text(text)
-    with pytest.raises(InputError, match=message):
+    with refused(*code):
         readers.read("csv", [tmp_path / "t.txt"])
 
 
@@ -333,7 +330,7 @@ def test_trials_of_kvlcc2(tank, tmp_path):
     np.testing.assert_allclose(result.columns["velocity_east_mps"][:-1].mean(), east.mean(), atol=2e-3)
     assert result.columns["rpm"][0] == pytest.approx(612.0 if tank == "HSVA" else 91.7)
     path.write_bytes(path.read_bytes()[:-20])
-    with pytest.raises(InputError, match="is the file whole"):
+    with refused("format"):
         readers.read("kvlcc2", [path])
 
 
@@ -398,17 +395,17 @@ def test_a_bag_that_breaks_off_is_one_line(storage, tmp_path):
     path = next(p for p in vehicle_logs.ros(tmp_path, "bag", storage).iterdir() if p.suffix != ".yaml")
     path.write_bytes(path.read_bytes()[:5000])
     for source in (path, path.parent):
-        with pytest.raises(InputError, match="cannot be read as ROS bag"):
+        with refused("format"):
             readers.read("ros", [source])
 
 
 def test_missing_files_and_folders(tmp_path):
     for kind in readers.KINDS:
-        with pytest.raises(InputError, match="cannot be read: no such file or directory"):
+        with refused("file"):
             readers.read(kind, [tmp_path / "none.xyz"])
-    with pytest.raises(InputError, match=r"is a folder; name a file in it, such as Data\.lsf\.gz"):
+    with refused("file"):
         readers.read("imc", [tmp_path])
-    with pytest.raises(InputError, match="cannot be read as ROS bag"):
+    with refused("format"):
         readers.read("ros", [tmp_path])
 
 

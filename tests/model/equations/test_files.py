@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.model.equations import load_equations
@@ -94,79 +95,58 @@ def instead(old, new):
 
 FORCE = ("[controls]", '[controls]\nT = "thruster_n"')
 REFUSED = {
-    "unknown symbol": ([instead("u*v", "u*x")], "terms.Y.Yuv: regressor 'u*x': unknown symbol 'x'"),
-    "mistyped symbol": (
-        [instead("u*v", "vdott")],
-        "terms.Y.Yuv: regressor 'vdott': unknown symbol 'vdott': did you mean 'vdot'?",
-    ),
-    "control of another set": ([instead("u*v", "u*u*ds")], "terms.Y.Yuv: regressor 'u*u*ds': unknown symbol 'ds'"),
-    "no product": ([instead("u*v", "u+v")], "terms.Y.Yuv: regressor 'u+v': 'u+v' is no factor"),
-    "no call": ([instead("u*v", "exit()")], "terms.Y.Yuv: regressor 'exit()': 'exit()' is no factor"),
-    "too many factors": ([instead("u*v", "u^9*v^9*r^3")], "'u^9*v^9*r^3': powers add up to 21, more than 20"),
-    "unknown axis": ([("[terms.Y]", "[terms.W]")], "unknown key 'terms.W'"),
-    "small axis": ([("[terms.Y]", "[terms.y]")], "unknown key 'terms.y'"),
-    "no axis": ([("[terms.Y]", "[terms]")], "unknown key 'terms.Yuv'"),
-    "no label": ([instead('label = "Y\'_{uv}", ', "")], "key 'terms.Y.Yuv.label' is missing"),
-    "empty label": ([instead("Y'_{uv}", "")], "key 'terms.Y.Yuv.label'"),
-    "no meaning": ([instead(', meaning = "side force of drift"', "")], "key 'terms.Y.Yuv.meaning' is missing"),
-    "no regressor": ([instead('regressor = "u*v", ', "")], "key 'terms.Y.Yuv.regressor' is missing"),
-    "a number for a regressor": ([instead('"u*v"', "2")], "key 'terms.Y.Yuv.regressor'"),
-    "unknown key of a term": (
-        [instead("length_power", "lenght_power")],
-        "unknown key 'terms.Y.Yuv.lenght_power': did you mean 'length_power'",
-    ),
-    "a text for a term": ([(YUV, 'Yuv = "u*v"')], "key 'terms.Y.Yuv'"),
-    "twice in an axis": ([more(YUV)], "is not valid TOML: Cannot overwrite a value"),
+    "unknown symbol": ([instead("u*v", "u*x")], "model", "terms.Y.Yuv"),
+    "mistyped symbol": ([instead("u*v", "vdott")], "model", "terms.Y.Yuv"),
+    "control of another set": ([instead("u*v", "u*u*ds")], "model", "terms.Y.Yuv"),
+    "no product": ([instead("u*v", "u+v")], "model", "terms.Y.Yuv"),
+    "no call": ([instead("u*v", "exit()")], "model", "terms.Y.Yuv"),
+    "too many factors": ([instead("u*v", "u^9*v^9*r^3")], "model", "terms.Y.Yuv"),
+    "unknown axis": ([("[terms.Y]", "[terms.W]")], "unknown", "terms.W"),
+    "small axis": ([("[terms.Y]", "[terms.y]")], "unknown", "terms.y"),
+    "no axis": ([("[terms.Y]", "[terms]")], "unknown", "terms.Yuv"),
+    "no label": ([instead('label = "Y\'_{uv}", ', "")], "missing", "terms.Y.Yuv.label"),
+    "empty label": ([instead("Y'_{uv}", "")], "value", "terms.Y.Yuv.label"),
+    "no meaning": ([instead(', meaning = "side force of drift"', "")], "missing", "terms.Y.Yuv.meaning"),
+    "no regressor": ([instead('regressor = "u*v", ', "")], "missing", "terms.Y.Yuv.regressor"),
+    "a number for a regressor": ([instead('"u*v"', "2")], "value", "terms.Y.Yuv.regressor"),
+    "unknown key of a term": ([instead("length_power", "lenght_power")], "unknown", "terms.Y.Yuv.lenght_power"),
+    "a text for a term": ([(YUV, 'Yuv = "u*v"')], "value", "terms.Y.Yuv"),
+    "twice in an axis": ([more(YUV)], "format", ""),
     "twice in two axes": (
         [("[terms.Y]", f"[terms.N]\nYuv = {term('u*v', length_power=3)}\n[terms.Y]")],
-        "terms.N.Yuv: is given twice; give one of the two another name",
+        "model",
+        "terms.N.Yuv",
     ),
-    "a name of a symbol": ([(YUV, YUV.replace("Yuv ", "nu "))], "terms.Y.nu: cannot name a coefficient"),
-    "a name of a control": ([(YUV, YUV.replace("Yuv ", "dr "))], "terms.Y.dr: cannot name a coefficient"),
-    "a name of a mass": ([(YUV, YUV.replace("Yuv ", "mass "))], "terms.Y.mass: cannot name a coefficient"),
-    "a name of a start": ([(YUV, YUV.replace("Yuv ", "u0 "))], "terms.Y.u0: cannot name a coefficient"),
-    "a name with a prime": ([(YUV, YUV.replace("Yuv ", '"Y\'uv" '))], "terms.Y.Y'uv: cannot name a coefficient"),
-    "a long name": ([(YUV, YUV.replace("Yuv ", "Y" * 61 + " "))], "cannot name a coefficient"),
-    "no force": (
-        [instead("u*v", "v^3")],
-        "terms.Y.Yuv: (rho/2) l^2 U^0 * v^3 is no force; with length_power = 2 and speed_power = -1 it would be",
-    ),
-    "a unit of no force": (
-        [instead("length_power = 2", 'unit = "kg"')],
-        "terms.Y.Yuv: u*v with a coefficient in kg is no force; in kg m^-1 it would be",
-    ),
-    "unit and power": (
-        [instead("length_power = 2", 'length_power = 2, unit = "kg/m"')],
-        "key 'terms.Y.Yuv': give either length_power",
-    ),
-    "neither": ([instead("length_power = 2, ", "")], "key 'terms.Y.Yuv': give either length_power"),
-    "speed power with unit": (
-        [instead("length_power = 2", 'speed_power = -1, unit = "kg/m"')],
-        "speed_power belongs to a non-dimensional coefficient",
-    ),
-    "empty unit": ([instead("length_power = 2", 'unit = ""')], "key 'terms.Y.Yuv.unit'"),
+    "a name of a symbol": ([(YUV, YUV.replace("Yuv ", "nu "))], "model", "terms.Y.nu"),
+    "a name of a control": ([(YUV, YUV.replace("Yuv ", "dr "))], "model", "terms.Y.dr"),
+    "a name of a mass": ([(YUV, YUV.replace("Yuv ", "mass "))], "model", "terms.Y.mass"),
+    "a name of a start": ([(YUV, YUV.replace("Yuv ", "u0 "))], "model", "terms.Y.u0"),
+    "a name with a prime": ([(YUV, YUV.replace("Yuv ", '"Y\'uv" '))], "model", "terms.Y.Y'uv"),
+    "a long name": ([(YUV, YUV.replace("Yuv ", "Y" * 61 + " "))], "model", "terms.Y." + "Y" * 61),
+    "no force": ([instead("u*v", "v^3")], "model", "terms.Y.Yuv"),
+    "a unit of no force": ([instead("length_power = 2", 'unit = "kg"')], "model", "terms.Y.Yuv"),
+    "unit and power": ([instead("length_power = 2", 'length_power = 2, unit = "kg/m"')], "value", "terms.Y.Yuv"),
+    "neither": ([instead("length_power = 2, ", "")], "value", "terms.Y.Yuv"),
+    "speed power with unit": ([instead("length_power = 2", 'speed_power = -1, unit = "kg/m"')], "value", "terms.Y.Yuv"),
+    "empty unit": ([instead("length_power = 2", 'unit = ""')], "value", "terms.Y.Yuv.unit"),
     "a power that is no whole number": (
         [instead("length_power = 2", "length_power = 2.5")],
-        "key 'terms.Y.Yuv.length_power'",
+        "value",
+        "terms.Y.Yuv.length_power",
     ),
-    "a huge power": ([instead("length_power = 2", "length_power = 999")], "key 'terms.Y.Yuv.length_power'"),
+    "a huge power": ([instead("length_power = 2", "length_power = 999")], "value", "terms.Y.Yuv.length_power"),
     "a force by powers": (
         [
             FORCE,
             instead('"u*v"', '"T"'),
         ],
-        "terms.Y.Yuv: T is a force in N already; give unit",
+        "model",
+        "terms.Y.Yuv",
     ),
-    "no terms": ([(SMALL[SMALL.index("[terms.X]") :], "[terms]")], "terms: there are none"),
-    "no table of terms": ([(SMALL[SMALL.index("[terms.X]") :], "")], "key 'terms' is missing"),
-    "the same product": (
-        [more(f"Yvu = {term('v*u')}")],
-        "terms.Y.Yuv: its regressor is the same as that of Yvu, whatever the motion; leave one out",
-    ),
-    "the same product twice over": (
-        [more(f"Y2 = {term('abs(u)*abs(u)*dr')}")],
-        "terms.Y.Yuu_dr: its regressor is the same as that of Y2",
-    ),
+    "no terms": ([(SMALL[SMALL.index("[terms.X]") :], "[terms]")], "model", "terms"),
+    "no table of terms": ([(SMALL[SMALL.index("[terms.X]") :], "")], "missing", "terms"),
+    "the same product": ([more(f"Yvu = {term('v*u')}")], "model", "terms.Y.Yuv"),
+    "the same product twice over": ([more(f"Y2 = {term('abs(u)*abs(u)*dr')}")], "model", "terms.Y.Yuu_dr"),
     "cross-flow and its squares": (
         [
             (
@@ -175,83 +155,66 @@ REFUSED = {
                 f"Zuw = {term('u*w')}\nZnn = {term('nu^2')}\n[terms.Y]",
             )
         ],
-        "terms.Z.Znn: its regressor depends linearly on that of Zvv and Zww, whatever the motion",
+        "model",
+        "terms.Z.Znn",
     ),
-    "speed loss": (
-        [more(f"Y1 = {term('U*v')}\nY2 = {term('du*v')}")],
-        "terms.Y.Yuv: its regressor depends linearly on that of Y1 and Y2",
-    ),
-    "slip": (
-        [more(f"Y1 = {term('uc*v')}\nY2 = {term('duc*v')}")],
-        "terms.Y.Yuv: its regressor depends linearly on that of Y1 and Y2",
-    ),
-    "cross-flow of a symmetric product": (
-        [more(f"Y1 = {term('sgn(v)*abs(v)*u')}")],
-        "terms.Y.Yuv: its regressor is the same as that of Y1",
-    ),
-    "control without a unit": (
-        [("rudder_deg", "rudder")],
-        "controls': dr: 'rudder' is no column of a log: end it with _deg or _n, or write rpm",
-    ),
-    "control with another unit": ([("rudder_deg", "rudder_rad")], "'rudder_rad' is no column of a log"),
-    "control that is a unit": ([("rudder_deg", "deg")], "'deg' is no column of a log"),
-    "two controls in a column": (
-        [("[controls]", '[controls]\ndelta = "rudder_deg"')],
-        "two controls have the same column",
-    ),
-    "control named like a velocity": ([("dr =", "r =")], "'r' cannot name a control"),
-    "control named like an axis": ([("dr =", "N =")], "'N' cannot name a control"),
-    "control named like a word of the kernels": ([("dr =", "lambda =")], "'lambda' cannot name a control"),
-    "control named like a slope": ([("dr =", "Y_v =")], "'Y_v' cannot name a control"),
+    "speed loss": ([more(f"Y1 = {term('U*v')}\nY2 = {term('du*v')}")], "model", "terms.Y.Yuv"),
+    "slip": ([more(f"Y1 = {term('uc*v')}\nY2 = {term('duc*v')}")], "model", "terms.Y.Yuv"),
+    "cross-flow of a symmetric product": ([more(f"Y1 = {term('sgn(v)*abs(v)*u')}")], "model", "terms.Y.Yuv"),
+    "control without a unit": ([("rudder_deg", "rudder")], "value", "controls"),
+    "control with another unit": ([("rudder_deg", "rudder_rad")], "value", "controls"),
+    "control that is a unit": ([("rudder_deg", "deg")], "value", "controls"),
+    "two controls in a column": ([("[controls]", '[controls]\ndelta = "rudder_deg"')], "value", "controls"),
+    "control named like a velocity": ([("dr =", "r =")], "value", "controls"),
+    "control named like an axis": ([("dr =", "N =")], "value", "controls"),
+    "control named like a word of the kernels": ([("dr =", "lambda =")], "value", "controls"),
+    "control named like a slope": ([("dr =", "Y_v =")], "value", "controls"),
     "heave in three degrees of freedom": (
         [("[controls]", "degrees_of_freedom = 3\n[controls]"), instead('"u*v"', '"u*w"')],
-        "terms.Y.Yuv: degrees_of_freedom = 3 are surge, sway and yaw",
+        "model",
+        "terms.Y.Yuv",
     ),
     "Z in three degrees of freedom": (
         [("[controls]", "degrees_of_freedom = 3\n[controls]"), ("[terms.Y]", "[terms.Z]")],
-        "terms.Z.Yuv: degrees_of_freedom = 3 are surge, sway and yaw",
+        "model",
+        "terms.Z.Yuv",
     ),
     "planes in three degrees of freedom": (
         [("[controls]", "degrees_of_freedom = 3\n[controls]"), ("rudder_deg", "stern_plane_deg")],
-        "terms.Y.Yuu_dr: degrees_of_freedom = 3 are surge, sway and yaw",
+        "model",
+        "terms.Y.Yuu_dr",
     ),
-    "four degrees of freedom": ([("[controls]", "degrees_of_freedom = 4\n[controls]")], "key 'degrees_of_freedom'"),
-    "one station": ([("[controls]", "stations = 1\n[controls]")], "key 'stations'"),
-    "many stations": ([("[controls]", "stations = 1000000\n[controls]")], "key 'stations'"),
-    "unknown speed": ([("[controls]", 'speed = "mean"\n[controls]')], "key 'speed'"),
+    "four degrees of freedom": ([("[controls]", "degrees_of_freedom = 4\n[controls]")], "value", "degrees_of_freedom"),
+    "one station": ([("[controls]", "stations = 1\n[controls]")], "value", "stations"),
+    "many stations": ([("[controls]", "stations = 1000000\n[controls]")], "value", "stations"),
+    "unknown speed": ([("[controls]", 'speed = "mean"\n[controls]')], "value", "speed"),
     "unknown rigid body terms": (
         [("[controls]", 'rigid_body_terms = "included"\n[controls]')],
-        "key 'rigid_body_terms'",
+        "value",
+        "rigid_body_terms",
     ),
-    "a name with a path in it": ([('"small"', '"../small"')], "key 'name'"),
-    "a name with a line end": ([('"small"', '"small\\n"')], "key 'name'"),
-    "a long name of the set": ([('"small"', f'"{"s" * 300}"')], "key 'name'"),
-    "unknown key": ([("[controls]", "dof = 3\n[controls]")], "unknown key 'dof'"),
-    "unknown base": (
-        [("[controls]", 'extends = "both"\n[controls]')],
-        "extends: no equation 'both': did you mean 'booth'",
-    ),
-    "absent base": (
-        [("[controls]", 'extends = "absent.toml"\n[controls]')],
-        "absent.toml: cannot be read: no such file",
-    ),
+    "a name with a path in it": ([('"small"', '"../small"')], "value", "name"),
+    "a name with a line end": ([('"small"', '"small\\n"')], "value", "name"),
+    "a long name of the set": ([('"small"', f'"{"s" * 300}"')], "value", "name"),
+    "unknown key": ([("[controls]", "dof = 3\n[controls]")], "unknown", "dof"),
+    "unknown base": ([("[controls]", 'extends = "both"\n[controls]')], "unknown", "both"),
+    "absent base": ([("[controls]", 'extends = "absent.toml"\n[controls]')], "file", ""),
 }
 
 
 @pytest.mark.parametrize("what", REFUSED)
 def test_refused(equations_file, what):
     """In one line that names the file and says what would be right."""
-    changes, words = REFUSED[what]
+    changes, kind, key = REFUSED[what]
     text = SMALL
     for old, new in changes:
         assert old in text
         text = text.replace(old, new, 1)
     path = equations_file(text)
-    with pytest.raises(bs.InputError) as error:
+    with refused(kind, key) as error:
         load_equations(path)
     message = str(error.value)
     assert str(path.parent) in message
-    assert words in message
     assert message.isprintable()
 
 
@@ -267,11 +230,10 @@ def test_the_powers_proposed_are_right(equations_file, regressor, axis, speed):
     for powers in ({"length_power": 1, "speed_power": 2}, {"length_power": 9, "speed_power": 0}):
         added = f"[terms.{axis}]\nfirst = {term(regressor, **powers)}\n"
         wrong = text.replace("[terms.Y]", added) if axis == "Y" else text + added
-        with pytest.raises(bs.InputError, match=r"is no (force|moment); with length_power") as error:
+        with pytest.raises(bs.InputError) as error:
             load_equations(equations_file(wrong))
-        length, of_speed = map(
-            int, re.search(r"length_power = (-?\d+) and speed_power = (-?\d+)", str(error.value)).groups()
-        )
+        proposal = r"is no (?:force|moment); with length_power = (-?\d+) and speed_power = (-?\d+)"
+        length, of_speed = map(int, re.search(proposal, str(error.value)).groups())
         right = wrong.replace(term(regressor, **powers), term(regressor, length_power=length, speed_power=of_speed))
         equations = load_equations(equations_file(right))
         assert equations.term("first").length_power == length
@@ -339,44 +301,43 @@ def test_a_set_cannot_extend_itself(equations_file):
         for name, base in zip(names, [*names[1:], names[0]], strict=True):
             path = equations_file(child(f"{base}.toml", name), f"{name}.toml")
         for name in names:
-            with pytest.raises(bs.InputError, match="a set cannot extend itself") as error:
+            with refused("model", "extends") as error:
                 load_equations(path.with_name(f"{name}.toml"))
             chain = [*names[names.index(name) :], *names[: names.index(name)], name]
             assert " extends ".join(f"{link}.toml" for link in chain) in str(error.value)
     outside = equations_file(child("a.toml", "outside"), "outside.toml")
-    with pytest.raises(bs.InputError, match=r"outside\.toml extends a\.toml extends b\.toml"):
+    with refused("model", "extends"):
         load_equations(outside)
     roundabout = equations_file(child("../" + outside.parent.name + "/round.toml", "round"), "round.toml")
-    with pytest.raises(bs.InputError, match="a set cannot extend itself"):
+    with refused("model", "extends"):
         load_equations(roundabout)
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "kind", "key"),
     [
-        (f"[terms.Y]\nYuv = {term('v*abs(v)')}\n", "terms.Y.Yuv: is given twice"),
-        (f"[terms.N]\nYuv = {term('u*v', length_power=3)}\n", "terms.N.Yuv: is given twice"),
-        (f"[terms.Y]\nY2 = {term('v*u')}\n", "terms.Y.Y2: its regressor is the same as that of Yuv"),
-        ("[controls]\ndr = 'rudder_2_deg'\n", "controls.dr: is 'rudder_deg' in 'small'"),
-        ("[controls]\ndelta = 'rudder_deg'\n", "controls.delta: 'rudder_deg' has another symbol in 'small'"),
+        (f"[terms.Y]\nYuv = {term('v*abs(v)')}\n", "model", "terms.Y.Yuv"),
+        (f"[terms.N]\nYuv = {term('u*v', length_power=3)}\n", "model", "terms.N.Yuv"),
+        (f"[terms.Y]\nY2 = {term('v*u')}\n", "model", "terms.Y.Y2"),
+        ("[controls]\ndr = 'rudder_2_deg'\n", "model", "controls.dr"),
+        ("[controls]\ndelta = 'rudder_deg'\n", "model", "controls.delta"),
     ],
 )
-def test_what_a_set_cannot_add(equations_file, text, words):
+def test_what_a_set_cannot_add(equations_file, text, kind, key):
     equations_file(SMALL)
-    with pytest.raises(bs.InputError) as error:
+    with refused(kind, key) as error:
         load_equations(equations_file(child("small.toml") + text, "child.toml"))
-    assert words in str(error.value)
     assert "child.toml: " in str(error.value)
 
 
 def test_a_set_cannot_change_the_speed_of_another(equations_file):
     """The powers of the other's terms refer to it; without powers it may."""
     with_powers = SMALL + f"Yvvv = {term('v^3', speed_power=-1)}\n"
-    for text, refused in ((SMALL, False), (with_powers, True)):
+    for text, has_powers in ((SMALL, False), (with_powers, True)):
         equations_file(text)
         path = equations_file(child("small.toml", speed="instantaneous"), "child.toml")
-        if refused:
-            with pytest.raises(bs.InputError, match="speed: is 'trial' in 'small', whose terms have powers of it"):
+        if has_powers:
+            with refused("model", "speed"):
                 load_equations(path)
         else:
             assert load_equations(path).speed == "instantaneous"
@@ -391,7 +352,7 @@ def test_many_terms_take_no_time(equations_file):
     unscaled = [term(text, unit=unit).replace("length_power = 2, ", "") for text, unit in products.items()]
     lines = [f"Y{k} = {section}" for k, section in enumerate(unscaled)]
     began = time.perf_counter()
-    with pytest.raises(bs.InputError, match=r"terms\.Y: there are more than 200"):
+    with refused("model", "terms.Y"):
         load_equations(equations_file(SMALL + "\n".join(lines) + "\n"))
     equations = load_equations(equations_file(SMALL + "\n".join(lines[:150]) + "\n"))
     assert len(equations.names) == 154
@@ -404,24 +365,21 @@ def test_a_vehicle_names_what_does_not_fit_its_equations(tmp_path, suboff_file, 
     path = tmp_path / "boat.toml"
     top, coefficients = suboff_file.split("[coefficients]")
     few = "Xuu = -0.001\nXudot = -0.001\nYuv = -0.03\nYuu_dr = 0.006\n"
-    for text, words in (
-        (f"{top}[coefficients]{coefficients}", "coefficients: unknown coefficient 'Xvv' of the equations 'small'"),
-        (f"{top}[coefficients]\nXuu = -0.001\n", "coefficients: 3 of the 4 coefficients missing (Xudot, Yuv, Yuu_dr)"),
+    for text, code in (
+        (f"{top}[coefficients]{coefficients}", ("unknown", "coefficients.Xvv")),
+        (f"{top}[coefficients]\nXuu = -0.001\n", ("missing", "coefficients.Xudot")),
         (f"{top}[coefficients]\n{few}", None),
     ):
         path.write_text('equations = "small.toml"\n' + text)
-        if words is None:
+        if code is None:
             assert bs.load_vehicle(path).equations.name == "small"
             continue
-        with pytest.raises(bs.InputError) as error:
+        with refused(*code):
             bs.load_vehicle(path)
-        assert words in str(error.value)
     equations_file(SMALL + f"Yc = {term('crossflow_y', length_power=0)}\n")
     path.write_text('equations = "small.toml"\n' + f"{top}[coefficients]\n{few}Yc = 0.5\n")
-    with pytest.raises(
-        bs.InputError, match="hull: is missing; the equations 'small' integrate the cross-flow along it"
-    ):
+    with refused("missing", "hull"):
         bs.load_vehicle(path)
     path.write_text('equations = "absent.toml"\n' + suboff_file)
-    with pytest.raises(bs.InputError, match=r"absent\.toml: cannot be read: no such file"):
+    with refused("file"):
         bs.load_vehicle(path)
