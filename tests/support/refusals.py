@@ -1,5 +1,7 @@
 """Bad input that is refused: tests ask for kind and key of the error, and one file holds the sentences.
 
+So do tests of findings in logs, by kind and columns.
+
 ``pytest --sentences -n 0 PATH`` writes the sentences of the tests that it runs to that file again, for a reader to look
 at the difference.
 """
@@ -11,11 +13,15 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from bayesub.io import atomic
 from bayesub.io.errors import InputError
+
+if TYPE_CHECKING:
+    from bayesub.checks.logs import Finding  # loads SciPy
 
 FILE = Path(__file__).parents[1] / "sentences.json"
 _HOME = Path(__file__).parents[2]
@@ -35,9 +41,20 @@ def check(error: InputError | None, kind: str, key: str = "") -> None:
     """The same of an error that was caught."""
     assert error is not None, "nothing was refused"
     assert (error.kind, error.key) == (kind, key), str(error)
+    _compare(str(error))
+
+
+def told(finding: "Finding", kind: str, *columns: str) -> None:
+    """A finding of that kind about those columns, in the line that is kept for this test."""
+    assert (finding.kind, finding.columns) == (kind, columns), finding.line()
+    _compare(finding.line())
+
+
+def _compare(sentence: str) -> None:
+    """The next sentence of the running test with the one that is kept."""
     test = os.environ["PYTEST_CURRENT_TEST"].rpartition(" ")[0]
     n = _begun[test] = _begun.get(test, -1) + 1
-    sentence = _same_everywhere(str(error))
+    sentence = _same_everywhere(sentence)
     kept = json.loads(FILE.read_text()) if FILE.is_file() else {}
     if writing:
         kept[test] = [*kept.get(test, [])[:n], sentence]

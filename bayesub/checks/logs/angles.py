@@ -56,7 +56,7 @@ def _unit(angle, header):
         other = {"radians": "_rad", "degrees": "_deg"}.get(words)
         better = header.replace("_deg", other).replace("_rad", other) if other else ""
         remedy = f"rename it {better}" if other and better != header else f"multiply it by {1.0 / factor:.6g}"
-        return Series(angle.times, angle.values / factor), Finding((header,), message, remedy, misread=True)
+        return Series(angle.times, angle.values / factor), Finding("unit", (header,), message, remedy, misread=True)
     return angle, None
 
 
@@ -76,7 +76,7 @@ def _averaged(angle, header):
     around = f"{unit * values[k]:.4g} at {angle.times[k]:.6g} s between {unit * values[k - 1]:.4g} and "
     message = f"averaged across its wrap, {around}{unit * values[k + 1]:.4g} ({len(between)} readings)"
     rest = np.delete(np.arange(len(values)), between)
-    return Series(angle.times[rest], values[rest]), Finding((header,), message, "empty these cells")
+    return Series(angle.times[rest], values[rest]), Finding("wrap", (header,), message, "empty these cells")
 
 
 def controls(data: dict[str, Series], headers: dict[str, str], names: tuple[str, ...]) -> list[Finding]:
@@ -92,7 +92,7 @@ def controls(data: dict[str, Series], headers: dict[str, str], names: tuple[str,
             message, better = f"in degrees: it reaches {largest:.4g} rad", header.replace("_rad", "_deg")
         elif "_deg" in header and largest > LARGE:
             message = f"in another unit: it reaches {largest / DEGREE:.4g} deg"
-            result.append(Finding((header,), message, "convert it to degrees", misread=True))
+            result.append(Finding("unit", (header,), message, "convert it to degrees", misread=True))
             continue
         elif "_deg" in header and name == "delta_r" and 0.0 < largest < SMALL * DEGREE and turned > TURNED:
             message = f"in radians: it stays within {largest / DEGREE:.3g} deg, and the boat turns by "
@@ -100,5 +100,5 @@ def controls(data: dict[str, Series], headers: dict[str, str], names: tuple[str,
             better = header.replace("_deg", "_rad")
         else:
             continue
-        result.append(Finding((header,), message, f"rename it {better}", misread=True))
+        result.append(Finding("unit", (header,), message, f"rename it {better}", misread=True))
     return result

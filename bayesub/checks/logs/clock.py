@@ -28,14 +28,18 @@ def stamps(log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[Find
     forward = np.diff(times)[np.diff(times) > 0.0]
     interval = float(np.median(forward)) if len(forward) else 1.0
     if len(back) > UNSORTED:
-        result.append(Finding(("time_s",), f"{len(back)} rows are earlier than the row before", "sort the rows by it"))
+        result.append(
+            Finding("order", ("time_s",), f"{len(back)} rows are earlier than the row before", "sort the rows by it")
+        )
         order = np.argsort(times, kind="stable")
         log, times = {name: values[order] for name, values in log.items()}, times[order]
     else:
         for k in back:
             step = times[k] - times[k + 1] + interval
             message = f"goes back from {times[k]:.6g} to {times[k + 1]:.6g} s"
-            result.append(Finding(("time_s",), message, f"add {step:.4g} to the rows after it if they follow on"))
+            result.append(
+                Finding("clock", ("time_s",), message, f"add {step:.4g} to the rows after it if they follow on")
+            )
             times[k + 1 :] += step
     same = np.flatnonzero(np.diff(times) == 0.0)
     if len(same):
@@ -52,9 +56,11 @@ def stamps(log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[Find
 def _repeated(times, same) -> Finding:
     message = f"{len(same)} of {len(times)} rows repeat the stamp of the row before, first at {times[same[0]]:.6g} s"
     if len(same) <= ROUNDED * len(times):
-        return Finding(("time_s",), message, "delete one row of each two, or join their cells")
+        return Finding("stamp", ("time_s",), message, "delete one row of each two, or join their cells")
     step = (times[-1] - times[0]) / (len(times) - 1)
-    return Finding(("time_s",), f"{message}: it has too few digits", f"space the rows evenly, every {step:.4g} s")
+    return Finding(
+        "stamp", ("time_s",), f"{message}: it has too few digits", f"space the rows evenly, every {step:.4g} s"
+    )
 
 
 def jumps(log: dict[str, np.ndarray]) -> list[Finding]:
@@ -74,7 +80,7 @@ def jumps(log: dict[str, np.ndarray]) -> list[Finding]:
                 words = f"jumps from {before:.6g} to {after:.6g} s, in which {' and '.join(names)} change by "
                 words += f"{moved:.3g} m where {expected:.3g} m are due"
                 remedy = f"subtract {after - before - np.median(steps):.4g} from the rows after it"
-                result.append(Finding(("time_s",), words, remedy))
+                result.append(Finding("clock", ("time_s",), words, remedy))
             break
     return result
 

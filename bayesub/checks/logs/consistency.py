@@ -53,7 +53,7 @@ def _sideways(data, headers) -> list[Finding]:
     message = (
         f"{headers['u']} holds what {headers['v']} should: ahead {u:.3g} m/s and to the side {v:.3g} in the median"
     )
-    return [Finding((headers["u"], headers["v"]), message, "exchange the two names", misread=True)]
+    return [Finding("name", (headers["u"], headers["v"]), message, "exchange the two names", misread=True)]
 
 
 def _all(headers, data) -> dict[str, str]:
@@ -73,7 +73,7 @@ def _kinematics(data, headers):
             break
         mend, message = best
         columns = tuple(_all(headers, data)[name] for name in mend.names)
-        result.append(Finding(columns, message, mend.remedy, misread=True))
+        result.append(Finding(mend.kind, columns, message, mend.remedy, misread=True))
         data = mend.change(data)
     return data, result
 

@@ -2,6 +2,19 @@
 
 from dataclasses import dataclass
 
+KINDS = {
+    "sign": "positive is the other way",
+    "unit": "the unit is another than the name says",
+    "name": "a column holds what belongs under another name",
+    "axes": "velocities are along other axes than the name says",
+    "origin": "an angle is counted from another direction",
+    "wrap": "readings are averaged across the wrap of an angle",
+    "stuck": "one value is repeated while it should change",
+    "order": "rows are not in the order of time",
+    "clock": "the clock was set, forwards or back",
+    "stamp": "stamps are repeated, or have too few digits",
+}
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -9,6 +22,8 @@ class Finding:
 
     Attributes
     ----------
+    kind : str
+        What is wrong, one of :data:`KINDS`.
     columns : tuple of str
         Headers of the columns that are wrong.
     message : str
@@ -19,6 +34,7 @@ class Finding:
         Whether the whole column holds something else than its name says, and not only some of its cells.
     """
 
+    kind: str
     columns: tuple[str, ...]
     message: str
     remedy: str
@@ -30,4 +46,4 @@ class Finding:
 
     def to_json(self) -> dict:
         """The finding as JSON types."""
-        return {"columns": list(self.columns), "message": self.message, "remedy": self.remedy}
+        return {"kind": self.kind, "columns": list(self.columns), "message": self.message, "remedy": self.remedy}

@@ -18,6 +18,8 @@ class Mend:
 
     Attributes
     ----------
+    kind : str
+        As of a :class:`bayesub.checks.logs.finding.Finding`.
     names : tuple of str
         Short names of the columns that are wrong.
     message : str
@@ -28,6 +30,7 @@ class Mend:
         Readings by short name -> the same mended.
     """
 
+    kind: str
     names: tuple[str, ...]
     message: str
     remedy: str
@@ -80,27 +83,27 @@ def _renamed(data, headers) -> Iterator[Mend]:
                 change = _with({u: None, v: None, first: lambda d, u=u: d[u], second: lambda d, v=v: d[v]})
                 names = f"velocity_{first}_mps, velocity_{second}_mps"
                 words = f"velocities to {first} and {second}, not along the boat"
-                yield Mend((u, v), words, f"rename them {names}", change)
+                yield Mend("axes", (u, v), words, f"rename them {names}", change)
     if "north" in data and "east" in data and not {"u", "v", "u_ground", "v_ground"} & set(data):
         change = _with({"north": None, "east": None, "u_ground": _of("north"), "v_ground": _of("east")})
         words = "velocities along the boat, not to north and east"
-        yield Mend(("north", "east"), words, "rename them u_ground_mps, v_ground_mps", change)
+        yield Mend("axes", ("north", "east"), words, "rename them u_ground_mps, v_ground_mps", change)
     pairs = [("u", "v"), ("u_ground", "v_ground"), ("north", "east"), ("x", "y"), ("p", "r"), ("q", "r"), ("p", "q")]
     for one, other in pairs:
         if one in data and other in data:
             words = f"{headers[one]} holds what {headers[other]} should"
-            yield Mend((one, other), words, "exchange the two names", _swapped(one, other))
+            yield Mend("name", (one, other), words, "exchange the two names", _swapped(one, other))
     angle_of = {"p": "roll", "q": "pitch", "r": "yaw"}
     for one in "pqr":
         for other in "pqr":
             if one in data and other not in data:
                 header = headers[one].replace(f"{one}_", f"{other}_", 1)
-                yield Mend((one,), f"the rate of {angle_of[other]}", f"rename it {header}", _moved(one, other))
+                yield Mend("name", (one,), f"the rate of {angle_of[other]}", f"rename it {header}", _moved(one, other))
             elif one in data and other in data and one != other:
                 header = headers[other]
                 change = _with({one: None, other: _of(one)})
                 words = f"the rate of {angle_of[other]}, which {header} is not"
-                yield Mend((one,), words, f"rename it {header} and leave out the column of that name", change)
+                yield Mend("name", (one,), words, f"rename it {header} and leave out the column of that name", change)
 
 
 def _of(name: str) -> Callable:
@@ -117,7 +120,7 @@ def _units(data, headers) -> Iterator[Mend]:
         words = "radians" if in_degrees else "degrees"
         better = ", ".join(headers[name].replace(old, new) for name in present)
         change = _with({name: lambda d, name=name, f=factor: d[name].scaled(f) for name in present})
-        yield Mend(present, f"in {words}", f"rename {_it(present)} {better}", change)
+        yield Mend("unit", present, f"in {words}", f"rename {_it(present)} {better}", change)
     groups = (["u", "v", "w"], ["u_ground", "v_ground", "w_ground"], ["north", "east", "down"], ["sog"], ["stw"])
     for group in groups:
         present = tuple(name for name in group if name in data)
@@ -127,14 +130,14 @@ def _units(data, headers) -> Iterator[Mend]:
             better = ", ".join(headers[name].replace("_mps", f"_{unit}") for name in present)
             remedy = f"rename {_it(present)} {better}" if unit else f"multiply {_it(present)} by {factor:.4g}"
             change = _with({name: lambda d, name=name, f=factor: d[name].scaled(f) for name in present})
-            yield Mend(present, f"in {words}", remedy, change)
+            yield Mend("unit", present, f"in {words}", remedy, change)
     for words, factor in (("ms", 1e-3), ("minutes", 60.0)):
         remedy = f"multiply it by {factor:g}"
 
         def change(data, factor=factor):
             return {name: Series(factor * one.times, one.values) for name, one in data.items()}
 
-        yield Mend(("time",), f"in {words}", remedy, change)
+        yield Mend("unit", ("time",), f"in {words}", remedy, change)
 
 
 def _it(names) -> str:
@@ -152,12 +155,12 @@ def _signs(data) -> Iterator[Mend]:
     for name in ("r", "q", "p", "v", "v_ground", "w", "w_ground", "east", "y", "z", "depth", "theta", "phi"):
         if name in data and not (name == "depth" and np.median(data[name].values) > 0.0):
             words = f"of the other sign: positive is {positive[name]}"
-            yield Mend((name,), words, "multiply it by -1", _scaled(name, -1.0))
+            yield Mend("sign", (name,), words, "multiply it by -1", _scaled(name, -1.0))
     for group in (["y", "z"], ["v", "w"], ["v_ground", "w_ground"], ["q", "r"], ["theta", "psi"]):
         if all(name in data for name in group):
             signs = {name: lambda d, name=name: d[name].scaled(-1.0) for name in group}
             words = "of the other sign, as in axes with z up: z is down here and y to starboard"
-            yield Mend(tuple(group), words, "multiply them by -1", _with(signs))
+            yield Mend("sign", tuple(group), words, "multiply them by -1", _with(signs))
 
 
 def _headings(data, headers) -> Iterator[Mend]:
@@ -166,15 +169,15 @@ def _headings(data, headers) -> Iterator[Mend]:
             continue
         header = headers[name]
         half, quarter = ("180", "90") if "_deg" in header else ("3.14159", "1.5708")
-        for sign, turns, words, remedy in (
-            (-1.0, 0.0, "counted anticlockwise", "multiply it by -1"),
-            (-1.0, 0.25, "counted anticlockwise from east", f"replace it by {quarter} - {header}"),
-            (1.0, 0.5, "off by half a turn", f"add {half} to it"),
-            (1.0, 0.25, "off by a quarter turn", f"add {quarter} to it"),
-            (1.0, -0.25, "off by a quarter turn", f"subtract {quarter} from it"),
+        for kind, sign, turns, words, remedy in (
+            ("sign", -1.0, 0.0, "counted anticlockwise", "multiply it by -1"),
+            ("origin", -1.0, 0.25, "counted anticlockwise from east", f"replace it by {quarter} - {header}"),
+            ("origin", 1.0, 0.5, "off by half a turn", f"add {half} to it"),
+            ("origin", 1.0, 0.25, "off by a quarter turn", f"add {quarter} to it"),
+            ("origin", 1.0, -0.25, "off by a quarter turn", f"subtract {quarter} from it"),
         ):
 
             def angle(data, name=name, sign=sign, turns=turns):
                 return Series(data[name].times, sign * data[name].values + turns * TURN)
 
-            yield Mend((name,), words, remedy, _with({name: angle}))
+            yield Mend(kind, (name,), words, remedy, _with({name: angle}))

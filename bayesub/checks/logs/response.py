@@ -37,7 +37,7 @@ def findings(data: dict[str, Series], headers: dict[str, str]) -> list[Finding]:
             message = f"positive turns the boat to {way}, and here it should to {right}"
             message = message.replace("to nose", "nose") + f" (correlation {abs(correlation):.2f} with what follows)"
             remedy = "multiply it by -1, or give its [[actuators]] sign = -1"
-            result.append(Finding((headers[name],), message, remedy, misread=True))
+            result.append(Finding("sign", (headers[name],), message, remedy, misread=True))
     return result
 
 

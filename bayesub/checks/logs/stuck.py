@@ -53,7 +53,7 @@ def findings(
             continue
         begin, end = column.times[first], column.times[last]
         message = f"stands still for {last - first + 1} readings from {begin:.6g} to {end:.6g} s{evidence}"
-        result.append(Finding((headers[name],), message, "empty these cells"))
+        result.append(Finding("stuck", (headers[name],), message, "empty these cells"))
         rest = np.delete(np.arange(len(column.times)), slice(first + 1, last + 1))
         data[name] = Series(column.times[rest], column.values[rest])
     return data, result
