@@ -98,11 +98,11 @@ class ClusterFile(Section):
     @pydantic.model_validator(mode="after")
     def _is_one(self):
         if (self.scheduler is None) == (self.queue is None):
-            raise ValueError("either 'scheduler' or 'queue' must be given")
+            raise InputError("either 'scheduler' or 'queue' must be given", "conflict")
         if self.scheduler is not None and not _ADDRESS.fullmatch(self.scheduler):
             raise ValueError("scheduler must be tcp://host:port or tls://host:port")
         if self.queue is not None and (self.workers is None or self.memory is None):
-            raise ValueError("'workers' and 'memory' must be given with 'queue'")
+            raise InputError("'workers' and 'memory' must be given with 'queue'", "missing")
         return self
 
 

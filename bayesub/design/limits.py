@@ -84,7 +84,7 @@ class Limits(Section):
         for low, high in ORDERED:
             lower, upper = getattr(self, low), getattr(self, high)
             if lower is not None and upper is not None and lower > upper:
-                raise ValueError(f"{low} is above {high}")
+                raise InputError(f"{low} is above {high}", "conflict")
         return self
 
 

@@ -55,7 +55,9 @@ class CheckSection(TrialKeys):
     def _not_of_the_body(self):
         for name in self.nuisance:
             if name in BODY:
-                raise ValueError(f"nuisance '{name}' is of the body, the same in all logs; give it in [nuisance]")
+                raise InputError(
+                    f"nuisance '{name}' is of the body, the same in all logs; give it in [nuisance]", "conflict"
+                )
         return self
 
     def nuisances(self, of_study: dict[str, PriorOfOne]) -> dict[str, PriorOfOne]:
@@ -114,6 +116,6 @@ def check_names(names: Iterable[str], trials: Iterable[str]) -> None:
     names, trials = list(names), list(trials)
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"two checks are named '{name}'; give each its own name")
+            raise InputError(f"two checks are named '{name}'; give each its own name", "conflict")
         if name in trials:
-            raise ValueError(f"a check and a trial are named '{name}'; give the check another name")
+            raise InputError(f"a check and a trial are named '{name}'; give the check another name", "conflict")

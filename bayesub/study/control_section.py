@@ -40,7 +40,7 @@ class ControlSection(Section):
             if getattr(self, key) == 0.0:
                 raise ValueError(f"{key} must not be zero")
         if self.column is None and any(getattr(self, key) for key in ("unit_deg", "unit_n", "zero")):
-            raise ValueError("unit and zero are those of a column; give column, which ends with its unit")
+            raise InputError("unit and zero are those of a column; give column, which ends with its unit", "missing")
         return self
 
     def unit(self, name: str, native: str, limit: float) -> float:

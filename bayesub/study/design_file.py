@@ -9,7 +9,7 @@ import pydantic
 from bayesub.design.families import Family
 from bayesub.design.judge import Judge
 from bayesub.io import toml_files
-from bayesub.io.errors import error_source
+from bayesub.io.errors import InputError, error_source
 from bayesub.io.log_files import STATES
 from bayesub.io.toml_files import Section
 from bayesub.model.manoeuvres import Manoeuvre
@@ -64,10 +64,12 @@ class DesignFile(Section):
     @pydantic.model_validator(mode="after")
     def _possible(self):
         if self.prior is not None and self.prior.centre == "perturbed":
-            raise ValueError("prior.centre 'perturbed' is a guess about a simulated truth; leave it out")
+            raise InputError("prior.centre 'perturbed' is a guess about a simulated truth; leave it out", "conflict")
         for name, one in self.nuisance.items():
             if one.value is not None:
-                raise ValueError(f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave it out")
+                raise InputError(
+                    f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave it out", "conflict"
+                )
         return self
 
     def instruments(self) -> tuple[Sensor, ...]:

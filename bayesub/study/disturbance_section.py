@@ -120,7 +120,7 @@ class DisturbanceSection(Section):
         try:
             check_axes(self.axes)
         except InputError as error:
-            raise ValueError(str(error).removeprefix("disturbance: ")) from None
+            raise InputError(str(error).removeprefix("disturbance: "), error.kind) from None
         return self
 
     @pydantic.model_validator(mode="after")
@@ -130,13 +130,17 @@ class DisturbanceSection(Section):
             if values is None:
                 continue
             if not values:
-                raise ValueError(f"{key}: the axes {' '.join(self.axes)} have no {' '.join(suited)}; leave it out")
+                raise InputError(
+                    f"{key}: the axes {' '.join(self.axes)} have no {' '.join(suited)}; leave it out", "conflict"
+                )
             for axis, value in values.items():
                 if axis in self.axes and axis not in suited:
                     of = _UNITS.get(key, "of a force")
-                    raise ValueError(f"{key} is {of}, and {axis} is {what(axis)}; give it in {_SUITED[axis]}")
+                    raise InputError(
+                        f"{key} is {of}, and {axis} is {what(axis)}; give it in {_SUITED[axis]}", "conflict"
+                    )
                 if axis not in self.axes:
-                    raise ValueError(f"{key} has the axis '{axis}', and axes has {' '.join(self.axes)}")
+                    raise InputError(f"{key} has the axis '{axis}', and axes has {' '.join(self.axes)}", "conflict")
                 number = value.median if isinstance(value, LogNormalPrior) else value
                 if number > largest:
                     hint = "; a force in newton is sd_n, a moment in newton metre is sd_nm" if key == "sd" else ""
@@ -146,12 +150,13 @@ class DisturbanceSection(Section):
             if len(keys) != 1:
                 others = ", ".join(key for key, (suited, _) in WAYS.items() if axis in suited)
                 found = " and ".join(keys) or "none"
-                raise ValueError(f"axis {axis} has its sd in one of {others}; found {found}")
+                raise InputError(f"axis {axis} has its sd in one of {others}; found {found}", "conflict")
         currents = [axis for axis in self.axes if axis in CURRENTS]
         if self.correlation_time_current_s is not None and len(currents) in (0, len(self.axes)):
-            raise ValueError(
+            raise InputError(
                 f"correlation_time_current_s is that of a current besides forces, and axes has {' '.join(self.axes)}; "
-                "give correlation_time_s alone"
+                "give correlation_time_s alone",
+                "conflict",
             )
         return self
 
@@ -210,12 +215,14 @@ class TrueDisturbanceSection(DisturbanceSection):
     @pydantic.model_validator(mode="after")
     def _is_known(self):
         if self.knot_interval_s is not None:
-            raise ValueError("knot_interval_s is of forces that are inferred; leave it out")
+            raise InputError("knot_interval_s is of forces that are inferred; leave it out", "conflict")
         for key in ("correlation_time_s", "correlation_time_current_s", *WAYS):
             value = getattr(self, key)
             amounts = value.values() if isinstance(value, dict) else (value,)
             if any(isinstance(amount, LogNormalPrior) for amount in amounts):
-                raise ValueError(f"{key} is a prior, and what a simulated boat feels is known; give a number")
+                raise InputError(
+                    f"{key} is a prior, and what a simulated boat feels is known; give a number", "conflict"
+                )
         return self
 
     def known(self, simulator: Simulator) -> Disturbance:

@@ -47,7 +47,7 @@ class PriorOfOne(Section):
     @pydantic.model_validator(mode="after")
     def _one_kind(self):
         if tuple(self.model_dump(exclude_none=True)) not in _KINDS:
-            raise ValueError("a prior is mean and sd, lower and upper, median and log_sd, or a fixed value")
+            raise InputError("a prior is mean and sd, lower and upper, median and log_sd, or a fixed value", "conflict")
         self.build()
         return self
 
@@ -115,9 +115,11 @@ class PriorSection(Section):
         wanted = _WIDTHS[self.kind]
         given = [key for key in dict.fromkeys(_WIDTHS.values()) if getattr(self, key) is not None]
         if given != [wanted] and (given or self.kind != "vehicle"):
-            raise ValueError(f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}")
+            raise InputError(
+                f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}", "conflict"
+            )
         if self.by_axis and self.kind != "relative_hierarchical":
-            raise ValueError(f"by_axis is of a relative_hierarchical prior, found {self.kind}")
+            raise InputError(f"by_axis is of a relative_hierarchical prior, found {self.kind}", "conflict")
         return self
 
     def build(

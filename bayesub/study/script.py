@@ -210,7 +210,9 @@ class ScriptRun:
 
         file = self.folder / f"{name}.npz"
         if not file.exists():
-            raise MissingArrays(f"{file}: is missing, and figures that need it cannot be drawn; run the study again")
+            raise MissingArrays(
+                f"{file}: is missing, and figures that need it cannot be drawn; run the study again", "state", file.name
+            )
         with np.load(file) as arrays:
             return dict(arrays)
 

@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 import pydantic
 
 from bayesub.io import toml_files
+from bayesub.io.errors import InputError
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import files_of_equations
@@ -155,22 +156,23 @@ class Study(TrialKeys):
         for name, trial, sections in self.each_trial():
             of = f" for trial '{name}'" if name else ""
             if names.count(name) > 1:
-                raise ValueError(f"two trials are named '{name}'")
+                raise InputError(f"two trials are named '{name}'", "conflict")
             if not sections:
-                raise ValueError(f"give at least one of [[sensors]]{of}")
+                raise InputError(f"give at least one of [[sensors]]{of}", "missing")
             if trial.data is not None and self.prior.centre == "perturbed":
-                raise ValueError(
+                raise InputError(
                     "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'; leave it "
-                    "out, the centre is then the vehicle file"
+                    "out, the centre is then the vehicle file",
+                    "conflict",
                 )
         check_names([check.name for check, _ in self.each_check()], names)
         for check, sections in self.each_check():
             if not sections:
-                raise ValueError(f"give at least one of [[sensors]] for check '{check.name}'")
+                raise InputError(f"give at least one of [[sensors]] for check '{check.name}'", "missing")
         derived = [quantity.name for quantity in self.derived]
         for name in derived:
             if derived.count(name) > 1:
-                raise ValueError(f"two of [[derived]] are named '{name}'; give each its own name")
+                raise InputError(f"two of [[derived]] are named '{name}'; give each its own name", "conflict")
         return self
 
     @property

@@ -91,16 +91,21 @@ class TrialKeys(Section):
     def _one_source(self):
         given = [key for key in self.SOURCES if getattr(self, key) is not None]
         if len(given) != 1:
-            raise ValueError(f"give one of {', '.join(self.SOURCES)}; found {' and '.join(given) or 'none'}")
+            raise InputError(
+                f"give one of {', '.join(self.SOURCES)}; found {' and '.join(given) or 'none'}",
+                "conflict" if given else "missing",
+            )
         if self.data is None:
             for key in self.OF_DATA:
                 if getattr(self, key) is not None and given == ["trials"]:
-                    raise ValueError(f"{key} is of one log; write it in each of [[trials]] that has 'data'")
+                    raise InputError(f"{key} is of one log; write it in each of [[trials]] that has 'data'", "conflict")
                 if getattr(self, key) is not None:
-                    raise ValueError(f"{key} is for 'data'; leave it out")
+                    raise InputError(f"{key} is for 'data'; leave it out", "conflict")
         has_truth = any(self.truth.current_mps) or self.truth.actuators or self.truth.disturbance is not None
         if self.manoeuvre is None and has_truth:
-            raise ValueError(f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out")
+            raise InputError(
+                f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out", "conflict"
+            )
         return self
 
     def build(
@@ -230,7 +235,9 @@ class TrialSection(TrialKeys):
     def _not_of_the_body(self):
         for name in self.nuisance:
             if name in BODY:
-                raise ValueError(f"nuisance '{name}' is of the body, the same in all trials; give it in [nuisance]")
+                raise InputError(
+                    f"nuisance '{name}' is of the body, the same in all trials; give it in [nuisance]", "conflict"
+                )
         return self
 
 
