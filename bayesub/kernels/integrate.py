@@ -7,7 +7,7 @@ import numpy as np
 from numba import prange
 
 from bayesub.kernels.attitude import euler_angles, quaternion
-from bayesub.kernels.jit import address, call, jit, spliced, unit, widest_vectors
+from bayesub.kernels.jit import jit, spliced, unit, widest_vectors
 from bayesub.kernels.mass import inverses, mass_matrices
 from bayesub.kernels.memory import plain
 from bayesub.kernels.variations import Variations
@@ -298,15 +298,13 @@ def _integrate_block(
 
 @jit(threads=True)
 def _integrate_blocks(
-    code, n_blocks, forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step, times,
+    n_blocks, forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step, times,
     max_speed, rows, states, status,
 ):  # fmt: skip
     for block in prange(n_blocks):
-        call(
-            _integrate_block,
-            code,
-            (np.int64(block), forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step,
-             times, max_speed, rows, states, status),
+        _integrate_block(
+            np.int64(block), forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step,
+            times, max_speed, rows, states, status,
         )  # fmt: skip
 
 
@@ -372,7 +370,7 @@ def integrate(
     )  # fmt: skip
     n_blocks = -(-len(coefficients) // LANES)
     if parallel and n_blocks > 1:
-        _integrate_blocks(address(_integrate_block, (0, *arguments)), n_blocks, *arguments)
+        _integrate_blocks(n_blocks, *arguments)
     else:
         for block in range(n_blocks):
             _integrate_block(block, *arguments)

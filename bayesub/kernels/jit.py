@@ -1,11 +1,11 @@
 """How loops and lane functions become machine code: all that leans on the inside of numba and of LLVM.
 
-numba compiles loops over steps, blocks and columns, which are the same for all equation sets, each for one list of
-types. What is compiled for an equation set are lane functions (:mod:`bayesub.kernels.lanes`), which the loops call by
-the address of their code.
+numba compiles loops over steps, blocks and columns, which are the same for all equation sets. What is compiled for an
+equation set are lane functions (:mod:`bayesub.kernels.lanes`), which the loops call by the address of their code.
 """
 
 import functools
+import importlib
 import pickle
 import platform
 import sys
@@ -18,7 +18,7 @@ import llvmlite.binding as llvm
 import numba
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, compiler, serialize, types
+from numba.core import compiler, serialize, types
 from numba.core.caching import NullCache
 from numba.core.registry import cpu_target
 from numba.extending import intrinsic, lower_builtin, type_callable
@@ -54,7 +54,7 @@ def _key(*parts: str | bytes) -> str:
 
 
 class _Kept(NullCache):
-    """What numba compiled of a function, kept in the user's cache folder."""
+    """What numba compiled of a loop, kept in the user's cache folder with the names of the loops that it calls."""
 
     def __init__(self, function):
         self._function = function
@@ -70,11 +70,36 @@ class _Kept(NullCache):
         if content is None:
             _say_that_this_takes_time()
             return None
+        called, compiled = pickle.loads(content)
+        if not all(_is_loaded(*one) for one in called):
+            return None
         target_context.refresh()
-        return compiler.CompileResult._rebuild(target_context, *pickle.loads(content))
+        return compiler.CompileResult._rebuild(target_context, *compiled)
 
     def save_overload(self, sig, cres):
-        compiled_files.save(self._key(sig), serialize.dumps(cres._reduce()))
+        names = (each.name for each in cres.library._final_module.functions if each.is_declaration)
+        called = [(*_loops[name], name) for name in names if name in _loops]
+        compiled_files.save(self._key(sig), serialize.dumps((called, cres._reduce())))
+
+
+_loops: dict[str, tuple] = {}  # name in machine code -> module, name and types of a loop of this process
+
+
+def _is_loaded(module, name, types_of_arguments, symbol) -> bool:
+    """Whether a loop that another calls is there, by the name by which that calls it; it is loaded if it is not yet."""
+    loop = getattr(importlib.import_module(module), name)
+    loop.compile(types_of_arguments)
+    return loop.overloads[types_of_arguments].fndesc.llvm_func_name == symbol
+
+
+def _add_alone(dispatcher, cres):
+    """Let loops call a loop by its name in machine code, where numba would make its code part of theirs."""
+    type(dispatcher).add_overload(dispatcher, cres)
+    context = cpu_target.target_context
+    context.remove_user_function(cres.entry_point)
+    context.insert_user_function(cres.entry_point, cres.fndesc)
+    function = dispatcher.py_func
+    _loops[cres.fndesc.llvm_func_name] = function.__module__, function.__name__, cres.signature.args
 
 
 @functools.cache
@@ -86,11 +111,12 @@ def _say_that_this_takes_time() -> None:
 def jit(function=None, *, threads: bool = False, exact: bool = False):
     """Compile a loop when it is first called, or load it.
 
+    Its machine code is its own: of what it calls, loops are compiled and kept by themselves, so that each is compiled
+    once and is the same whoever compiled it; and :data:`inline` and :data:`spliced` functions are part of it.
+
     Parameters
     ----------
     function : callable
-        Those that it calls, and that are compiled too, are :data:`inline` or :data:`spliced`, so that its machine code
-        is its own and the same whoever compiled it.
     threads : bool
         Whether its ``prange`` is shared among threads.
     exact : bool
@@ -103,6 +129,7 @@ def jit(function=None, *, threads: bool = False, exact: bool = False):
     parallel = {"parallel": _THREADS} if threads else {}
     dispatcher = numba.njit(nogil=True, **(_EXACT if exact else _SETTINGS), **parallel)(function)
     dispatcher._cache = _Kept(function)
+    dispatcher.add_overload = functools.partial(_add_alone, dispatcher)
     return dispatcher
 
 
@@ -126,6 +153,7 @@ def batched(function):
 
 # Part of whoever calls it: `inline` in the machine code, with what it promises, `spliced` in the text.
 inline = functools.partial(numba.njit, forceinline=True, **_SETTINGS)
+inline_exact = functools.partial(numba.njit, forceinline=True, **_EXACT)
 spliced = functools.partial(numba.njit, inline="always", **_SETTINGS)
 
 
@@ -184,51 +212,14 @@ def _called_unit(typingctx, code, work, control, out, row, a, b):
     return types.void(types.int64, work, control, out, types.int64, types.float64, types.float64), generate
 
 
-def _called_loop(typingctx, function, code, arguments):
-    """Call a loop that returns nothing by its address `code`; a TypingError if it has not these types."""
-    if tuple(arguments.types) not in function.dispatcher.overloads:
-        raise numba.TypingError(f"{function.dispatcher.__name__} is not compiled for {arguments}")
-
-    def generate(context, builder, signature, values):
-        kinds = list(signature.args[2].types)
-        parts = cgutils.unpack_tuple(builder, values[2])
-        kind = context.call_conv.get_function_type(types.none, kinds)
-        pointer = builder.inttoptr(values[1], kind.as_pointer())
-        status, _ = context.call_conv.call_function(builder, pointer, types.none, kinds, parts)
-        with cgutils.if_unlikely(builder, status.is_error):
-            context.call_conv.return_status_propagate(builder, status)
-        return context.get_dummy_value()
-
-    return types.none(function, types.int64, arguments), generate
-
-
 if INTERPRETED:
 
     def unit(code, work, control, out, row, a, b):
         """Call a lane function of NumPy with `out` from a row on."""
         code(work, control, out.reshape(-1)[row * LANES :], a, b)
 
-    def call(function, code, arguments):
-        """Call a loop."""
-        function(*arguments)
-
 else:
-    unit, call = intrinsic(_called_unit), intrinsic(_called_loop)
-
-
-def address(function, arguments: tuple) -> int:
-    """What :func:`call` calls: where the code of a loop is, which has one list of types, those of these arguments."""
-    if INTERPRETED:
-        return 0
-    if function not in _addresses:
-        kinds = tuple(map(numba.typeof, arguments))
-        function.compile(kinds)
-        result = function.overloads[kinds]
-        _addresses[function] = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
-    return _addresses[function]
-
-
-_addresses: dict = {}
+    unit = intrinsic(_called_unit)
 
 
 def unit_address(function: Callable, *names: str):

@@ -21,7 +21,7 @@ import numpy as np
 from numba import prange
 
 from bayesub.kernels.integrate import Forces, any_failed, copy_state, hermite, hermite_rates, load_block, workspace
-from bayesub.kernels.jit import address, call, distinct_arrays, inline, jit, spliced, unit, widest_vectors
+from bayesub.kernels.jit import distinct_arrays, inline, jit, spliced, unit, widest_vectors
 from bayesub.kernels.mass import inverses, mass_matrices
 from bayesub.kernels.memory import plain
 from bayesub.kernels.workspace import (
@@ -336,7 +336,7 @@ def _emit(before, slope_before, now, slope, begin, end, late, step, rows, result
 
 @jit(threads=True)
 def _run(
-    prepare, propagate, equations, slopes_of, coefficients, body, inverse_mass, bodies, inertia, history, stages,
+    equations, slopes_of, coefficients, body, inverse_mass, bodies, inertia, history, stages,
     variations, slots, step, times, parameters, sources, factors, axes, rows, matrices, forces, changes, slopes,
     outputs, result,
 ):  # fmt: skip
@@ -350,18 +350,14 @@ def _run(
         if unfinished == 0:
             break
         for group in prange((min(_STEPS_AT_ONCE, n_points - first) + LANES - 1) // LANES):
-            call(
-                _prepare,
-                prepare,
-                (np.int64(group), first, equations, slopes_of, loaded, bodies, inertia, history, stages, variations,
-                 slots, step, parameters, matrices, forces),
+            _prepare(
+                np.int64(group), first, equations, slopes_of, loaded, bodies, inertia, history, stages, variations,
+                slots, step, parameters, matrices, forces,
             )  # fmt: skip
         for task in prange(n_tasks):
-            call(
-                _propagate,
-                propagate,
-                (np.int64(task), first, outputs, history, matrices, forces, sources, factors, axes, changes, slopes,
-                 step, times, rows, result),
+            _propagate(
+                np.int64(task), first, outputs, history, matrices, forces, sources, factors, axes, changes, slopes,
+                step, times, rows, result,
             )  # fmt: skip
 
 
@@ -424,18 +420,10 @@ def sensitivities(
     changes[0, :, :N_STATES] = initial
     outputs = np.zeros(-(-n_columns // _COLUMNS_A_TASK), dtype=int)
     result = np.empty((len(times), n_columns, len(rows)))
-    prepare = (
-        0, 0, equations, slopes_of, coefficients[0], bodies, masses, history, stages, variations, slots, step,
-        parameters, matrices, forces,
-    )  # fmt: skip
-    propagate = (
-        0, 0, outputs, history, matrices, forces, sources, factors, axes, changes, slopes, step, times, rows, result
-    )  # fmt: skip
     _run(
-        address(_prepare, prepare), address(_propagate, propagate), equations, slopes_of, coefficients, body,
-        inverses(mass_matrices(coefficients, body, added_mass)), bodies, masses[1:] - masses[0], history, stages,
-        variations, slots, step, times, parameters, sources, factors, axes, rows, matrices, forces, changes, slopes,
-        outputs, result,
+        equations, slopes_of, coefficients, body, inverses(mass_matrices(coefficients, body, added_mass)), bodies,
+        masses[1:] - masses[0], history, stages, variations, slots, step, times, parameters, sources, factors, axes,
+        rows, matrices, forces, changes, slopes, outputs, result,
     )  # fmt: skip
     return result
 

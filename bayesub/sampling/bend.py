@@ -8,8 +8,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.sampling.compiled import compiled
-from bayesub.sampling.polynomial import PLACES, PLAIN, Polynomials, fitted, pullback_at, values_at
+from bayesub.sampling.compiled import compiled, inline
+from bayesub.sampling.polynomial import (
+    PLACES,
+    PLAIN,
+    Polynomials,
+    add,
+    columns,
+    copy,
+    fitted,
+    pullback_at,
+    put,
+    values_at,
+)
 
 _WORTH = 0.3  # of the sd of what is left, that products must explain
 
@@ -64,7 +75,7 @@ def packed(bends) -> tuple[np.ndarray, np.ndarray]:
     return sizes, np.concatenate(parts)
 
 
-@compiled
+@inline
 def _part(numbers, first, n_rows, n_columns):
     return numbers[first : first + n_rows * n_columns].reshape(n_rows, n_columns)
 
@@ -90,8 +101,8 @@ def bend_at(y, sizes, numbers):
     for b in range(len(sizes) - 1, -1, -1):
         start, stop, polynomials, factor = _bend(len(y), sizes[b], numbers)
         moved = np.dot(factor, y[start:stop])
-        moved += values_at(y[stop:], polynomials)
-        y[start:stop] = moved
+        add(values_at(y[stop:], polynomials), moved)
+        copy(moved, y[start:stop])
 
 
 @compiled
@@ -99,8 +110,8 @@ def pull_back_at(z, slopes, sizes, numbers):
     """Make a gradient `slopes` (n_params, n) by whitened coordinates z one by straight coordinates, in place."""
     for b in range(len(sizes)):
         start, stop, polynomials, factor = _bend(len(z), sizes[b], numbers)
-        slopes[stop:] += pullback_at(z[stop:], polynomials, slopes[start:stop])
-        slopes[start:stop] = np.dot(factor.T, slopes[start:stop])
+        add(pullback_at(z[stop:], polynomials, slopes[start:stop]), slopes[stop:])
+        copy(np.dot(factor.T, slopes[start:stop]), slopes[start:stop])
 
 
 @compiled
@@ -108,7 +119,7 @@ def bent(y, sizes, numbers):
     """Whitened coordinates z (n, n_params) of straight ones y (n, n_params)."""
     z = np.empty(y.shape)
     for first in range(0, len(y), PLACES):
-        some = np.ascontiguousarray(y[first : first + PLACES].T)
+        some = columns(y, first)
         bend_at(some, sizes, numbers)
-        z[first : first + PLACES] = some.T
+        put(some, z, first)
     return z

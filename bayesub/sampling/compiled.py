@@ -2,6 +2,9 @@
 
 import functools
 
+from bayesub.kernels.jit import inline_exact as inline
 from bayesub.kernels.jit import jit
 
 compiled = functools.partial(jit, exact=True)
+
+__all__ = ["compiled", "inline"]

@@ -13,8 +13,8 @@ both.
 import numpy as np
 
 from bayesub.sampling.bend import bend_at, pull_back_at
-from bayesub.sampling.compiled import compiled
-from bayesub.sampling.polynomial import PLACES, pullback_at, values_at
+from bayesub.sampling.compiled import compiled, inline
+from bayesub.sampling.polynomial import PLACES, add, columns, pullback_at, put, values_at
 
 _DEPENDENT = 1e-6  # of its length; what a normal has beside others that is no more than round-off
 
@@ -24,8 +24,10 @@ def log_densities(y, surrogate, prior):
     """(n,) log densities of a surrogate at y (n, n_params)."""
     found = np.empty(len(y))
     for first in range(0, len(y), PLACES):
-        some = np.ascontiguousarray(y[first : first + PLACES].T)
-        found[first : first + PLACES] = _emulated(some, surrogate, prior)[0]
+        some = columns(y, first)
+        log_prob, _, _, _, _ = _emulated(some, surrogate, prior)
+        for k in range(len(log_prob)):
+            found[first + k] = log_prob[k]
     return found
 
 
@@ -34,9 +36,11 @@ def with_gradients(y, surrogate, prior):
     """:func:`log_densities`, and their gradients (n, n_params) within the support of the prior."""
     found, gradients = np.empty(len(y)), np.empty(y.shape)
     for first in range(0, len(y), PLACES):
-        some = np.ascontiguousarray(y[first : first + PLACES].T)
-        found[first : first + PLACES], slopes, _, _ = _with_gradient(some, surrogate, prior)
-        gradients[first : first + PLACES] = slopes.T
+        some = columns(y, first)
+        log_prob, slopes, _, _ = _with_gradient(some, surrogate, prior)
+        for k in range(len(log_prob)):
+            found[first + k] = log_prob[k]
+        put(slopes, gradients, first)
     return found, gradients
 
 
@@ -59,26 +63,28 @@ def turned(y, angles, momenta, thresholds, n_kicks, surrogate, prior):
     """
     n_flights, ends, log_ends, accepted = len(angles), np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))
     for first in range(0, len(y), PLACES):
-        some = slice(first, first + PLACES)
-        place = np.ascontiguousarray(y[some].T)
+        place = columns(y, first)
         log_prob, gradient, _, _ = _with_gradient(place, surrogate, prior)
         for flight in range(n_flights):
-            step = angles[flight, some]
-            momentum = np.ascontiguousarray(momenta[flight, some].T)
+            step = angles[flight, first : first + PLACES]
+            momentum = columns(momenta[flight], first)
             energy = _kinetic(momentum)
-            momentum += 0.5 * step * (gradient + place)
+            _kick(momentum, 0.5, step, gradient, place)
             reached, new, slope = place, log_prob, gradient
             for kick in range(n_kicks):
                 reached, momentum = _rotated(reached, momentum, step)
                 new, slope, _, _ = _with_gradient(reached, surrogate, prior)
-                momentum += (step if kick < n_kicks - 1 else 0.5 * step) * (slope + reached)
-            gain = new - log_prob + energy - _kinetic(momentum)
+                _kick(momentum, 1.0 if kick < n_kicks - 1 else 0.5, step, slope, reached)
+            left = _kinetic(momentum)
             for k in range(len(step)):
-                if thresholds[flight, first + k] < gain[k]:
+                if thresholds[flight, first + k] < new[k] - log_prob[k] + energy[k] - left[k]:
                     log_prob[k] = new[k]
-                    place[:, k], gradient[:, k] = reached[:, k], slope[:, k]
+                    _copy_column(k, reached, place)
+                    _copy_column(k, slope, gradient)
                     accepted[first + k] += 1.0 / n_flights
-        ends[some], log_ends[some] = place.T, log_prob
+        put(place, ends, first)
+        for k in range(len(log_prob)):
+            log_ends[first + k] = log_prob[k]
     return ends, log_ends, accepted
 
 
@@ -109,14 +115,15 @@ def bounced(y, angles, momenta, before, thresholds, surrogate, prior):
     n_flights, n_leaps = thresholds.shape[:2]
     ends, log_ends, moved = np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))
     for first in range(0, len(y), PLACES):
-        some = slice(first, first + PLACES)
-        drawn = np.ascontiguousarray(y[some].T)
+        drawn = columns(y, first)
         log_drawn, gradient, _, _ = _with_gradient(drawn, surrogate, prior)
         n = len(log_drawn)
         for flight in range(n_flights):
             start, slope_of_start = drawn.copy(), gradient.copy()
-            momenta_of_start = np.ascontiguousarray(momenta[flight, some].T)
-            energy = _kinetic(momenta_of_start) - log_drawn
+            momenta_of_start = columns(momenta[flight], first)
+            energy = _kinetic(momenta_of_start)
+            for k in range(n):
+                energy[k] -= log_drawn[k]
             place, slope, momentum = start.copy(), slope_of_start.copy(), momenta_of_start.copy()
             outside, log_total, elsewhere = np.zeros(start.shape, dtype=np.bool_), np.zeros(n), np.zeros(n)
             z = place
@@ -127,41 +134,67 @@ def bounced(y, angles, momenta, before, thresholds, surrogate, prior):
                     back = before[flight, first + k]
                     step[k] = -angles[flight, first + k] if back > leap else angles[flight, first + k]
                     if back == leap:
-                        place[:, k], momentum[:, k], slope[:, k] = (
-                            start[:, k],
-                            momenta_of_start[:, k],
-                            slope_of_start[:, k],
-                        )
-                momentum += 0.5 * step * (slope + place)
+                        _copy_column(k, start, place)
+                        _copy_column(k, momenta_of_start, momentum)
+                        _copy_column(k, slope_of_start, slope)
+                _kick(momentum, 0.5, step, slope, place)
                 place, momentum = _rotated(place, momentum, step)
                 new, slope, x, z = _with_gradient(place, surrogate, prior)
-                momentum += 0.5 * step * (slope + place)
+                _kick(momentum, 0.5, step, slope, place)
                 outside = _outside(x, prior)
-                log_weights = new + energy - _kinetic(momentum)
+                left = _kinetic(momentum)
                 for k in range(n):
-                    if np.isnan(log_weights[k]):
+                    log_weight = new[k] + energy[k] - left[k]
+                    if np.isnan(log_weight):
                         continue
-                    log_total[k] = np.logaddexp(log_total[k], log_weights[k])
-                    if thresholds[flight, leap, first + k] < log_weights[k] - log_total[k]:
-                        drawn[:, k], gradient[:, k], log_drawn[k] = place[:, k], slope[:, k], new[k]
-                        elsewhere[k] = 1.0
-            moved[some] += elsewhere / n_flights
-        ends[some], log_ends[some] = drawn.T, log_drawn
+                    log_total[k] = np.logaddexp(log_total[k], log_weight)
+                    if thresholds[flight, leap, first + k] < log_weight - log_total[k]:
+                        _copy_column(k, place, drawn)
+                        _copy_column(k, slope, gradient)
+                        log_drawn[k], elsewhere[k] = new[k], 1.0
+            for k in range(n):
+                moved[first + k] += elsewhere[k] / n_flights
+        put(drawn, ends, first)
+        for k in range(n):
+            log_ends[first + k] = log_drawn[k]
     return ends, log_ends, moved
 
 
-@compiled
+# Loops are written out: a sum of arrays, or a slice that is written to, takes numba longer than all of a walk.
+
+
+@inline
+def _kick(momentum, share, step, slope, place):
+    """Add a share of the step times the slope of what is left of the potential to the momenta."""
+    for param in range(momentum.shape[0]):
+        for k in range(momentum.shape[1]):
+            momentum[param, k] += share * step[k] * (slope[param, k] + place[param, k])
+
+
+@inline
+def _copy_column(k, source, target):
+    for param in range(source.shape[0]):
+        target[param, k] = source[param, k]
+
+
+@inline
 def _kinetic(momentum):
     energy = np.zeros(momentum.shape[1])
-    for row in momentum:
-        energy += 0.5 * row * row
+    for param in range(momentum.shape[0]):
+        for k in range(momentum.shape[1]):
+            energy[k] += 0.5 * momentum[param, k] * momentum[param, k]
     return energy
 
 
 @compiled
 def _rotated(place, momentum, step):
-    cosine, sine = np.cos(step), np.sin(step)
-    return cosine * place + sine * momentum, cosine * momentum - sine * place
+    places, momenta = np.empty(place.shape), np.empty(place.shape)
+    for k in range(len(step)):
+        cosine, sine = np.cos(step[k]), np.sin(step[k])
+        for param in range(place.shape[0]):
+            places[param, k] = cosine * place[param, k] + sine * momentum[param, k]
+            momenta[param, k] = cosine * momentum[param, k] - sine * place[param, k]
+    return places, momenta
 
 
 @compiled
@@ -175,17 +208,19 @@ def _turn_back(momentum, outside, z, surrogate):
     if n_walls == 0:
         return
     at, normals, n_params = np.empty((len(z), n_walls)), np.empty((len(z), n_walls)), len(z)
-    columns, wall = np.empty(n_walls, dtype=np.int64), 0
+    columns_of, wall = np.empty(n_walls, dtype=np.int64), 0
     for k in range(z.shape[1]):
         for param in range(n_params):
             if outside[param, k]:
-                at[:, wall], normals[:, wall], columns[wall] = z[:, k], basis[param], k
+                for row in range(n_params):
+                    at[row, wall], normals[row, wall] = z[row, k], basis[param, row]
+                columns_of[wall] = k
                 wall += 1
     pull_back_at(at, normals, sizes, numbers)
     span = np.ascontiguousarray(normals.T)
     first = 0
     for wall in range(n_walls):
-        if columns[wall] != columns[first]:
+        if columns_of[wall] != columns_of[first]:
             first = wall
         normal = span[wall]
         length = np.sqrt(np.sum(normal**2))
@@ -195,9 +230,9 @@ def _turn_back(momentum, outside, z, surrogate):
         normal *= 1.0 / rest if rest > _DEPENDENT * length else 0.0
         along = 0.0
         for param in range(n_params):
-            along += normal[param] * momentum[param, columns[wall]]
+            along += normal[param] * momentum[param, columns_of[wall]]
         for param in range(n_params):
-            momentum[param, columns[wall]] -= 2.0 * along * normal[param]
+            momentum[param, columns_of[wall]] -= 2.0 * along * normal[param]
 
 
 @compiled
@@ -208,15 +243,19 @@ def _emulated(y, surrogate, prior):
     bend_at(z, sizes, numbers)
     x = np.dot(basis, z)
     for param in range(len(x)):
-        x[param] += mode[param]
+        for k in range(x.shape[1]):
+            x[param, k] += mode[param]
     residuals = values_at(z, polynomials)
     excess, at_mode = np.zeros(y.shape[1]), 0.0
-    for k in range(len(residuals)):
-        excess += residuals[k] * residuals[k]
-        at_mode += polynomials.linear[0, k] ** 2
-    excess -= at_mode
-    tail = np.log1p(np.maximum(excess, 0.0) / n_degrees) + np.minimum(excess, 0.0) / n_degrees
-    log_prob = log_prior(x, prior) - 0.5 * power * (n_degrees + len(residuals)) * tail
+    for row in range(len(residuals)):
+        at_mode += polynomials.linear[0, row] ** 2
+        for k in range(len(excess)):
+            excess[k] += residuals[row, k] * residuals[row, k]
+    log_prob, factor = log_prior(x, prior), 0.5 * power * (n_degrees + len(residuals))
+    for k in range(len(excess)):
+        excess[k] -= at_mode
+        tail = np.log1p(max(excess[k], 0.0) / n_degrees) + min(excess[k], 0.0) / n_degrees
+        log_prob[k] -= factor * tail
     return log_prob, excess, residuals, x, z
 
 
@@ -225,9 +264,12 @@ def _with_gradient(y, surrogate, prior):
     """Log densities (n,), their gradients (n_params, n) by y (n_params, n), x and z."""
     _, basis, sizes, numbers, polynomials, power, n_degrees = surrogate
     log_prob, excess, residuals, x, z = _emulated(y, surrogate, prior)
-    residuals *= -power * (n_degrees + len(residuals)) / (n_degrees + np.maximum(excess, 0.0))
+    for k in range(len(excess)):
+        factor = -power * (n_degrees + len(residuals)) / (n_degrees + max(excess[k], 0.0))
+        for row in range(len(residuals)):
+            residuals[row, k] *= factor
     slopes = pullback_at(z, polynomials, residuals)
-    slopes += np.dot(basis.T, slope_of_prior(x, prior))
+    add(np.dot(basis.T, slope_of_prior(x, prior)), slopes)
     pull_back_at(z, slopes, sizes, numbers)
     return log_prob, slopes, x, z
 
@@ -266,7 +308,8 @@ def slope_of_prior(x, prior):
     found = np.zeros(x.shape)
     for param in range(len(x)):
         if groups[param] < 0 and walls[param] == np.inf:
-            found[param] = -x[param]
+            for k in range(x.shape[1]):
+                found[param, k] = -x[param, k]
     for group in range(len(scales)):
         squares, _, size, _ = _logarithms(x, stretches, groups, group)
         precision = np.empty(x.shape[1])
@@ -284,8 +327,9 @@ def slope_of_prior(x, prior):
             precision[k] = weighted / total
         for param in range(len(x)):
             if groups[param] == group:
-                ratio = 1.0 + stretches[param] * x[param]
-                found[param] = -stretches[param] * (np.log(ratio) * precision + 1.0) / ratio
+                for k in range(x.shape[1]):
+                    ratio = 1.0 + stretches[param] * x[param, k]
+                    found[param, k] = -stretches[param] * (np.log(ratio) * precision[k] + 1.0) / ratio
     return found
 
 
@@ -297,11 +341,12 @@ def _logarithms(x, stretches, groups, group):
     for param in range(len(x)):
         if groups[param] == group:
             size += 1
-            ratio = 1.0 + stretches[param] * x[param]
-            inside &= ratio > 0.0
-            u = np.log(ratio)
-            squares += u * u
-            logs += u
+            for k in range(x.shape[1]):
+                ratio = 1.0 + stretches[param] * x[param, k]
+                inside[k] &= ratio > 0.0
+                u = np.log(ratio)
+                squares[k] += u * u
+                logs[k] += u
     return squares, logs, size, inside
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg
 
-from bayesub.sampling.compiled import compiled
+from bayesub.sampling.compiled import compiled, inline
 
 PLAIN, RICH = (8, 0), (12, 6)  # of the most active directions, that have products of three, and of four
 PLACES = 64  # at once
@@ -125,9 +125,10 @@ def values_at(z, polynomials):
     if len(mix) > 0:
         terms = np.empty((len(bent), z.shape[1]))
         _products(np.dot(active.T, z), degrees, terms)
-        found += np.dot(mix.T, np.dot(bent.T, terms))
-    for k in range(len(found)):
-        found[k] += linear[0, k]
+        add(np.dot(mix.T, np.dot(bent.T, terms)), found)
+    for row in range(len(found)):
+        for k in range(found.shape[1]):
+            found[row, k] += linear[0, row]
     return found
 
 
@@ -138,9 +139,9 @@ def pullback_at(z, polynomials, slopes):
     found = np.dot(linear[1:], slopes)
     if len(mix) > 0:
         along = np.dot(active.T, z)
-        by_along = np.zeros_like(along)
+        by_along = np.zeros(along.shape)
         _products_pullback(along, degrees, np.dot(bent, np.dot(mix, slopes)), by_along)
-        found += np.dot(active, by_along)
+        add(np.dot(active, by_along), found)
     return found
 
 
@@ -185,7 +186,7 @@ def _products_pullback(a, degrees, slopes, by_a):
     for i in range(n_cubic):
         for j in range(i, n_cubic):
             _multiply(a[i], a[j], both)
-            by_both[:] = 0.0
+            _clear(by_both)
             for k in range(j, n_cubic):
                 _add_multiple(slopes[row], both, by_a[k])
                 _add_multiple(slopes[row], a[k], by_both)
@@ -195,10 +196,10 @@ def _products_pullback(a, degrees, slopes, by_a):
     for i in range(n_quartic):
         for j in range(i, n_quartic):
             _multiply(a[i], a[j], both)
-            by_both[:] = 0.0
+            _clear(by_both)
             for k in range(j, n_quartic):
                 _multiply(both, a[k], three)
-                by_three[:] = 0.0
+                _clear(by_three)
                 for m in range(k, n_quartic):
                     _add_multiple(slopes[row], three, by_a[m])
                     _add_multiple(slopes[row], a[m], by_three)
@@ -209,13 +210,54 @@ def _products_pullback(a, degrees, slopes, by_a):
             _add_multiple(by_both, a[i], by_a[j])
 
 
-@compiled
+@inline
 def _multiply(first, second, product):
     for m in range(len(product)):
         product[m] = first[m] * second[m]
 
 
-@compiled
+@inline
 def _add_multiple(first, second, total):
     for m in range(len(total)):
         total[m] += first[m] * second[m]
+
+
+@inline
+def _clear(total):
+    for m in range(len(total)):
+        total[m] = 0.0
+
+
+@inline
+def add(part, total):
+    """Add a matrix to another one, in place."""
+    for row in range(part.shape[0]):
+        for k in range(part.shape[1]):
+            total[row, k] += part[row, k]
+
+
+@inline
+def copy(source, target):
+    """Write a matrix into another one."""
+    for row in range(source.shape[0]):
+        for k in range(source.shape[1]):
+            target[row, k] = source[row, k]
+
+
+@inline
+def columns(rows, first):
+    """Rows of a matrix from `first` on, PLACES of them at most, as the columns of another one."""
+    n = min(PLACES, len(rows) - first)
+    found = np.empty((rows.shape[1], n))
+    for param in range(rows.shape[1]):
+        for k in range(n):
+            found[param, k] = rows[first + k, param]
+    return found
+
+
+@inline
+def put(columns_of, rows, first):
+    """Write the columns of a matrix into rows of another one from `first` on."""
+    for param in range(columns_of.shape[0]):
+        for k in range(columns_of.shape[1]):
+            rows[first + k, param] = columns_of[param, k]

@@ -1,4 +1,4 @@
-"""What is compiled is kept, found again and called by its address: what numba and LLVM have to be like for that."""
+"""What is compiled is kept, found again and called: what numba and LLVM have to be like for that."""
 
 import os
 import subprocess
@@ -13,7 +13,7 @@ from numba import prange
 from support import every_kernel
 
 from bayesub.kernels import compiled_files, jit
-from bayesub.kernels.jit import address, call, processor
+from bayesub.kernels.jit import processor
 from bayesub.sampling import polynomial
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
@@ -32,41 +32,62 @@ def doubled(given):
 
 @jit.jit
 def _fill(k, values, result):
+    if values[k] < 0.0:
+        raise ValueError("of a loop")
     result[k] = 2.0 * values[k] + k
 
 
 @jit.jit
-def _fail(values):
-    if values[0] == 0.0:
-        raise ValueError("of a loop")
-
-
-@jit.jit
-def _call(code, values):
-    call(_fail, code, (values,))
+def _sum_and_double(values):
+    return values.sum(), 2.0 * values
 
 
 @jit.jit(threads=True)
-def _fill_all(code, n, values, result):
-    for k in prange(n):
-        call(_fill, code, (np.int64(k), values, result))
+def _fill_all(values, result):
+    for k in prange(len(values)):
+        _fill(np.int64(k), values, result)
 
 
-def test_loops_are_called_by_their_addresses():
-    """As numba calls them itself, errors included."""
+@jit.jit
+def _fill_and_sum(values, result):
+    for k in range(len(values)):
+        _fill(k, values, result)
+    return _sum_and_double(values)
+
+
+def test_loops_call_one_another():
+    """As numba lets them, with several results, arrays among them, and errors."""
     values, result = np.arange(5.0), np.zeros(5)
-    _fill_all(address(_fill, (0, values, result)), 5, values, result)
+    _fill_all(values, result)
     np.testing.assert_array_equal(result, 3.0 * values)
+    total, doubled_values = _fill_and_sum(values, result)
+    assert total == 10.0
+    np.testing.assert_array_equal(doubled_values, 2.0 * values)
     with pytest.raises(ValueError, match="of a loop"):
-        _call(address(_fail, (values,)), values)
+        _fill_and_sum(-values, result)
 
 
-def test_other_types_than_those_of_the_code_are_refused():
-    """Which would read whatever stands where an argument is expected."""
-    values = np.zeros(5)
-    code = address(_fail, (values,))
-    with pytest.raises(numba.TypingError, match="_fail is not compiled for"):
-        _call(code, values.astype(np.float32))
+def test_the_code_of_a_loop_is_no_part_of_others():
+    """It would be optimised, and perhaps round, in each of them in another way."""
+    values = np.arange(5.0)
+    _fill_and_sum(values, np.zeros(5))
+    (called,) = _fill.overloads.values()
+    caller = next(iter(_fill_and_sum.overloads.values())).library._final_module
+    assert called.fndesc.llvm_func_name in {each.name for each in caller.functions if each.is_declaration}
+
+
+@pytest.mark.usefixtures("cache")
+def test_a_loop_is_not_loaded_without_those_that_it_calls():
+    """If one was compiled again it may have another name, by which the others do not call it."""
+    kinds = (numba.typeof(np.zeros(1)),) * 2
+    kept = jit._Kept(_fill_and_sum.py_func)
+    _fill_and_sum.compile(kinds)
+    kept.save_overload(kinds, _fill_and_sum.overloads[kinds])
+    context = jit.cpu_target.target_context
+    called = {name: jit._loops[name] for name in jit._loops if jit._loops[name][1] == "_fill"}
+    assert jit._is_loaded(*next(iter(called.values())), next(iter(called)))
+    assert not jit._is_loaded(*next(iter(called.values())), "another name")
+    assert kept.load_overload(kinds, context) is not None
 
 
 def test_the_processor_is_named_as_numba_names_it():
