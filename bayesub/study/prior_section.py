@@ -116,7 +116,8 @@ class PriorSection(Section):
         given = [key for key in dict.fromkeys(_WIDTHS.values()) if getattr(self, key) is not None]
         if given != [wanted] and (given or self.kind != "vehicle"):
             raise InputError(
-                f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}", "conflict"
+                f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}",
+                "conflict" if given else "missing",
             )
         if self.by_axis and self.kind != "relative_hierarchical":
             raise InputError(f"by_axis is of a relative_hierarchical prior, found {self.kind}", "conflict")

@@ -8,6 +8,7 @@ import tomli_w
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support import fuzz, mutations
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io import log_files, toml_files
@@ -103,51 +104,51 @@ def test_one_arbitrary_value_in_a_good_file(tmp_path, data):
 
 
 @pytest.mark.parametrize(
-    ("kind", "old", "new", "words"),
+    ("what", "old", "new", "kind", "key"),
     [
-        ("manoeuvre", "duration_s = 600.0", 'duration_s = "7"', "key 'duration_s': input should be a valid number"),
-        ("manoeuvre", "duration_s = 600.0", "duration_s = true", "key 'duration_s': input should be a valid number"),
-        ("manoeuvre", "duration_s = 600.0", f"duration_s = {'9' * 5000}", "is not valid TOML: Exceeds the limit"),
-        ("manoeuvre", "duration_s = 600.0", f"x = {'[' * 9000}", "brackets are nested too deeply"),
-        ("manoeuvre", "duration_s = 600.0", "duration_s = 1e6", "key 'duration_s': .* less than or equal to 10000"),
-        ("manoeuvre", "[ 5, 10,", "[ 5, 1000,", "key 'demands.rudder_deg.1': .* less than or equal to 90"),
-        ("manoeuvre", "length_m = 102.2606", "length_m = 102e9", "time_scale.length_m': .* less than or equal to 1000"),
-        ("vehicle", "mass_kg = ", "mass_kg = 1e12 # ", "key 'body.mass_kg': .* is beyond 1e.10; check the unit"),
-        ("vehicle", "water_density_kgm3 = ", "water_density_kgm3 = 1.025 # ", "water_density_kgm3'.* or equal to 500"),
-        ("vehicle", 'description = "', 'description = "\\u001b[31m', "must not contain control characters"),
-        ("geometry", "from_m = 4.3", "from_m = -4.3", "key 'fins.0.from_m'.* greater than or equal to 0"),
-        ("geometry", "# origin_m = 2.5", "origin_m = 25", "origin_m must lie on the hull, 0 to 5, found 25"),
-        ("study", "current_mps = [0.1", "current_mps = [1e8", "key 'truth.current_mps': 1e.08 is beyond 1000"),
-        ("study", "seed = 3", "seed = 3.0", "key 'seed': input should be a valid integer, found 3.0"),
+        ("manoeuvre", "duration_s = 600.0", 'duration_s = "7"', "value", "duration_s"),
+        ("manoeuvre", "duration_s = 600.0", "duration_s = true", "value", "duration_s"),
+        ("manoeuvre", "duration_s = 600.0", f"duration_s = {'9' * 5000}", "format", ""),
+        ("manoeuvre", "duration_s = 600.0", f"x = {'[' * 9000}", "format", ""),
+        ("manoeuvre", "duration_s = 600.0", "duration_s = 1e6", "value", "duration_s"),
+        ("manoeuvre", "[ 5, 10,", "[ 5, 1000,", "value", "demands.rudder_deg.1"),
+        ("manoeuvre", "length_m = 102.2606", "length_m = 102e9", "value", "time_scale.length_m"),
+        ("vehicle", "mass_kg = ", "mass_kg = 1e12 # ", "unit", "body.mass_kg"),
+        ("vehicle", "water_density_kgm3 = ", "water_density_kgm3 = 1.025 # ", "value", "body.water_density_kgm3"),
+        ("vehicle", 'description = "', 'description = "\\u001b[31m', "value", "description"),
+        ("geometry", "from_m = 4.3", "from_m = -4.3", "value", "fins.0.from_m"),
+        ("geometry", "# origin_m = 2.5", "origin_m = 25", "value", ""),
+        ("study", "current_mps = [0.1", "current_mps = [1e8", "unit", "truth.current_mps"),
+        ("study", "seed = 3", "seed = 3.0", "value", "seed"),
     ],
+    ids=lambda value: value[:30],
 )  # fmt: skip
-def test_what_was_accepted_once(tmp_path, kind, old, new, words):
+def test_what_was_accepted_once(tmp_path, what, old, new, kind, key):
     """Gaps that the corpus has found; each message names the key, what is found and what is expected."""
     sources = {
         "vehicle": toml_files.built_in("vehicles")["suboff"],
         "manoeuvre": toml_files.built_in("manoeuvres")["horizontal"],
     }
     text = (
-        sources[kind].read_text()
-        if kind in sources
-        else {"geometry": mutations.TORPEDO, "study": mutations.STUDY}[kind]
+        sources[what].read_text()
+        if what in sources
+        else {"geometry": mutations.TORPEDO, "study": mutations.STUDY}[what]
     )
     assert old in text
     path = tmp_path / "file.toml"
     path.write_text(text.replace(old, new, 1))
-    with pytest.raises(bs.InputError, match=words) as error:
-        READERS[kind](path)
+    with refused(kind, key) as error:
+        READERS[what](path)
     assert str(error.value).startswith(str(path))
-    assert "\n" not in str(error.value)
 
 
 def test_a_flight_has_a_bounded_number_of_steps_and_rows(suboff, spiral):
     """Too many are refused before memory is asked for."""
-    with pytest.raises(bs.InputError, match="600 s are more than 2,000,000 steps of 1e-06 s"):
+    with refused("limit", "dt"):
         bs.simulate(suboff, spiral, dt=1e-6)
-    with pytest.raises(bs.InputError, match="more than 2,000,000 rows"):
+    with refused("limit", "sample"):
         bs.simulate(suboff, spiral, dt=1.0, sample=1e-9)
-    with pytest.raises(bs.InputError, match="more than 1,000,000 readings"):
+    with refused("limit", "interval_s"):
         bs.observe(bs.simulate(suboff, spiral, dt=1.0), bs.sensors.Pressure(0.1, interval_s=1e-9), None)
 
 
@@ -161,7 +162,7 @@ def test_names_are_not_markup(tmp_path, monkeypatch):
     flown = "simulate", "boat.toml", "good.csv", "-o", "track.csv", "--plot"
     assert "[/bold] $_{$ on good" in fuzz.bayesub(*flown, "track.png")[1]
     for place in ("track.xyz", "absent/track.png"):
-        with pytest.raises(bs.InputError, match=f"{place}: cannot be drawn: "):
+        with refused("file"):
             fuzz.bayesub(*flown, place)
 
 
@@ -171,7 +172,7 @@ def test_a_study_whose_readings_weigh_too_much(tmp_path, monkeypatch):
     mutations.write_beside(tmp_path)
     study = tmp_path / "study.toml"
     study.write_text(mutations.STUDY.replace("sd = 0.005\n", "sd = 1e-310\n"))
-    with pytest.raises(bs.InputError, match=r"study.toml: small: auv690: .* an sd of next to nothing"):
+    with refused("model"):
         fuzz.bayesub("check", study)
     study.write_text(mutations.STUDY.replace("lower = -0.01, upper = -0.001", "mean = 0.1, sd = 0.01"))
     out = fuzz.bayesub("check", study)[1]

@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.cli import app
@@ -21,6 +22,8 @@ from bayesub.io.atomic import LOCK
 from bayesub.sampling.posterior import Criteria
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
+
+pytestmark = pytest.mark.slow
 
 INTERRUPTIONS = int(os.environ.get("BAYESUB_INTERRUPTIONS", "2"))
 COMMAND = [sys.executable, "-c", "from bayesub.__main__ import main; main()"]
@@ -116,7 +119,7 @@ def test_a_life_of_accidents_ends_with_the_same_bits(small, tmp_path):
     disturbed = Run(small, "-o", folder, "--resume")
     while not held(folder):
         time.sleep(0.005)
-    with pytest.raises(bs.InputError, match="another run is at work"):
+    with refused("state"):
         in_process(small, "-o", folder, "--resume")
     disturbed.process.send_signal(signal.SIGINT)
     status, err = disturbed.end()
@@ -144,6 +147,6 @@ def test_ctrl_c_is_one_line_at_any_moment(small, tmp_path, moment):
 
 
 def test_a_place_that_cannot_be_written_is_one_line(small):
-    with pytest.raises(bs.InputError, match="/proc/bayesub: cannot be written: ") as error:
+    with pytest.raises(bs.InputError, match="/proc/bayesub: cannot be written: ") as caught:  # systems differ in why
         in_process(small, "-o", "/proc/bayesub")
-    assert "\n" not in str(error.value)
+    assert caught.value.kind == "file"

@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
+from support.refusals import refused
 
 from bayesub.cli import cpp_simulator, jax_simulator, rivals, scalar_simulator
 from bayesub.cli.right_hand_side import PYTHON, written
@@ -96,6 +97,7 @@ def test_eight_lanes_in_cpp_fly_the_same_tracks(simulator, expected, library_sin
 
 
 @pytest.mark.skipif(not jax_simulator.is_installed(), reason="JAX is in pip install 'bayesub[bench]'")
+@pytest.mark.slow
 def test_jax_flies_the_same_track_and_differentiates_it(simulator, expected, tmp_path):
     measured = rivals._by_process(tmp_path, jax_simulator, "1", "0", **jax_simulator.environment(1, str(tmp_path)))
     assert measured["states"].shape == (len(expected), N_STATES)
@@ -128,10 +130,11 @@ def test_a_method_that_computes_something_else_ends_the_command(monkeypatch):
     """A track that is longer by 1e-12 of itself, before anything is timed; and what is not a number."""
     rivals.check_agreement("the same", 0.9 * AGREEMENT_M, AGREEMENT_M, " m")
     for difference in (1.1 * AGREEMENT_M, np.nan):
-        with pytest.raises(InputError, match="bench: another differs from the simulator by"):
+        with refused("state", "another"):
             rivals.check_agreement("another", difference, AGREEMENT_M, " m")
     of_numba = scalar_simulator.simulate
     monkeypatch.setattr(rivals, "_cpp", lambda *_: ([], []))
     monkeypatch.setattr(scalar_simulator, "simulate", lambda simulator: of_numba(simulator) * (1.0 + 1e-12))
-    with pytest.raises(InputError, match="numba, one at a time differs from the simulator"):
+    with pytest.raises(InputError) as caught:  # by how much depends on the processor
         rivals.compare(0.0, {})
+    assert (caught.value.kind, caught.value.key) == ("state", "numba, one at a time")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.design.families import Family
@@ -11,7 +12,6 @@ from bayesub.design.goals import Known
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range
 from bayesub.design.plan import Budget, Plan, at_knots, best, families, kinds
-from bayesub.io.errors import InputError
 from bayesub.sensors import DVL, INS, flat
 
 LIMITS = Limits(duration_s=40.0)
@@ -47,7 +47,7 @@ def test_a_helmsman_is_given_steps():
     assert kinds(Limits()) == ("standard", "curves", "multisines")
     assert kinds(Limits(orders_an_hour=60.0)) == ("steps",)
     assert kinds(Limits(), ("curves", "steps", "curves")) == ("curves", "steps")
-    with pytest.raises(InputError, match="contradicts orders_an_hour"):
+    with refused("conflict", "--family"):
         kinds(Limits(orders_an_hour=60.0), ("multisines",))
 
 

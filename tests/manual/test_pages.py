@@ -11,6 +11,7 @@ import click
 import pydantic
 import pytest
 from manual.pages import MANUAL, OTHERS, PAGES, ROOT, blocks
+from support import refusals
 
 import bayesub as bs
 from bayesub.cli import app, manual
@@ -66,7 +67,7 @@ def test_the_path_of_a_page(bayesub):
 def test_an_unknown_topic_is_one_line_with_a_suggestion(bayesub):
     status, out, err = bayesub("manual", "modl")
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert "did you mean 'model'?" in err
+    refusals.check(bayesub.error, "unknown", "modl")
 
 
 def test_a_terminal_gets_the_pager(monkeypatch, bayesub):

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from matplotlib import image
+from support.refusals import refused
 from support.toys import Linear
 
 import bayesub as bs
@@ -129,7 +130,7 @@ def test_a_picture_is_saved_or_refused_in_a_line(posterior, tmp_path):
     picture.save(tmp_path / "p.png")
     assert (tmp_path / "p.png").read_bytes() == picture.png
     assert "bytes" in repr(picture)
-    with pytest.raises(bs.InputError, match=r"nowhere.p\.png: cannot be written"):
+    with refused("file"):
         picture.save(tmp_path / "nowhere" / "p.png")
 
 

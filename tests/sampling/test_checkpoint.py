@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.refusals import refused
 from support.toys import Banana
 
 import bayesub as bs
@@ -74,20 +75,20 @@ def test_the_geometry_is_not_computed_again(tmp_path, straight, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "kind", "key"),
     [
-        ({"seed": 8}, "seed was"),
-        ({"problem": Banana(reach=2.0)}, "prior was"),
-        ({"n_ensembles": 5}, "n_ensembles was 4 and is now 5"),
-        ({"problem": Banana(width=0.06)}, "another problem, whose log posterior differs"),
+        ({"seed": 8}, "state", "seed"),
+        ({"problem": Banana(reach=2.0)}, "state", "prior"),
+        ({"n_ensembles": 5}, "state", "n_ensembles"),
+        ({"problem": Banana(width=0.06)}, "state", "checkpoint"),
     ],
 )
-def test_another_run_is_refused_by_its_first_difference(tmp_path, change, words):
+def test_another_run_is_refused_by_its_first_difference(tmp_path, change, kind, key):
     """And the files stay as they were."""
     path = tmp_path / "chain"
     run(path, 20)
     before = {file: file.read_bytes() for file in path.iterdir()}
-    with pytest.raises(bs.InputError, match=words):
+    with refused(kind, key):
         run(path, 20, **change)
     assert {file: file.read_bytes() for file in path.iterdir()} == before
 
@@ -98,7 +99,7 @@ def test_a_checkpoint_of_a_former_version_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(sampler, "_settings", lambda *a: {k: v for k, v in settings(*a).items() if "format" not in k})
     run(tmp_path / "chain", 20)
     monkeypatch.setattr(sampler, "_settings", settings)
-    with pytest.raises(bs.InputError, match="checkpoint format was another and is now 6; remove it to start afresh"):
+    with refused("state", "checkpoint format"):
         run(tmp_path / "chain", 20)
 
 
@@ -132,7 +133,7 @@ def test_a_full_disk_loses_nothing(tmp_path, straight):
     path = tmp_path / "chain"
     path.mkdir()
     (path / "000005.block.partial").symlink_to("/dev/full")
-    with pytest.raises(bs.InputError, match="no space left on device; the 4 steps before are safe"):
+    with refused("file", "checkpoint"):
         run(path)
     assert len(list(path.glob("[0-9]*.block"))) == 4
     same(run(path), straight)
@@ -141,26 +142,27 @@ def test_a_full_disk_loses_nothing(tmp_path, straight):
 def test_where_nothing_can_be_written(tmp_path):
     """A folder that cannot be made, and a file in its place."""
     (tmp_path / "file").write_text("mine")
-    with pytest.raises(bs.InputError, match="is a file, not the folder of a checkpoint"):
+    with refused("file", "checkpoint"):
         run(tmp_path / "file")
-    with pytest.raises(bs.InputError, match="cannot be written: not a directory"):
+    with refused("file"):
         run(tmp_path / "file" / "chain")
     assert (tmp_path / "file").read_text() == "mine"
-    with pytest.raises(bs.InputError, match="cannot be written: "):
+    with pytest.raises(bs.InputError, match="/proc/chain: cannot be written: ") as caught:  # each system has its reason
         run(Path("/proc/chain"))  # read-only, even for root
+    assert caught.value.kind == "file"
 
 
 def test_a_folder_at_work_is_refused(tmp_path):
     """A second run in the same folder is one line; the lock ends with the process that held it, kill or not."""
     path = tmp_path / "chain"
     path.mkdir()
-    with locked(path), pytest.raises(bs.InputError, match="another run is at work in it"):
+    with locked(path), refused("state"):
         run(path, 20)
     script = "import sys, time\nfrom pathlib import Path\nfrom bayesub.io.atomic import locked\n"
     script += "with locked(Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"
     with subprocess.Popen([sys.executable, "-c", script, path], stdout=subprocess.PIPE, text=True) as holder:
         holder.stdout.readline()
-        with pytest.raises(bs.InputError, match="another run is at work in it"):
+        with refused("state"):
             run(path, 20)
         holder.kill()
     run(path, 20)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.refusals import refused
 from support.toys import Banana, Linear, ill_conditioned
 
 import bayesub as bs
@@ -136,10 +137,11 @@ def test_costs_stand_beside_each_other(problem, rng):
 
 def test_without_nutpie_one_line_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "nutpie", None)
-    with pytest.raises(bs.InputError, match=r"pip install 'bayesub\[cross-check\]'"):
+    with refused("install", "nutpie"):
         module.require_nutpie()
 
 
+@pytest.mark.slow
 def test_nuts_and_emcee_agree_on_a_bent_sheet():
     """Exact gradients through the straightened coordinates: both samplers give the banana; a wider one is noticed."""
     _nutpie_or_skip()

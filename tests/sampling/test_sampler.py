@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.refusals import refused
 from support.toys import AGREE, Banana, Linear, disagreement, ill_conditioned, second_moments, standardised
 
 import bayesub as bs
@@ -87,10 +88,12 @@ def test_samples_a_banana():
     assert disagreement(features) > AGREE
 
 
-@pytest.mark.parametrize(("n_ensembles", "n_walkers"), [(0, 16), (4, 1), (4, 0)])
-def test_bad_numbers_of_walkers(n_ensembles, n_walkers):
+@pytest.mark.parametrize(
+    ("n_ensembles", "n_walkers", "key"), [(0, 16, "n_ensembles"), (4, 1, "n_walkers"), (4, 0, "n_walkers")]
+)
+def test_bad_numbers_of_walkers(n_ensembles, n_walkers, key):
     """There must be an ensemble, and walkers in it."""
-    with pytest.raises(bs.InputError, match=f"two walkers is needed, found {n_ensembles} of {n_walkers}"):
+    with refused("value", key):
         bs.sample(ill_conditioned()[0], rng=np.random.default_rng(0), n_ensembles=n_ensembles, n_walkers=n_walkers)
 
 

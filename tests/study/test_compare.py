@@ -6,6 +6,7 @@ import shutil
 
 import pandas as pd
 import pytest
+from support import refusals
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -55,18 +56,18 @@ def test_a_run_that_cannot_fly_the_manoeuvre_says_why(runs, finished, tmp_path, 
     assert "not predicted: steering: vertical: no coefficient is free" in out
     status, out, err = bayesub("compare", steering, runs[0], "-o", tmp_path / "d", "--manoeuvre", "zigzag")
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert "no manoeuvre 'zigzag'" in err
+    refusals.check(bayesub.error, "unknown", "zigzag")
     assert not (tmp_path / "d").exists()
 
 
 def test_runs_that_cannot_be_compared_are_one_line(runs, tmp_path, bayesub):
-    for given, said in (
-        (runs[:1], "give the folders of two runs at least"),
-        ((runs[0], runs[0]), "is given twice"),
-        ((*runs, *[runs[0]] * 6), "8 runs are more than can be told apart"),
-        ((runs[0], tmp_path / "none"), "is not a run folder"),
+    for given, kind, key in (
+        (runs[:1], "missing", "runs"),
+        ((runs[0], runs[0]), "conflict", "runs"),
+        ((*runs, *[runs[0]] * 6), "limit", "runs"),
+        ((runs[0], tmp_path / "none"), "state", "config.toml"),
     ):
         status, out, err = bayesub("compare", *given, "-o", tmp_path / "c")
         assert (status, out, err.count("\n")) == (2, "", 1)
-        assert said in err
+        refusals.check(bayesub.error, kind, key)
         assert not (tmp_path / "c").exists()

@@ -5,9 +5,9 @@ import tomllib
 import numpy as np
 import pytest
 import tomli_w
+from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io.errors import InputError
 from bayesub.model.hull_forces import hull_force_rms
 from bayesub.problem.disturbances import force_scales
 from bayesub.study.disturbance_section import DisturbanceSection, TrueDisturbanceSection, central, in_words
@@ -104,67 +104,63 @@ def test_what_it_is_in_words(simulator):
 
 
 REFUSED = [
-    ({"axes": ["X", "Q"]}, "key 'disturbance': unknown axis 'Q': expected some of X Y Z K M N"),
-    ({"axes": ["X", "X"]}, "key 'disturbance': axis X is named twice"),
-    ({"axes": []}, "key 'disturbance': name at least one axis of X Y Z K M N"),
-    ({"axes": "XYN"}, "key 'disturbance.axes': input should be a list"),
-    ({"sd": 0}, "key 'disturbance.sd.X': input should be greater than 0"),
-    ({"sd": {"X": 1e-5, "Y": -1e-5, "N": 1e-5}}, "key 'disturbance.sd.Y': input should be greater than 0"),
-    ({"sd": {"X": 1e-5, "N": 1e-5}}, "key 'disturbance': axis Y has its sd in one of sd, sd_n, share; found none"),
-    ({"sd": {"X": 1e-5, "Y": 1e-5, "N": 1e-5, "Z": 1e-5}}, "sd has the axis 'Z', and axes has X Y N"),
-    ({"sd": 2.0}, "sd of X must be at most 1, found 2; a force in newton is sd_n, a moment in newton metre is sd_nm"),
-    ({"sd": "small"}, "key 'disturbance.sd.X': input should be a valid number, found 'small'"),
-    ({"sd": {"median": 1e-5}}, "key 'disturbance.sd.X.log_sd' is missing"),
-    ({"sd": {"X": PRIOR, "Y": PRIOR, "N": {"median": 0, "log_sd": 1}}}, "key 'disturbance.sd.N.median': input should"),
-    ({"sd": {"X": PRIOR, "Y": PRIOR, "N": {"mean": 1.0}}}, "unknown key 'disturbance.sd.N.mean'"),
-    ({"share": 0.01}, "axis X has its sd in one of sd, sd_n, share; found sd and share"),
-    ({"sd": {"X": 1e-5, "Y": 1e-5}, "sd_n": {"N": 1.0}}, "sd_n is in newton, and N is a moment; give it in sd_nm"),
-    ({"sd": {"X": 1e-5, "N": 1e-5}, "sd_nm": {"Y": 1}}, "sd_nm is in newton metre, and Y is a force; give it in sd_n"),
-    ({"axes": ["N"], "sd": 1e-5, "sd_n": 2.0}, "sd_n: the axes N have no X Y Z; leave it out"),
-    ({"sd": None, "sd_n": 2.0}, "axis N has its sd in one of sd, sd_nm, share; found none"),
-    ({"kind": "white"}, "key 'disturbance.kind': input should be 'ornstein_uhlenbeck' or 'matern_3_2', found 'white'"),
-    ({"correlation_time_s": 0.0}, "key 'disturbance.correlation_time_s': input should be greater than 0"),
-    ({"correlation_time_s": None}, "key 'disturbance.correlation_time_s' is missing"),
-    ({"correlation_times_s": 3.0}, "unknown key 'disturbance.correlation_times_s': did you mean 'correlation_time_s'?"),
-    ({"axes": ["X", "north"], "sd": {"X": 1e-5}}, "axis north has its sd in one of sd_mps; found none"),
-    ({"axes": ["X", "north"], "sd": {"X": 1e-5, "north": 0.1}}, "sd is of a force, and north is a current"),
-    ({"sd_mps": {"Y": 0.1}}, "sd_mps is in m/s, and Y is a force; give it in sd_n"),
-    ({"correlation_time_current_s": 9.0}, "correlation_time_current_s is that of a current besides forces"),
-    ({"knot_interval_s": -1.0}, "key 'disturbance.knot_interval_s': input should be greater than 0"),
-    ({"axes": ["X", "Z"], "sd": 1e-5}, "disturbance: axis Z has no part in the horizontal sub-problem"),
-    ({"correlation_time_s": 0.1, "knot_interval_s": 5.0}, "disturbance: correlation_time_s is 0.1 s and the time step"),
-    ({"knot_interval_s": 1e-9}, "disturbance: 1.76e+11 knots on each of 3 axes are more forces than the 528 readings"),
+    ({"axes": ["X", "Q"]}, "unknown", "disturbance"),
+    ({"axes": ["X", "X"]}, "conflict", "disturbance"),
+    ({"axes": []}, "missing", "disturbance"),
+    ({"axes": "XYN"}, "value", "disturbance.axes"),
+    ({"sd": 0}, "value", "disturbance.sd.X"),
+    ({"sd": {"X": 1e-5, "Y": -1e-5, "N": 1e-5}}, "value", "disturbance.sd.Y"),
+    ({"sd": {"X": 1e-5, "N": 1e-5}}, "conflict", "disturbance"),
+    ({"sd": {"X": 1e-5, "Y": 1e-5, "N": 1e-5, "Z": 1e-5}}, "conflict", "disturbance"),
+    ({"sd": 2.0}, "value", "disturbance"),
+    ({"sd": "small"}, "value", "disturbance.sd.X"),
+    ({"sd": {"median": 1e-5}}, "missing", "disturbance.sd.X.log_sd"),
+    ({"sd": {"X": PRIOR, "Y": PRIOR, "N": {"median": 0, "log_sd": 1}}}, "value", "disturbance.sd.N.median"),
+    ({"sd": {"X": PRIOR, "Y": PRIOR, "N": {"mean": 1.0}}}, "unknown", "disturbance.sd.N.mean"),
+    ({"share": 0.01}, "conflict", "disturbance"),
+    ({"sd": {"X": 1e-5, "Y": 1e-5}, "sd_n": {"N": 1.0}}, "conflict", "disturbance"),
+    ({"sd": {"X": 1e-5, "N": 1e-5}, "sd_nm": {"Y": 1}}, "conflict", "disturbance"),
+    ({"axes": ["N"], "sd": 1e-5, "sd_n": 2.0}, "conflict", "disturbance"),
+    ({"sd": None, "sd_n": 2.0}, "conflict", "disturbance"),
+    ({"kind": "white"}, "value", "disturbance.kind"),
+    ({"correlation_time_s": 0.0}, "value", "disturbance.correlation_time_s"),
+    ({"correlation_time_s": None}, "missing", "disturbance.correlation_time_s"),
+    ({"correlation_times_s": 3.0}, "unknown", "disturbance.correlation_times_s"),
+    ({"axes": ["X", "north"], "sd": {"X": 1e-5}}, "conflict", "disturbance"),
+    ({"axes": ["X", "north"], "sd": {"X": 1e-5, "north": 0.1}}, "conflict", "disturbance"),
+    ({"sd_mps": {"Y": 0.1}}, "conflict", "disturbance"),
+    ({"correlation_time_current_s": 9.0}, "conflict", "disturbance"),
+    ({"knot_interval_s": -1.0}, "value", "disturbance.knot_interval_s"),
+    ({"axes": ["X", "Z"], "sd": 1e-5}, "conflict", "Z"),
+    ({"correlation_time_s": 0.1, "knot_interval_s": 5.0}, "conflict", "correlation_time_s"),
+    ({"knot_interval_s": 1e-9}, "limit", "knot_interval_s"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("changes", "words"), REFUSED)
-def test_what_a_fit_cannot_be_given(posed, changes, words):
+@pytest.mark.parametrize(("changes", "kind", "key"), REFUSED)
+def test_what_a_fit_cannot_be_given(posed, changes, kind, key):
     """Is refused in one line that begins with the file."""
     content = {key: value for key, value in (PROCESS | changes).items() if value is not None}
-    with pytest.raises(InputError) as error:
+    with refused(kind, key) as error:
         posed(disturbance=content)
-    message = str(error.value)
-    assert message.split(": ")[0].endswith("study.toml")
-    assert words in message
-    assert "\n" not in message
+    assert str(error.value).split(": ")[0].endswith("study.toml")
 
 
 @pytest.mark.parametrize(
-    ("truth", "words"),
+    ("truth", "kind", "key"),
     [
-        (PROCESS | {"sd": PRIOR}, "sd is a prior, and what a simulated boat feels is known; give a number"),
-        (PROCESS | {"correlation_time_s": {"median": 4.0, "log_sd": 1.0}}, "correlation_time_s is a prior"),
-        (PROCESS | {"knot_interval_s": 2.0}, "knot_interval_s is of forces that are inferred; leave it out"),
-        (PROCESS | {"correlation_time_s": 1e-4}, "correlation_time_s is 0.0001 s, shorter than the time step of"),
-        ({**PROCESS, "axes": ["K"]}, "axis K has no part in the horizontal sub-problem"),
-        ({**PROCESS, "sd": -1.0}, "key 'truth.disturbance.sd.X': input should be greater than 0"),
-        ({**PROCESS, "axes": ["W"]}, "key 'truth.disturbance': unknown axis 'W'"),
+        (PROCESS | {"sd": PRIOR}, "conflict", "truth.disturbance"),
+        (PROCESS | {"correlation_time_s": {"median": 4.0, "log_sd": 1.0}}, "conflict", "truth.disturbance"),
+        (PROCESS | {"knot_interval_s": 2.0}, "conflict", "truth.disturbance"),
+        (PROCESS | {"correlation_time_s": 1e-4}, "conflict", "correlation_time_s"),
+        ({**PROCESS, "axes": ["K"]}, "conflict", "K"),
+        ({**PROCESS, "sd": -1.0}, "value", "truth.disturbance.sd.X"),
+        ({**PROCESS, "axes": ["W"]}, "unknown", "truth.disturbance"),
     ],
 )
-def test_what_a_truth_cannot_feel(posed, truth, words):
-    with pytest.raises(InputError) as error:
+def test_what_a_truth_cannot_feel(posed, truth, kind, key):
+    with refused(kind, key) as error:
         posed(truth={"disturbance": truth})
-    assert words in str(error.value)
     assert "study.toml: " in str(error.value)
 
 
@@ -228,9 +224,7 @@ def test_a_study_without_disturbance_says_nothing_of_it(posed):
 def test_shares_are_of_forces_that_are_there(posed):
     """Of a boat that fails there are none, and of a hull without sway force neither."""
     share = {"axes": ["Y"], "share": 0.01, "correlation_time_s": 4.0}
-    with pytest.raises(
-        InputError, match="the hull makes no Y on the manoeuvre, so that it has no share; give sd or sd_n"
-    ):
+    with refused("conflict", "disturbance.share.Y"):
         posed(disturbance=share, manoeuvre="straight.toml")
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io import toml_files
@@ -54,7 +55,7 @@ def test_scatter_of_a_column_that_rounding_hides(tmp_path):
     log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,{k // 5}\n" for k in range(50)))
     assert "sd = 0.5 " in new_study.of_log("a", tmp_path / "a.toml", "auv690", log)
     log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,7\n" for k in range(50)))
-    with pytest.raises(bs.InputError, match="column 'x_m' never changes"):
+    with refused("data", "x_m"):
         new_study.of_log("a", tmp_path / "a.toml", "auv690", log)
 
 

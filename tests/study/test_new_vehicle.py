@@ -5,6 +5,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io import toml_files
@@ -90,15 +91,15 @@ def test_a_copy_is_the_vehicle_under_another_name(name, tmp_path):
 
 @pytest.mark.parametrize("name", ["", "my boat", 'quo"te', "../up", ".hidden", "boat\n"])
 def test_names_that_are_no_names(name):
-    with pytest.raises(bs.InputError, match="a name is made of letters"):
+    with refused("value", "name"):
         new_vehicle.vehicle(name)
 
 
 def test_nothing_is_overwritten(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("precious")
-    with pytest.raises(bs.InputError, match="exists already; choose another file with -o"):
+    with refused("file", "-o"):
         new_files.write_new(path, "new")
     assert path.read_text() == "precious"
-    with pytest.raises(bs.InputError, match="cannot be written: no such file or directory"):
+    with refused("file", "-o"):
         new_files.write_new(tmp_path / "absent" / "mine.toml", "new")

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 from scipy import stats
+from support.refusals import refused
 
-from bayesub import InputError
 from bayesub.model import coefficients
 from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownSd
 from bayesub.study import prepare as preparation
@@ -143,60 +143,58 @@ def test_an_unknown_scale_beside_given_priors(prepared):
 
 
 @pytest.mark.parametrize(
-    ("text", "sentence"),
+    ("text", "kind", "key"),
     [
-        ('[prior]\nkind = "vehicle"\n', "vehicle 'suboff' gives no coefficient an sd"),
-        ('[prior]\nkind = "vehicle"\nlog_sd = 0.3\n', "a vehicle prior needs 'sd', found log_sd"),
-        ('[prior]\nkind = "relative_uniform"\nsd = 0.25\n', "needs 'half_width', found sd"),
-        ('[prior]\nkind = "relative_normal"\n', "needs 'sd', found nothing"),
+        ('[prior]\nkind = "vehicle"\n', "missing", "prior.sd"),
+        ('[prior]\nkind = "vehicle"\nlog_sd = 0.3\n', "conflict", "prior"),
+        ('[prior]\nkind = "relative_uniform"\nsd = 0.25\n', "conflict", "prior"),
+        ('[prior]\nkind = "relative_normal"\n', "missing", "prior"),
         (
             '[prior]\nkind = "relative_hierarchical"\nsd = 0.2\n',
-            "a relative_hierarchical prior needs 'log_sd', found sd",
+            "conflict",
+            "prior",
         ),
-        (NORMAL + "by_axis = true\n", "by_axis is of a relative_hierarchical prior, found relative_normal"),
-        (NORMAL + "[prior.given]\nXu = { mean = 1.0, sd = 1.0 }\n", "unknown coefficient 'Xu'"),
-        (NORMAL + "[prior.given]\nXu = { value = 1.0 }\n", "unknown coefficient 'Xu'"),
-        (NORMAL + "[prior.given]\nXuu = { mean = 1.0, upper = 1.0 }\n", "a prior is mean and sd, lower and upper"),
-        (NORMAL + "[prior.given]\nXuu = { lower = 1.0, upper = 1.0 }\n", "lower must be below upper"),
-        (NORMAL + "[prior.given]\nXuu = { mean = 1.0, sd = -1.0 }\n", "prior.given.Xuu.sd"),
-        (NORMAL + 'correlations = [["Yuv", "Nuv", 0.5]]\n', "'Yuv' is correlated but is not given a mean and an sd"),
-        (NORMAL + 'table = "no.csv"\n', "no.csv: cannot be read: no such file"),
-        (NORMAL + "[nuisance]\nyaw0_deg = { value = 1.0 }\n", "nuisance.yaw0_deg: a value leaves nothing to infer"),
-        (NORMAL + "[nuisance]\nyaw0 = { mean = 1.0, sd = 1.0 }\n", "no such parameter: did you mean 'yaw0_deg'"),
-        (NORMAL + '[noise.z_m]\nkind = "normal"\n', "noise.z_m: no sensor reads that column"),
-        (NORMAL + '[noise.x_m]\nkind = "student_t"\n', "key 'noise.x_m.dof' is missing"),
-        (NORMAL + '[noise.x_m]\nkind = "cauchy"\n', "noise.x_m"),
-        (NORMAL + '[noise.x_m]\nkind = "normal"\nsd = -0.1\n', "noise.x_m.sd"),
-        (NORMAL + "[truth]\ncurrent_mps = [1.0]\n", "truth.current_mps"),
+        (NORMAL + "by_axis = true\n", "conflict", "prior"),
+        (NORMAL + "[prior.given]\nXu = { mean = 1.0, sd = 1.0 }\n", "unknown", "Xu"),
+        (NORMAL + "[prior.given]\nXu = { value = 1.0 }\n", "unknown", "Xu"),
+        (NORMAL + "[prior.given]\nXuu = { mean = 1.0, upper = 1.0 }\n", "conflict", "prior.given.Xuu"),
+        (NORMAL + "[prior.given]\nXuu = { lower = 1.0, upper = 1.0 }\n", "value", "prior.given.Xuu"),
+        (NORMAL + "[prior.given]\nXuu = { mean = 1.0, sd = -1.0 }\n", "value", "prior.given.Xuu.sd"),
+        (NORMAL + 'correlations = [["Yuv", "Nuv", 0.5]]\n', "missing", "Yuv"),
+        (NORMAL + 'table = "no.csv"\n', "file", ""),
+        (NORMAL + "[nuisance]\nyaw0_deg = { value = 1.0 }\n", "conflict", "nuisance.yaw0_deg"),
+        (NORMAL + "[nuisance]\nyaw0 = { mean = 1.0, sd = 1.0 }\n", "unknown", "yaw0"),
+        (NORMAL + '[noise.z_m]\nkind = "normal"\n', "unknown", "noise.z_m"),
+        (NORMAL + '[noise.x_m]\nkind = "student_t"\n', "missing", "noise.x_m.dof"),
+        (NORMAL + '[noise.x_m]\nkind = "cauchy"\n', "unknown", "noise.x_m.kind"),
+        (NORMAL + '[noise.x_m]\nkind = "normal"\nsd = -0.1\n', "value", "noise.x_m.sd"),
+        (NORMAL + "[truth]\ncurrent_mps = [1.0]\n", "missing", "truth.current_mps.1"),
     ],
 )
-def test_refused(prepared, text, sentence):
-    with pytest.raises(InputError) as error:
+def test_refused(prepared, text, kind, key):
+    with refused(kind, key):
         prepared(text)
-    assert sentence in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("rows", "sentence"),
+    ("rows", "kind", "key"),
     [
-        ("Yuv,-0.03,0.002\nYuv,-0.03,0.002\n", "line 3: coefficient 'Yuv' is given twice"),
-        ("Yu,-0.03,0.002\n", "line 2: unknown coefficient 'Yu'"),
-        ("Yuv,-0.03,-0.002\n", "line 2: mean and sd must be two numbers and sd not negative"),
-        ("Yuv,1e300,0.002\n", "at most 1e+15, found 1e300, 0.002"),
-        ("Yuv,-0.03,\n", "line 2: mean and sd must be two numbers"),
-        ("Yuv,1,1\nNuv,1,1\nNur,1,1\n", "contradict each other"),
+        ("Yuv,-0.03,0.002\nYuv,-0.03,0.002\n", "conflict", "Yuv"),
+        ("Yu,-0.03,0.002\n", "unknown", "Yu"),
+        ("Yuv,-0.03,-0.002\n", "value", "prior.table"),
+        ("Yuv,1e300,0.002\n", "value", "prior.table"),
+        ("Yuv,-0.03,\n", "value", "prior.table"),
+        ("Yuv,1,1\nNuv,1,1\nNur,1,1\n", "conflict", "correlations"),
     ],
 )
-def test_refused_tables(prepared, tmp_path, rows, sentence):
+def test_refused_tables(prepared, tmp_path, rows, kind, key):
     table = tmp_path / "tank.csv"
     table.write_text("coefficient,mean,sd\n" + rows)
     correlations = ""
-    if "contradict" in sentence:
+    if rows.startswith("Yuv,1,1"):
         correlations = 'correlations = [["Yuv", "Nuv", 0.9], ["Nuv", "Nur", 0.9], ["Yuv", "Nur", -0.9]]\n'
-    with pytest.raises(InputError) as error:
+    with refused(kind, key):
         prepared(NORMAL + f'table = "{table}"\n' + correlations)
-    assert sentence in str(error.value)
 
 
 def test_correlations_of_the_vehicle_file(tmp_path, own_boat):
@@ -228,7 +226,7 @@ def test_correlations_of_the_vehicle_file(tmp_path, own_boat):
     np.testing.assert_allclose(few.log_density(points[:, :2]), pair.logpdf(points[:, :2]), rtol=1e-10)
     alone = prior("[prior.given]\nNuv = { lower = -0.02, upper = -0.01 }\n")
     np.testing.assert_allclose(alone.sd, [0.003, 0.01 / np.sqrt(12.0), 1e-5])
-    with pytest.raises(InputError, match="has correlations, which a centre that is perturbed"):
+    with refused("conflict", "prior.centre"):
         prior('centre = "perturbed"\n')
-    with pytest.raises(InputError, match="contradict each other"):
+    with refused("conflict", "correlations"):
         prior('correlations = [["Yuv", "Nuu", 0.99]]\n')

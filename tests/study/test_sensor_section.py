@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
-import bayesub as bs
 from bayesub import sensors
 from bayesub.baselines import posterior_mode
 from bayesub.io import toml_files
@@ -74,28 +74,28 @@ def test_a_completed_track_has_the_keys_that_it_always_had():
 
 
 @pytest.mark.parametrize(
-    ("section", "message"),
+    ("section", "kind", "key"),
     [
         (
             {"kind": "trak"},
-            "'sensors.0.kind': unknown 'trak': did you mean 'track'.; expected one of track, sensor, pressure",
+            "unknown",
+            "sensors.0.kind",
         ),
-        ({}, "'sensors.0.kind' is missing"),
-        ({"kind": "dvl", "sd_mps": 0.1, "resolution_mpss": 1}, "unknown key .* did you mean 'resolution_mps'"),
-        ({"kind": "dvl"}, "'sensors.0': sensor 'u_ground_mps': sd and resolution are both zero; give"),
-        ({"kind": "sensor", "column": "u_kts", "sd": 1.0}, "'sensors.0': sensor: unknown quantity or unit 'u_kts'"),
-        ({"kind": "adcp", "sd_mps": 0.1, "dropout": 1.0}, "'sensors.0': sensor 'u_mps': dropout must lie between"),
-        ({"kind": "adcp", "sd_mps": -0.1}, "'sensors.0': sensor 'u_mps': sd must not be negative, found -0.1"),
-        ({"kind": "autosub", "channels": ["yow"]}, "'sensors.0': sensor: unknown channel 'yow': did you mean 'yaw'"),
-        ({"kind": "compass", "sd_deg": 1.0, "gaps": [[2.0]]}, "'sensors.0.gaps.0.1' is missing"),
+        ({}, "missing", "sensors.0.kind"),
+        ({"kind": "dvl", "sd_mps": 0.1, "resolution_mpss": 1}, "unknown", "sensors.0.resolution_mpss"),
+        ({"kind": "dvl"}, "value", "sensors.0"),
+        ({"kind": "sensor", "column": "u_kts", "sd": 1.0}, "unknown", "sensors.0"),
+        ({"kind": "adcp", "sd_mps": 0.1, "dropout": 1.0}, "value", "sensors.0"),
+        ({"kind": "adcp", "sd_mps": -0.1}, "value", "sensors.0"),
+        ({"kind": "autosub", "channels": ["yow"]}, "unknown", "sensors.0"),
+        ({"kind": "compass", "sd_deg": 1.0, "gaps": [[2.0]]}, "missing", "sensors.0.gaps.0.1"),
     ],
 )
-def test_bad_sections(section, message):
+def test_bad_sections(section, kind, key):
     """Refused in one line that names file, section and remedy."""
-    with pytest.raises(bs.InputError, match=message) as error:
+    with refused(kind, key) as error:
         read(section)
-    assert str(error.value).startswith("small.toml: key") or "unknown key" in str(error.value)
-    assert "\n" not in str(error.value)
+    assert str(error.value).startswith("small.toml: ")
 
 
 def test_a_study_of_states_by_any_sensor_is_a_problem():
@@ -129,5 +129,5 @@ def test_no_parameters_make_every_reading():
     """A log that no coefficients explain to its rounding is refused by channel."""
     problem = prepare(read({"kind": "sensor", "column": "u_mps", "resolution": 0.01, "interval_s": 5.0})).problem
     problem.readings[3] += 0.5
-    with pytest.raises(bs.InputError, match=r"channel 'u': no parameters .* give the sensor an sd"):
+    with refused("data", "u"):
         posterior_mode(problem, rng=np.random.default_rng(0))

@@ -11,6 +11,7 @@ import tomllib
 import numpy as np
 import pytest
 import tomli_w
+from support import refusals
 from support.pages import Page
 
 import bayesub as bs
@@ -58,6 +59,7 @@ def small(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, small, tmp_path, draw_only):
     folder = tmp_path / "run"
     status, out, _ = bayesub("run", small, "-o", folder)
@@ -87,10 +89,8 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
         assert not (folder / f"{name}.pdf").exists()
 
     draw_only("corner")
-    status, _, err = bayesub("run", small, "-o", folder)
-    assert status == 2
-    assert "--resume" in err
-    assert "--force" in err
+    assert bayesub("run", small, "-o", folder)[0] == 2
+    refusals.check(bayesub.error, "state")
 
     before = (folder / "posterior.nc").read_bytes(), posterior.chain
     status, out, _ = bayesub("run", small, "-o", folder, "--resume")
@@ -108,14 +108,12 @@ def test_resume_names_the_first_difference(bayesub, small, tmp_path):
     with open_folder(tmp_path / "run", loaded.config(), resume=False, force=False):
         pass
     small.write_text(SMALL.replace("position_sd_m = 0.2", "position_sd_m = 0.3"))
-    status, _, err = bayesub("run", small, "-o", tmp_path / "run", "--resume")
-    assert status == 2
-    assert "sensors" in err
-    assert "0.2" in err
-    assert "0.3" in err
+    assert bayesub("run", small, "-o", tmp_path / "run", "--resume")[0] == 2
+    refusals.check(bayesub.error, "state", "--resume")
 
 
 @pytest.mark.usefixtures("few_figures")
+@pytest.mark.slow
 def test_an_interrupted_run_resumes_to_the_same_bits(bayesub, small, tmp_path):
     longer = SMALL + "[sampler]\ness = 6000.0\n"
     small.write_text(longer)
@@ -147,35 +145,34 @@ def test_the_same_study_gives_the_same_trial_bit_for_bit(small):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "kind", "key"),
     [
-        (("seed = 3", "seed = -3"), ["seed", "greater than or equal to 0"]),
-        (("seed = 3", "sead = 3"), ["sead", "did you mean 'seed'"]),
-        (('"Yuv"', '"Yuw"'), ["Yuw", "did you mean"]),
-        (("position_sd_m = 0.2", "position_sd_m = nan"), ["position_sd_m", "finite"]),
-        (("position_sd_m = 0.2", "position_sd_m = 0.0"), ["position_sd_m", "greater than 0"]),
-        (("interval_s = 2.0", "interval_s = 2000.0"), ["interval_s", "longer than the manoeuvre"]),
-        (('"yaw"', '"yow"'), ["yow", "yaw"]),
-        (('vehicle = "auv690"', 'vehicle = "auv960"'), ["auv960", "did you mean 'auv690'"]),
-        (("sqp_starts = 2", "sqp_starts = 2\n[sampler]\nn_walkers = 3"), ["n_walkers", "greater than or equal to 4"]),
-        (("[prior]", "[prior"), ["not valid TOML"]),
+        (("seed = 3", "seed = -3"), "value", "seed"),
+        (("seed = 3", "sead = 3"), "unknown", "sead"),
+        (('"Yuv"', '"Yuw"'), "unknown", "Yuw"),
+        (("position_sd_m = 0.2", "position_sd_m = nan"), "value", "sensors.0.position_sd_m"),
+        (("position_sd_m = 0.2", "position_sd_m = 0.0"), "value", "sensors.0.position_sd_m"),
+        (("interval_s = 2.0", "interval_s = 2000.0"), "value", "interval_s"),
+        (('"yaw"', '"yow"'), "unknown", "sensors.0"),
+        (('vehicle = "auv690"', 'vehicle = "auv960"'), "unknown", "auv960"),
+        (("sqp_starts = 2", "sqp_starts = 2\n[sampler]\nn_walkers = 3"), "value", "sampler.n_walkers"),
+        (("[prior]", "[prior"), "format", ""),
     ],
 )
-def test_a_bad_study_is_one_line_on_standard_error_and_status_2(bayesub, small, tmp_path, change, words):
+def test_a_bad_study_is_one_line_on_standard_error_and_status_2(bayesub, small, tmp_path, change, kind, key):
     small.write_text(SMALL.replace(*change))
     status, _, err = bayesub("run", small, "-o", tmp_path / "run")
     assert status == 2
     assert err.count("\n") == 1
-    assert all(word in err for word in words), err
+    refusals.check(bayesub.error, kind, key)
 
 
 def test_contradictory_options_and_foreign_folders_are_refused(bayesub, small, tmp_path):
     assert bayesub("run", small, "--resume", "--force")[0] == 2
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "thesis.doc").write_text("mine")
-    status, _, err = bayesub("run", small, "-o", tmp_path / "run", "--force")
-    assert status == 2
-    assert "other files" in err
+    assert bayesub("run", small, "-o", tmp_path / "run", "--force")[0] == 2
+    refusals.check(bayesub.error, "state")
     assert (tmp_path / "run" / "thesis.doc").exists()
     assert bayesub("run", small, "-o", tmp_path / "none", "--resume")[0] == 2
     assert bayesub("report", tmp_path / "none")[0] == 2
@@ -259,7 +256,7 @@ def test_a_folder_at_work_is_refused(bayesub, small, tmp_path):
             (tmp_path / "run" / "config.toml").write_text(tomli_w.dumps(config))
             status, _, err = bayesub("run", small, "-o", tmp_path / "run", option)
             assert status == 2
-            assert "another run is at work in it" in err
+            refusals.check(bayesub.error, "state")
             assert err.count("\n") == 1
     assert (tmp_path / "run" / "config.toml").exists()
 
@@ -272,11 +269,8 @@ def test_a_full_disk_is_one_line(bayesub, small, tmp_path, monkeypatch):
 
     monkeypatch.setattr(infer.baselines, "sqp", full)
     status, _, err = bayesub("run", small, "-o", tmp_path / "run")
-    assert status == 2
-    assert (
-        err
-        == f"bayesub: {tmp_path / 'run'}: no space left on device; what is done is saved, make room and use --resume\n"
-    )
+    assert (status, err.count("\n")) == (2, 1)
+    refusals.check(bayesub.error, "file")
 
 
 TANK = "coefficient,mean,sd\nXuu,-0.005,0.0005\n"
@@ -323,14 +317,16 @@ def test_a_run_moves_and_is_drawn_again_from_what_its_folder_keeps(bayesub, with
     assert after["manoeuvre"] == "history"
     assert load_result(moved).seconds == result.seconds
 
-    assert "has not finished, numbers.json is missing" in bayesub("report", folder)[2]
+    assert bayesub("report", folder)[0] == 2
+    refusals.check(bayesub.error, "state", "numbers.json")
     (copy,) = (moved / "inputs").glob("*-tank.csv")
     copy.write_text(TANK.replace("0.0005", "0.0006"))
-    assert f"{copy.name} has changed since the run" in bayesub("report", moved)[2]
+    assert bayesub("report", moved)[0] == 2
+    refusals.check(bayesub.error, "state")
     (moved / "posterior.nc").unlink()
     status, _, err = bayesub("report", moved)
     assert (status, err.count("\n")) == (2, 1)
-    assert "posterior.nc is missing: without the draws neither figures nor report can be drawn again" in err
+    refusals.check(bayesub.error, "state", "posterior.nc")
 
 
 def test_a_file_that_the_study_names_makes_a_run_stale(with_files, tmp_path):
@@ -340,13 +336,13 @@ def test_a_file_that_the_study_names_makes_a_run_stale(with_files, tmp_path):
         pass
     table = with_files.parent / "beside" / "tank.csv"
     table.write_text(TANK.replace("0.0005", "0.0006"))
-    with pytest.raises(bs.InputError, match=r"cannot be resumed: beside/tank.csv has changed since; use --force"):
+    with refusals.refused("state", "--resume"):
         bs.run(with_files, folder, resume=True)
-    with pytest.raises(bs.InputError, match=r"already holds a run; of another study \(beside/tank.csv has changed"):
+    with refusals.refused("state"):
         bs.run(with_files, folder)
     table.write_text(TANK)
     with_files.write_text(with_files.read_text().replace("seed = 3", "seed = 4"))
-    with pytest.raises(bs.InputError, match="seed was 3 and is now 4"):
+    with refusals.refused("state", "--resume"):
         bs.run(with_files, folder, resume=True)
 
 
@@ -373,10 +369,10 @@ def test_the_equation_files_of_a_vehicle_are_among_those_of_its_study(with_equat
         pass
     base = with_equations.parent / "sets" / "base.toml"
     base.write_text(base.read_text().replace("surge force of drift, to either side", "drag of drift"))
-    with pytest.raises(bs.InputError, match=r"cannot be resumed: beside/../sets/base.toml has changed since"):
+    with refusals.refused("state", "--resume"):
         bs.run(with_equations, folder, resume=True)
     (with_equations.parent / "sets" / "mine.toml").unlink()
-    with pytest.raises(bs.InputError, match=r"sets/mine.toml: cannot be read: no such file"):
+    with refusals.refused("file"):
         load_study(with_equations).config()
 
 
@@ -398,7 +394,7 @@ def test_a_run_with_equations_of_its_own_is_prepared_from_what_its_folder_keeps(
     assert boat.equations.names == bs.load_equations("booth").names
     (copy,) = (folder / "inputs").glob("*-base.toml")
     copy.write_text("")
-    with pytest.raises(bs.InputError, match=r"base.toml has changed since the run"):
+    with refusals.refused("state"):
         saved_study(folder, saved_config(folder))
 
 
@@ -412,7 +408,7 @@ def test_a_run_of_the_former_version_is_drawn_again_while_its_files_are_there(wi
     (folder / "config.toml").write_text(text.replace("beside/", f"{with_files.parent}/beside/"))
     assert redraw(folder).verdict == "not converged"
     (with_files.parent / "beside" / "tank.csv").unlink()
-    with pytest.raises(bs.InputError, match=r"tank.csv: cannot be read: no such file"):
+    with refusals.refused("file"):
         redraw(folder)
 
 

@@ -64,10 +64,12 @@ def _compare(sentence: str) -> None:
 
 
 def _same_everywhere(sentence: str) -> str:
-    """A sentence without the folders of this machine and this run, and without the words of libraries."""
+    """A sentence without folders, ports, digests and versions of this machine and run, and the words of libraries."""
     places = [
         re.escape(tempfile.gettempdir()) + r"/pytest-of-[^/]*/pytest-\d+/(popen-gw\d+/)?[^/\s:']+",
         re.escape(str(_HOME)),
     ]
     sentence = re.sub("|".join(places), "..", sentence)
-    return re.sub(r"(cannot be read as [^:]+|is not valid TOML): [^;]*", r"\1: ..", sentence)
+    sentence = re.sub(r"(?<=127\.0\.0\.1:)\d+|\b[0-9a-f]{12}\b(?!\.)|(?<= is now )'\d+(\.\d+)+'", "..", sentence)
+    sentence = re.sub(r"(is not a readable posterior|is damaged|is not supported) \([^;]*\)", r"\1 (..)", sentence)
+    return re.sub(r"(cannot be read as [^:]+|is not valid (TOML|YAML|Python)): (?!brackets)[^;]*", r"\1: ..", sentence)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.cli import app
-from bayesub.io.errors import InputError
 from bayesub.thesis import cases as thesis
 from bayesub.thesis import counterparts, page
 from bayesub.thesis.counterparts import NONE, NOT_KEPT, NOT_RUN, Entry
@@ -206,7 +206,7 @@ def test_a_folder_without_the_thesiss_studies_and_another_readme_are_left_alone(
     assert page.write(tmp_path) is None
     planted(tmp_path, "uniqueness", {})
     (tmp_path / "README.md").write_text("# My runs\n")
-    with pytest.raises(InputError, match="is not bayesub's"):
+    with refused("file", "README.md"):
         page.write(tmp_path)
     assert (tmp_path / "README.md").read_text() == "# My runs\n"
 
@@ -214,7 +214,7 @@ def test_a_folder_without_the_thesiss_studies_and_another_readme_are_left_alone(
 def test_damaged_numbers_are_named(tmp_path):
     planted(tmp_path, "uniqueness", {})
     (tmp_path / "uniqueness" / "numbers.json").write_text("{")
-    with pytest.raises(InputError, match=r"uniqueness.numbers.json: is damaged"):
+    with refused("format", "numbers.json"):
         page.write(tmp_path)
 
 
