@@ -7,7 +7,7 @@ import numpy as np
 from numba import prange
 
 from bayesub.kernels.attitude import euler_angles, quaternion
-from bayesub.kernels.jit import jit, spliced, unit, widest_vectors
+from bayesub.kernels.jit import jit, spliced, unit, variants, widest_vectors
 from bayesub.kernels.mass import inverses, mass_matrices
 from bayesub.kernels.memory import plain
 from bayesub.kernels.variations import Variations
@@ -296,7 +296,6 @@ def _integrate_block(
             _normalise(work)
 
 
-@jit(threads=True)
 def _integrate_blocks(
     n_blocks, forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step, times,
     max_speed, rows, states, status,
@@ -306,6 +305,9 @@ def _integrate_blocks(
             np.int64(block), forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step,
             times, max_speed, rows, states, status,
         )  # fmt: skip
+
+
+_on_one_thread, _on_all_threads = variants(_integrate_blocks)
 
 
 def integrate(
@@ -369,11 +371,7 @@ def integrate(
         variations.plain(), amounts, float(step), times, float(max_speed), plain(rows, int), states, status,
     )  # fmt: skip
     n_blocks = -(-len(coefficients) // LANES)
-    if parallel and n_blocks > 1:
-        _integrate_blocks(n_blocks, *arguments)
-    else:
-        for block in range(n_blocks):
-            _integrate_block(block, *arguments)
+    (_on_all_threads if parallel and n_blocks > 1 else _on_one_thread)(n_blocks, *arguments)
     return states, status
 
 

@@ -133,14 +133,19 @@ def jit(function=None, *, threads: bool = False, exact: bool = False):
     return dispatcher
 
 
+def variants(function) -> tuple[Callable, Callable]:
+    """A function with a ``prange``, compiled for one thread and for all."""
+    serial = FunctionType(function.__code__, function.__globals__, f"{function.__name__}_serial")
+    return jit(serial), jit(function, threads=True)
+
+
 def batched(function):
     """Compile a kernel whose first argument is a batch, to run on all threads if that has more than LANES members.
 
     For fewer, waking the threads would take longer than the work. The attribute `variants` of the result holds both
     compiled functions. Arguments are arrays and numbers.
     """
-    serial = jit(FunctionType(function.__code__, function.__globals__, f"{function.__name__}_serial"))
-    parallel = jit(function, threads=True)
+    serial, parallel = variants(function)
 
     @functools.wraps(function)
     def kernel(batch, *arguments):

@@ -4,7 +4,8 @@ All panels share one pair of axes, in units of panels: a figure of 78 axes takes
 render. The contours are those of the library corner.
 """
 
-import warnings
+import functools
+import sys
 from collections.abc import Iterable, Mapping
 from itertools import chain
 
@@ -234,15 +235,12 @@ def draw_joint(axis, draws) -> None:
 
     The cells divide the draws and not the panel, so that a narrow cloud has a contour too.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor once a day
-        import corner  # here, since it imports ArviZ and pyplot
-
+    hist2d = _hist2d()
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
     low, high = low - 0.05 * (high - low), high + 0.05 * (high - low)
     is_line = high - low < _LINE
     for row, column in zip(*np.tril_indices(draws.shape[1], -1), strict=True):
-        corner.hist2d(
+        hist2d(
             column + SIDE * draws[:, column],
             row + SIDE * (1.0 - draws[:, row]),
             ax=axis,
@@ -360,3 +358,17 @@ def _add_legend(axis, n: int, points, word: str, *, null: bool) -> None:
         else {"loc": "upper left", "bbox_to_anchor": (1.02, 1.0)}
     )
     axis.legend(handles=handles, fontsize=9 if n > 4 else 8, **place)
+
+
+@functools.cache
+def _hist2d():
+    """The contours of corner, without ArviZ, which corner imports for chains of ArviZ and which takes two seconds."""
+    absent = "arviz" not in sys.modules
+    if absent:
+        sys.modules["arviz"] = None
+    try:
+        import corner  # here, since it imports pyplot
+    finally:
+        if absent:
+            del sys.modules["arviz"]
+    return corner.hist2d

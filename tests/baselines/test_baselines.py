@@ -65,6 +65,7 @@ def test_gauss_newton_reports_a_limit_and_a_failed_start():
         gauss_newton(Banana(), start=[np.nan, 0.0])
 
 
+@pytest.mark.slow
 def test_gauss_newton_recovers_a_boat(suboff, spiral, spiral_track):
     """From the record of a spiral it finds coefficients that explain it, and whose posterior holds the truth."""
     record = bs.observe(spiral_track, bs.sensors.Track(0.5, 0.1, 2.0, ("x", "y", "yaw")), np.random.default_rng(8))

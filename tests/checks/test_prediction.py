@@ -87,6 +87,7 @@ def predicted(fitted, unseen, rng):
     return predict(unseen, parameters, rng, own=own, warm_up=WARM_UP), fits
 
 
+@pytest.mark.slow
 def test_bands_of_a_right_model_hold(boat, posed):
     """Forty boats from the prior, a fit of one zig-zag and a prediction of another: bands hold, hardly ever too little.
 
@@ -113,6 +114,7 @@ def test_bands_of_a_right_model_hold(boat, posed):
     assert sum(one.n_failed for one in predictions) == 0
 
 
+@pytest.mark.slow
 def test_forces_after_the_warm_up_are_drawn_from_their_process(boat, posed):
     """Bands with them hold; those of a fit that knows noise only do not, and the verdict says so.
 

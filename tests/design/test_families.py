@@ -56,6 +56,7 @@ def test_ranges_and_rates_are_kept(name, kind, rng):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", VEHICLES)
+@pytest.mark.slow
 def test_a_manoeuvre_in_a_file_is_the_same_flight(name, kind, rng, tmp_path):
     family = family_of(name, kind)
     vehicle, manoeuvre = family.vehicle, family.manoeuvre(family.start(rng))

@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -74,6 +75,7 @@ def refusal(vehicle, path, kind, numbers):
     st.sampled_from(sorted(KINDS)),
     st.lists(st.floats(-1.5, 1.5), min_size=1, max_size=20),
 )
+@pytest.mark.slow
 def test_any_limits_of_any_boat(tmp_path_factory, content, name, kind, numbers):
     vehicle = vehicle_of(name)
     path = tmp_path_factory.mktemp("limits") / "limits.toml"

@@ -22,6 +22,8 @@ from bayesub.cli import manual
 from bayesub.io import toml_files
 from bayesub.study.study_file import Study
 
+pytestmark = pytest.mark.docs
+
 TINY = """
 name = "tiny"
 question = "Does a command run?"

@@ -7,6 +7,8 @@ import nbformat
 import pytest
 from manual.pages import ROOT
 
+pytestmark = pytest.mark.docs
+
 NOTEBOOKS = sorted((ROOT / "bayesub" / "manual" / "notebooks").glob("*.ipynb"))
 
 

@@ -9,6 +9,7 @@ STEP = 0.05  # m/s
 
 
 @pytest.mark.parametrize("sd", [0.2 * STEP, STEP], ids=["rounding rules", "noise rules"])
+@pytest.mark.slow
 def test_sampled_posterior_is_that_of_quadrature(suboff, spiral, spiral_track, sd):
     """Mean, sd and 5 % and 95 % quantiles of the drag coefficient, from speeds rounded to 5 cm/s."""
     sensor = bs.sensors.Sensor("u_mps", sd=sd, resolution=STEP, interval_s=60.0)

@@ -20,6 +20,8 @@ from bayesub.baselines import sqp
 from bayesub.plots import style
 from bayesub.report import derived, drawings, report
 
+pytestmark = pytest.mark.browser
+
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: pip install -e '.[dev]'")
 
 

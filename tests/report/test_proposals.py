@@ -66,6 +66,7 @@ def fitted(problem, rng):
         ({"truth": "[truth]\ncurrent_mps = [0.03, -0.02]\n"}, "current", "current_north_mps"),
     ],
 )  # fmt: skip
+@pytest.mark.slow
 def test_the_lines_are_read_and_the_model_then_fits(made, kind, line, tmp_path, rng):
     text = STUDY.format(sensor=made.get("sensor", "")) + FREE + made.get("truth", "")
     problem = posed(tmp_path / "first.toml", text)
@@ -134,6 +135,7 @@ def test_columns_are_derivatives_of_the_residuals(tmp_path):
         np.testing.assert_allclose((sides[0] - sides[1]) / (2 * step), part[:, k], rtol=0, atol=1e-3 * scale + 1e-9)
 
 
+@pytest.mark.slow
 def test_the_report_has_sentence_and_lines_where_the_check_fails(tmp_path, rng):
     text = STUDY.format(sensor="bias = 0.5\n") + FREE
     problem = posed(tmp_path / "first.toml", text)

@@ -370,6 +370,7 @@ def test_an_effective_sample_costs_its_jacobians_too(problem):
     assert costs[1]["jacobian_price_simulations"] == 20.0
 
 
+@pytest.mark.slow
 def test_a_report_is_written_twice_alike_and_as_pdf_on_demand(problem, tmp_path):
     posterior = posterior_of(problem, np.random.default_rng(1))
     spectrum = identifiability.fisher(problem, posterior.best)

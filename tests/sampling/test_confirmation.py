@@ -150,6 +150,7 @@ def test_a_steady_turn_is_the_algebraic_solution(name, rudder_deg):
     assert radius == pytest.approx(np.hypot(u, v) / abs(r), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_without_jit_the_numbers_are_the_same(tmp_path):
     """The same kernels as plain Python: equal up to fused multiply-adds, that is to round-off."""
     program = (

@@ -30,6 +30,7 @@ def test_normal_posteriors(singular_values):
     assert disagreement(features) > 2 * AGREE
 
 
+@pytest.mark.slow
 def test_bounds_cut_a_normal_off():
     """Moments within bounds that hold a small part of the likelihood, against rejection sampling.
 

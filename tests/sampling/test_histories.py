@@ -71,6 +71,7 @@ def test_the_mode_of_all_parameters_is_not_that_of_the_others(toy, collapsed):
     assert np.log(joint[1]) - means[1] > 2.0 * np.sqrt(variances[1])
 
 
+@pytest.mark.slow
 def test_samples_the_closed_form(toy):
     """Moments of theta and of the sd of the forces are those of quadrature; those of another record are not."""
     criteria = Criteria(ess=2000.0)
@@ -103,6 +104,7 @@ def test_resuming_is_bit_identical(toy, tmp_path, monkeypatch):
     np.testing.assert_array_equal(resumed.log_prob, straight.log_prob)
 
 
+@pytest.mark.slow
 def test_nuts_agrees():
     """Another sampler, in coordinates of its own, for which a noise that leaves the forces some room is easier."""
     pytest.importorskip("nutpie")

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 from support.toys import Banana
 
 import bayesub as bs
@@ -50,6 +51,7 @@ def readable(folder: Path):
     return sum(len(block.chain) for block in blocks)
 
 
+@pytest.mark.slow
 def test_kill_9_costs_at_most_a_block_and_leaves_no_unreadable_file(tmp_path):
     """After each kill there is what was saved; the next life continues, and the end is that of a life without kills."""
     folder, rng = tmp_path / "chain", np.random.default_rng(KILLS)

@@ -8,6 +8,8 @@ from support.browsing import PAPER, PHONE, WIDE, asked_for, opened, violations
 
 from bayesub.cli import app
 
+pytestmark = pytest.mark.browser
+
 SENSORS = """
 [[sensors]]
 kind = "track"

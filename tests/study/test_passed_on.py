@@ -126,6 +126,7 @@ def test_two_trials_in_two_steps_are_both_together(logs, rng):
     assert np.abs(without / joint - 1.0).max() > 0.05
 
 
+@pytest.mark.slow
 def test_two_runs_by_commands_are_both_logs_in_one(logs, suboff, bayesub, monkeypatch):
     """Sampled, exported and sampled again: means and sds of the run of both logs within Monte Carlo error.
 
