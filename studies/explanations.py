@@ -19,7 +19,7 @@ from bayesub.report import markdown
 from bayesub.thesis import wrong_models
 from bayesub.thesis.wrong_models import FITS, NONE, UNCORRELATED, Departure
 
-N_RECORDS, RIGHT_RECORDS, QUICK_RECORDS = 10, 30, 3
+N_RECORDS, RIGHT_RECORDS, QUICK_RECORDS = 10, 30, 1
 PRIOR_SD = 0.25
 INSTRUMENTS = (
     bs.sensors.Track(0.1, 0.1, interval_s=1.0, channels=("x", "y", "yaw")),

@@ -4,14 +4,16 @@ Everything simulates the 600 s spiral of `suboff` with 601 output times. :func:`
 :func:`bayesub.cli.bench_tables.tables` shows them.
 """
 
+import json
 import tempfile
 import timeit
 from functools import partial
+from pathlib import Path
 
 import numba
 import numpy as np
 
-from bayesub.cli import arithmetic, rivals
+from bayesub.cli import arithmetic, compilation, rivals
 from bayesub.cli.scalar_simulator import BATCH, perturbed, spiral
 from bayesub.cli.stopwatch import each_number_of_threads, shortest, with_python
 from bayesub.kernels import workspace
@@ -111,8 +113,16 @@ def starts() -> dict:
         return {name: timeit.timeit(run, number=1) for name in ("cold_s", "warm_s")}
 
 
+def compilations() -> dict:
+    """Processor time (s) that compiling takes from an empty cache (:mod:`bayesub.cli.compilation`)."""
+    with tempfile.TemporaryDirectory() as cache:
+        file = Path(cache, "seconds.json")
+        with_python("-m", compilation.__name__, str(file), NUMBA_CACHE_DIR=cache)
+        return {"compilation": json.loads(file.read_text())}
+
+
 def run(*, quick: bool = False) -> dict:
-    """All measurements as numbers and lists: seconds, metres, bytes. `quick` leaves out JAX and the cold start."""
+    """All measurements as numbers and lists: seconds, metres, bytes. `quick` leaves out JAX and compilation."""
     seconds = 0.2 if quick else 1.5
     by_jax, left_out = ({}, ["left out by --quick: JAX"]) if quick else rivals.by_jax(seconds)
     numbers = rivals.compare(seconds, by_jax)
@@ -121,4 +131,4 @@ def run(*, quick: bool = False) -> dict:
     numbers["jacobians"] = jacobians(seconds, by_jax)
     numbers["log_likelihoods"] = log_likelihoods(seconds)
     numbers |= growth((1, 8, 64) if quick else (1, 8, 64, 256, 1024), seconds)
-    return numbers if quick else numbers | starts()
+    return numbers if quick else numbers | starts() | compilations()

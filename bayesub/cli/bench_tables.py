@@ -14,7 +14,15 @@ def tables(numbers: dict) -> list[Table | str]:
         _jacobians(numbers["jacobians"], ours),
         _log_likelihoods(numbers),
         "\n".join(_arithmetic(numbers, ours[1])),
+        *([_compilation(numbers["compilation"])] if "compilation" in numbers else []),
     ]
+
+
+def _compilation(seconds) -> Table:
+    table = Table("what", "processor time", title="Compilation, from an empty cache")
+    for name, taken in seconds.items():
+        table.add_row(name, f"{taken:.2f} s")
+    return table
 
 
 def _methods(numbers, ours) -> Table:

@@ -56,14 +56,14 @@ def _key(*parts: str | bytes) -> str:
 class _Kept(NullCache):
     """What numba compiled of a loop, kept in the user's cache folder with the names of the loops that it calls."""
 
-    def __init__(self, function):
-        self._function = function
+    def __init__(self, function, options: dict):
+        self._function, self._options = function, repr(sorted(options.items(), key=str))
 
     def _key(self, signature):
         # What is kept holds objects of Python, and code of other functions of its folder.
         others = _sources(Path(self._function.__code__.co_filename).parent)
-        name = f"{self._function.__module__}.{self._function.__qualname__}"
-        return _key(platform.python_version(), others, name, repr(signature))
+        name = f"{self._function.__module__}.{self._function.__name__}"
+        return _key(platform.python_version(), others, name, self._options, repr(signature))
 
     def load_overload(self, sig, target_context):
         content = compiled_files.load(self._key(sig))
@@ -126,9 +126,9 @@ def jit(function=None, *, threads: bool = False, exact: bool = False):
         return functools.partial(jit, threads=threads, exact=exact)
     if INTERPRETED:
         return np.errstate(all="ignore")(function)  # as in machine code
-    parallel = {"parallel": _THREADS} if threads else {}
-    dispatcher = numba.njit(nogil=True, **(_EXACT if exact else _SETTINGS), **parallel)(function)
-    dispatcher._cache = _Kept(function)
+    options = (_EXACT if exact else _SETTINGS) | ({"parallel": _THREADS} if threads else {})
+    dispatcher = numba.njit(nogil=True, **options)(function)
+    dispatcher._cache = _Kept(function, options)
     dispatcher.add_overload = functools.partial(_add_alone, dispatcher)
     return dispatcher
 

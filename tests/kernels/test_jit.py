@@ -12,7 +12,7 @@ import pytest
 from numba import prange
 from support import every_kernel
 
-from bayesub.kernels import compiled_files, jit
+from bayesub.kernels import compiled_files, integrate, jit
 from bayesub.kernels.jit import processor
 from bayesub.sampling import polynomial
 
@@ -80,7 +80,7 @@ def test_the_code_of_a_loop_is_no_part_of_others():
 def test_a_loop_is_not_loaded_without_those_that_it_calls():
     """If one was compiled again it may have another name, by which the others do not call it."""
     kinds = (numba.typeof(np.zeros(1)),) * 2
-    kept = jit._Kept(_fill_and_sum.py_func)
+    kept = jit._Kept(_fill_and_sum.py_func, {})
     _fill_and_sum.compile(kinds)
     kept.save_overload(kinds, _fill_and_sum.overloads[kinds])
     context = jit.cpu_target.target_context
@@ -140,6 +140,13 @@ def test_a_full_disk_leaves_no_half_file(cache, monkeypatch):
     monkeypatch.setattr(compiled_files.os, "fdopen", full)
     compiled_files.save("key", b"content")
     assert [*cache.iterdir()] == []
+
+
+def test_variants_for_one_thread_and_for_all_are_kept_apart():
+    """They have the same text and take the same types."""
+    one, all_of_them = integrate._on_one_thread, integrate._on_all_threads
+    assert one._cache._key(()) != all_of_them._cache._key(())
+    assert len({loop._cache._key(()) for loop in (_fill, _fill_all, _fill_and_sum)}) == 3
 
 
 def test_several_may_keep_the_same_at_once(cache):
