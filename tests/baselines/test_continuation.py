@@ -57,6 +57,7 @@ def deviance_per_reading(problem, values):
     return problem.misfit(values[None])[1][0] / len(problem.readings)
 
 
+@pytest.mark.slow
 def test_the_mode_of_a_long_record_of_an_unstable_ship(unstable):
     """From a draw of the prior Gauss-Newton ends in a local mode, continuation at the truth."""
     (start,) = unstable.prior.sample(np.random.default_rng(3), 1)

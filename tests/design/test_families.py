@@ -169,6 +169,7 @@ def test_what_has_no_limit_stays_at_rest():
     assert (ballast.lower, ballast.upper, ballast.rate) == (-2.0, 2.0, np.inf)
 
 
+@pytest.mark.slow
 def test_a_boat_with_tanks_at_rest_flies_as_one_without():
     """Fins one by one, and actuators that do nothing, are the same boat."""
     plain, with_tanks = bs.load_vehicle("suboff"), equipped()

@@ -92,6 +92,7 @@ def test_any_limits_of_any_boat(tmp_path_factory, content, name, kind, numbers):
     st.sampled_from([0.1, 1.0, 30.0]),
     st.sampled_from(sorted(KINDS)),
 )
+@pytest.mark.slow
 def test_boats_of_any_coefficients(tmp_path_factory, name, seed, spread, kind):
     """Coefficients from a tenth off to thirty times as large and of the other sign: some boats fly, some do not."""
     vehicle, rng = vehicle_of(name), np.random.default_rng(seed)

@@ -79,6 +79,7 @@ def test_a_search_goes_on_where_it_was(plan):
     assert costs[0] == costs[1]
 
 
+@pytest.mark.slow
 def test_more_judgements_make_nothing_worse(plan):
     """Whether or not curves that begin as the best of the families become better than it."""
     *_, answers = plan.brief(120)
