@@ -12,7 +12,7 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 import numpy as np
 import pytest
 import tomli_w
-from support import browsing, refusals
+from support import browsing, refusals, small_study
 from support.motions import smooth_manoeuvre
 
 import bayesub as bs
@@ -35,6 +35,30 @@ def browser():
     """Chromium or Chrome, for all tests that look at pages."""
     with browsing.started() as browser:
         yield browser
+
+
+TINY = {
+    "manoeuvre": "turning_circle",
+    "seed": 1,
+    "sensors": [small_study.track(attitude_sd_deg=0.2, interval_s=5.0)],
+    "free": {"coefficients": ["Xuu", "Nuv", "Nuu_dr"]},
+    "baselines": {"linear_least_squares": False, "sqp_starts": 1},
+    "sampler": {"max_steps": 5000},
+}
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory):
+    """finished(name, changes of TINY): the folder of a run, made once; a test that changes it takes a copy."""
+    folder = tmp_path_factory.mktemp("finished")
+
+    def run(name="tiny", **changes):
+        if not (folder / name).exists():
+            path = small_study.write(folder / f"{name}.toml", **TINY | {"name": name} | changes)
+            small_study.run(path, folder / name)
+        return folder / name
+
+    return run
 
 
 @pytest.fixture

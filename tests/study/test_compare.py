@@ -6,7 +6,7 @@ import shutil
 
 import pandas as pd
 import pytest
-from support import refusals
+from support import refusals, small_study
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -14,8 +14,8 @@ pytestmark = pytest.mark.usefixtures("unrendered")
 @pytest.fixture
 def runs(finished):
     """A run, and one of coarser sensors."""
-    coarse = finished("coarse", ("position_sd_m = 0.2", "position_sd_m = 1.0"), ("sd_deg = 0.2", "sd_deg = 2.0"))
-    return finished("tiny"), coarse
+    coarse = small_study.track(position_sd_m=1.0, attitude_sd_deg=2.0, interval_s=5.0)
+    return finished(), finished("coarse", sensors=[coarse])
 
 
 def test_a_run_and_its_copy_are_nowhere_apart_and_another_is(runs, tmp_path, bayesub):
@@ -50,7 +50,7 @@ def test_the_same_seed_gives_the_same_numbers(runs, tmp_path, bayesub):
 
 def test_a_run_that_cannot_fly_the_manoeuvre_says_why(runs, finished, tmp_path, bayesub):
     """One that infers nothing of what moves in the other plane; if no run can, it is bad input."""
-    steering = finished("steering", ('"Xuu", "Nuv", "Nuu_dr"', '"Nuv", "Nuu_dr"'))
+    steering = finished("steering", free={"coefficients": ["Nuv", "Nuu_dr"]})
     status, out, _ = bayesub("compare", runs[0], steering, "-o", tmp_path / "c", "--manoeuvre", "vertical")
     assert status == 0
     assert "not predicted: steering: vertical: no coefficient is free" in out

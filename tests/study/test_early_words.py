@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from support import small_study
 from support.refusals import refused
 
 import bayesub as bs
@@ -17,30 +18,9 @@ from bayesub.study.prepare import prepare
 from bayesub.study.run import run
 from bayesub.study.study_file import load_study
 
-STUDY = """
-name = "early"
-question = "Is a bad fit told before it is sampled?"
-vehicle = "auv690"
-manoeuvre = "horizontal"
-seed = 3
-dt_s = 0.4
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.2
-attitude_sd_deg = 0.1
-interval_s = 2.0
-[free]
-coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
-[prior]
-kind = "relative_normal"
-sd = 0.25
-[baselines]
-sqp_starts = 0
-[sampler]
-max_steps = 200
-"""
-CURRENT = "[truth]\ncurrent_mps = [0.005, 0.0]\n"
+SHORT = {"name": "early", "baselines": {"sqp_starts": 0}, "sampler": {"max_steps": 200}}
+READ = small_study.LOG | {"max_control_gap_s": 1e3}
+TWO = [small_study.track(channels=["x", "yaw"])]
 
 
 class Remarks:
@@ -59,16 +39,14 @@ class Remarks:
         self.sentences.append((sentence, self.stages[-1]))
 
 
-def written(tmp_path, text):
-    path = tmp_path / "early.toml"
-    path.write_text(text)
-    return path
+def written(tmp_path, **changes):
+    return small_study.write(tmp_path / "early.toml", **SHORT | changes)
 
 
 def test_a_mode_that_fits_is_not_spoken_of(tmp_path, few_figures):  # noqa: ARG001
     """Nothing is said before sampling, and the mode is kept with the run."""
     remarks = Remarks()
-    run(written(tmp_path, STUDY), tmp_path / "run", progress=remarks)
+    run(written(tmp_path), tmp_path / "run", progress=remarks)
     assert remarks.sentences == []
     mode = json.loads((tmp_path / "run" / "mode.json").read_text())
     assert mode["misfit"] < 1.3
@@ -78,7 +56,7 @@ def test_a_mode_that_fits_is_not_spoken_of(tmp_path, few_figures):  # noqa: ARG0
 def test_a_missing_current_is_named_before_sampling(tmp_path, few_figures):  # noqa: ARG001
     """The sentence and the lines to add come in the stage of sampling, and the run goes on."""
     remarks = Remarks()
-    run(written(tmp_path, STUDY + CURRENT), tmp_path / "run", progress=remarks)
+    run(written(tmp_path, truth={"current_mps": [0.005, 0.0]}), tmp_path / "run", progress=remarks)
     (fit, stage), (lines, _) = remarks.sentences
     assert stage == "sample the posterior"
     assert fit.startswith("fit of the mode: The model does not fit")
@@ -86,15 +64,14 @@ def test_a_missing_current_is_named_before_sampling(tmp_path, few_figures):  # n
     assert "current_north_mps" in lines
 
 
-def logged(tmp_path, damage=dict, extra=""):
+def logged(tmp_path, damage=dict, **changes):
     """A study of the log of the trial, some of whose columns are not what they should be."""
-    setup = prepare(load_study(written(tmp_path, STUDY)))
+    setup = prepare(load_study(written(tmp_path)))
     trial = setup.trials[""]
     trial.record.save(tmp_path / "log.csv", trial.manoeuvre)
     log = log_files.read_log(tmp_path / "log.csv")
     log_files.write_log(tmp_path / "log.csv", log | damage(log))
-    data = f'data = "log.csv"\nsubproblem = "horizontal"\nmax_control_gap_s = 1e3\n{extra}'
-    return written(tmp_path, STUDY.replace('manoeuvre = "horizontal"', data))
+    return written(tmp_path, **READ, **changes)
 
 
 MISREAD = {
@@ -120,8 +97,7 @@ def test_a_column_that_holds_something_else_is_refused_before_any_search(tmp_pat
 
 def test_a_column_that_is_not_used_may_hold_anything(tmp_path):
     """Without its sensor a column of the other sign is nobody's business; other faults are said and no more."""
-    file = logged(tmp_path, lambda log: {"y": -log["y"]}, 'ignore = ["y_m"]')
-    file.write_text(file.read_text().replace('channels = ["x", "y", "yaw"]', 'channels = ["x", "yaw"]'))
+    file = logged(tmp_path, lambda log: {"y": -log["y"]}, ignore=["y_m"], sensors=TWO)
     remarks = Remarks()
     refuse_misread(prepare(load_study(file)), remarks)
     assert remarks.sentences == []
@@ -145,7 +121,7 @@ def test_a_heading_that_wraps_is_no_fault(tmp_path):
 
 def test_a_log_with_the_rudder_the_other_way_round_is_not_sampled(tmp_path):
     """Trusted all the same it is searched, and then one clear line comes in place of sampling."""
-    file = logged(tmp_path, lambda log: {"delta_r": -log["delta_r"]}, "trust_log = true")
+    file = logged(tmp_path, lambda log: {"delta_r": -log["delta_r"]}, trust_log=True)
     remarks = Remarks()
     with refused("data", "yaw"):
         run(file, tmp_path / "run", progress=remarks)
@@ -160,7 +136,7 @@ def suspected(problem):
 
 def test_the_column_that_would_make_the_boat_of_the_prior_agree_is_named(tmp_path):
     """By its sign or its unit; nothing is named of a good record, nor where no change would do."""
-    problem = prepare(load_study(written(tmp_path, STUDY))).problem
+    problem = prepare(load_study(written(tmp_path))).problem
     assert suspect(problem, gauss_newton(problem).values) == ""
     readings, x, y = problem.readings, problem.rows["x"], problem.rows["y"]
     for words, part, factor in (("x_m in feet", x, 1 / 0.3048), ("y_m of the other sign", y, -1.0)):
@@ -177,7 +153,7 @@ def test_the_column_that_would_make_the_boat_of_the_prior_agree_is_named(tmp_pat
 
 def test_a_heading_that_is_trusted_to_be_in_radians_and_is_not_is_named(tmp_path):
     """Known but for whole turns, and 57 times as large."""
-    file = logged(tmp_path, extra="trust_log = true")
+    file = logged(tmp_path, trust_log=True)
     path = tmp_path / "log.csv"
     path.write_text(path.read_text().replace("yaw_deg", "yaw_rad", 1))
     with refused("data", "yaw"):
@@ -198,17 +174,17 @@ def stamped(log, late):
 @pytest.mark.parametrize("late", [6.0, -8.0])
 def test_readings_with_another_clock_than_the_controls_are_named(tmp_path, late):
     """By how much, before anything is sampled; with that offset the log is sampled."""
-    file = logged(tmp_path, lambda log: stamped(log, late), "trust_log = true")
+    file = logged(tmp_path, lambda log: stamped(log, late), trust_log=True)
     with refused("data", "yaw"):
         run(file, tmp_path / "run", progress=Remarks())
-    text = file.read_text().replace("interval_s = 2.0", f"interval_s = 2.0\nclock_offset_s = {late}")
-    problem = prepare(load_study(written(tmp_path, text))).problem
+    file = written(tmp_path, **READ, trust_log=True, sensors=[small_study.track(clock_offset_s=late)])
+    problem = prepare(load_study(file)).problem
     assert fit_of_mode(problem, gauss_newton(problem).values, np.random.default_rng(0)).misfit < 1.5
 
 
 def test_outliers_do_not_stop_a_run(tmp_path):
     """One reading in twenty of a hundred times the noise is told, but the misfit is that of the others."""
-    problem = prepare(load_study(written(tmp_path, STUDY))).problem
+    problem = prepare(load_study(written(tmp_path))).problem
     readings = problem.readings.copy()
     readings[::20] += 100.0 * problem.sds[::20] * np.random.default_rng(1).standard_normal(len(readings[::20]))
     fit = fit_of_mode(problem.with_readings(readings), problem.reference, np.random.default_rng(0))

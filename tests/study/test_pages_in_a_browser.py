@@ -37,7 +37,7 @@ def prediction(finished, tmp_path_factory):
     (folder / "sensors.toml").write_text(SENSORS)
     given = ("zigzag_20_20", "--sensors", folder / "sensors.toml", "--seed", 3, "--sample", 0.5)
     command("simulate", "auv690", *given, "-o", folder / "log.csv")
-    command("predict", finished("tiny"), folder / "log.csv", "-o", folder / "p", "--draws", 60)
+    command("predict", finished(), folder / "log.csv", "-o", folder / "p", "--draws", 60)
     return folder / "p" / "prediction.html"
 
 
@@ -45,7 +45,7 @@ def prediction(finished, tmp_path_factory):
 def comparison(finished, tmp_path_factory):
     """The page of as many runs as can be compared, with long names."""
     folder = tmp_path_factory.mktemp("comparison")
-    runs = [shutil.copytree(finished("tiny"), folder / f"a_run_of_a_long_name_{k}") for k in range(MOST)]
+    runs = [shutil.copytree(finished(), folder / f"a_run_of_a_long_name_{k}") for k in range(MOST)]
     command("compare", *runs, "-o", folder / "c", "--draws", 60)
     return folder / "c" / "comparison.html"
 

@@ -46,7 +46,7 @@ def quick(request, monkeypatch):
 
 @pytest.fixture
 def run(finished):
-    return finished("tiny")
+    return finished()
 
 
 @pytest.fixture(scope="module")

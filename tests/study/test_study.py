@@ -11,7 +11,7 @@ import tomllib
 import numpy as np
 import pytest
 import tomli_w
-from support import refusals
+from support import refusals, small_study
 from support.pages import Page
 
 import bayesub as bs
@@ -26,29 +26,9 @@ from bayesub.study.result import load_result
 from bayesub.study.run_folder import open_folder, saved_config
 from bayesub.study.study_file import load_study
 
-SMALL = """
-name = "small"
-question = "Is <script>alert(1)</script> & 'this' a question?"
-vehicle = "auv690"
-manoeuvre = "horizontal"
-seed = 3
-dt_s = 0.4
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.2
-attitude_sd_deg = 0.1
-interval_s = 2.0
-[free]
-coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
-[prior]
-kind = "relative_normal"
-sd = 0.25
-centre = "perturbed"
-perturbation_sd = 0.1
-[baselines]
-sqp_starts = 2
-"""
+QUESTION = "Is <script>alert(1)</script> & 'this' a question?"
+PRIOR = {"centre": "perturbed", "perturbation_sd": 0.1}
+SMALL = small_study.text(question=QUESTION, prior=PRIOR, baselines={"sqp_starts": 2})
 
 
 @pytest.fixture

@@ -1,0 +1,73 @@
+"""The small study that tests change, as a table, as text and as a file; and runs of it that are soon over."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import tomli_w
+
+import bayesub as bs
+
+_TRACK = {
+    "kind": "track",
+    "channels": ["x", "y", "yaw"],
+    "position_sd_m": 0.2,
+    "attitude_sd_deg": 0.1,
+    "interval_s": 2.0,
+}
+_STUDY = {
+    "name": "small",
+    "vehicle": "auv690",
+    "manoeuvre": "horizontal",
+    "seed": 3,
+    "dt_s": 0.4,
+    "sensors": [_TRACK],
+    "free": {"coefficients": ["Xuu", "Yuv", "Nuv", "Yuu_dr"]},
+    "prior": {"kind": "relative_normal", "sd": 0.25},
+}
+SUBOFF = {"vehicle": "suboff", "dt_s": 1.0}
+LOG = {"manoeuvre": None, "data": "log.csv", "subproblem": "horizontal"}  # in place of a simulated trial
+
+
+def merged(table: dict, changes: dict) -> dict:
+    """A table with changes: tables within it are merged too, and None removes a key."""
+    found = table | {k: merged(table.get(k, {}), new) if isinstance(new, dict) else new for k, new in changes.items()}
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def track(**changes) -> dict:
+    """The sensor of the study."""
+    return merged(_TRACK, changes)
+
+
+def content(**changes) -> dict:
+    """The study as a table."""
+    return merged(_STUDY, changes)
+
+
+def text(**changes) -> str:
+    """The study as the text of a file. Tables stand last, so that others can be appended."""
+    return tomli_w.dumps(content(**changes))
+
+
+def write(path: Path, **changes) -> Path:
+    """Write the study; gives the path."""
+    path.write_text(text(**changes))
+    return path
+
+
+def leave_empty(paths) -> None:
+    """Files in place of a figure that no test looks at."""
+    for path in paths:
+        path.write_bytes(b'<svg viewBox="0 0 1 1"></svg>' if path.suffix == ".svg" else b"")
+
+
+def run(path: Path, folder: Path) -> bs.StudyResult:
+    """Run a study with a report whose figures are empty and whose derived quantities are of few boats."""
+    from bayesub.report import derived, report  # loads Matplotlib
+
+    figures = report.figures
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "figures", lambda *given: (replace(f, draw=leave_empty) for f in figures(*given)))
+        patch.setattr(derived, "N_DRAWS", 16)
+        return bs.run(path, folder)
