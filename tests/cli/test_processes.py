@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from support import small_study
 from support.refusals import refused
 
 import bayesub as bs
@@ -27,28 +28,6 @@ pytestmark = pytest.mark.slow
 
 INTERRUPTIONS = int(os.environ.get("BAYESUB_INTERRUPTIONS", "2"))
 COMMAND = [sys.executable, "-c", "from bayesub.__main__ import main; main()"]
-STUDY = """
-name = "small"
-vehicle = "auv690"
-manoeuvre = "horizontal"
-seed = 3
-dt_s = 0.4
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.2
-attitude_sd_deg = 0.1
-interval_s = 4.0
-[free]
-coefficients = ["Xuu", "Yuv", "Nuv"]
-[prior]
-kind = "relative_normal"
-sd = 0.25
-[baselines]
-sqp_starts = 0
-[sampler]
-ess = 1000.0
-"""
 
 
 class Run:
@@ -95,9 +74,13 @@ def held(folder) -> bool:
 
 @pytest.fixture
 def small(tmp_path):
-    path = tmp_path / "small.toml"
-    path.write_text(STUDY)
-    return path
+    return small_study.write(
+        tmp_path / "small.toml",
+        sensors=[small_study.track(interval_s=4.0)],
+        free={"coefficients": ["Xuu", "Yuv", "Nuv"]},
+        baselines={"sqp_starts": 0},
+        sampler={"ess": 1000.0},
+    )
 
 
 def test_a_life_of_accidents_ends_with_the_same_bits(small, tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support import small_study
 from support.refusals import refused
 
 import bayesub as bs
@@ -62,18 +63,24 @@ def test_what_is_wrong_is_one_line(own, function, name, kind, key):
         own(function, name)
 
 
-def _study(folder, tables):
+def _study(folder, *tables):
     folder.joinpath("own.py").write_text(OWN)
-    (folder / "study.toml").write_text(
-        'name = "own"\nvehicle = "suboff"\nmanoeuvre = "turning_circle"\nseed = 1\n'
-        '[[sensors]]\nkind = "track"\nchannels = ["x", "y"]\nposition_sd_m = 1.0\nattitude_sd_deg = 0.1\n'
-        'interval_s = 20.0\n[free]\ncoefficients = ["Xuu", "Nuv"]\n[prior]\nkind = "relative_normal"\nsd = 0.1\n'
-        "[baselines]\nsqp_starts = 0\nlinear_least_squares = false\n" + tables
+    path = small_study.write(
+        folder / "study.toml",
+        **small_study.SUBOFF | {"dt_s": None},
+        name="own",
+        manoeuvre="turning_circle",
+        seed=1,
+        sensors=[small_study.track(channels=["x", "y"], position_sd_m=1.0, interval_s=20.0)],
+        free={"coefficients": ["Xuu", "Nuv"]},
+        prior={"sd": 0.1},
+        baselines={"sqp_starts": 0, "linear_least_squares": False},
+        derived=tables,
     )
-    return load_study(folder / "study.toml")
+    return load_study(path)
 
 
-TABLE = '[[derived]]\nname = "my_heading_deg"\nfunction = "own.py:heading_deg"\nmeaning = "Two minutes on."\n'
+TABLE = {"name": "my_heading_deg", "function": "own.py:heading_deg", "meaning": "Two minutes on."}
 
 
 def test_a_run_keeps_the_function_and_draws_again_with_the_copy(tmp_path, few_figures):  # noqa: ARG001
@@ -90,4 +97,4 @@ def test_a_run_keeps_the_function_and_draws_again_with_the_copy(tmp_path, few_fi
 
 def test_two_of_a_name_are_refused(tmp_path):
     with refused("conflict"):
-        _study(tmp_path, TABLE + TABLE)
+        _study(tmp_path, TABLE, TABLE)

@@ -1,10 +1,8 @@
 """Unmodelled forces in study files: of a fit and of a truth."""
 
-import tomllib
-
 import numpy as np
 import pytest
-import tomli_w
+from support import small_study
 from support.refusals import refused
 
 import bayesub as bs
@@ -14,23 +12,8 @@ from bayesub.study.disturbance_section import DisturbanceSection, TrueDisturbanc
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import Study, load_study
 
-STUDY = tomllib.loads("""
-name = "disturbed"
-vehicle = "auv690"
-manoeuvre = "horizontal"
-seed = 1
-dt_s = 0.4
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.1
-attitude_sd_deg = 0.1
-[free]
-coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
-[prior]
-kind = "relative_normal"
-sd = 0.25
-""")
+ONCE = [small_study.track(position_sd_m=0.1, interval_s=None)]
+STUDY = {"name": "disturbed", "seed": 1, "sensors": ONCE}
 PROCESS = {"axes": ["X", "Y", "N"], "sd": 1e-5, "correlation_time_s": 4.0}
 PRIOR = {"median": 2e-5, "log_sd": 1.0}
 
@@ -40,9 +23,7 @@ def posed(tmp_path):
     """posed(sections): the setup of a study with further sections."""
 
     def pose(**sections):
-        path = tmp_path / "study.toml"
-        path.write_text(tomli_w.dumps(STUDY | sections))
-        return prepare(load_study(path))
+        return prepare(load_study(small_study.write(tmp_path / "study.toml", **STUDY | sections)))
 
     return pose
 
@@ -165,7 +146,7 @@ def test_what_a_truth_cannot_feel(posed, truth, kind, key):
 
 
 def test_a_log_has_no_disturbance_of_its_own():
-    content = {key: value for key, value in STUDY.items() if key != "manoeuvre"} | {"data": "log.csv"}
+    content = small_study.content(**STUDY, manoeuvre=None, data="log.csv")
     with pytest.raises(ValueError, match="truth is what a simulated trial knows, and contradicts 'data'"):
         Study.model_validate(content | {"truth": {"disturbance": PROCESS}})
 
@@ -235,17 +216,15 @@ def straight(tmp_path):
     (tmp_path / "straight.toml").write_text(text + "[demands]\ntime_s = [0.0]\nrudder_deg = [0.0]\n")
 
 
-def test_trials_share_the_process_and_have_histories_of_their_own(posed, monkeypatch):
+def test_trials_share_the_process_and_have_histories_of_their_own(posed):
     """One truth is disturbed, the other calm; sds and time are one parameter each."""
     trials = [
         {"name": "calm", "manoeuvre": "horizontal"},
         {"name": "gusty", "manoeuvre": "turning_circle", "truth": {"disturbance": PROCESS}},
     ]
-    monkeypatch.delitem(STUDY, "manoeuvre")
     time = {"median": 4.0, "log_sd": 0.5}
-    setup = posed(
-        trials=trials, disturbance=PROCESS | {"sd": PRIOR, "correlation_time_s": time, "knot_interval_s": 20.0}
-    )
+    unknown = PROCESS | {"sd": PRIOR, "correlation_time_s": time, "knot_interval_s": 20.0}
+    setup = posed(manoeuvre=None, trials=trials, disturbance=unknown)
     assert [trial.truth.simulator.forces is not None for trial in setup.trials.values()] == [False, True]
     names = setup.problem.names
     process = [name for name in names if name.startswith(("sd_disturbance", "correlation_time_disturbance"))]

@@ -12,7 +12,7 @@ import matplotlib.mathtext
 import numpy as np
 import pandas as pd
 import pytest
-from support import refusals
+from support import refusals, small_study
 
 import bayesub as bs
 from bayesub.report.parameter_tables import regressor_latex, rounded
@@ -20,31 +20,15 @@ from bayesub.study import infer
 from bayesub.study.export import FORMATS
 from bayesub.study.finished_run import finished_run
 
-STUDY = """
-name = "small"
-vehicle = "suboff"
-manoeuvre = "zigzag_20_20"
-seed = 3
-dt_s = 1.0
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.5
-attitude_sd_deg = 0.1
-interval_s = 10.0
-[free]
-coefficients = ["Xuu", "Yuv", "Nuv", "Nur", "Yv_absnu"]
-[nuisance]
-current_north_mps = { mean = 0.0, sd = 0.3 }
-[prior]
-kind = "relative_normal"
-sd = 0.2
-[baselines]
-sqp_starts = 0
-linear_least_squares = false
-[sampler]
-ess = 100.0
-"""
+STUDY = small_study.SUBOFF | {
+    "manoeuvre": "zigzag_20_20",
+    "sensors": [small_study.track(position_sd_m=0.5, interval_s=10.0)],
+    "free": {"coefficients": ["Xuu", "Yuv", "Nuv", "Nur", "Yv_absnu"]},
+    "nuisance": {"current_north_mps": {"mean": 0.0, "sd": 0.3}},
+    "prior": {"sd": 0.2},
+    "baselines": {"sqp_starts": 0, "linear_least_squares": False},
+    "sampler": {"ess": 100.0},
+}
 NAMES = ("Xuu", "Yuv", "Nuv", "Nur", "Yv_absnu", "current_north_mps")
 
 
@@ -52,10 +36,10 @@ NAMES = ("Xuu", "Yuv", "Nuv", "Nur", "Yv_absnu", "current_north_mps")
 def run(tmp_path_factory):
     """The folder of a finished run without a report."""
     folder = tmp_path_factory.mktemp("run")
-    (folder / "small.toml").write_text(STUDY)
+    path = small_study.write(folder / "small.toml", **STUDY)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(infer, "write_report", lambda *_, **__: {"predictions": [], "verdict": {}})
-        result = bs.run(folder / "small.toml", folder / "small")
+        result = bs.run(path, folder / "small")
     assert result.verdict == "converged"
     return folder / "small"
 
@@ -110,9 +94,8 @@ def test_the_vehicle_file_is_a_prior(run, exported, tmp_path, bayesub):
     assert "Integrated out: current_north_mps." in path.read_text()
     prior = bs.priors.from_vehicle(vehicle).on(places, vehicle.xi, vehicle.equations)
     np.testing.assert_allclose(prior.sd, posterior.sd[:5], rtol=1e-12)
-    text = STUDY.replace('"suboff"', '"known.toml"').replace('"relative_normal"\nsd = 0.2', '"vehicle"')
-    (tmp_path / "second.toml").write_text(text)
-    status, out, err = bayesub("check", tmp_path / "second.toml")
+    second = STUDY | {"vehicle": "known.toml", "prior": {"kind": "vehicle", "sd": None}}
+    status, out, err = bayesub("check", small_study.write(tmp_path / "second.toml", **second))
     assert (status, err) == (0, "")
     assert "known.toml" in out or "second" in out
 

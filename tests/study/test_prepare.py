@@ -2,41 +2,30 @@
 
 import numpy as np
 import pytest
+from support import small_study
 
 import bayesub as bs
 from bayesub.study import prepare as preparation
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 
-STUDY = """
-name = "finer"
-vehicle = "npsauv"
-seed = 3
-DT
-[[trials]]
-name = "spiral"
-manoeuvre = "horizontal"
-[[trials]]
-name = "zigzag"
-manoeuvre = "zigzag_20_20"
-nuisance = { yaw0_deg = { mean = 0.0, sd = 1.0 } }
-[[trials.sensors]]
-kind = "dvl"
-sd_mps = 0.00001
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.5
-attitude_sd_deg = 0.1
-dropout = 0.1
-[free]
-coefficients = "horizontal"
-[prior]
-kind = "relative_normal"
-sd = 0.25
-centre = "perturbed"
-perturbation_sd = 0.1
-"""
+STUDY = {
+    "name": "finer",
+    "vehicle": "npsauv",
+    "manoeuvre": None,
+    "trials": [
+        {"name": "spiral", "manoeuvre": "horizontal"},
+        {
+            "name": "zigzag",
+            "manoeuvre": "zigzag_20_20",
+            "nuisance": {"yaw0_deg": {"mean": 0.0, "sd": 1.0}},
+            "sensors": [{"kind": "dvl", "sd_mps": 0.00001}],
+        },
+    ],
+    "sensors": [small_study.track(position_sd_m=0.5, dropout=0.1, interval_s=None)],
+    "free": {"coefficients": "horizontal"},
+    "prior": {"centre": "perturbed", "perturbation_sd": 0.1},
+}
 SENSORS = {
     "spiral": bs.sensors.Track(0.5, 0.1, channels=("x", "y", "yaw")),
     "zigzag": bs.sensors.DVL(sd_mps=0.00001),
@@ -45,14 +34,8 @@ SENSORS = {
 
 @pytest.fixture
 def ready(tmp_path):
-    """ready(dt): the study with a line for its step, made ready."""
-
-    def prepared(dt=""):
-        path = tmp_path / "study.toml"
-        path.write_text(STUDY.replace("DT", dt))
-        return prepare(load_study(path))
-
-    return prepared
+    """ready(dt): the study with a step, or without, made ready."""
+    return lambda dt=None: prepare(load_study(small_study.write(tmp_path / "study.toml", **STUDY, dt_s=dt)))
 
 
 def test_every_record_is_flown_at_a_tenth_of_the_step_of_its_fit(ready):
@@ -76,7 +59,7 @@ def test_every_record_is_flown_at_a_tenth_of_the_step_of_its_fit(ready):
 
 
 def test_a_step_that_is_given_is_that_of_the_fit(ready):
-    setup = ready("dt_s = 0.25")
+    setup = ready(0.25)
     for name, trial in setup.trials.items():
         assert setup.problem.problems[name].simulator.step == 0.25
         assert trial.truth.simulator.step == pytest.approx(0.025)
@@ -84,7 +67,7 @@ def test_a_step_that_is_given_is_that_of_the_fit(ready):
 
 def test_the_noise_of_a_record_does_not_depend_on_the_step(ready):
     """Its stream of random numbers is begun when the trial is measured: other steps, the same noise."""
-    one, other = (ready(f"dt_s = {dt}") for dt in (0.02, 0.01))
+    one, other = (ready(dt) for dt in (0.02, 0.01))
     for name in one.trials:
         first, second = (setup.trials[name].record for setup in (one, other))
         assert [len(c.times) for c in first.channels] == [len(c.times) for c in second.channels]
@@ -106,7 +89,7 @@ def test_the_model_is_as_good_as_its_sensors(ready):
 def test_a_problem_is_posed_for_the_step_only_if_none_is_given(ready, monkeypatch):
     count = []
     monkeypatch.setattr(preparation, "Problem", lambda *a, **k: count.append(1) or bs.Problem(*a, **k))
-    ready("dt_s = 0.25")
+    ready(0.25)
     assert len(count) == 2
     ready()
     assert len(count) == 2 + 4
