@@ -37,16 +37,6 @@ def browser():
         yield browser
 
 
-TINY = {
-    "manoeuvre": "turning_circle",
-    "seed": 1,
-    "sensors": [small_study.track(attitude_sd_deg=0.2, interval_s=5.0)],
-    "free": {"coefficients": ["Xuu", "Nuv", "Nuu_dr"]},
-    "baselines": {"linear_least_squares": False, "sqp_starts": 1},
-    "sampler": {"max_steps": 5000},
-}
-
-
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory):
     """finished(name, changes of TINY): the folder of a run, made once; a test that changes it takes a copy."""
@@ -54,7 +44,7 @@ def finished(tmp_path_factory):
 
     def run(name="tiny", **changes):
         if not (folder / name).exists():
-            path = small_study.write(folder / f"{name}.toml", **TINY | {"name": name} | changes)
+            path = small_study.write(folder / f"{name}.toml", **small_study.TINY | {"name": name} | changes)
             small_study.run(path, folder / name)
         return folder / name
 

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+import tomli_w
 from scipy import stats
+from support import small_study
 from support.refusals import refused
 
 import bayesub as bs
@@ -10,40 +12,19 @@ from bayesub.baselines import gauss_newton
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 
-SENSORS = """
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.1
-attitude_sd_deg = 0.1
-[[sensors]]
-kind = "ins"
-channels = ["r"]
-sd_degps = 0.05
-"""
-TRUTH = """
-[truth]
-current_mps = [0.0, 0.0]
-actuators = { lag_rudder_s = 0.9, delay_rudder_s = 0.6, bias_rudder_deg = 1.5, scale_rudder = 0.9 }
-"""
+SENSORS = [
+    small_study.track(position_sd_m=0.1, interval_s=None),
+    {"kind": "ins", "channels": ["r"], "sd_degps": 0.05},
+]
 ACTUATORS = {"lag_rudder_s": 0.9, "delay_rudder_s": 0.6, "bias_rudder_deg": 1.5, "scale_rudder": 0.9}
-STUDY = """
-name = "ordered"
-vehicle = "auv690"
-seed = 3
-{source}
-{sensors}
-[free]
-coefficients = ["Yuv", "Nuv"]
-[prior]
-kind = "relative_normal"
-sd = 0.25
-[nuisance]
-lag_rudder_s = {{ median = 0.5, log_sd = 0.5 }}
-delay_rudder_s = {{ mean = 0.3, sd = 0.5 }}
-bias_rudder_deg = {{ mean = 0.0, sd = 2.0 }}
-scale_rudder = {{ mean = 1.0, sd = 0.2 }}
-"""
+TRUTH = {"current_mps": [0.0, 0.0], "actuators": ACTUATORS}
+STUDY = {"dt_s": None, "sensors": SENSORS, "free": {"coefficients": ["Yuv", "Nuv"]}}
+UNKNOWN = {
+    "lag_rudder_s": {"median": 0.5, "log_sd": 0.5},
+    "delay_rudder_s": {"mean": 0.3, "sd": 0.5},
+    "bias_rudder_deg": {"mean": 0.0, "sd": 2.0},
+    "scale_rudder": {"mean": 1.0, "sd": 0.2},
+}
 ORDERS = "time_s,rudder_command_deg\n0,0\n5.2,15\n14.7,-15\n29.3,10\n41.1,-20\n52.9,0\n70,0\n"
 
 
@@ -51,14 +32,13 @@ ORDERS = "time_s,rudder_command_deg\n0,0\n5.2,15\n14.7,-15\n29.3,10\n41.1,-20\n5
 def folder(tmp_path, bayesub):
     """Orders, and the log of a boat whose rudder follows them late."""
     (tmp_path / "orders.csv").write_text(ORDERS)
-    (tmp_path / "instruments.toml").write_text(SENSORS + TRUTH)
+    (tmp_path / "instruments.toml").write_text(tomli_w.dumps({"sensors": SENSORS, "truth": TRUTH}))
     sensors = ("--sensors", tmp_path / "instruments.toml", "--seed", 5, "--subproblem", "horizontal")
     code, *messages = bayesub("simulate", "auv690", tmp_path / "orders.csv", "-o", tmp_path / "log.csv", *sensors)
     assert code == 0, messages
-    simulated = STUDY.format(source='manoeuvre = "orders.csv"', sensors=SENSORS + TRUTH)
-    (tmp_path / "simulated.toml").write_text(simulated)
-    read = 'data = "log.csv"\nsubproblem = "horizontal"\nmax_control_gap_s = 20.0'
-    (tmp_path / "read.toml").write_text(STUDY.format(source=read, sensors=SENSORS))
+    study = STUDY | {"nuisance": UNKNOWN}
+    small_study.write(tmp_path / "simulated.toml", **study, manoeuvre="orders.csv", truth=TRUTH)
+    small_study.write(tmp_path / "read.toml", **study, **small_study.LOG, max_control_gap_s=20.0)
     return tmp_path
 
 
@@ -100,20 +80,11 @@ def test_refused(folder, old, new, kind, key):
         prepare(load_study(path))
 
 
-PERCENT = """
-name = "percent"
-vehicle = "auv690"
-seed = 3
-data = "log.csv"
-subproblem = "horizontal"
-{controls}
-{sensors}
-[free]
-coefficients = ["Yuv", "Nuv"]
-[prior]
-kind = "relative_normal"
-sd = 0.1
-"""
+def percent(path, controls, nuisance=None):
+    """The setup of a study of a log with these controls."""
+    changes = STUDY | small_study.LOG | {"prior": {"sd": 0.1}, "nuisance": nuisance or {}}
+    path.write_text(small_study.text(**changes) + controls)
+    return prepare(load_study(path))
 
 
 def test_a_rudder_in_counts_from_a_guess(tmp_path):
@@ -122,10 +93,8 @@ def test_a_rudder_in_counts_from_a_guess(tmp_path):
     Sixteen squares of standard normal errors of zero and scale; the probability of a sum outside is 1 in 1000.
     """
     controls = '[controls.rudder]\ncolumn = "rudder_counts"\nunit_deg = 0.05\nzero = 500.0\n'
-    nuisance = (
-        "[nuisance]\nbias_rudder_counts = { mean = 0.0, sd = 40.0 }\nscale_rudder = { mean = 1.0, sd = 0.2 }\n"
-        "u0_mps = { mean = 2.0, sd = 0.2 }\n"
-    )
+    zeros = {"bias_rudder_counts": {"mean": 0.0, "sd": 40.0}, "scale_rudder": {"mean": 1.0, "sd": 0.2}}
+    speed = {"u0_mps": {"mean": 2.0, "sd": 0.2}}
     boat = bs.load_vehicle("auv690")
     manoeuvre = bs.load_manoeuvre("zigzag_20_20", boat)
     errors, blind = [], []
@@ -142,14 +111,11 @@ def test_a_rudder_in_counts_from_a_guess(tmp_path):
         log = bs.io.log_files.read_log(tmp_path / "log.csv")
         log["rudder_counts"] = (np.degrees(log.pop("delta_r")) / 0.05 - bias) / scale + 500.0
         bs.io.log_files.write_log(tmp_path / "log.csv", log)
-        (tmp_path / "study.toml").write_text(PERCENT.format(controls=controls, sensors=SENSORS) + nuisance)
-        problem = prepare(load_study(tmp_path / "study.toml")).problem
+        problem = percent(tmp_path / "study.toml", controls, zeros | speed).problem
         fit = gauss_newton(problem)
         places = [problem.names.index(name) for name in ("bias_rudder_counts", "scale_rudder")]
         errors.append((fit.values[places] - [bias, scale]) / np.sqrt(np.diag(fit.covariance))[places])
-        few = nuisance.replace("bias_rudder", "#").replace("scale_rudder", "#")
-        (tmp_path / "study.toml").write_text(PERCENT.format(controls=controls, sensors=SENSORS) + few)
-        problem = prepare(load_study(tmp_path / "study.toml")).problem
+        problem = percent(tmp_path / "study.toml", controls, speed).problem
         fit = gauss_newton(problem)
         places = [problem.names.index(name) for name in ("Yuv", "Nuv")]
         truth = xi[boat.equations.columns(["Yuv", "Nuv"])]
@@ -174,12 +140,11 @@ def test_columns_of_a_study(tmp_path, controls, kind, key):
     column = "rudder_percent" if "percent" in controls else "rudder_deg"
     rows = (f"{t},{20.0 * np.sin(t / 3)},{t},0,{t},{np.cos(t / 3)}" for t in range(30))
     (tmp_path / "log.csv").write_text("\n".join([f"time_s,{column},x_m,y_m,yaw_deg,r_degps", *rows]) + "\n")
-    (tmp_path / "study.toml").write_text(PERCENT.format(controls=controls, sensors=SENSORS))
     if kind is not None:
         with refused(kind, key):
-            prepare(load_study(tmp_path / "study.toml"))
+            percent(tmp_path / "study.toml", controls)
         return
-    setup = prepare(load_study(tmp_path / "study.toml"))
+    setup = percent(tmp_path / "study.toml", controls)
     manoeuvre, rudder = setup.trials[""].manoeuvre, setup.vehicle.actuators.members[0]
     assert manoeuvre.commanded == (("delta_r",) if "commanded" in controls else ())
     if "percent" in controls:

@@ -256,37 +256,58 @@ def test_a_full_disk_is_one_line(bayesub, small, tmp_path, monkeypatch):
 TANK = "coefficient,mean,sd\nXuu,-0.005,0.0005\n"
 
 
-@pytest.fixture
-def with_files(small):
-    """A study beside its vehicle, manoeuvre and table of priors."""
-    folder = small.parent / "beside"
-    folder.mkdir()
-    (folder / "boat.toml").write_bytes(toml_files.built_in("vehicles")["auv690"].read_bytes())
-    (folder / "history.csv").write_text(
+def beside_files(folder):
+    """The path of a study that stops after 100 steps, beside its vehicle, manoeuvre and table of priors."""
+    beside = folder / "beside"
+    beside.mkdir()
+    (beside / "boat.toml").write_bytes(toml_files.built_in("vehicles")["auv690"].read_bytes())
+    (beside / "history.csv").write_text(
         "time_s,rudder_deg\n" + "".join(f"{t},{8 if 20 < t < 60 else -5}\n" for t in range(0, 121, 2))
     )
-    (folder / "tank.csv").write_text(TANK)
-    text = SMALL.replace('vehicle = "auv690"', 'vehicle = "beside/boat.toml"')
-    text = text.replace('manoeuvre = "horizontal"', 'manoeuvre = "beside/history.csv"')
-    small.write_text(
-        text.replace("[prior]", '[prior]\ntable = "beside/tank.csv"') + "[sampler]\ness = 1e6\nmax_steps = 100\n"
+    (beside / "tank.csv").write_text(TANK)
+    return small_study.write(
+        folder / "small.toml",
+        vehicle="beside/boat.toml",
+        manoeuvre="beside/history.csv",
+        prior=PRIOR | {"table": "beside/tank.csv"},
+        baselines={"sqp_starts": 2},
+        sampler={"ess": 1e6, "max_steps": 100},
     )
-    return small
+
+
+@pytest.fixture
+def with_files(tmp_path):
+    return beside_files(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def stopped(tmp_path_factory):
+    """The folder of such a study and of its run, what the run returned, and how many problems it has posed."""
+    study, posed = beside_files(tmp_path_factory.mktemp("stopped")), []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(preparation, "Problem", lambda *a, **k: posed.append(1) or bs.Problem(*a, **k))
+        result = small_study.run(bs.load_study(study), study.parent / "run")
+    return study.parent, result, len(posed)
+
+
+@pytest.fixture
+def copied(stopped, tmp_path):
+    """The same study and run, to be changed."""
+    return shutil.copytree(stopped[0], tmp_path, dirs_exist_ok=True) / "small.toml"
 
 
 @pytest.mark.usefixtures("few_figures")
-def test_a_run_moves_and_is_drawn_again_from_what_its_folder_keeps(bayesub, with_files, tmp_path):
+def test_a_run_moves_and_is_drawn_again_from_what_its_folder_keeps(bayesub, stopped, copied, tmp_path):
     """Paths are relative to the study, copies of its files are in the folder, and a changed copy is refused by name."""
-    folder = tmp_path / "run"
-    result = bs.run(with_files, folder)
+    folder, (home, result, _) = tmp_path / "run", stopped
     config = tomllib.loads((folder / "config.toml").read_text())
     assert config["vehicle"] == "beside/boat.toml"
-    assert str(tmp_path) not in (folder / "config.toml").read_text()
+    assert str(home) not in (folder / "config.toml").read_text()
     before = json.loads((folder / "numbers.json").read_text())
     moved = tmp_path / "elsewhere" / "run"
     shutil.copytree(folder, moved)
-    shutil.rmtree(with_files.parent / "beside")
-    with_files.unlink()
+    shutil.rmtree(copied.parent / "beside")
+    copied.unlink()
     for name in ("report.html", "numbers.json"):
         (folder / name).unlink()
     (moved / "report.html").unlink()
@@ -379,27 +400,22 @@ def test_a_run_with_equations_of_its_own_is_prepared_from_what_its_folder_keeps(
 
 
 @pytest.mark.usefixtures("few_figures")
-def test_a_run_of_the_former_version_is_drawn_again_while_its_files_are_there(with_files, tmp_path):
+def test_a_run_of_the_former_version_is_drawn_again_while_its_files_are_there(copied, tmp_path):
     """Its config holds absolute paths and no digest of sources."""
     folder = tmp_path / "run"
-    bs.run(with_files, folder)
     shutil.rmtree(folder / "inputs")
     text = re.sub(r"sources_sha256 = .*\n", "", (folder / "config.toml").read_text())
-    (folder / "config.toml").write_text(text.replace("beside/", f"{with_files.parent}/beside/"))
+    (folder / "config.toml").write_text(text.replace("beside/", f"{copied.parent}/beside/"))
     assert redraw(folder).verdict == "not converged"
-    (with_files.parent / "beside" / "tank.csv").unlink()
+    (copied.parent / "beside" / "tank.csv").unlink()
     with refusals.refused("file"):
         redraw(folder)
 
 
-@pytest.mark.usefixtures("few_figures")
-def test_the_problem_is_prepared_once(small, tmp_path, monkeypatch):
+def test_the_problem_is_prepared_once(stopped):
     """And the verdict is not read from a file that was just written."""
-    small.write_text(SMALL + "[sampler]\ness = 1e6\nmax_steps = 100\n")
-    count = []
-    monkeypatch.setattr(preparation, "Problem", lambda *a, **k: count.append(1) or bs.Problem(*a, **k))
-    result = bs.run(bs.load_study(small), tmp_path / "run")
-    assert len(count) == 1
+    home, result, n_posed = stopped
+    assert n_posed == 1
     assert (result.verdict, result.good) == ("not converged", False)
     assert result.shortcomings
-    assert set(result.sentences) == set(json.loads((tmp_path / "run/numbers.json").read_text())["verdict"])
+    assert set(result.sentences) == set(json.loads((home / "run/numbers.json").read_text())["verdict"])

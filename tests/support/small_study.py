@@ -40,6 +40,16 @@ def track(**changes) -> dict:
     return merged(_TRACK, changes)
 
 
+TINY = {  # whose run takes a second or two
+    "manoeuvre": "turning_circle",
+    "seed": 1,
+    "sensors": [track(attitude_sd_deg=0.2, interval_s=5.0)],
+    "free": {"coefficients": ["Xuu", "Nuv", "Nuu_dr"]},
+    "baselines": {"linear_least_squares": False, "sqp_starts": 1},
+    "sampler": {"max_steps": 5000},
+}
+
+
 def content(**changes) -> dict:
     """The study as a table."""
     return merged(_STUDY, changes)
@@ -62,7 +72,7 @@ def leave_empty(paths) -> None:
         path.write_bytes(b'<svg viewBox="0 0 1 1"></svg>' if path.suffix == ".svg" else b"")
 
 
-def run(path: Path, folder: Path) -> bs.StudyResult:
+def run(study: Path | bs.Study, folder: Path) -> bs.StudyResult:
     """Run a study with a report whose figures are empty and whose derived quantities are of few boats."""
     from bayesub.report import derived, report  # loads Matplotlib
 
@@ -70,4 +80,4 @@ def run(path: Path, folder: Path) -> bs.StudyResult:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report, "figures", lambda *given: (replace(f, draw=leave_empty) for f in figures(*given)))
         patch.setattr(derived, "N_DRAWS", 16)
-        return bs.run(path, folder)
+        return bs.run(study, folder)
