@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from support import small_study
 
 import bayesub as bs
 from bayesub import identifiability
@@ -16,28 +17,14 @@ from bayesub.sampling.histories import marginal_mode
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 
-STUDY = """
-name = "pushed"
-question = "What makes the residuals slow?"
-vehicle = "auv690"
-manoeuvre = "horizontal"
-seed = 4
-dt_s = 0.2
-[[sensors]]
-kind = "track"
-channels = ["x", "y"]
-position_sd_m = 0.1
-attitude_sd_deg = 0.1
-[[sensors]]
-kind = "sensor"
-column = "yaw_deg"
-sd = 0.1
-{sensor}
-[prior]
-kind = "relative_normal"
-sd = 0.25
-"""
 FREE = '[free]\ncoefficients = ["Xuu", "Yuv", "Yur", "Nuv", "Nur", "Nuu_dr"]\n'
+
+
+def study(**of_compass):
+    """The text of the study without coefficients that are free; its compass may be wrong."""
+    position = small_study.track(channels=["x", "y"], position_sd_m=0.1, interval_s=None)
+    compass = {"kind": "sensor", "column": "yaw_deg", "sd": 0.1} | of_compass
+    return small_study.text(name="pushed", seed=4, dt_s=0.2, sensors=[position, compass], free=None)
 
 
 def posed(path, text):
@@ -62,13 +49,13 @@ def fitted(problem, rng):
     [
         ({"truth": '[truth.disturbance]\naxes = ["X", "Y"]\nshare = 0.05\ncorrelation_time_s = 4.0\n'},
          "disturbance", "[disturbance]"),
-        ({"sensor": "bias = 0.5\n"}, "bias", "[nuisance]"),
+        ({"compass": {"bias": 0.5}}, "bias", "[nuisance]"),
         ({"truth": "[truth]\ncurrent_mps = [0.03, -0.02]\n"}, "current", "current_north_mps"),
     ],
 )  # fmt: skip
 @pytest.mark.slow
 def test_the_lines_are_read_and_the_model_then_fits(made, kind, line, tmp_path, rng):
-    text = STUDY.format(sensor=made.get("sensor", "")) + FREE + made.get("truth", "")
+    text = study(**made.get("compass", {})) + FREE + made.get("truth", "")
     problem = posed(tmp_path / "first.toml", text)
     criticism, mode = fitted(problem, rng)
     assert not criticism.fits
@@ -84,10 +71,10 @@ def test_the_lines_are_read_and_the_model_then_fits(made, kind, line, tmp_path, 
 
 
 def test_a_coefficient_is_freed_and_slow_noise_is_given(tmp_path):
-    problem = posed(tmp_path / "first.toml", STUDY.format(sensor="") + FREE)
+    problem = posed(tmp_path / "first.toml", study() + FREE)
     freed = proposals.lines(Explanation("coefficient", {"Xuu": 0.1, "Yuu_dr": 0.1}, {}, 50.0), problem)
     slow = proposals.lines(Explanation("slow noise", {"x": 2.0, "yaw": 1.0}, {"x": 4.0, "yaw": 9.0}, 50.0), problem)
-    again = posed(tmp_path / "again.toml", STUDY.format(sensor="") + f"{freed}\n{slow}\n")
+    again = posed(tmp_path / "again.toml", study() + f"{freed}\n{slow}\n")
     assert set(again.names) == {*problem.names, "Yuu_dr"}
     noises = {name: noise for name, (_, noise) in again.channels.items()}
     assert noises["x"].sd == pytest.approx(0.2)
@@ -107,7 +94,7 @@ def test_sentences_name_the_second_where_it_is_near():
 def test_several_trials_share_the_process_and_biases_are_of_each(tmp_path):
     """The forces of one trial do not move the readings of the other."""
     truth = '[truth.disturbance]\naxes = ["X"]\nshare = 0.05\ncorrelation_time_s = 4.0\n'
-    problem = posed(tmp_path / "one.toml", STUDY.format(sensor="") + FREE + truth)
+    problem = posed(tmp_path / "one.toml", study() + FREE + truth)
     joint = bs.JointProblem({"a": problem, "b": problem})
     mode = gauss_newton(joint).values
     about = LeftOut(joint).about(joint.prior.standard(mode))
@@ -120,7 +107,7 @@ def test_several_trials_share_the_process_and_biases_are_of_each(tmp_path):
 
 def test_columns_are_derivatives_of_the_residuals(tmp_path):
     """By differences of simulations, of every kind."""
-    problem = posed(tmp_path / "first.toml", STUDY.format(sensor="") + FREE)
+    problem = posed(tmp_path / "first.toml", study() + FREE)
     left_out, standard = LeftOut(problem), np.full(problem.n_params, 0.1)
     about = left_out.about(standard)
     columns = {("disturbance", axis): part for axis, part in about.forces.items()}
@@ -137,7 +124,7 @@ def test_columns_are_derivatives_of_the_residuals(tmp_path):
 
 @pytest.mark.slow
 def test_the_report_has_sentence_and_lines_where_the_check_fails(tmp_path, rng):
-    text = STUDY.format(sensor="bias = 0.5\n") + FREE
+    text = study(bias=0.5) + FREE
     problem = posed(tmp_path / "first.toml", text)
     mode = gauss_newton(problem)
     draws = mode.values + rng.standard_normal((4, 60, 8, problem.n_params)) @ np.linalg.cholesky(mode.covariance).T

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy import stats
+from support import small_study
 
 import bayesub as bs
 from bayesub.baselines import gauss_newton
@@ -10,42 +11,29 @@ from bayesub.report import data_card, zeros
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 
-STUDY = """
-name = "zeros"
-vehicle = "suboff"
-{source}
-seed = {seed}
-dt_s = 0.5
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.5
-attitude_sd_deg = 0.1
-interval_s = 2.0
-[free]
-coefficients = ["Nuv", "Yuu", "Nuu"]
-[prior]
-kind = "relative_normal"
-sd = 0.2
-[prior.given]
-Yuu = {{ mean = 0.0, sd = 1e-4 }}
-Nuu = {{ mean = 0.0, sd = 5e-5 }}
-[nuisance]
-{nuisance}
-"""
-BIAS = "bias_rudder_deg = { mean = 0.0, sd = 1.0 }"
-SIMULATED = 'manoeuvre = "zigzag_20_20"\ntruth.actuators = {{ bias_rudder_deg = {bias} }}'
+STUDY = small_study.SUBOFF | {
+    "manoeuvre": "zigzag_20_20",
+    "dt_s": 0.5,
+    "sensors": [small_study.track(position_sd_m=0.5)],
+    "free": {"coefficients": ["Nuv", "Yuu", "Nuu"]},
+    "prior": {"sd": 0.2, "given": {"Yuu": {"mean": 0.0, "sd": 1e-4}, "Nuu": {"mean": 0.0, "sd": 5e-5}}},
+}
+BIAS = {"bias_rudder_deg": {"mean": 0.0, "sd": 1.0}}
 
 
 @pytest.fixture
 def posed(tmp_path):
     """posed(source, nuisance): the problem of the study."""
 
-    def pose(source, nuisance="", seed=1):
-        (tmp_path / "study.toml").write_text(STUDY.format(source=source, nuisance=nuisance, seed=seed))
-        return prepare(load_study(tmp_path / "study.toml")).problem
+    def pose(source, nuisance=None, seed=1):
+        changes = STUDY | source | {"nuisance": nuisance or {}, "seed": seed}
+        return prepare(load_study(small_study.write(tmp_path / "study.toml", **changes))).problem
 
     return pose
+
+
+def with_bias(bias):
+    return {"truth": {"actuators": {"bias_rudder_deg": bias}}}
 
 
 @pytest.fixture
@@ -54,7 +42,7 @@ def logged(tmp_path, suboff):
     track = bs.simulate(suboff, bs.load_manoeuvre("zigzag_20_20", suboff), dt=0.5, sample=1.0)
     sensors = bs.sensors.Track(0.5, 0.1, 2.0, ("x", "y", "yaw"))
     bs.observe(track, sensors, np.random.default_rng(2)).save(tmp_path / "log.csv", track)
-    return 'data = "log.csv"\nsubproblem = "horizontal"'
+    return small_study.LOG
 
 
 def test_a_degree_of_rudder_is_the_force_of_its_term(suboff):
@@ -86,7 +74,7 @@ def test_what_is_known_only_together(posed):
     errors, blind = [], []
     for seed in range(8):
         bias = np.random.default_rng(seed).normal()
-        problem = posed(SIMULATED.format(bias=bias), BIAS, seed)
+        problem = posed(with_bias(bias), BIAS, seed)
         fit = gauss_newton(problem)
         rows = zeros.together(problem.names, fit.covariance, problem.vehicle)
         assert [row["coefficient"] for row in rows] == ["Yuu", "Nuu"]
@@ -99,7 +87,7 @@ def test_what_is_known_only_together(posed):
             assert factor == pytest.approx(steered * np.radians(1.0), rel=0.2)
             assert row["alone"] > 2.0 * row["sd"]
             errors.append((value[row["coefficient"]] + factor * value[zero] - factor * bias) / row["sd"])
-        problem = posed(SIMULATED.format(bias=bias), "", seed)
+        problem = posed(with_bias(bias), None, seed)
         fit = gauss_newton(problem)
         k = problem.names.index("Nuu")
         blind.append(fit.values[k] / np.sqrt(fit.covariance[k, k]))
@@ -110,10 +98,10 @@ def test_what_is_known_only_together(posed):
 
 def test_words(posed, logged):
     """The card of a study says what is known only together, and of a log what it should infer besides."""
-    lines = data_card.check(posed(SIMULATED.format(bias=0.5), BIAS), "").lines()
+    lines = data_card.check(posed(with_bias(0.5), BIAS), "").lines()
     assert lines[-1].startswith("Known only together with the zeros of actuators: Yuu +")
     assert "bias_rudder_deg to" in lines[-1]
-    assert not any("advice" in line for line in data_card.check(posed(SIMULATED.format(bias=0.5)), "").lines())
+    assert not any("advice" in line for line in data_card.check(posed(with_bias(0.5)), "").lines())
     lines = data_card.check(posed(logged), "").lines()
     assert lines[-1].startswith("advice: Yuu, Nuu are free, and no zero of an actuator is: 1 deg of bias_rudder_deg is")
     assert lines[-1].endswith("give bias_rudder_deg a prior in [nuisance], or hold Yuu, Nuu")

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from scipy import stats
+from support import small_study
 from support.refusals import refused
 
 from bayesub.model import coefficients
@@ -12,37 +13,22 @@ from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownS
 from bayesub.study import prepare as preparation
 from bayesub.study.study_file import load_study
 
-HEAD = """
-name = "small"
-vehicle = "suboff"
-manoeuvre = "horizontal"
-seed = 3
-dt_s = 1.0
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.2
-attitude_sd_deg = 0.1
-interval_s = 20.0
-[[sensors]]
-kind = "dvl"
-sd_mps = 0.01
-resolution_mps = 0.01
-channels = ["u_ground"]
-interval_s = 20.0
-[free]
-coefficients = ["Xuu", "Yuv", "Nuv", "Nur"]
-"""
+SENSORS = [
+    small_study.track(interval_s=20.0),
+    {"kind": "dvl", "sd_mps": 0.01, "resolution_mps": 0.01, "channels": ["u_ground"], "interval_s": 20.0},
+]
+FREE = ["Xuu", "Yuv", "Nuv", "Nur"]
+HEAD = small_study.SUBOFF | {"sensors": SENSORS, "free": {"coefficients": FREE}, "prior": None}
 NORMAL = '[prior]\nkind = "relative_normal"\nsd = 0.25\n'
 
 
 @pytest.fixture
 def prepared(tmp_path):
-    """prepared(text): the problem of a study with this text after HEAD."""
+    """prepared(text, changes): the problem of a study with this text, which has its prior, after HEAD."""
 
-    def prepare(text):
+    def prepare(text, **changes):
         path = tmp_path / "study.toml"
-        path.write_text(HEAD + text)
+        path.write_text(small_study.text(**HEAD | changes) + text)
         return preparation.prepare(load_study(path))
 
     return prepare
@@ -106,26 +92,30 @@ def own_boat(tmp_path, suboff_file):
     return path
 
 
-def test_prior_of_the_vehicle_file(tmp_path, own_boat):
+@pytest.fixture
+def of_own_boat(prepared, own_boat):
+    """of_own_boat(text, free): the problem of its study with a prior of the vehicle file."""
+
+    def problem(text, free=(*FREE, "Nuu")):
+        changes = {"vehicle": str(own_boat), "free": {"coefficients": free}}
+        return prepared('[prior]\nkind = "vehicle"\n' + text, **changes).problem
+
+    return problem
+
+
+def test_prior_of_the_vehicle_file(of_own_boat):
     """kind "vehicle": its own sds; a relative one for the rest, or the rest fixed; single priors go first."""
-
-    def prepared(text):
-        path = tmp_path / "study.toml"
-        head = HEAD.replace('"suboff"', f'"{own_boat}"').replace('"Nur"]', '"Nur", "Nuu"]')
-        path.write_text(head + '[prior]\nkind = "vehicle"\n' + text)
-        return preparation.prepare(load_study(path)).problem
-
-    problem = prepared("")
+    problem = of_own_boat("")
     assert problem.names == ("Yuv", "Nuv", "Nuu")
     np.testing.assert_array_equal(problem.prior.sd, [0.003, 0.002, 1e-5])
     np.testing.assert_array_equal(problem.prior.mean, [-0.03238, -0.012107, 0.0])
-    problem = prepared(
+    problem = of_own_boat(
         'sd = 0.1\ncorrelations = [["Yuv", "Nuv", 0.5]]\n[prior.given]\nYuv = { mean = -0.03, sd = 0.001 }\n'
     )
     assert problem.names == ("Xuu", "Yuv", "Nuv", "Nur", "Nuu")
     np.testing.assert_allclose(problem.prior.sd, [1e-4, 0.001, 0.002, 0.0005911, 1e-5])
     assert problem.prior.mean[1] == -0.03
-    problem = prepared('centre = "perturbed"\n')
+    problem = of_own_boat('centre = "perturbed"\n')
     assert problem.prior.mean[0] != -0.03238
     np.testing.assert_array_equal(problem.prior.sd, [0.003, 0.002, 1e-5])
 
@@ -197,16 +187,13 @@ def test_refused_tables(prepared, tmp_path, rows, kind, key):
         prepared(NORMAL + f'table = "{table}"\n' + correlations)
 
 
-def test_correlations_of_the_vehicle_file(tmp_path, own_boat):
+def test_correlations_of_the_vehicle_file(own_boat, of_own_boat):
     """A joint normal prior of the free coefficients; what is given of one coefficient goes before it."""
     text = own_boat.read_text() + '[correlations]\ncoefficients = ["Nuv", "Nuu", "Yuv"]\n'
     own_boat.write_text(text + "matrix = [[1.0, 0.5, -0.8], [0.5, 1.0, 0.0], [-0.8, 0.0, 1.0]]\n")
 
-    def prior(text, free='"Yuv", "Nuv", "Nur", "Nuu"]'):
-        path = tmp_path / "study.toml"
-        head = HEAD.replace('"suboff"', f'"{own_boat}"').replace('"Yuv", "Nuv", "Nur"]', free)
-        path.write_text(head + '[prior]\nkind = "vehicle"\n' + text)
-        return preparation.prepare(load_study(path)).problem.prior
+    def prior(text, *free):
+        return of_own_boat(text, *free).prior
 
     sd = np.array([0.003, 0.002, 1e-5])
     correlation = np.array([[1.0, -0.8, 0.0], [-0.8, 1.0, 0.5], [0.0, 0.5, 1.0]])  # of Yuv, Nuv, Nuu
@@ -222,7 +209,7 @@ def test_correlations_of_the_vehicle_file(tmp_path, own_boat):
     np.testing.assert_allclose(whole.log_density(placed), joint.logpdf(points) + at_mean, rtol=1e-10)
     # Of fewer free coefficients the others are integrated out.
     pair = stats.multivariate_normal(joint.mean[:2], joint.cov[:2, :2])
-    few = prior("", '"Yuv", "Nuv"]')
+    few = prior("", ("Xuu", "Yuv", "Nuv"))
     np.testing.assert_allclose(few.log_density(points[:, :2]), pair.logpdf(points[:, :2]), rtol=1e-10)
     alone = prior("[prior.given]\nNuv = { lower = -0.02, upper = -0.01 }\n")
     np.testing.assert_allclose(alone.sd, [0.003, 0.01 / np.sqrt(12.0), 1e-5])
