@@ -3,6 +3,7 @@
 import itertools
 import json
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -313,24 +314,10 @@ def test_a_quantity_first(folder, bayesub):
     assert {v["name"] for v in numbers["towing_tank"]} <= {c["name"] for c in numbers["coefficients"]}
 
 
-STUDY = """
-name = "first"
-vehicle = "auv690"
-manoeuvre = "horizontal"
-seed = 3
-dt_s = 0.4
-sensors = [{ kind = "dvl", sd_mps = 0.02, interval_s = 4.0, channels = ["u_ground", "v_ground"] }]
-free = { coefficients = ["Xuu", "Yuv", "Nuv"] }
-prior = { kind = "relative_normal", sd = 0.25 }
-baselines = { linear_least_squares = false, sqp_starts = 0 }
-"""
-
-
 @pytest.mark.slow
-def test_after_a_first_trial(folder, bayesub):
+def test_after_a_first_trial(folder, bayesub, finished):
     """The posterior of a run is the prior; a run that is not finished or has not converged is refused."""
-    (folder / "first.toml").write_text(STUDY)
-    assert bayesub("run", "first.toml", "-o", "first")[0] == 0
+    shutil.copytree(finished(), folder / "first")
     options = ("--limits", "limits.toml", "--family", "standard", *QUICK, "--after", "first")
     status, out, err = bayesub("design", "auv690", *options, "-o", "second")
     assert status == 0, err

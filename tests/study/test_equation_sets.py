@@ -4,7 +4,7 @@ import json
 import re
 
 import pytest
-import tomli_w
+from support import small_study
 from support.pages import Page
 
 import bayesub as bs
@@ -25,22 +25,20 @@ CASES = {
 }
 
 
-def study(vehicle):
+def study(path, vehicle):
     manoeuvre, step, sd, channels, free, _ = CASES[vehicle]
-    track = {"kind": "track", "channels": channels, "position_sd_m": sd, "attitude_sd_deg": 0.2, "interval_s": 2.0}
-    return {
-        "name": "small",
-        "question": "What does a track say?",
-        "vehicle": vehicle,
-        "manoeuvre": manoeuvre,
-        "seed": 3,
-        "dt_s": step,
-        "sensors": [track],
-        "free": {"coefficients": free},
-        "prior": {"kind": "relative_normal", "sd": 0.25, "centre": "perturbed", "perturbation_sd": 0.1},
-        "nuisance": {"bias_yaw_deg": {"mean": 0.0, "sd": 1.0}} if "yaw" in channels else {},
-        "baselines": {"sqp_starts": 1},
-    }
+    return small_study.write(
+        path,
+        question="What does a track say?",
+        vehicle=vehicle,
+        manoeuvre=manoeuvre,
+        dt_s=step,
+        sensors=[small_study.track(channels=channels, position_sd_m=sd, attitude_sd_deg=0.2)],
+        free={"coefficients": free},
+        prior={"centre": "perturbed", "perturbation_sd": 0.1},
+        nuisance={"bias_yaw_deg": {"mean": 0.0, "sd": 1.0}} if "yaw" in channels else {},
+        baselines={"sqp_starts": 1},
+    )
 
 
 @pytest.mark.usefixtures("few_figures")
@@ -48,8 +46,7 @@ def study(vehicle):
 def test_a_study_converges_to_the_truth(bayesub, tmp_path, vehicle):
     """The words of the report are those of the set, and the saved posterior is loaded with its names."""
     *_, free, sharpened = CASES[vehicle]
-    path, folder = tmp_path / "small.toml", tmp_path / "run"
-    path.write_text(tomli_w.dumps(study(vehicle)))
+    path, folder = study(tmp_path / "small.toml", vehicle), tmp_path / "run"
     status, out, _ = bayesub("run", path, "-o", folder)
     assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
     numbers = json.loads((folder / "numbers.json").read_text())

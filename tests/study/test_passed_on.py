@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import small_study
 from support.toys import Linear
 
 import bayesub as bs
@@ -15,44 +16,11 @@ from bayesub.study.knowledge import of_draws, of_moments
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 
-STUDY = """
-name = "{name}"
-vehicle = "{vehicle}"
-seed = 3
-dt_s = 1.0
-{trials}
-[free]
-coefficients = {free}
-[prior]
-{prior}
-"""
-TRIAL = """
-{head}
-data = "{log}"
-subproblem = "horizontal"
-"""
-SENSORS = """
-[[{section}]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.5
-attitude_sd_deg = 0.1
-interval_s = 10.0
-"""
 FREE = ("Xuu", "Yuv", "Yur", "Nuv", "Nur")
-RELATIVE = 'kind = "relative_normal"\nsd = 0.2'
-FROM_FILE = 'kind = "vehicle"'
-SAMPLED = """
-[nuisance]
-x0_m = {{ value = 0.0 }}
-y0_m = {{ value = 0.0 }}
-u0_mps = {{ value = {speed} }}
-v0_mps = {{ value = 0.0 }}
-r0_degps = {{ value = 0.0 }}
-[baselines]
-sqp_starts = 0
-linear_least_squares = false
-"""
+SENSORS = [small_study.track(position_sd_m=0.5, interval_s=10.0)]
+RELATIVE = {"sd": 0.2}
+FROM_FILE = {"kind": "vehicle", "sd": None}
+STILL = ("x0_m", "y0_m", "v0_mps", "r0_degps")
 
 
 @pytest.fixture(scope="module")
@@ -66,16 +34,13 @@ def logs(tmp_path_factory, suboff):
     return folder
 
 
-def study(folder, name, logs, prior, vehicle="suboff", free=FREE, more=""):
+def study(folder, name, logs, prior, vehicle="suboff", free=FREE, **more):
     """A study of one or of several of the logs."""
-    if len(logs) == 1:
-        trials = TRIAL.format(head="", log=folder / f"{logs[0]}.csv") + SENSORS.format(section="sensors")
-    else:
-        trials = SENSORS.format(section="sensors")
-        trials += "".join(TRIAL.format(head=f'[[trials]]\nname = "{log}"', log=folder / f"{log}.csv") for log in logs)
-    path = folder / f"{name}.toml"
-    path.write_text(STUDY.format(name=name, vehicle=vehicle, trials=trials, free=list(free), prior=prior) + more)
-    return load_study(path)
+    trials = [{"name": log, "data": f"{log}.csv", "subproblem": "horizontal"} for log in logs]
+    head = {key: value for key, value in trials[0].items() if key != "name"} if len(logs) == 1 else {"trials": trials}
+    more |= {"vehicle": str(vehicle), "sensors": SENSORS, "free": {"coefficients": free}, "prior": prior}
+    changes = small_study.SUBOFF | {"name": name, "manoeuvre": None} | head | more
+    return load_study(small_study.write(folder / f"{name}.toml", **changes))
 
 
 def run_of(one, mean, covariance, rng, n=4000):
@@ -133,10 +98,14 @@ def test_two_runs_by_commands_are_both_logs_in_one(logs, suboff, bayesub, monkey
     Each run has an unknown of each of its logs too, the heading at the start, which is integrated out.
     """
     monkeypatch.setattr(infer, "write_report", lambda *_, **__: {"predictions": [], "verdict": {}})
-    free, more = ("Yuv", "Nuv", "Nur"), SAMPLED.format(speed=suboff.speed_mps)
+    free, known = ("Yuv", "Nuv", "Nur"), {"u0_mps": suboff.speed_mps} | dict.fromkeys(STILL, 0.0)
+    more = {
+        "nuisance": {name: {"value": value} for name, value in known.items()},
+        "baselines": {"sqp_starts": 0, "linear_least_squares": False},
+    }
 
     def sampled(name, *given):
-        study(logs, name, *given, free=free, more=more)
+        study(logs, name, *given, free=free, **more)
         assert bayesub("run", logs / f"{name}.toml", "-o", logs / name)[0] == 0
         return bs.Posterior.load(logs / name / "posterior.nc")
 
@@ -154,7 +123,7 @@ def test_two_runs_by_commands_are_both_logs_in_one(logs, suboff, bayesub, monkey
     np.testing.assert_allclose((second.mean[:3] - joint.mean[:3]) / joint.sd[:3], 0.0, atol=error)
     np.testing.assert_allclose(second.sd[:3] / joint.sd[:3], 1.0, atol=error)
     # Neither log alone would do.
-    alone = prepare(study(logs, "alone", ["second"], RELATIVE, free=free, more=more)).problem
+    alone = prepare(study(logs, "alone", ["second"], RELATIVE, free=free, **more)).problem
     sd = fisher(alone, np.append(second.mean[:3], alone.prior.mean[3:])).posterior_sd[:3]
     assert np.max(sd / joint.sd[:3]) > 1.0 + error
     assert np.max(first.sd[:3] / joint.sd[:3]) > 1.0 + error
@@ -195,7 +164,7 @@ def test_what_the_trial_does_not_move_follows_by_its_correlations(logs, rng, sub
     text += f'[correlations]\ncoefficients = ["Xuu", "Zuw", "Nuv"]\nmatrix = {matrix}\n'
     boat = logs / "known_before.toml"
     boat.write_text(text)
-    one = study(logs, "again", ["first"], FROM_FILE + "\nsd = 0.2", vehicle=boat, free=("Xuu", "Yuv"))
+    one = study(logs, "again", ["first"], FROM_FILE | {"sd": 0.2}, vehicle=boat, free=("Xuu", "Yuv"))
     mean, sds = np.array([-0.00105, -0.03]), np.array([2e-5, 1e-3])
     covariance = np.array([[1.0, -0.3], [-0.3, 1.0]]) * np.outer(sds, sds)
     known = passed_on.known(run_of(one, mean, covariance, rng))
