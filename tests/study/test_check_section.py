@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support import refusals
+from support import refusals, small_study
 
 import bayesub as bs
 from bayesub.campaign import executors
@@ -17,33 +17,17 @@ from bayesub.study.prepare import prepare
 from bayesub.study.redraw import redraw
 from bayesub.study.study_file import load_study
 
-HEAD = """
-name = "checked"
-vehicle = "auv690"
-seed = 3
-dt_s = 0.4
-"""
-TAIL = """
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.2
-attitude_sd_deg = 0.1
-interval_s = 2.0
-[free]
-coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
-[prior]
-kind = "relative_normal"
-sd = 0.25
-[baselines]
-sqp_starts = 1
-[sampler]
-ess = 50.0
-"""
-FITTED = HEAD + 'data = "log.csv"\nsubproblem = "horizontal"\n' + TAIL
-CHECK = '[[check]]\ndata = "other.csv"\nsubproblem = "horizontal"\n'
 LOGS = ("log", "other", "third")
-TRIALS = "".join(f'[[trials]]\nname = "{name}"\ndata = "{name}.csv"\nsubproblem = "horizontal"\n' for name in LOGS)
+QUICK = {"name": "checked", "baselines": {"sqp_starts": 1}, "sampler": {"ess": 50.0}}
+FITTED = small_study.text(**QUICK | small_study.LOG)
+SIMULATED = small_study.text(**QUICK, manoeuvre="zigzag_10_10")
+CHECK = '[[check]]\ndata = "other.csv"\nsubproblem = "horizontal"\n'
+
+
+def joint(*names, **changes):
+    """The text of a study of several logs."""
+    trials = [{"name": name, "data": f"{name}.csv", "subproblem": "horizontal"} for name in names]
+    return small_study.text(**QUICK | changes, manoeuvre=None, trials=trials)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +45,7 @@ def logs(tmp_path_factory):
 def folder(logs, tmp_path):
     shutil.copytree(logs, tmp_path, dirs_exist_ok=True)
     (tmp_path / "study.toml").write_text(FITTED + CHECK)
-    (tmp_path / "joint.toml").write_text(HEAD + TRIALS + TAIL)
+    (tmp_path / "joint.toml").write_text(joint(*LOGS))
     return tmp_path
 
 
@@ -75,8 +59,7 @@ def test_a_check_leaves_the_fit_as_it_was(folder):
     with_check, without = prepared(folder, FITTED + CHECK), prepared(folder, FITTED)
     np.testing.assert_array_equal(with_check.problem.readings, without.problem.readings)
     np.testing.assert_array_equal(with_check.problem.prior.mean, without.problem.prior.mean)
-    simulated = FITTED.replace('data = "log.csv"\nsubproblem = "horizontal"', 'manoeuvre = "zigzag_10_10"')
-    with_check, without = prepared(folder, simulated + CHECK), prepared(folder, simulated)
+    with_check, without = prepared(folder, SIMULATED + CHECK), prepared(folder, SIMULATED)
     np.testing.assert_array_equal(with_check.problem.readings, without.problem.readings)
     assert "check" not in load_study(folder / "study.toml").config()  # runs of studies without checks resume
 
@@ -101,8 +84,7 @@ bias_rudder_deg = { mean = 0.0, sd = 1.0 }
 
 
 def test_a_manoeuvre_with_a_known_start_needs_no_warm_up(folder):
-    simulated = FITTED.replace('data = "log.csv"\nsubproblem = "horizontal"', 'manoeuvre = "zigzag_10_10"')
-    (unseen,) = prepared(folder, simulated + '[[check]]\nmanoeuvre = "turning_circle"\n').unseen
+    (unseen,) = prepared(folder, SIMULATED + '[[check]]\nmanoeuvre = "turning_circle"\n').unseen
     assert unseen.name == "turning_circle"
     assert unseen.warm_up_s == 0.0
 
@@ -166,7 +148,7 @@ def test_a_bad_check_is_one_line(bayesub, folder, spoil, check, kind, key):
 
 
 def test_a_check_and_a_trial_have_different_names(bayesub, folder):
-    (folder / "joint.toml").write_text(HEAD + TRIALS + TAIL + CHECK)
+    (folder / "joint.toml").write_text(joint(*LOGS) + CHECK)
     status, _, err = bayesub("run", folder / "joint.toml", "-o", folder / "run")
     assert (status, err.count("\n")) == (2, 1)
     refusals.check(bayesub.error, "conflict")
@@ -222,8 +204,7 @@ def test_what_nobody_has_tried_is_said(bayesub, folder):
 @pytest.mark.slow
 def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub, folder, monkeypatch):
     run, study = folder / "run", folder / "joint.toml"
-    two = TRIALS[: TRIALS.rindex("[[trials]]")]
-    study.write_text(HEAD + two + TAIL + "rhat = 1.1\ntaus = 10.0\n")
+    study.write_text(joint(*LOGS[:2], sampler={"ess": 50.0, "rhat": 1.1, "taus": 10.0}))
     status, out, _ = bayesub("run", study, "-o", run)
     assert status == 0
     assert "no log left out; run again with --resume --leave-out" in out.splitlines()[-2]
@@ -268,10 +249,7 @@ def test_a_fit_that_fails_without_a_trial_is_told_and_the_others_go_on(folder, m
     assert saved == [("log", "third"), ("log", "other")]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [FITTED, FITTED.replace('data = "log.csv"\nsubproblem = "horizontal"', TRIALS[: TRIALS.index("[[trials]]", 3)])],
-)
+@pytest.mark.parametrize("text", [FITTED, joint("log")])
 def test_one_log_cannot_be_left_out(bayesub, folder, text):
     (folder / "study.toml").write_text(text)
     status, _, err = bayesub("run", folder / "study.toml", "-o", folder / "run", "--leave-out")
