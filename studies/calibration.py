@@ -25,6 +25,7 @@ from bayesub.report import markdown
 from bayesub.sampling.posterior import Criteria
 from bayesub.thesis.prior_trials import PriorTrials
 
+# Quick: half a minute, because six posteriors are sampled of each of several kinds of trial.
 N_TRIALS, QUICK_TRIALS = 200, 6
 FALSE_ALARMS = 0.01  # of all quantities of a problem together
 PRIOR = bs.priors.relative_normal(0.25)

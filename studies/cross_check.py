@@ -31,6 +31,7 @@ ESS = 10_000  # of the ensemble sampler
 # The longest first, so that no core is left waiting in the end.
 CASES = {f"{vehicle} {manoeuvre}": None for manoeuvre, vehicle in product(cases.MANOEUVRES[::-1], cases.VEHICLES)}
 SAMPLERS = "ours", "NUTS"
+# Quick: half a minute, because NUTS compiles its own programs.
 QUICK = {"suboff horizontal": ("Xuu", "Yuv", "Nuv")}  # free coefficients
 QUICK_DRAWS, QUICK_TUNE = 150, 30
 FIGURES = {

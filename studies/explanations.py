@@ -19,6 +19,7 @@ from bayesub.report import markdown
 from bayesub.thesis import wrong_models
 from bayesub.thesis.wrong_models import FITS, NONE, UNCORRELATED, Departure
 
+# Quick: a minute, because a record of each of twenty kinds is fitted and explained.
 N_RECORDS, RIGHT_RECORDS, QUICK_RECORDS = 10, 30, 1
 PRIOR_SD = 0.25
 INSTRUMENTS = (

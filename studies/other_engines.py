@@ -31,6 +31,7 @@ PROBLEMS = {
     "suboff coupled": ("suboff coupled", None),
 }
 QUICK = ("suboff horizontal, three",)
+# Quick: half a minute, because NUTS compiles its own programs and every engine spends a budget.
 QUICK_GRADIENTS, QUICK_CALLS, QUICK_ESS = 4000, 8000, 2000
 FIGURES = {
     "engines": "Simulations (left) and seconds (right) to 400 effective samples of the worst coefficient with chains "

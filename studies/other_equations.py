@@ -40,7 +40,8 @@ FITS = (
 )
 UNSEEN = ("turning_circle", "zigzag_20_20", "zigzag_10_10", *(f"random:{seed}" for seed in range(1, 11)))
 MAX_STEPS, QUICK_STEPS = 3000, 600
-N_TRIALS, QUICK_TRIALS = 4, 2  # of a fit, whose predictions are judged together
+# Quick: two minutes, because four posteriors are sampled with each of four sets of terms.
+N_TRIALS = 4  # of a fit, whose predictions are judged together
 N_STARTS, ITERATIONS = 5, 200
 SEED = 19
 FIGURES = {
@@ -66,9 +67,9 @@ def compute(run):
         for vehicle in vehicles
         for manoeuvre in (PLANAR if run.quick or name == "abkowitz" else PLANAR + OTHERS)
     }
-    effort = (QUICK_TRIALS, QUICK_STEPS) if run.quick else (N_TRIALS, MAX_STEPS)
+    max_steps = QUICK_STEPS if run.quick else MAX_STEPS
     fits = {
-        f"{vehicle} {name}": partial(fit, vehicle, name, *effort)
+        f"{vehicle} {name}": partial(fit, vehicle, name, max_steps)
         for vehicle, name in FITS[: 4 if run.quick else None]
     }
     return {"cases": run.parts("cases", cases), "fits": run.parts("fits", fits)}
@@ -81,7 +82,7 @@ def case(name, vehicle, manoeuvre):
     return {"equations": name, "vehicle": vehicle, "manoeuvre": manoeuvre, "axes": axes, "spectra": spectra}
 
 
-def fit(vehicle, name, n_trials, max_steps):
+def fit(vehicle, name, max_steps):
     """The posterior of the horizontal spiral in some equations, what it predicts, and what the model check says.
 
     Predictions are of trials with other noise and other guesses; the rest is of the first one.
@@ -93,7 +94,7 @@ def fit(vehicle, name, n_trials, max_steps):
     own = name == boat.equations.name
     crossed = boat if own else crossed_equations.crossed(boat, name, "horizontal")
     fits = []
-    for posed, sampled in zip(trials.spawn(n_trials), trials.spawn(n_trials), strict=True):
+    for posed, sampled in zip(trials.spawn(N_TRIALS), trials.spawn(N_TRIALS), strict=True):
         trial = other_equations.trial(track, posed) if own else crossed_equations.crossed_trial(track, crossed, posed)
         fits.append((trial, sample(trial, rng=sampled, max_steps=max_steps)))
     # Random manoeuvres move stern planes too, which the equations of a ship do not have.

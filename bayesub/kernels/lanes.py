@@ -118,9 +118,6 @@ class Rows:
     def __getitem__(self, k):
         return self.rows[self.first + k]
 
-    def __setitem__(self, k, value):
-        self.rows[self.first + k] = value
-
 
 class _Writer:
     """The text of a function of LLVM, for vectors of `width` lanes, in a loop over the LANES of a block.

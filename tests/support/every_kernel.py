@@ -39,11 +39,16 @@ def read(output: str) -> Report:
     return Report(*json.loads(output.splitlines()[-1]))
 
 
+def _variants(function) -> tuple:
+    found = getattr(function, "variants", ())
+    return found if isinstance(found, tuple) else ()
+
+
 def report(digest: str) -> Report:
     """Of all compiled loops of this process."""
     modules = [module for name, module in sys.modules.items() if name.startswith(("bayesub.kernels", "bayesub.model"))]
     functions = [value for module in modules for value in vars(module).values()]
-    functions += [variant for function in functions for variant in getattr(function, "variants", ())]
+    functions += [variant for function in functions for variant in _variants(function)]
     # What is part of others is compiled with them, and has a list of types for each.
     loops = {f for f in functions if isinstance(f, Dispatcher) and type(f._cache) is _Kept}
     return Report(
