@@ -11,12 +11,12 @@ from bayesub.report import derived, report
 
 @pytest.fixture
 def draw_only(monkeypatch):
-    """draw_only(name): from now on reports draw the figure of that name, and the files of others are empty."""
+    """draw_only(names): from now on reports draw the figures of these names, and the files of others are empty."""
     figures = report.figures
 
-    def patch(name):
+    def patch(*names):
         def few(*given):
-            return (f if f.name == name else replace(f, draw=leave_empty) for f in figures(*given))
+            return (f if f.name in names else replace(f, draw=leave_empty) for f in figures(*given))
 
         monkeypatch.setattr(report, "figures", few)
         monkeypatch.setattr(derived, "N_DRAWS", 16)

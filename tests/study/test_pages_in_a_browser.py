@@ -4,20 +4,13 @@ import shutil
 import sys
 
 import pytest
+from support import small_study
 from support.browsing import PAPER, PHONE, WIDE, asked_for, opened, violations
 
 from bayesub.cli import app
 
 pytestmark = pytest.mark.browser
 
-SENSORS = """
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.2
-attitude_sd_deg = 0.2
-interval_s = 1.0
-"""
 MOST = 7  # runs that are compared
 LEGIBLE = 576  # pixels of a figure, 36 rem
 
@@ -34,8 +27,9 @@ def command(*arguments):
 def prediction(finished, tmp_path_factory):
     """The page of a log whose readings were held back."""
     folder = tmp_path_factory.mktemp("prediction")
-    (folder / "sensors.toml").write_text(SENSORS)
-    given = ("zigzag_20_20", "--sensors", folder / "sensors.toml", "--seed", 3, "--sample", 0.5)
+    track = small_study.track(attitude_sd_deg=0.2, interval_s=1.0)
+    sensors = small_study.write_sensors(folder / "sensors.toml", track)
+    given = ("zigzag_20_20", "--sensors", sensors, "--seed", 3, "--sample", 0.5)
     command("simulate", "auv690", *given, "-o", folder / "log.csv")
     command("predict", finished(), folder / "log.csv", "-o", folder / "p", "--draws", 60)
     return folder / "p" / "prediction.html"

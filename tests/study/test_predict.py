@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from support import refusals
+from support import refusals, small_study
 from support.fins import weaker
 
 import bayesub as bs
@@ -19,14 +19,7 @@ from bayesub.study.prepare import prepare
 from bayesub.study.run_folder import open_folder
 from bayesub.study.unseen_manoeuvre import _flown
 
-SENSORS = """
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.2
-attitude_sd_deg = 0.2
-interval_s = 1.0
-"""
+TRACK = small_study.track(attitude_sd_deg=0.2, interval_s=1.0)
 TIMES = 40.0  # s, after the warm-up of all logs here
 FEW = ("--draws", 60)  # for what does not depend on the bands
 COARSE = (*FEW, "--sample", 2)
@@ -61,8 +54,8 @@ def log(tmp_path, bayesub, flown):
 
     def fly(*options):
         if options not in flown:
-            (tmp_path / "sensors.toml").write_text(SENSORS)
-            given = ["zigzag_20_20", "--sensors", tmp_path / "sensors.toml", "--seed", "3", "--sample", "0.5", *options]
+            sensors = small_study.write_sensors(tmp_path / "sensors.toml", TRACK)
+            given = ["zigzag_20_20", "--sensors", sensors, "--seed", "3", "--sample", "0.5", *options]
             assert bayesub("simulate", "auv690", *given, "-o", tmp_path / "log.csv")[0] == 0
             flown[options] = (tmp_path / "log.csv").read_bytes()
         (tmp_path / "log.csv").write_bytes(flown[options])
@@ -132,11 +125,10 @@ def test_a_current_carries_the_boat_and_turns_it_nowhere(run, tmp_path, bayesub)
     assert "a known current of 0.3 m/s to the north and -0.7 m/s to the east" in page
 
 
-def test_a_scale_of_the_rudder_that_was_inferred_counts(run, tmp_path):
+def test_a_scale_of_the_rudder_that_was_inferred_counts(tmp_path):
     """Each draw flies the manoeuvre with its own, as a boat whose coefficients of the rudder are so many times its."""
-    text = run.with_suffix(".toml").read_text() + "[nuisance]\nscale_rudder = { mean = 1.0, sd = 0.2 }\n"
-    (tmp_path / "scaled.toml").write_text(text)
-    setup = prepare(bs.load_study(tmp_path / "scaled.toml"))
+    scaled = small_study.TINY | {"nuisance": {"scale_rudder": {"mean": 1.0, "sd": 0.2}}}
+    setup = prepare(bs.load_study(small_study.write(tmp_path / "scaled.toml", **scaled)))
     name, manoeuvre = "zigzag_20_20", bs.load_manoeuvre("zigzag_20_20", setup.vehicle)
     trial = _flown(setup, name, OF_MANOEUVRE, manoeuvre.duration / 20)
     draws = setup.problem.prior.sample(np.random.default_rng(3), 4)
@@ -200,8 +192,8 @@ def test_columns_without_a_sensor_are_named_and_left_out(run, log, tmp_path, bay
     table.to_csv(path, index=False)
     _, out, _ = bayesub("predict", run, path, "-o", tmp_path / "p", *FEW)
     assert "not read: depth_m; the run has no sensor of these" in out
-    (tmp_path / "few.toml").write_text(SENSORS.replace('"x", "y", "yaw"', '"yaw"'))
-    _, out, _ = bayesub("predict", run, path, "-o", tmp_path / "q", *FEW, "--sensors", tmp_path / "few.toml")
+    few = small_study.write_sensors(tmp_path / "few.toml", TRACK | {"channels": ["yaw"]})
+    _, out, _ = bayesub("predict", run, path, "-o", tmp_path / "q", *FEW, "--sensors", few)
     assert "not read: x_m, y_m, depth_m" in out
 
 
@@ -263,11 +255,8 @@ def test_what_does_not_fit_is_one_line(run, log, tmp_path, monkeypatch, bayesub,
 
 def test_a_fitted_log_is_refused(run, log, tmp_path, bayesub):
     """By the digest of the file: the run of a study of that log, which is read under another name."""
-    of_log = run.with_suffix(".toml").read_text().replace(
-        'manoeuvre = "turning_circle"', f'data = "{log()}"\nsubproblem = "horizontal"'
-    )  # fmt: skip
-    (tmp_path / "of_log.toml").write_text(of_log)
-    study = bs.load_study(tmp_path / "of_log.toml")
+    of_log = small_study.TINY | small_study.LOG | {"data": str(log())}
+    study = bs.load_study(small_study.write(tmp_path / "of_log.toml", **of_log))
     with open_folder(tmp_path / "of_log", study.config(), study.copies()):
         for name in ("posterior.nc", "estimates.json", "outcome.json"):
             shutil.copy(run / name, tmp_path / "of_log")

@@ -5,64 +5,39 @@ import tomllib
 
 import numpy as np
 import pytest
-from support import refusals
+from support import refusals, small_study
 
 import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 
-LOG = """
-name = "logged"
-vehicle = "auv690"
-data = "log.csv"
-subproblem = "horizontal"
-seed = 3
-dt_s = 0.4
-[[sensors]]
-kind = "track"
-channels = ["x", "y", "yaw"]
-position_sd_m = 0.2
-attitude_sd_deg = 0.1
-[free]
-coefficients = ["Xuu", "Yuv", "Nuv", "Yuu_dr"]
-[prior]
-kind = "relative_normal"
-sd = 0.25
-[baselines]
-sqp_starts = 1
-[sampler]
-ess = 50.0
-"""
-TRIALS = """
-[[trials]]
-name = "logged"
-data = "log.csv"
-subproblem = "horizontal"
-[[trials]]
-name = "zigzag"
-manoeuvre = "zigzag_20_20"
-nuisance = { yaw0_deg = { mean = 0.0, sd = 1.0 } }
-[trials.truth]
-current_mps = [0.02, 0.0]
-"""
-JOINT = LOG.replace('data = "log.csv"\nsubproblem = "horizontal"\n', "").replace("[free]", TRIALS + "[free]")
+INSTRUMENT = small_study.track(interval_s=None)
+QUICK = {"name": "logged", "sensors": [INSTRUMENT], "baselines": {"sqp_starts": 1}, "sampler": {"ess": 50.0}}
+LOG = small_study.text(**QUICK | small_study.LOG)
+ZIGZAG = {
+    "name": "zigzag",
+    "manoeuvre": "zigzag_20_20",
+    "nuisance": {"yaw0_deg": {"mean": 0.0, "sd": 1.0}},
+    "truth": {"current_mps": [0.02, 0.0]},
+}
+READ = {"name": "logged", "data": "log.csv", "subproblem": "horizontal"}
+JOINT = {**QUICK, "manoeuvre": None, "trials": [READ, ZIGZAG]}
 
 
 @pytest.fixture
 def folder(tmp_path, bayesub):
     """A folder with a log and the studies of it."""
-    instruments = LOG[LOG.index("[[sensors]]") : LOG.index("[free]")]
-    (tmp_path / "instruments.toml").write_text(instruments)
-    options = ("--sensors", tmp_path / "instruments.toml", "--perturb", 0.1, "--seed", 5, "--sample", 0.1)
+    instruments = small_study.write_sensors(tmp_path / "instruments.toml", INSTRUMENT)
+    options = ("--sensors", instruments, "--perturb", 0.1, "--seed", 5, "--sample", 0.1)
     assert bayesub("simulate", "auv690", "horizontal", "-o", tmp_path / "log.csv", *options)[0] == 0
     (tmp_path / "log.toml").write_text(LOG)
-    (tmp_path / "joint.toml").write_text(JOINT)
+    small_study.write(tmp_path / "joint.toml", **JOINT)
     return tmp_path
 
 
 @pytest.mark.slow
-def test_a_log_runs_to_a_report_about_the_vehicle_file(folder, bayesub, monkeypatch):
+def test_a_log_runs_to_a_report_about_the_vehicle_file(folder, bayesub, monkeypatch, draw_only):
     """From another folder: the path is from the study file. No truth, no linear least squares, and no other log."""
     monkeypatch.chdir("/")
     status, out, _ = bayesub("run", folder / "log.toml", "-o", folder / "run")
@@ -78,6 +53,7 @@ def test_a_log_runs_to_a_report_about_the_vehicle_file(folder, bayesub, monkeypa
         file.write("176.5,0,0,0,,,,\n")
     assert bayesub("run", folder / "log.toml", "-o", folder / "run", "--resume")[0] == 2
     refusals.check(bayesub.error, "state", "--resume")
+    draw_only("spectrum")
     refuses_a_changed_copy_of("log.csv", folder / "run", bayesub)
 
 
@@ -101,17 +77,16 @@ def test_a_log_needs_no_suffix(folder, monkeypatch):
 
 
 @pytest.mark.usefixtures("few_figures")
-@pytest.mark.slow
-def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(folder, bayesub):
+def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(tmp_path, bayesub):
     """A changed vehicle is neither continued with nor drawn into the report of another, whatever its name."""
-    boat = folder / "boat.toml"
+    boat = tmp_path / "boat.toml"
     boat.write_bytes(toml_files.built_in("vehicles")["auv690"].read_bytes())
-    (folder / "log.toml").write_text(LOG.replace('"auv690"', '"boat.toml"'))
-    assert bayesub("run", folder / "log.toml", "-o", folder / "run")[0] == 0
+    path = small_study.write(tmp_path / "log.toml", **small_study.TINY, vehicle="boat.toml")
+    assert small_study.run(path, tmp_path / "run").good
     boat.write_text(boat.read_text() + "# another\n")
-    assert bayesub("run", folder / "log.toml", "-o", folder / "run", "--resume")[0] == 2
+    assert bayesub("run", tmp_path / "log.toml", "-o", tmp_path / "run", "--resume")[0] == 2
     refusals.check(bayesub.error, "state", "--resume")
-    refuses_a_changed_copy_of("boat.toml", folder / "run", bayesub)
+    refuses_a_changed_copy_of("boat.toml", tmp_path / "run", bayesub)
 
 
 def test_the_joint_posterior_of_two_trials_is_the_product(folder, rng):
@@ -129,7 +104,8 @@ def test_the_joint_posterior_of_two_trials_is_the_product(folder, rng):
 
 
 @pytest.mark.slow
-def test_a_joint_study_reports_each_trial(folder, bayesub):
+def test_a_joint_study_reports_each_trial(folder, bayesub, draw_only):
+    draw_only("track_logged", "track_zigzag")
     status, out, _ = bayesub("run", folder / "joint.toml", "-o", folder / "run")
     assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
     numbers = json.loads((folder / "run" / "numbers.json").read_text())
@@ -196,11 +172,11 @@ def test_trials_that_do_not_fit(folder, bayesub):
             "conflict",
             "",
         ),
-        (("yaw0_deg =", "mass_kg ="), "conflict", "trials.1"),
-        (("yaw0_deg =", "yaw9_deg ="), "unknown", "yaw9_deg"),
+        (("yaw0_deg", "mass_kg"), "conflict", "trials.1"),
+        (("yaw0_deg", "yaw9_deg"), "unknown", "yaw9_deg"),
         (("zigzag_20_20", "zigzag_20"), "unknown", "zigzag_20"),
     ):
-        (folder / "joint.toml").write_text(JOINT.replace(*change))
+        (folder / "joint.toml").write_text(small_study.text(**JOINT).replace(*change))
         assert bayesub("check", folder / "joint.toml")[0] == 2
         refusals.check(bayesub.error, kind, key)
 

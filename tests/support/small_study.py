@@ -66,6 +66,12 @@ def write(path: Path, **changes) -> Path:
     return path
 
 
+def write_sensors(path: Path, *sensors: dict) -> Path:
+    """Write a file of sensors, as ``bayesub simulate --sensors`` reads it; gives the path."""
+    path.write_text(tomli_w.dumps({"sensors": sensors}))
+    return path
+
+
 def leave_empty(paths) -> None:
     """Files in place of a figure that no test looks at."""
     for path in paths:
