@@ -77,6 +77,7 @@ def test_a_log_needs_no_suffix(folder, monkeypatch):
 
 
 @pytest.mark.usefixtures("few_figures")
+@pytest.mark.slow
 def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(tmp_path, bayesub):
     """A changed vehicle is neither continued with nor drawn into the report of another, whatever its name."""
     boat = tmp_path / "boat.toml"
