@@ -1,7 +1,7 @@
 """Writes the forces of an equation set and sub-problem, and their derivatives, as Python that becomes kernels.
 
-Forces that a sub-problem does not have are left out, but for what keeps the last digits. The text is never a file:
-tracebacks show it all the same, and ``bayesub check my_equations.toml`` prints it.
+Forces that a sub-problem does not have are left out, but for what keeps the last digits. The text is never a file;
+tracebacks show its lines all the same (:class:`bayesub.kernels.families.Family`).
 """
 
 from __future__ import annotations
