@@ -14,7 +14,13 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 SLOW = 20.0  # s
-IMPORTS = ["bayesub.study.run", "bayesub.study.runs", "bayesub.report.report", "bayesub.sampling", "bayesub.thesis"]
+IMPORTS = [
+    "bayesub.study.run",
+    "bayesub.study.runs",
+    "bayesub.report.report",
+    "bayesub.inference.sampling",
+    "bayesub.thesis",
+]
 
 
 def run(study: str, folder: str) -> tuple[str, int, float, str]:

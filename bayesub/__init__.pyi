@@ -15,9 +15,9 @@ from .problem import likelihoods, priors
 from .problem.disturbances import UnknownDisturbance
 from .problem.problem import Problem
 from .problem.joint import JointProblem
-from . import baselines, identifiability
-from .checks.cross_validation import leave_one_out
-from .sampling import CrossCheck, Criteria, Posterior, cross_check, sample
+from .inference import baselines, identifiability
+from .inference.checks.cross_validation import leave_one_out
+from .inference.sampling import CrossCheck, Criteria, Posterior, cross_check, sample
 from .report.report import write_report
 from .study.export import export
 from .study.result import StudyResult

@@ -18,11 +18,11 @@ import numpy as np
 from scipy import stats
 
 import bayesub as bs
-from bayesub.checks import calibration
+from bayesub.inference.checks import calibration
+from bayesub.inference.sampling.posterior import Criteria
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import calibration as plots
 from bayesub.report import markdown
-from bayesub.sampling.posterior import Criteria
 from bayesub.thesis.prior_trials import PriorTrials
 
 # Quick: half a minute, because six posteriors are sampled of each of several kinds of trial.

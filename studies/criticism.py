@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 import bayesub as bs
-from bayesub.checks.fit import FALSE_ALARMS
+from bayesub.inference.checks.fit import FALSE_ALARMS
 from bayesub.problem.likelihoods import AR1, Normal, StudentT
 from bayesub.report import markdown
 from bayesub.thesis import wrong_models

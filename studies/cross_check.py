@@ -17,13 +17,13 @@ from operator import itemgetter
 import numpy as np
 
 import bayesub as bs
+from bayesub.inference.sampling import CrossCheck
+from bayesub.inference.sampling.moments import Moments
+from bayesub.inference.sampling.nuts import compare as compared
+from bayesub.inference.sampling.nuts import sample_nuts
+from bayesub.inference.sampling.posterior import STANDARD
 from bayesub.plots import cross_check as plots
 from bayesub.report import markdown
-from bayesub.sampling import CrossCheck
-from bayesub.sampling.moments import Moments
-from bayesub.sampling.nuts import compare as compared
-from bayesub.sampling.nuts import sample_nuts
-from bayesub.sampling.posterior import STANDARD
 from bayesub.thesis import cases
 
 N_DRAWS, N_TUNE, N_CHAINS = 1000, 300, 4  # of each chain of NUTS, and their number

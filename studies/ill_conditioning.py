@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.identifiability.profile import LEVEL_95
+from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import cancellation, collinearity, contribution, profile, spectrum
 from bayesub.thesis import conditioning

@@ -18,8 +18,8 @@ from operator import itemgetter
 import numpy as np
 
 import bayesub as bs
+from bayesub.inference.sampling.posterior import Criteria
 from bayesub.report import markdown
-from bayesub.sampling.posterior import Criteria
 from bayesub.thesis import towing_tank
 from bayesub.thesis.plots import known_coefficients as plots
 from bayesub.thesis.towing_tank import EXACT, HELD, UNCERTAIN, unknown

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 import bayesub as bs
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.model.linear_form import stacked
 from bayesub.plots import style
 from bayesub.report.markdown import columns

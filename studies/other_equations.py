@@ -15,8 +15,8 @@ from functools import partial
 
 import numpy as np
 
+from bayesub.inference.sampling import sample
 from bayesub.model.vehicles import load_vehicle
-from bayesub.sampling import sample
 from bayesub.thesis import crossed_equations, other_equations, other_equations_tables
 from bayesub.thesis.plots import other_equations as plots
 

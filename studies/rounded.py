@@ -26,7 +26,7 @@ from itertools import product
 import numpy as np
 
 import bayesub as bs
-from bayesub.checks.coverage import standard_errors_off
+from bayesub.inference.checks.coverage import standard_errors_off
 from bayesub.model.time_step import choose_step
 from bayesub.thesis import cases, rounded_readings, rounded_tables
 from bayesub.thesis.plots import intervals as plots

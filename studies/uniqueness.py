@@ -11,7 +11,7 @@ Cost: seconds.
 import numpy as np
 
 import bayesub as bs
-from bayesub.identifiability import held_fixed, rank
+from bayesub.inference.identifiability import held_fixed, rank
 from bayesub.model.linear_form import linear_systems
 from bayesub.thesis import uniqueness_tables as tables
 from bayesub.thesis.cases import MANOEUVRES, VEHICLES, held, published

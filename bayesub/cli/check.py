@@ -140,7 +140,7 @@ def _instruments(path: Path):
 
 
 def _map(path: Path):
-    from bayesub.io.log_map import read_map
+    from bayesub.logs.log_map import read_map
 
     log_map = read_map(path)
     kind = f" of kind {log_map.kind}" if log_map.kind else ""
@@ -180,7 +180,7 @@ _OF_BOATS = re.compile(r"_command_\w+$|_(counts|percent|us)$|^(thrust_n|torque_n
 
 
 def _log(path: Path, vehicles):
-    from bayesub.io import log_files
+    from bayesub.logs import log_files
     from bayesub.report import log_card
 
     # Without the boat too, what only a boat gives a meaning: commands, counts and the like, thrust and torque.

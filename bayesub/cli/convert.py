@@ -25,8 +25,8 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     KIND is ros (bags of ROS 2 and 1), mavlink (ArduPilot .bin, .tlog), nmea (NMEA 0183), imc (LSTS .lsf), slocum (.dbd,
     .ebd), matlab (.mat), csv (any table in text) or kvlcc2 (HSVA and MARIN). Several FILEs are pieces of one log.
     """
-    from bayesub.io import readers
-    from bayesub.io.log_map import LogMap, read_map
+    from bayesub.logs import readers
+    from bayesub.logs.log_map import LogMap, read_map
 
     if as_list:
         log_map = read_map(map_file, kind).model_copy(update={"columns": {}}) if map_file else LogMap()
@@ -43,7 +43,7 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
         )
     if output.resolve() in {file.resolve() for file in files}:
         raise InputError(f"{output}: is the file that is read; choose another with -o", "conflict", "-o")
-    from bayesub.io import conversion
+    from bayesub.logs import conversion
 
     map_file = map_file or toml_files.built_in("maps")[kind]
     log_map = read_map(map_file, kind)

@@ -14,10 +14,10 @@ import numpy as np
 
 from bayesub.cli.scalar_simulator import BATCH, perturbed, spiral
 from bayesub.cli.stopwatch import in_threads, shortest
-from bayesub.io import log_files
 from bayesub.kernels.dynamics import Boat, InverseMass, euler_derivative
 from bayesub.kernels.lanes import choose, sqrt
 from bayesub.kernels.trigonometry import sine_cosine
+from bayesub.logs import log_files
 from bayesub.model.simulator import Simulator
 
 OUTPUTS = ("x", "y", "psi")  # of which derivatives are computed

@@ -22,7 +22,7 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     """
     from rich.table import Table
 
-    from bayesub import identifiability
+    from bayesub.inference import identifiability
     from bayesub.model.linear_form import linear_systems
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.simulate import simulate

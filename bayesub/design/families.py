@@ -17,8 +17,8 @@ from functools import cached_property
 import numpy as np
 
 from bayesub.design.limits import Limits
-from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
+from bayesub.logs import log_files
 from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import Manoeuvre, of_inputs
 from bayesub.model.vehicles import Vehicle

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from bayesub.design.information import Information
-from bayesub.identifiability.fisher import integrated_out
+from bayesub.inference.identifiability.fisher import integrated_out
 from bayesub.io.errors import InputError
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle

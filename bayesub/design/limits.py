@@ -8,9 +8,10 @@ from typing import Annotated
 import numpy as np
 import pydantic
 
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.io.toml_files import Positive, Section
+from bayesub.logs import log_files
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle

@@ -16,7 +16,7 @@ from bayesub.design.families import Family
 from bayesub.design.goals import Goal
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Range
-from bayesub.identifiability.interface import Progress
+from bayesub.inference.interface import Progress
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.model.manoeuvres import Manoeuvre

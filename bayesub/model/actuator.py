@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bayesub.io.log_files import COLUMNS
 from bayesub.kernels.actuators import step_response
+from bayesub.logs.log_files import COLUMNS
 from bayesub.model.water import WaterColumn
 
 N_WEIGHTS = 4  # a weight, and its moments: its force times x, y and z of the point where it acts

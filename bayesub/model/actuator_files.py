@@ -11,8 +11,8 @@ import numpy as np
 import pydantic
 
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.log_files import COLUMNS, CONTROL_COLUMNS, si_factor
 from bayesub.io.toml_files import Positive, Section
+from bayesub.logs.log_files import COLUMNS, CONTROL_COLUMNS, si_factor
 from bayesub.model.actuator import Actuator
 from bayesub.model.actuators import AILERON, Actuators
 from bayesub.model.equations import AXES, EquationSet

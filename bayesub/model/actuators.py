@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.log_files import COLUMNS, si_factor
+from bayesub.logs.log_files import COLUMNS, si_factor
 from bayesub.model.actuator import N_WEIGHTS, Actuator
 from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.equations.equation_set import PLANES

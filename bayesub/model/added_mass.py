@@ -7,7 +7,7 @@ NACA report 184 (1924); Pabst (1930), in Korotkin, Added Masses of Ship Structur
 
 import numpy as np
 
-from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
+from bayesub.logs.log_files import ACCELERATIONS, VELOCITIES
 from bayesub.model.equations import AXES, EquationSet
 
 N_ANGLES = 4096  # of the boundary of a section; its fin roots make the Fourier sum converge as 1/n

@@ -3,9 +3,9 @@
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import positions
 from bayesub.kernels import workspace
 from bayesub.kernels.variations import of_dense
+from bayesub.logs.log_files import positions
 from bayesub.model.actuators import Orders
 from bayesub.model.vehicles import Vehicle
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import si_factor
+from bayesub.logs.log_files import si_factor
 from bayesub.model.actuators import Actuators
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.io.log_files import ACCELERATIONS
+from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.trajectory import Trajectory
 

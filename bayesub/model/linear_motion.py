@@ -7,8 +7,8 @@ change from straight flight, theta for pitch.
 
 import numpy as np
 
-from bayesub.io.log_files import VELOCITIES, positions
 from bayesub.kernels import workspace
+from bayesub.logs.log_files import VELOCITIES, positions
 from bayesub.model.boats import Boats
 from bayesub.model.equations import AXES
 from bayesub.model.manoeuvre_files import STERN_PLANE, straight_and_level

@@ -7,9 +7,10 @@ from typing import Annotated, Literal
 import numpy as np
 import pydantic
 
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Length, Positive, Section, Speed
+from bayesub.logs import log_files
 from bayesub.model import closed_loop
 from bayesub.model.actuators import Orders
 from bayesub.model.vehicles import Vehicle, load_vehicle

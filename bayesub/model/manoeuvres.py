@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
+from bayesub.logs import log_files
 from bayesub.model.actuators import command_column
 from bayesub.model.manoeuvre_files import ManoeuvreFile, RandomFile, read_manoeuvre, straight_and_level
 from bayesub.model.prescribed import Prescribed

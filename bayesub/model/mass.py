@@ -5,8 +5,8 @@ Kernels have their own (:mod:`bayesub.kernels.mass`); a test compares the two.
 
 import numpy as np
 
-from bayesub.io.log_files import ACCELERATIONS
 from bayesub.kernels import workspace as at
+from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.equations import AXES, EquationSet
 
 MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bayesub.io import log_files
 from bayesub.io.errors import InputError
 from bayesub.kernels.variations import of_dense
+from bayesub.logs import log_files
 from bayesub.model.equations import AXES
 from bayesub.model.simulator import MAX_SPEED_RATIO, Simulator
 

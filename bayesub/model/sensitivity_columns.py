@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
+from bayesub.logs import log_files
 from bayesub.model.disturbance import Knots
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from bayesub.io import log_files
 from bayesub.io.errors import InputError
+from bayesub.logs import log_files
 from bayesub.model import prescribed
 from bayesub.model.control_histories import ControlHistories
 from bayesub.model.disturbance import Disturbance, ForceHistory, Knots, check_axes

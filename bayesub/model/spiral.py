@@ -8,7 +8,7 @@ flight. Steady turns are solved for, not waited for.
 
 import numpy as np
 
-from bayesub.io.log_files import VELOCITIES, positions
+from bayesub.logs.log_files import VELOCITIES, positions
 from bayesub.model.boats import Boats
 from bayesub.model.manoeuvre_files import RUDDER
 

@@ -8,7 +8,7 @@ measured, such as 180 degrees of heading, or its simulation fails before, the me
 
 import numpy as np
 
-from bayesub.io.log_files import positions
+from bayesub.logs.log_files import positions
 from bayesub.model.boats import Boats
 from bayesub.model.manoeuvre_files import RUDDER, STERN_PLANE
 from bayesub.model.manoeuvres import Manoeuvre, of_inputs

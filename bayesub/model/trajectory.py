@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayesub.io import log_files
-from bayesub.io.log_files import ACCELERATIONS
 from bayesub.io.notebook import Displayed
+from bayesub.logs import log_files
+from bayesub.logs.log_files import ACCELERATIONS
 
 if TYPE_CHECKING:
     from bayesub.model.simulator import Simulator

@@ -5,8 +5,8 @@ from itertools import cycle
 
 import numpy as np
 
-from bayesub.io import log_files
-from bayesub.io.log_files import positions
+from bayesub.logs import log_files
+from bayesub.logs.log_files import positions
 from bayesub.plots import style
 
 X, Y, Z = positions("x", "y", "z")

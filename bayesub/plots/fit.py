@@ -18,7 +18,7 @@ def draw(path, criticism, residuals: dict, times: dict) -> None:
     path
         One or several, as :func:`bayesub.plots.style.figure` takes them.
     criticism
-        From :func:`bayesub.checks.fit.criticise`.
+        From :func:`bayesub.inference.checks.fit.criticise`.
     residuals
         Channel -> quantile residuals (n_draws, n_readings); the first draw is drawn against time, the histogram is of
         all.

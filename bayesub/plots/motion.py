@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.collections import PolyCollection
 
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.plots import style
 from bayesub.plots.track import STRAIGHT, X, Y, Z, draw_actuators
 

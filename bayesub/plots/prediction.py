@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.plots import style
 
 _LIGHT, _DARK = 0.3, 0.45  # of the bands of 90 and 50 %
@@ -18,8 +18,8 @@ def draw(path, channels, predictions: dict, warm_up: float) -> None:
     channels
         Of the record, in the order of the readings.
     predictions
-        By whom -> :class:`bayesub.checks.prediction.Prediction`; "posterior" among them. Those that failed are left
-        out.
+        By whom -> :class:`bayesub.inference.checks.prediction.Prediction`; "posterior" among them. Those that failed
+        are left out.
     warm_up
         s; shaded.
     """

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.identifiability.profile import LEVEL_95
+from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels

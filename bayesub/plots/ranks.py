@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.checks.convergence import rank_histograms, rank_spread
+from bayesub.inference.checks.convergence import rank_histograms, rank_spread
 from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import labels

@@ -4,8 +4,8 @@ from itertools import cycle
 
 import numpy as np
 
-from bayesub.io.log_files import STATES, positions
 from bayesub.io.toml_files import built_in
+from bayesub.logs.log_files import STATES, positions
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import load_vehicle
 from bayesub.plots import style, tail_sketch

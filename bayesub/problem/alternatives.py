@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 from bayesub.problem.distributions import WHITE

@@ -3,7 +3,7 @@
 Every distribution is a map from a standard normal vector t to the parameters. Searches work in t, where the prior is
 N(0, I): bounds are at infinity, and a direction that the data do not see keeps its prior exactly. The sampler works in
 the scaled coordinates x, which differ from t for uniform priors only: these have walls in x, at plus and minus the root
-of three. All coordinates of the sampler stand in one table in :mod:`bayesub.sampling`.
+of three. All coordinates of the sampler stand in one table in :mod:`bayesub.inference.sampling`.
 """
 
 from dataclasses import dataclass

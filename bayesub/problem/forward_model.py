@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.model.disturbance import CURRENTS as WATER
 from bayesub.model.disturbance import ForceHistory
 from bayesub.model.equations import AXES

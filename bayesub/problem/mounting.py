@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import STATES
+from bayesub.logs.log_files import STATES
 from bayesub.sensors.lever_arm import TURNING
 from bayesub.sensors.measurement import Arms, MeasurementModel
 from bayesub.sensors.record import Channel, Record

@@ -25,9 +25,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bayesub.io import log_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
+from bayesub.logs import log_files
 from bayesub.model.actuator_files import COMPRESSIBILITY, VOLUME
 from bayesub.model.actuators import command_column
 from bayesub.model.manoeuvres import Manoeuvre

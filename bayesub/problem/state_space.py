@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import STATES
+from bayesub.logs.log_files import STATES
 from bayesub.model.disturbance import CURRENTS, KINDS
 from bayesub.model.segments import Segment
 from bayesub.problem.distributions import joined

@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import ACCELERATIONS
 from bayesub.kernels import workspace
+from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.time_step import choose_step, steps
 from bayesub.model.vehicles import Vehicle

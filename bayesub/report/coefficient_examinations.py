@@ -5,8 +5,8 @@ from itertools import combinations
 import numpy as np
 
 from bayesub.io import toml_files
-from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
 from bayesub.kernels import workspace
+from bayesub.logs.log_files import ACCELERATIONS, VELOCITIES
 from bayesub.model.equations import AXES, EquationSet, Term
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.report.examination import CardWarning, Examination, number_and_unit

@@ -7,14 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
-from bayesub.checks.distance import halves, hellinger, wasserstein
+from bayesub.inference.checks.distance import halves, hellinger, wasserstein
+from bayesub.inference.sampling import Posterior
 from bayesub.model.vehicles import Vehicle
 from bayesub.plots.coefficients import QUANTILES
 from bayesub.problem.nuisance import of_boat
 from bayesub.report.prediction_page import PredictedTrial
 from bayesub.report.sheet import cell
 from bayesub.report.unseen import POSTERIOR
-from bayesub.sampling import Posterior
 
 LONGEST = 200  # characters of a setting in a table
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.checks.conflict import find_conflict
+from bayesub.inference.checks.conflict import find_conflict
 from bayesub.problem.distributions import Joint
 from bayesub.problem.shared_scale import SharedScale
 

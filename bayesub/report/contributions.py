@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.io.log_files import positions
+from bayesub.logs.log_files import positions
 from bayesub.model.equations import AXES
 from bayesub.model.linear_motion import regressor_slopes, regressors, straight
 from bayesub.model.vehicles import Vehicle

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.checks import convergence
-from bayesub.identifiability.fisher import correlation_factor, integrated_out
-from bayesub.io import log_files
+from bayesub.inference.checks import convergence
+from bayesub.inference.identifiability.fisher import correlation_factor, integrated_out
 from bayesub.io.errors import InputError
+from bayesub.logs import log_files
 from bayesub.model.equations import EquationSet
 from bayesub.report import zeros
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from bayesub.design.information import Information
 from bayesub.design.plan import REFINED
-from bayesub.identifiability import NullSpace
+from bayesub.inference.identifiability import NullSpace
 from bayesub.plots.design import SHARES
 from bayesub.report.designed_trial import DesignedTrial
 

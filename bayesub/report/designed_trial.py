@@ -14,9 +14,9 @@ from bayesub.design.limits import Range
 from bayesub.design.plan import Plan
 from bayesub.design.search import Found
 from bayesub.design.towing_tank import TankValue, unlocking
-from bayesub.identifiability import NullSpace, null_space
+from bayesub.inference.identifiability import NullSpace, null_space
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import STATES
+from bayesub.logs.log_files import STATES
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.nuisance import MOVING

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.io.log_files import ANGLES, positions
+from bayesub.logs.log_files import ANGLES, positions
 from bayesub.model.disturbance import CURRENTS, DISTURBED, unit
 from bayesub.model.equations import AXES
 from bayesub.model.hull_forces import hull_forces

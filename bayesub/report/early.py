@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bayesub.checks.explanations import explanations
-from bayesub.checks.fit import criticise
+from bayesub.inference.checks.explanations import explanations
+from bayesub.inference.checks.fit import criticise
+from bayesub.inference.sampling.sampler import SMOOTH
 from bayesub.problem.alternatives import LeftOut
 from bayesub.report import proposals, remedies
-from bayesub.sampling.sampler import SMOOTH
 
 
 @dataclass(frozen=True)

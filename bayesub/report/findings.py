@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayesub.baselines import Estimate
-from bayesub.checks import normality
-from bayesub.identifiability import NullSpace, Spectrum
+from bayesub.inference.baselines import Estimate
+from bayesub.inference.checks import normality
+from bayesub.inference.identifiability import NullSpace, Spectrum
+from bayesub.inference.sampling import Posterior
 from bayesub.io.words import counted
 from bayesub.plots.style import rounded
 from bayesub.report import conflicts, null_directions, sensitivities, set_up, zeros
-from bayesub.sampling import Posterior
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
 UNTOUCHED = 0.9  # posterior sd relative to the prior sd

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.io.log_files import VELOCITIES, positions
+from bayesub.logs.log_files import VELOCITIES, positions
 from bayesub.model.boats import Boats
 from bayesub.model.linear_motion import motion_matrix, stability_index
 from bayesub.model.manoeuvre_files import straight_and_level

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.checks import logs
-from bayesub.io import log_files
+from bayesub.logs import consistency, log_files
 from bayesub.model.vehicles import Vehicle
 
 
@@ -20,7 +19,7 @@ class LogCard:
         One for each disagreement.
     """
 
-    findings: tuple[logs.Finding, ...]
+    findings: tuple[consistency.Finding, ...]
 
     def lines(self) -> list[str]:
         """The card in words, a line a finding."""
@@ -39,7 +38,7 @@ def check(
     Parameters
     ----------
     log : dict of str to ndarray of shape (n,)
-        Of :func:`bayesub.io.log_files.read_log`; times need not ascend.
+        Of :func:`bayesub.logs.log_files.read_log`; times need not ascend.
     headers : sequence of str
         The columns of its file in their order.
     controls : sequence of str
@@ -51,7 +50,7 @@ def check(
     if vehicle is not None and not vehicle.actuators.direct:
         for name, (values, fins) in _together(log, vehicle).items():
             log, names = log | {name: values}, names | {name: ", ".join(fins)}
-    return LogCard(tuple(logs.findings(log, names, tuple(controls))))
+    return LogCard(tuple(consistency.findings(log, names, tuple(controls))))
 
 
 def _together(log, vehicle) -> dict[str, tuple[np.ndarray, tuple[str, ...]]]:

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from bayesub.io.log_files import ACCELERATIONS
+from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.equations import AXES, Term
 
 FALSE_ALARMS = 0.01  # probability that a random history is said to follow any regressor

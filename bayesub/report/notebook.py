@@ -1,70 +1,24 @@
 """How vehicles, trajectories, spectra, estimates and posteriors look in a notebook."""
 
-import tempfile
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from functools import singledispatch
 from pathlib import Path
 
 import numpy as np
 from markupsafe import Markup, escape
 
-from bayesub.baselines import Estimate
-from bayesub.identifiability import Spectrum
-from bayesub.io.atomic import writing
-from bayesub.io.log_files import HEADERS, STATES
+from bayesub.inference.baselines import Estimate
+from bayesub.inference.identifiability import Spectrum
+from bayesub.inference.sampling import Posterior
+from bayesub.io.notebook import draw, html
 from bayesub.kernels import workspace
+from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.plots import style
 from bayesub.report import symbols
-from bayesub.sampling import Posterior
 
 ENTRIES = 5  # of a direction
 DIRECTIONS = 3  # of the stiffest and of the sloppiest
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A picture that Jupyter shows.
-
-    Attributes
-    ----------
-    png : bytes
-    """
-
-    png: bytes
-
-    def _repr_png_(self) -> bytes:
-        return self.png
-
-    def save(self, path: str | Path) -> None:
-        """Write it to a PNG file; InputError if that cannot be written."""
-        with writing(Path(path)):
-            Path(path).write_bytes(self.png)
-
-    def __repr__(self) -> str:
-        return f"Picture of {len(self.png)} bytes; save(path) writes a PNG file"
-
-
-def picture(shown) -> Picture:
-    """The picture of an object."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "picture.png"
-        draw(shown, path)
-        return Picture(path.read_bytes())
-
-
-@singledispatch
-def draw(shown, path: Path) -> None:  # noqa: ARG001
-    """Draw an object to a file."""
-    raise TypeError(f"nothing draws a {type(shown).__name__}")
-
-
-@singledispatch
-def html(shown) -> str:
-    """An object in HTML."""
-    raise TypeError(f"nothing shows a {type(shown).__name__}")
 
 
 @draw.register

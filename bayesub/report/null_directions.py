@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bayesub.identifiability import NullSpace
+from bayesub.inference.identifiability import NullSpace
 from bayesub.io.words import counted, listed
 
 LARGEST = 0.5  # relative change of the coefficient that changes most

@@ -5,12 +5,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bayesub.inference.sampling import Posterior
 from bayesub.model.equations import EquationSet
 from bayesub.model.equations.equation_set import Term
 from bayesub.plots import style
 from bayesub.report import symbols
 from bayesub.report.markdown import table
-from bayesub.sampling import Posterior
 
 HEADS = ("regressor", "prior", "posterior", "90 % interval", "sd / prior sd")
 _PLAIN = range(-2, 4)  # powers of ten of numbers that are written without one

@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from bayesub.checks.prediction import INTERVALS, LEAST_FLOWN, band
-from bayesub.io import log_files
-from bayesub.io.log_files import HEADERS, STATES
+from bayesub.inference.checks.prediction import INTERVALS, LEAST_FLOWN, band
+from bayesub.logs import log_files
+from bayesub.logs.log_files import HEADERS, STATES
 
 X, Y, Z = log_files.positions("x", "y", "z")
 WIDEST = max(INTERVALS)

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayesub.io.log_files import HEADERS, STATES, si_factor
+from bayesub.logs.log_files import HEADERS, STATES, si_factor
 from bayesub.model.vehicles import Vehicle
 from bayesub.plots import motion as plots
 from bayesub.plots import prediction as plot_of_readings

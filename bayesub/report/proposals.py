@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from bayesub.checks.explanations import Explanation
-from bayesub.io import log_files
+from bayesub.inference.checks.explanations import Explanation
+from bayesub.logs import log_files
 from bayesub.problem.nuisance import CURRENTS
 
 _CLOSE, _SHARE = 3.0, 0.05  # nats, and share of its gain, by which the best must lead to be named alone

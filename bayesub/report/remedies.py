@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from bayesub.checks.explanations import Explanation
-from bayesub.checks.fit import OUTLIER, Criticism, expected_outliers
-from bayesub.io import log_files
+from bayesub.inference.checks.explanations import Explanation
+from bayesub.inference.checks.fit import OUTLIER, Criticism, expected_outliers
+from bayesub.logs import log_files
 from bayesub.problem import likelihoods
 from bayesub.problem.nuisance import CURRENTS
 from bayesub.report import proposals

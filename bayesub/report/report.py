@@ -10,11 +10,13 @@ from typing import Protocol
 
 import numpy as np
 
-from bayesub.baselines import Estimate
-from bayesub.checks import jumps
-from bayesub.checks.explanations import Explanation, explanations
-from bayesub.checks.fit import Criticism, criticise
-from bayesub.identifiability import NullSpace, Spectrum, null_space
+from bayesub.inference.baselines import Estimate
+from bayesub.inference.checks import jumps
+from bayesub.inference.checks.explanations import Explanation, explanations
+from bayesub.inference.checks.fit import Criticism, criticise
+from bayesub.inference.identifiability import NullSpace, Spectrum, null_space
+from bayesub.inference.sampling import CrossCheck, Posterior
+from bayesub.inference.sampling.sampler import SMOOTH
 from bayesub.io import templates
 from bayesub.io.atomic import write_text, writing
 from bayesub.model.quantities import Quantity
@@ -39,8 +41,6 @@ from bayesub.report import (
 from bayesub.report.figures import figures
 from bayesub.report.report_page import markdown_page
 from bayesub.report.unseen import TrialPrediction
-from bayesub.sampling import CrossCheck, Posterior
-from bayesub.sampling.sampler import SMOOTH
 
 PREDICTIVE_DRAWS = 100
 _STREAM = 5  # of the study's seed; the run itself takes those before
@@ -175,7 +175,7 @@ def write_report(
     estimates : sequence of Estimate
         By the baselines; may be empty.
     spectrum : Spectrum
-        From :func:`bayesub.identifiability.fisher`.
+        From :func:`bayesub.inference.identifiability.fisher`.
     posterior : Posterior
         From :func:`bayesub.sample`.
     study : object with name, question and seed, optional

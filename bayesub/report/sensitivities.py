@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayesub.checks.prior_sensitivity import SENSITIVE, noise, sensitivity
+from bayesub.inference.checks.prior_sensitivity import SENSITIVE, noise, sensitivity
 
 DRAWS, FLOWN_DRAWS = 10_000, 2000  # at most; where the log likelihood needs simulations, of forces at knots
 PRIOR, LIKELIHOOD, BOTH = "prior", "likelihood", "both"

@@ -6,7 +6,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.plots.style import powers, with_unit
 from bayesub.problem import likelihoods
 from bayesub.problem.distributions import WHITE, LogNormal, Normal, Prior, Uniform

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.baselines import Estimate
-from bayesub.checks.prediction import FALSE_ALARMS, INTERVALS, N_DRAWS, Prediction, given_warm_up, predict
-from bayesub.io import log_files
+from bayesub.inference.baselines import Estimate
+from bayesub.inference.checks.prediction import FALSE_ALARMS, INTERVALS, N_DRAWS, Prediction, given_warm_up, predict
+from bayesub.inference.sampling import Posterior
+from bayesub.logs import log_files
 from bayesub.plots import style
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
 from bayesub.problem.unseen import UnseenTrial
-from bayesub.sampling import Posterior
 
 POSTERIOR, MODE, SQP, PRIOR, PRIOR_MEAN = "posterior", "posterior mode", "SQP", "prior", "prior mean"
 N_OTHERS = 200  # draws of an estimate that the posterior is compared with

@@ -6,9 +6,9 @@ the equations which coefficients act in straight flight; what the equations do n
 
 import numpy as np
 
-from bayesub.io import log_files
 from bayesub.io.words import listed
 from bayesub.kernels import workspace
+from bayesub.logs import log_files
 from bayesub.model.quantities import GLIDES, absence
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.io.log_files import ANGLES, STATES, positions
+from bayesub.logs.log_files import ANGLES, STATES, positions
 from bayesub.model.disturbance import ForceHistory
 
 _TINY = 1e-30  # imaginary step, of which the square vanishes beside one

@@ -7,8 +7,8 @@ from typing import ClassVar
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.log_files import HEADERS
 from bayesub.io.toml_files import Positive
+from bayesub.logs.log_files import HEADERS
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name
 
 _COLUMNS = {channel_name(quantity): HEADERS[quantity] for quantity in QUANTITIES}

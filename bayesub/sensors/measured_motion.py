@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import ACCELERATIONS, HEADERS, STATES, positions
+from bayesub.logs.log_files import ACCELERATIONS, HEADERS, STATES, positions
 from bayesub.sensors.record import Record
 from bayesub.sensors.sensor import rounded
 

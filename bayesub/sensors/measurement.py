@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.io.log_files import ANGLES
+from bayesub.logs.log_files import ANGLES
 from bayesub.sensors import velocity
 from bayesub.sensors.current import Water, seen, seen_slopes
 from bayesub.sensors.lever_arm import TURNING, displaced, displaced_slopes

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import HEADERS, si_factor
+from bayesub.logs.log_files import HEADERS, si_factor
 from bayesub.model.trajectory import Trajectory
 from bayesub.sensors.current import Water
 from bayesub.sensors.instruments import Instrument

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import log_files
 from bayesub.io.errors import InputError
+from bayesub.logs import log_files
 from bayesub.model.disturbance import ForceHistory
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.trajectory import Trajectory
@@ -221,7 +221,7 @@ class Record:
         *,
         start_heading_deg: float = 0.0,
     ) -> "Record":
-        """The readings of a log (:func:`bayesub.io.log_files.read_log`), as :meth:`load`; errors name the `source`."""
+        """The readings of a log (:func:`bayesub.logs.log_files.read_log`); errors name the `source`."""
         by_quantity = {sensor.quantity: sensor for sensor in flat(sensors)}
         for quantity in log:
             if quantity in QUANTITIES and quantity not in by_quantity:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.log_files import ACCELERATIONS, COLUMNS, HEADERS, STATES, si_factor
+from bayesub.logs.log_files import ACCELERATIONS, COLUMNS, HEADERS, STATES, si_factor
 from bayesub.sensors import velocity
 
 MAX_READINGS = 1_000_000

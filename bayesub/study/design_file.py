@@ -10,8 +10,8 @@ from bayesub.design.families import Family
 from bayesub.design.judge import Judge
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
-from bayesub.io.log_files import STATES
 from bayesub.io.toml_files import Section
+from bayesub.logs.log_files import STATES
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from bayesub.baselines import Estimate
+from bayesub.inference.baselines import Estimate
+from bayesub.inference.sampling import Posterior, posterior_file
 from bayesub.io.errors import InputError, error_source
 from bayesub.model.vehicles import Vehicle, load_vehicle
-from bayesub.sampling import Posterior, posterior_file
 from bayesub.study.check_section import CheckSection
 from bayesub.study.control_section import with_columns
 from bayesub.study.infer import ESTIMATES, POSTERIOR

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub import baselines, identifiability
 from bayesub.campaign.executors import Executor
+from bayesub.inference import baselines, identifiability
+from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
+from bayesub.inference.sampling import cross_check as compare_with_nuts
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import duration
@@ -16,8 +18,6 @@ from bayesub.report.early import fit_of_mode
 from bayesub.report.report import write_report
 from bayesub.report.suspect_columns import suspect
 from bayesub.report.unseen import TrialPrediction, predicted_trial, predicts
-from bayesub.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
-from bayesub.sampling import cross_check as compare_with_nuts
 from bayesub.study import leave_out as others
 from bayesub.study.misread_columns import refuse_misread
 from bayesub.study.prepare import Setup

@@ -10,10 +10,10 @@ from bayesub.campaign import executors
 from bayesub.campaign.campaign import complete
 from bayesub.campaign.executors import Executor
 from bayesub.campaign.piece import is_remote
+from bayesub.inference.sampling import Criteria, Posterior, posterior_file, sample
 from bayesub.io.errors import InputError
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.unseen import UnseenTrial
-from bayesub.sampling import Criteria, Posterior, posterior_file, sample
 from bayesub.study.check_section import warm_up
 from bayesub.study.prepare import Setup
 from bayesub.study.run_folder import TimedProgress

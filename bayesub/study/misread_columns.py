@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from bayesub.checks.logs import Finding
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError
+from bayesub.logs import log_files
+from bayesub.logs.finding import Finding
 from bayesub.model.prescribed import STATES
 from bayesub.report import log_card
 from bayesub.sensors import QUANTITIES

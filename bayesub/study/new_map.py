@@ -11,7 +11,7 @@ def example(kind: str, path: Path, data: Path | None = None) -> str:
     Parameters
     ----------
     kind : str
-        As :data:`bayesub.io.readers.KINDS`.
+        As :data:`bayesub.logs.readers.KINDS`.
     path : Path
         Where it will stand.
     data : Path or None
@@ -20,7 +20,7 @@ def example(kind: str, path: Path, data: Path | None = None) -> str:
     text = toml_files.read_text(toml_files.built_in("maps")[kind])
     signals = []
     if data is not None:
-        from bayesub.io import readers
+        from bayesub.logs import readers
 
         signals = [(name, signal.unit) for name, signal in readers.read(kind, [data]).signals.items()]
     values = {"kind": kind, "path": path, "source": data, "signals": signals, "example": text.rstrip()}

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import log_files, templates
+from bayesub.io import templates
 from bayesub.io.errors import InputError
+from bayesub.logs import log_files
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 from bayesub.model.vehicles import Vehicle, load_vehicle

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from bayesub.checks import normality
+from bayesub.inference.checks import normality
 from bayesub.io import toml_files
 from bayesub.io.words import listed
 from bayesub.model.equations.files import beside

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.checks.prediction import N_DRAWS, predict
+from bayesub.inference.checks.prediction import N_DRAWS, predict
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_csv, write_text, writing
 from bayesub.io.terminal import SILENT, Progress

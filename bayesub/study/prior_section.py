@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 import pydantic
 
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section
+from bayesub.logs import log_files
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.sensors import Channel

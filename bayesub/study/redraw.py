@@ -70,8 +70,8 @@ def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
             "posterior.nc",
         )
     study = saved_study(folder, config)
-    from bayesub import baselines
-    from bayesub.sampling import CrossCheck, posterior_file
+    from bayesub.inference import baselines
+    from bayesub.inference.sampling import CrossCheck, posterior_file
     from bayesub.study.infer import ESTIMATES, conclude
     from bayesub.study.prepare import prepare
 

@@ -113,7 +113,7 @@ def _work(study: Study | Script, cross_check: bool, leave_out: bool):
                 "--leave-out",
             )
         return partial(script.run, study)
-    from bayesub.sampling.nuts import require_nutpie
+    from bayesub.inference.sampling.nuts import require_nutpie
     from bayesub.study import leave_out as others
     from bayesub.study.infer import infer
     from bayesub.study.prepare import prepare

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
+from bayesub.logs import log_files
 from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import Manoeuvre, of_inputs
 from bayesub.model.prescribed import STATES, Prescribed, check, smoothed
@@ -71,7 +72,7 @@ def read_trial(
     prescribed: Sequence[str] = (),
     window_s: tuple[float, float] | None = None,
 ) -> Trial:
-    """Read the log of a trial (:mod:`bayesub.io.log_files`).
+    """Read the log of a trial (:mod:`bayesub.logs.log_files`).
 
     The trial begins when every control has its first cell, which is time zero from then on, and ends when the first of
     them has its last. Controls are joined by straight lines between the cells of each, commands hold until the next;

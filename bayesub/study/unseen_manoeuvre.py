@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
+from bayesub.logs import log_files
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulator import OF_MANOEUVRE
 from bayesub.model.vehicles import Vehicle

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub import baselines
+from bayesub.inference import baselines
+from bayesub.inference.sampling import Posterior, posterior_file, sample
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.coefficients import NAMES
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
@@ -20,7 +21,6 @@ from bayesub.model.time_step import true_step
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
-from bayesub.sampling import Posterior, posterior_file, sample
 from bayesub.sensors import Track, observe, unread
 
 VEHICLES = ("suboff", "auv690", "npsauv")

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub import identifiability
-from bayesub.baselines import sqp
-from bayesub.identifiability import Cancellation, Collinearity, Contribution, Profile, Spectrum
+from bayesub.inference import identifiability
+from bayesub.inference.baselines import sqp
+from bayesub.inference.identifiability import Cancellation, Collinearity, Contribution, Profile, Spectrum
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate

@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayesub.checks.fit import criticise
-from bayesub.io.log_files import VELOCITIES, positions
+from bayesub.inference.checks.fit import criticise
+from bayesub.inference.sampling import Posterior
+from bayesub.logs.log_files import VELOCITIES, positions
 from bayesub.model.equations import AXES, EquationSet, load_equations
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.model.simulator import Simulator
@@ -14,7 +15,6 @@ from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
-from bayesub.sampling import Posterior
 from bayesub.thesis.cases import posed, time_scale, tracking_range
 from bayesub.thesis.other_equations import GUESS_SD, PRIOR_SD
 

@@ -5,7 +5,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from bayesub.checks import calibration
+from bayesub.inference.checks import calibration
 from bayesub.report import markdown
 from bayesub.thesis.plots import disturbed as plots
 

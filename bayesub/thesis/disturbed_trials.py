@@ -8,9 +8,10 @@ import numpy as np
 import threadpoolctl
 from scipy import special
 
-from bayesub.baselines import filter_error, gauss_newton
-from bayesub.baselines.estimate import Estimate
-from bayesub.checks.calibration import N_DRAWS
+from bayesub.inference.baselines import filter_error, gauss_newton
+from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.checks.calibration import N_DRAWS
+from bayesub.inference.sampling.histories import marginal_mode, with_process
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.model.disturbance import CURRENTS, Disturbance
 from bayesub.model.equations import AXES
@@ -23,7 +24,6 @@ from bayesub.problem.disturbances import UnknownDisturbance, force_scales
 from bayesub.problem.likelihoods import AR1
 from bayesub.problem.problem import Problem
 from bayesub.problem.state_space import StateSpace
-from bayesub.sampling.histories import marginal_mode, with_process
 from bayesub.sensors import observe
 
 DISTURBED = ("X", "Y", "N")

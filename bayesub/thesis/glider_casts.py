@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
+from bayesub.logs import log_files
 from bayesub.model.vehicles import load_vehicle
 
 LOG = "slocum_comet"  # and its vehicle

@@ -12,8 +12,8 @@ from itertools import product
 
 import numpy as np
 
-from bayesub.baselines import gauss_newton
-from bayesub.checks.conflict import Conflict, find_conflict
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.checks.conflict import Conflict, find_conflict
 from bayesub.io import toml_files
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.model.equations import EquationSet

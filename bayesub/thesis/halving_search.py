@@ -1,7 +1,7 @@
 """The SQP search of thesis section 7.2.2 as its text has it: halved steps, and a rule on the step of the programme.
 
-:func:`bayesub.baselines.sqp` is SciPy's search with the same two tolerances. Here are, each an option, the parts that
-the text gives and that a library decides otherwise.
+:func:`bayesub.inference.baselines.sqp` is SciPy's search with the same two tolerances. Here are, each an option, the
+parts that the text gives and that a library decides otherwise.
 """
 
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
-from bayesub.baselines.estimate import Estimate
-from bayesub.baselines.starts import Normalised, search_from
+from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.baselines.starts import Normalised, search_from
 from bayesub.problem.problem import Problem
 
 CRASHED = 1e12  # cost of a simulation that fails (section 7.2.2; its exponent is garbled), above that of any start

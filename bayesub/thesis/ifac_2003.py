@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.baselines import sqp
+from bayesub.inference.baselines import sqp
 from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES
 from bayesub.model.vehicles import load_vehicle
 from bayesub.thesis import cases

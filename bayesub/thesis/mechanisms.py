@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayesub.identifiability import rank
-from bayesub.io.log_files import STATES
+from bayesub.inference.identifiability import rank
 from bayesub.kernels import workspace
+from bayesub.logs.log_files import STATES
 from bayesub.model.coefficients import INDEX
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre

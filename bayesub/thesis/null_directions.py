@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.linalg import subspace_angles
 
-from bayesub import identifiability
+from bayesub.inference import identifiability
 from bayesub.model.coefficients import AXES, NAMES, SUBPROBLEMS, columns
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.manoeuvres import load_manoeuvre

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from bayesub.baselines import gauss_newton
-from bayesub.identifiability import null_space
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.identifiability import null_space
 from bayesub.model.coefficients import NAMES, columns
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy import stats
 
-from bayesub.baselines import linear_least_squares, linear_programme, sqp, trust_region
-from bayesub.baselines.estimate import Estimate
+from bayesub.inference.baselines import linear_least_squares, linear_programme, sqp, trust_region
+from bayesub.inference.baselines.estimate import Estimate
 from bayesub.model.coefficients import INDEX, NAMES
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre

@@ -15,15 +15,15 @@ from operator import itemgetter
 import numpy as np
 from scipy import special
 
-from bayesub.checks import convergence
+from bayesub.inference.checks import convergence
+from bayesub.inference.sampling import sample
+from bayesub.inference.sampling.effort import Effort
+from bayesub.inference.sampling.moments import Moments
+from bayesub.inference.sampling.nuts import MOST_RHAT, compare, require_nutpie
+from bayesub.inference.sampling.posterior import STANDARD
 from bayesub.io.errors import InputError
 from bayesub.problem.problem import Problem
 from bayesub.report import markdown
-from bayesub.sampling import sample
-from bayesub.sampling.effort import Effort
-from bayesub.sampling.moments import Moments
-from bayesub.sampling.nuts import MOST_RHAT, compare, require_nutpie
-from bayesub.sampling.posterior import STANDARD
 from bayesub.thesis.sampler_cost import starts
 
 OURS = "ours"

@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayesub.baselines import sqp
-from bayesub.identifiability import Spectrum, fisher, rank
-from bayesub.io.log_files import VELOCITIES
+from bayesub.inference.baselines import sqp
+from bayesub.inference.identifiability import Spectrum, fisher, rank
+from bayesub.inference.sampling import Posterior
+from bayesub.logs.log_files import VELOCITIES
 from bayesub.model.equations.equation_set import Term
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
@@ -24,7 +25,6 @@ from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
-from bayesub.sampling import Posterior
 from bayesub.sensors import observe, presets
 from bayesub.thesis.cases import posed, time_scale, tracking_range
 

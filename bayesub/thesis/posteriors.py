@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from bayesub.identifiability import Spectrum, fisher
+from bayesub.inference.identifiability import Spectrum, fisher
+from bayesub.inference.sampling import Posterior
 from bayesub.plots.coefficients import QUANTILES
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
-from bayesub.sampling import Posterior
 from bayesub.thesis import cases
 
 N_DRAWS = 4000  # of the posterior, whose fit is computed

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.baselines.estimate import Estimate
+from bayesub.inference.baselines.estimate import Estimate
 from bayesub.model.coefficients import INDEX
 from bayesub.model.simulator import Simulator
 from bayesub.problem.problem import Problem

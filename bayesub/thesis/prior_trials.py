@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.checks.calibration import prior_trajectory
+from bayesub.inference.checks.calibration import prior_trajectory
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
 from bayesub.model.time_step import true_step

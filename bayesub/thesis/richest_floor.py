@@ -6,7 +6,7 @@ from scipy import stats
 from bayesub.design.information import Information
 from bayesub.design.judge import Judge
 from bayesub.design.limits import N_DRAWS, Range
-from bayesub.identifiability import null_space, rank
+from bayesub.inference.identifiability import null_space, rank
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulate import simulate

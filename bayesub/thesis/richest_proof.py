@@ -4,15 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayesub.baselines import gauss_newton, sqp
-from bayesub.checks import calibration
+from bayesub.inference.baselines import gauss_newton, sqp
+from bayesub.inference.checks import calibration
+from bayesub.inference.sampling import sample
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulate import simulate
 from bayesub.model.time_step import true_step
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
-from bayesub.sampling import sample
 from bayesub.sensors import observe
 from bayesub.thesis.cases import unseen
 from bayesub.thesis.richest import SHARE, appraiser_of

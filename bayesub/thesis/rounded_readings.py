@@ -7,12 +7,12 @@ the truth: the question is what the likelihoods say and not whether a search suc
 import numpy as np
 from scipy import linalg
 
-from bayesub.baselines import Estimate, gauss_newton, linear_least_squares
-from bayesub.checks.coverage import RepeatedTrials
+from bayesub.inference.baselines import Estimate, gauss_newton, linear_least_squares
+from bayesub.inference.checks.coverage import RepeatedTrials
+from bayesub.inference.sampling import sample
 from bayesub.model.coefficients import NAMES, columns
 from bayesub.model.linear_form import linear_systems
 from bayesub.problem.problem import Problem
-from bayesub.sampling import sample
 from bayesub.sensors.measured_motion import recorded
 from bayesub.thesis.prior_trials import PriorTrials
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayesub.baselines import linear_least_squares, total_least_squares
+from bayesub.inference.baselines import linear_least_squares, total_least_squares
 from bayesub.model.coefficients import NAMES, columns
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre

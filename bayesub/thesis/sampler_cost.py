@@ -7,7 +7,8 @@ import emcee
 import numpy as np
 
 from bayesub import sensors
-from bayesub.checks import convergence
+from bayesub.inference.checks import convergence
+from bayesub.inference.sampling import Posterior
 from bayesub.model.coefficients import NAMES, SUBPROBLEMS
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
@@ -16,7 +17,6 @@ from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.priors import Normal
 from bayesub.problem.problem import Problem
-from bayesub.sampling import Posterior
 from bayesub.thesis import cases
 
 SEED = 690

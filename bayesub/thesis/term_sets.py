@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.baselines import gauss_newton
-from bayesub.checks.cross_validation import TRUSTED, laplace, leave_one_out, reweighted
-from bayesub.checks.needless_terms import Approximation, log_ratio_of_draws
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.checks.cross_validation import TRUSTED, laplace, leave_one_out, reweighted
+from bayesub.inference.checks.needless_terms import Approximation, log_ratio_of_draws
+from bayesub.inference.sampling import sample
 from bayesub.model.coefficients import NAMES, SUBPROBLEMS
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
@@ -15,7 +16,6 @@ from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
-from bayesub.sampling import sample
 from bayesub.sensors import Track, observe
 from bayesub.thesis.cases import VEHICLES, unseen
 

@@ -1,6 +1,6 @@
 """Tables of uniqueness: Tables 6 to 9 of the thesis beside ours, and the evidence.
 
-`ranks` is manoeuvre -> vehicle -> axis -> :meth:`bayesub.identifiability.AxisRank.summary`.
+`ranks` is manoeuvre -> vehicle -> axis -> :meth:`bayesub.inference.identifiability.AxisRank.summary`.
 """
 
 from collections.abc import Iterator

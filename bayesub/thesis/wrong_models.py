@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bayesub.baselines import gauss_newton
-from bayesub.checks.coverage import RepeatedTrials
-from bayesub.checks.explanations import explanations
-from bayesub.checks.fit import Criticism, criticise
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.checks.coverage import RepeatedTrials
+from bayesub.inference.checks.explanations import explanations
+from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.model.coefficients import HORIZONTAL, INDEX
 from bayesub.model.disturbance import Disturbance
 from bayesub.model.equations import AXES

@@ -33,7 +33,7 @@ from pathlib import Path
 import numpy as np
 
 import bayesub as bs
-from bayesub.baselines import sqp
+from bayesub.inference.baselines import sqp
 from bayesub.design import families, goals, judge, limits
 from bayesub.design.search import Cost, search
 from bayesub.study.script import load

@@ -9,7 +9,8 @@ import pytest
 import tomli_w
 from support import refusals, torpedo, vehicle_logs
 
-from bayesub.io import log_files, readers, toml_files
+from bayesub.io import toml_files
+from bayesub.logs import log_files, readers
 
 
 @pytest.fixture

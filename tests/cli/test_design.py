@@ -16,8 +16,8 @@ from support import refusals
 
 import bayesub as bs
 from bayesub.design.limits import load_limits
+from bayesub.inference.sampling import posterior_file
 from bayesub.model.quantities import QUANTITIES
-from bayesub.sampling import posterior_file
 from bayesub.study import provenance
 
 COMMAND = [sys.executable, "-c", "from bayesub.__main__ import main; main()", "design"]

@@ -5,7 +5,7 @@ import pytest
 from support import refusals
 
 import bayesub as bs
-from bayesub.io import log_files
+from bayesub.logs import log_files
 
 FILE = """[disturbance]
 axes = ["X", "Y", "N"]

@@ -9,7 +9,7 @@ import tomli_w
 from support import refusals
 from support.fins import BOW, PORT, STARBOARD, X_TAIL, fins, with_actuators
 
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 

@@ -11,8 +11,9 @@ from support import fuzz, mutations
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
 from bayesub.io.errors import LONGEST
+from bayesub.logs import log_files
 from bayesub.model.equations import load_equations
 from bayesub.model.hulls import load_hull
 from bayesub.model.manoeuvre_files import read_manoeuvre

@@ -19,8 +19,8 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.cli import app
+from bayesub.inference.sampling.posterior import Criteria
 from bayesub.io.atomic import LOCK
-from bayesub.sampling.posterior import Criteria
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 

@@ -6,7 +6,7 @@ import pytest
 import bayesub as bs
 from bayesub.design.families import KINDS, LENGTHS, RPM, Family, controls
 from bayesub.design.limits import Limits, usual_limits
-from bayesub.io.log_files import write_log
+from bayesub.logs.log_files import write_log
 from bayesub.model.simulator import Simulator
 from bayesub.thesis.richest_options import equipped
 

@@ -8,7 +8,7 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.design.judge import MIN_SHARPNESS, Judge, Sensed, expected_sd
-from bayesub.identifiability.fisher import fisher
+from bayesub.inference.identifiability.fisher import fisher
 from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.likelihoods import UnknownSd

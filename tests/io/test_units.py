@@ -5,7 +5,8 @@ import math
 import pytest
 from support.refusals import refused
 
-from bayesub.io import fixes, log_files, units
+from bayesub.io import units
+from bayesub.logs import fixes, log_files
 
 SIZES = [
     ("rad", "deg", 180.0 / math.pi),

@@ -12,9 +12,9 @@ import pytest
 from numba import prange
 from support import every_kernel
 
+from bayesub.inference.sampling import polynomial
 from bayesub.kernels import compiled_files, integrate, jit
 from bayesub.kernels.jit import processor
-from bayesub.sampling import polynomial
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 

@@ -13,8 +13,8 @@ from support.motions import smooth_manoeuvre
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io.log_files import OUTPUTS, STATES
 from bayesub.kernels.workspace import BODY
+from bayesub.logs.log_files import OUTPUTS, STATES
 from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulator import Simulator

@@ -16,8 +16,8 @@ from support import refusals
 import bayesub as bs
 from bayesub.cli import app, manual
 from bayesub.io import toml_files
-from bayesub.io.log_files import HEADERS, VELOCITIES
-from bayesub.io.log_map import LogMap
+from bayesub.logs.log_files import HEADERS, VELOCITIES
+from bayesub.logs.log_map import LogMap
 from bayesub.model.actuator_files import (
     BallastSection,
     FinSection,

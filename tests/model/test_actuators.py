@@ -8,7 +8,8 @@ from support.fins import BOW, FIN, PORT, STARBOARD, X_TAIL, fins, with_actuators
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io import log_files, toml_files
+from bayesub.io import toml_files
+from bayesub.logs import log_files
 from bayesub.model import closed_loop
 from bayesub.model.manoeuvre_files import read_manoeuvre
 from bayesub.model.manoeuvres import of_inputs

@@ -5,7 +5,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io.log_files import positions
+from bayesub.logs.log_files import positions
 from bayesub.model.disturbance import KINDS, Disturbance, ForceHistory, Knots, correlation
 from bayesub.model.equations import AXES
 from bayesub.model.hull_forces import hull_force_rms, hull_forces

@@ -9,7 +9,7 @@ from scipy import stats
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
+from bayesub.inference.baselines import gauss_newton
 from bayesub.model.simulator import Simulator
 from bayesub.problem.priors import normal
 

@@ -7,7 +7,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.model.prescribed import Prescribed, smoothed
 from bayesub.model.simulator import Simulator
 

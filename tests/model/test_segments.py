@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.io.log_files import STATES
+from bayesub.logs.log_files import STATES
 from bayesub.model.disturbance import ForceHistory, Knots
 from bayesub.model.segments import Segment
 from bayesub.model.simulator import Simulator

@@ -8,8 +8,8 @@ from support.motions import smooth_manoeuvre
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io.log_files import OUTPUTS
 from bayesub.kernels.workspace import BODY
+from bayesub.logs.log_files import OUTPUTS
 from bayesub.model.coefficients import AXES, HORIZONTAL, INDEX, NAMES, names_of_axis
 from bayesub.model.simulator import Simulator
 from bayesub.model.time_step import STEP_TOLERANCE_M, choose_step

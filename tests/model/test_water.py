@@ -8,8 +8,8 @@ from support.fins import fins, with_actuators
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io import log_files
 from bayesub.kernels import workspace
+from bayesub.logs import log_files
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import GRAVITY_MPS2
 from bayesub.model.water import WaterColumn, with_water

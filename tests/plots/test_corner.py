@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from bayesub.identifiability.fisher import Spectrum
+from bayesub.inference.identifiability.fisher import Spectrum
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import corner, style
 from bayesub.problem.distributions import Normal

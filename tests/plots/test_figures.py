@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 from scipy import special
 
-from bayesub.identifiability.fisher import Spectrum
+from bayesub.inference.identifiability.fisher import Spectrum
+from bayesub.inference.sampling.posterior import Posterior
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.model.equations import load_equations
 from bayesub.plots import (
@@ -31,7 +32,6 @@ from bayesub.plots import (
     style,
     track,
 )
-from bayesub.sampling.posterior import Posterior
 from bayesub.sensors import Track, observe
 
 NAMES = ("Xuu", "Yuv", "Nuv", "yaw0_deg")

@@ -12,7 +12,7 @@ from support.motions import smooth_manoeuvre
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
+from bayesub.inference.baselines import gauss_newton
 from bayesub.model.simulator import Simulator
 from bayesub.problem.priors import normal
 

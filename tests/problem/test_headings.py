@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.io.log_files import write_log
+from bayesub.logs.log_files import write_log
 from bayesub.sensors import Compass, Record, Sensor, Track
 
 TURN = 2 * np.pi

@@ -5,7 +5,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
+from bayesub.inference.baselines import gauss_newton
 from bayesub.model.coefficients import NAMES
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.problem.joint import JointProblem

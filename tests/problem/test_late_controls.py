@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
+from bayesub.inference.baselines import gauss_newton
 from bayesub.problem.priors import log_normal, normal
 
 SENSORS = bs.sensors.Track(0.5, 0.1, interval_s=2.0)

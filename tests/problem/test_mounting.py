@@ -7,7 +7,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton, sqp, trust_region
+from bayesub.inference.baselines import gauss_newton, sqp, trust_region
 from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.mounting import mounts
 from bayesub.problem.priors import normal, relative_normal, uniform

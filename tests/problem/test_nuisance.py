@@ -7,9 +7,9 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
-from bayesub.io.log_files import STATES
+from bayesub.inference.baselines import gauss_newton
 from bayesub.kernels import workspace
+from bayesub.logs.log_files import STATES
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.problem.likelihoods import AR1, StudentT, UnknownSd
 from bayesub.problem.priors import log_normal, normal

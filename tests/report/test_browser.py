@@ -15,8 +15,8 @@ from support.browsing import PHONE, WIDE, asked_for, opened, violations
 from support.laplace import posterior_of, spiral_problem
 
 import bayesub as bs
-from bayesub import identifiability
-from bayesub.baselines import sqp
+from bayesub.inference import identifiability
+from bayesub.inference.baselines import sqp
 from bayesub.plots import style
 from bayesub.report import derived, drawings, report
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import bayesub as bs
+from bayesub.inference.sampling.posterior import Posterior
 from bayesub.report.comparison import ComparedRun, Comparison
-from bayesub.sampling.posterior import Posterior
 
 NAMES = ("Xuu", "Nuv", "Nuu_dr")
 

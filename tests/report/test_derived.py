@@ -9,7 +9,7 @@ from scipy import stats
 from support.fins import weaker
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
+from bayesub.inference.baselines import gauss_newton
 from bayesub.model.quantities import QUANTITIES, Quantity
 from bayesub.report import derived
 

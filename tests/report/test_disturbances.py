@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub import identifiability
-from bayesub.baselines import gauss_newton
+from bayesub.inference import identifiability
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.sampling.posterior import Posterior
 from bayesub.problem.disturbances import of_history
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.priors import log_normal
 from bayesub.report import disturbances, report
 from bayesub.report.figures import figures
-from bayesub.sampling.posterior import Posterior
 
 BOAT = bs.load_vehicle("auv690")
 SPIRAL = bs.load_manoeuvre("horizontal", BOAT)

@@ -8,7 +8,7 @@ from support.fins import X_TAIL, fins, with_actuators
 from support.refusals import told
 
 import bayesub as bs
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.report import log_card
 
 

@@ -6,13 +6,13 @@ from scipy import stats
 from support.toys import Linear
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.sampling.histories import marginal_mode
 from bayesub.model.equations import load_equations
 from bayesub.problem.distributions import joined
 from bayesub.problem.disturbances import Disturbances, History, UnknownDisturbance
 from bayesub.problem.priors import normal
 from bayesub.report import missing_terms
-from bayesub.sampling.histories import marginal_mode
 
 BOAT = bs.load_vehicle("auv690")
 KNOTS = Disturbances(UnknownDisturbance(("Y",), {"Y": 1e-5}, 4.0, knot_interval_s=2.0), BOAT, 80.0)

@@ -12,8 +12,8 @@ from support.refusals import refused
 from support.toys import Linear
 
 import bayesub as bs
-from bayesub.baselines import Estimate
-from bayesub.identifiability import fisher
+from bayesub.inference.baselines import Estimate
+from bayesub.inference.identifiability import fisher
 from bayesub.problem.priors import Normal
 
 

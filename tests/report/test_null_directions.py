@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub import identifiability
-from bayesub.identifiability import NullSpace
-from bayesub.identifiability.rank import AxisRank
+from bayesub.inference import identifiability
+from bayesub.inference.identifiability import NullSpace
+from bayesub.inference.identifiability.rank import AxisRank
 from bayesub.report import null_directions
 
 

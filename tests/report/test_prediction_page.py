@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import bayesub as bs
+from bayesub.inference.sampling.posterior import Posterior
 from bayesub.problem.unseen import UnseenTrial
 from bayesub.report import unseen
 from bayesub.report.predicted_motion import STATES, predicted_motion
 from bayesub.report.prediction_page import PredictedTrial
 from bayesub.report.unseen import POSTERIOR, PRIOR
-from bayesub.sampling.posterior import Posterior
 
 TIMES = np.linspace(0.0, 10.0, 5)
 

@@ -7,13 +7,13 @@ import pytest
 from support import small_study
 
 import bayesub as bs
-from bayesub import identifiability
-from bayesub.baselines import gauss_newton
-from bayesub.checks.explanations import Explanation, explanations
-from bayesub.checks.fit import criticise
+from bayesub.inference import identifiability
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.checks.explanations import Explanation, explanations
+from bayesub.inference.checks.fit import criticise
+from bayesub.inference.sampling.histories import marginal_mode
 from bayesub.problem.alternatives import LeftOut
 from bayesub.report import proposals
-from bayesub.sampling.histories import marginal_mode
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 

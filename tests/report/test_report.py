@@ -10,9 +10,9 @@ from support.laplace import posterior_of
 from support.pages import Page
 
 import bayesub as bs
-from bayesub import identifiability
-from bayesub.baselines import gauss_newton
-from bayesub.checks import fit as criticism
+from bayesub.inference import identifiability
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.checks import fit as criticism
 from bayesub.plots import fit as criticism_plot
 from bayesub.plots import ranks
 from bayesub.plots.style import powers

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.toys import Linear
 
+from bayesub.inference.sampling.posterior import Posterior
 from bayesub.problem.distributions import Joint, LogNormal, Normal, Uniform
 from bayesub.report import sensitivities
-from bayesub.sampling.posterior import Posterior
 
 NAMES = ("unseen", "known", "pulled")
 

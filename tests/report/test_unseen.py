@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import bayesub as bs
+from bayesub.inference.sampling.posterior import Posterior
 from bayesub.problem.unseen import UnseenTrial
 from bayesub.report import unseen
-from bayesub.sampling.posterior import Posterior
 
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=5.0, channels=("x", "yaw"))
 

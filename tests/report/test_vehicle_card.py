@@ -15,8 +15,8 @@ from support.fins import PORT, STARBOARD, fins, with_actuators
 
 import bayesub as bs
 from bayesub.io import toml_files
-from bayesub.io.log_files import VELOCITIES
 from bayesub.kernels import workspace
+from bayesub.logs.log_files import VELOCITIES
 from bayesub.model.coefficients import EQUATIONS, INDEX, NAMES
 from bayesub.plots import style
 from bayesub.plots import vehicle_card as vehicle_plot

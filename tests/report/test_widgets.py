@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from support.laplace import posterior_of, spiral_problem
 
-from bayesub import identifiability
-from bayesub.baselines import sqp
+from bayesub.inference import identifiability
+from bayesub.inference.baselines import sqp
 from bayesub.report import derived, report, widgets
 
 

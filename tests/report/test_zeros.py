@@ -6,7 +6,7 @@ from scipy import stats
 from support import small_study
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
+from bayesub.inference.baselines import gauss_newton
 from bayesub.report import data_card, zeros
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study

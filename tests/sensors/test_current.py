@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io.log_files import STATES
+from bayesub.logs.log_files import STATES
 from bayesub.model.disturbance import ForceHistory
 from bayesub.sensors import ADCP, DVL, Sensor, Track, over_ground
 from bayesub.sensors.current import Water

@@ -6,7 +6,7 @@ from scipy.interpolate import CubicSpline
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io.log_files import ACCELERATIONS, HEADERS, STATES
+from bayesub.logs.log_files import ACCELERATIONS, HEADERS, STATES
 from bayesub.sensors import ADCP, DVL, INS, QUANTITIES, Compass, Pressure, Track, velocity
 
 

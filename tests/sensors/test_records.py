@@ -5,7 +5,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io.log_files import ACCELERATIONS, read_log, write_log
+from bayesub.logs.log_files import ACCELERATIONS, read_log, write_log
 from bayesub.sensors import ADCP, INS, Channel, Compass, Record, Sensor, Track, modified
 
 

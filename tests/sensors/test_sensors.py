@@ -5,7 +5,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io.log_files import STATES, read_log
+from bayesub.logs.log_files import STATES, read_log
 
 
 def test_readings_are_the_truth_plus_noise_of_the_stated_size(spiral_track, rng):

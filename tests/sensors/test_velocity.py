@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.io import log_files
+from bayesub.logs import log_files
 from bayesub.problem.priors import normal, relative_normal
 from bayesub.sensors import GPS, Record, Sensor, velocity
 

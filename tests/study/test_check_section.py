@@ -10,8 +10,8 @@ from support import refusals, small_study
 
 import bayesub as bs
 from bayesub.campaign import executors
-from bayesub.io import log_files
-from bayesub.sampling import posterior_file
+from bayesub.inference.sampling import posterior_file
+from bayesub.logs import log_files
 from bayesub.study import leave_out
 from bayesub.study.prepare import prepare
 from bayesub.study.redraw import redraw

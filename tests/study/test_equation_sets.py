@@ -8,7 +8,7 @@ from support import small_study
 from support.pages import Page
 
 import bayesub as bs
-from bayesub.sampling import posterior_file
+from bayesub.inference.sampling import posterior_file
 
 # Vehicle -> manoeuvre, step (s), sd of positions (m), channels, free coefficients and those that the trial sharpens.
 CASES = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.toys import Linear
 
-from bayesub.identifiability import fisher
+from bayesub.inference.identifiability import fisher
 from bayesub.problem.distributions import CorrelatedNormal, Normal
 from bayesub.study import knowledge
 from bayesub.study.knowledge import Knowledge, of_draws, of_moments

@@ -8,7 +8,7 @@ from support import small_study
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
+from bayesub.inference.baselines import gauss_newton
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import load_study
 

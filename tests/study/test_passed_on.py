@@ -8,7 +8,7 @@ from support import small_study
 from support.toys import Linear
 
 import bayesub as bs
-from bayesub.identifiability import fisher
+from bayesub.inference.identifiability import fisher
 from bayesub.problem.distributions import CorrelatedNormal, Normal
 from bayesub.study import infer, passed_on
 from bayesub.study.finished_run import FinishedRun

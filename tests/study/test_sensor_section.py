@@ -5,7 +5,7 @@ import pytest
 from support.refusals import refused
 
 from bayesub import sensors
-from bayesub.baselines import posterior_mode
+from bayesub.inference.baselines import posterior_mode
 from bayesub.io import toml_files
 from bayesub.study.prepare import prepare
 from bayesub.study.study_file import Study

@@ -15,9 +15,10 @@ from support import refusals, small_study
 from support.pages import Page
 
 import bayesub as bs
-from bayesub.io import log_files, toml_files
+from bayesub.inference.sampling import posterior_file
+from bayesub.io import toml_files
 from bayesub.io.terminal import Bars
-from bayesub.sampling import posterior_file
+from bayesub.logs import log_files
 from bayesub.study import infer
 from bayesub.study import prepare as preparation
 from bayesub.study.prepare import prepare

@@ -5,8 +5,8 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
-from bayesub.io import log_files
+from bayesub.inference.baselines import gauss_newton
+from bayesub.logs import log_files
 from bayesub.problem.priors import normal, relative_normal
 from bayesub.sensors import Sensor, modified
 from bayesub.study import trial_log

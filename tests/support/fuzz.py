@@ -29,8 +29,8 @@ from support import mutations
 
 import bayesub as bs
 from bayesub.cli import app, check
-from bayesub.io import log_files
 from bayesub.io.errors import InputError
+from bayesub.logs import log_files
 from bayesub.model.equations import load_equations
 from bayesub.model.equations.generate import source
 from bayesub.study.prepare import prepare

@@ -3,8 +3,8 @@
 import numpy as np
 
 import bayesub as bs
-from bayesub.baselines import gauss_newton
-from bayesub.sampling.posterior import Posterior
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.sampling.posterior import Posterior
 
 
 def spiral_problem(track, seed=0, **given):

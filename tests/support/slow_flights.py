@@ -1,4 +1,4 @@
-"""The flights of :mod:`bayesub.sampling.flights` once more, in NumPy, on any density: walkers are rows."""
+"""The flights of :mod:`bayesub.inference.sampling.flights` once more, in NumPy, on any density: walkers are rows."""
 
 import numpy as np
 

@@ -6,7 +6,7 @@ import numpy as np
 from support import vehicle_logs
 from support.fins import FIN, with_actuators
 
-from bayesub.io import log_files
+from bayesub.logs import log_files
 
 NAMES = ("upper", "starboard", "lower", "port")
 COLUMNS = tuple(f"{name}_deg" for name in NAMES)

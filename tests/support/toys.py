@@ -6,14 +6,14 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from bayesub.checks import convergence
+from bayesub.inference.checks import convergence
 from bayesub.problem.base import Costs
 from bayesub.problem.distributions import WHITE, LogNormal, joined
 from bayesub.problem.priors import Normal
 
 
 class Toy:
-    """What inference needs of a problem (:class:`bayesub.identifiability.InferenceProblem`), with unit noise.
+    """What inference needs of a problem (:class:`bayesub.inference.identifiability.InferenceProblem`), with unit noise.
 
     A toy has `residuals(parameters)`, which counts its simulations, and `slopes(parameters)`, their derivatives. It has
     no equations, and so no null directions but those that are handed in.

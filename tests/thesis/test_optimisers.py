@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.baselines import Estimate
+from bayesub.inference.baselines import Estimate
 from bayesub.model.linear_form import linear_systems
 from bayesub.thesis import optimiser_tables, optimisers
 from bayesub.thesis.cases import held, track_problem

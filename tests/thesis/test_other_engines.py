@@ -8,9 +8,9 @@ from support.refusals import refused
 from support.toys import ill_conditioned
 
 import bayesub as bs
-from bayesub.checks import convergence
-from bayesub.sampling import nuts
-from bayesub.sampling.moments import Moments
+from bayesub.inference.checks import convergence
+from bayesub.inference.sampling import nuts
+from bayesub.inference.sampling.moments import Moments
 from bayesub.thesis import other_engines
 
 ENGINES = {

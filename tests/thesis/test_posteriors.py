@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.toys import SINGULAR_VALUES, ill_conditioned
 
-from bayesub.identifiability import Spectrum, fisher
-from bayesub.sampling import Posterior
-from bayesub.sampling import posterior as criteria
+from bayesub.inference.identifiability import Spectrum, fisher
+from bayesub.inference.sampling import Posterior
+from bayesub.inference.sampling import posterior as criteria
 from bayesub.thesis import cases, posteriors
 from bayesub.thesis.plots import posteriors as plots
 from bayesub.thesis.posteriors import GROUPS

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.checks.coverage import RepeatedTrials
+from bayesub.inference.checks.coverage import RepeatedTrials
 from bayesub.thesis import rounded_readings, rounded_tables
 from bayesub.thesis.prior_trials import PriorTrials
 

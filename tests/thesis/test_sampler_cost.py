@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from support.toys import ill_conditioned
 
-from bayesub.sampling import Posterior, sample
+from bayesub.inference.sampling import Posterior, sample
 from bayesub.thesis import sampler_cost
 
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.log_files import ACCELERATIONS, COLUMNS, VELOCITIES, positions
+from bayesub.logs.log_files import ACCELERATIONS, COLUMNS, VELOCITIES, positions
 from bayesub.model.equations import crossflow
 from bayesub.model.equations.regressors import CROSSFLOW, Regressor
 

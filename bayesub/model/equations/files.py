@@ -14,9 +14,9 @@ import pydantic
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
-from bayesub.io.log_files import ACCELERATIONS, STATES, VELOCITIES
 from bayesub.io.toml_files import Section
 from bayesub.kernels import workspace
+from bayesub.logs.log_files import ACCELERATIONS, STATES, VELOCITIES
 from bayesub.model.equations.equation_set import AXES, Control, EquationSet, Term
 from bayesub.model.equations.regressors import SYMBOLS, Factor, Regressor, parse
 

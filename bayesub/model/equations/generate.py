@@ -10,7 +10,7 @@ import functools
 import textwrap
 from collections.abc import Callable
 
-from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
+from bayesub.logs.log_files import ACCELERATIONS, VELOCITIES
 from bayesub.model.equations.equation_set import AXES, EquationSet, Term
 from bayesub.model.equations.regressors import CROSSFLOW, Regressor
 

@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from bayesub.io.errors import nearest
-from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
+from bayesub.logs.log_files import ACCELERATIONS, VELOCITIES
 
 CROSSFLOW = ("crossflow_y", "crossflow_z", "crossflow_m", "crossflow_n")
 MAX_POWER = 9  # of a factor

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.identifiability.rank import ACCURACY
+from bayesub.inference.identifiability.rank import ACCURACY
 from bayesub.plots import style
 from bayesub.thesis.plots.labels import labels
 
@@ -58,7 +58,7 @@ def draw_spectra(path, cases) -> None:
     Parameters
     ----------
     path : one file or several
-    cases : manoeuvre -> vehicle -> axis -> :meth:`bayesub.identifiability.AxisRank.summary`
+    cases : manoeuvre -> vehicle -> axis -> :meth:`bayesub.inference.identifiability.AxisRank.summary`
     """
     with style.figure(path, 10.0, 4.4) as figure:
         widths = [len(next(iter(by_vehicle.values()))) for by_vehicle in cases.values()]

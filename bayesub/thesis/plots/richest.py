@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.io.log_files import HEADERS, STATES
+from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.model.vehicles import load_vehicle
 from bayesub.plots import style
 from bayesub.thesis.mechanisms import PAIRS

@@ -11,9 +11,9 @@ from support import slow_twin, user_set
 
 import bayesub as bs
 from bayesub.io import toml_files
-from bayesub.io.log_files import STATES
 from bayesub.kernels.variations import of_dense
 from bayesub.kernels.workspace import BODY
+from bayesub.logs.log_files import STATES
 from bayesub.model.equations import AXES, load_equations
 from bayesub.model.equations.generate import EXTERNAL, source
 from bayesub.model.manoeuvres import Manoeuvre

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bayesub.io.errors import InputError
-from bayesub.io.log_files import ACCELERATIONS, VELOCITIES
+from bayesub.logs.log_files import ACCELERATIONS, VELOCITIES
 from bayesub.model.equations.regressors import CROSSFLOW, SYMBOLS, Regressor, parse
 
 CONTROLS = ("dr", "ds", "thrust")

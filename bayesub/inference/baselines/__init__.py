@@ -1,0 +1,31 @@
+"""Deterministic answers: each fit gives an :class:`Estimate` that stands beside the posterior.
+
+Those on the equations of motion take linear systems, one an axis: :func:`linear_least_squares`,
+:func:`total_least_squares`, :func:`linear_programme`. Those on the readings take a problem: :func:`sqp`,
+:func:`trust_region` and, with the prior, :func:`gauss_newton`, :func:`posterior_mode` and, where these
+end in local modes, :func:`continuation`. With unmodelled forces
+:func:`filter_error` takes a problem as a :class:`bayesub.problem.state_space.StateSpace`.
+"""
+
+from bayesub.inference.baselines.continuation import continuation
+from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.baselines.filter_error import filter_error
+from bayesub.inference.baselines.gauss_newton import gauss_newton
+from bayesub.inference.baselines.linear_least_squares import linear_least_squares, total_least_squares
+from bayesub.inference.baselines.linear_programme import linear_programme
+from bayesub.inference.baselines.posterior_mode import posterior_mode
+from bayesub.inference.baselines.sqp import sqp
+from bayesub.inference.baselines.trust_region import trust_region
+
+__all__ = [
+    "Estimate",
+    "continuation",
+    "filter_error",
+    "gauss_newton",
+    "linear_least_squares",
+    "linear_programme",
+    "posterior_mode",
+    "sqp",
+    "total_least_squares",
+    "trust_region",
+]

@@ -1,0 +1,104 @@
+"""Gauss-Newton with the prior as extra residuals: the posterior mode and its Laplace approximation."""
+
+import time
+
+import numpy as np
+
+from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.identifiability.linalg import complete_svd, triangle
+from bayesub.inference.interface import InferenceProblem
+
+_LONGEST = 1.0  # step of any coordinate; its prior sd is one, and the bounds of a prior are far away and flat
+_DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
+
+
+@np.errstate(over="ignore", invalid="ignore")  # what runs away has an infinite cost, from which a search steps back
+def gauss_newton(
+    problem: InferenceProblem,
+    start: np.ndarray | None = None,
+    *,
+    tolerance: float = 1e-3,
+    max_iterations: int = 60,
+) -> Estimate:
+    """Minimise ``deviance + |t|^2``, minus twice the log posterior but for a constant, by damped Gauss-Newton steps.
+
+    In the coordinates t, in which the prior is standard normal, the residuals have the Jacobian ``U diag(s) V'``, and
+    the step with damping ``lam`` is ``-V (s^2 + 1 + lam)^-1 (s U' r + V' t)``. One batch of simulations tries a ladder
+    of dampings and the best is taken, so that a bad start costs no more than a good one; no coordinate moves by more
+    than a prior standard deviation at a time.
+
+    Where a damped step is the best, the valley is bent and straight steps leave it. To each step d of the ladder is
+    then added ``-V (s^2 + 1 + lam)^-1 V' J' b``, with ``b = r(t + d) - r - J d`` what the residuals bend by along it:
+    the geodesic acceleration of Transtrum & Sethna (2012), of simulations that are there already. It costs a second
+    batch, and on the spiral with uniform priors saves six Jacobians of seven.
+
+    Parameters
+    ----------
+    start : (n_params,); by default the middle of the prior
+    tolerance : stop when an undamped step is shorter than this many posterior standard deviations, or when no step
+        lowers the cost by as much as such a step would: at a jump of the forces, undamped steps stay long
+
+    Returns
+    -------
+    Estimate with the covariance of the Laplace approximation; cost is the minimised sum of squares.
+
+    Raises
+    ------
+    ValueError : if the simulation fails at the start
+    """
+    began, before = time.perf_counter(), (problem.costs.simulations, problem.costs.jacobians)
+    prior = problem.prior
+    t = np.zeros(problem.n_params) if start is None else prior.standard(np.asarray(start))
+    (residuals,), (cost,) = _misfit(problem, t[None])
+    status = f"stopped after {max_iterations} iterations; start nearer to the truth or narrow the prior"
+    if not np.isfinite(cost):
+        raise ValueError("the simulation fails at the start of the search; choose a start that completes the manoeuvre")
+    for _ in range(max_iterations):
+        jacobian = prior.chain(problem.jacobian(prior.parameters(t)), t)
+        # Of both together the triangle has all inner products, and a row a parameter where they have one a reading.
+        reduced = triangle(np.column_stack([jacobian, residuals]))
+        u, s, vt = complete_svd(reduced[:, :-1])
+        force = s * (u.T @ reduced[:, -1]) + vt @ t
+        if np.linalg.norm(force / np.sqrt(s**2 + 1.0)) < tolerance:
+            status = "converged"
+            break
+        stiffness = s**2 + 1.0 + _DAMPING[:, None]
+        steps = _within_reach((-force / stiffness) @ vt)
+        trials = [(t + steps, *_misfit(problem, t + steps))]
+        if np.argmin(trials[0][2]) > 0:  # a damped step
+            ends = np.isfinite(trials[0][2])
+            bends = trials[0][1][ends] - residuals - steps[ends] @ jacobian.T
+            turned = steps[ends] + _within_reach((-(bends @ jacobian @ vt.T) / stiffness[ends]) @ vt)
+            trials.append((t + turned, *_misfit(problem, t + turned)))
+        nearest = min(trials, key=lambda batch: batch[2].min())
+        best = np.argmin(nearest[2])
+        gain = cost - nearest[2][best]
+        if gain > 0.0:
+            t, residuals, cost = (part[best] for part in nearest)
+        if not gain >= tolerance**2:
+            status = "converged to a jump or to round-off"
+            break
+    slopes = prior.chain(np.eye(problem.n_params), t)
+    return Estimate(
+        method="Gauss-Newton posterior mode",
+        names=problem.names,
+        solutions=prior.parameters(t)[None],
+        costs=np.array([cost]),
+        statuses=(status,),
+        covariance=slopes @ (vt.T / (s**2 + 1.0)) @ vt @ slopes.T,
+        evaluations=problem.costs.simulations - before[0],
+        jacobians=problem.costs.jacobians - before[1],
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _within_reach(steps):
+    """Steps (n, n_params), shortened to the longest that one may take."""
+    return steps * (_LONGEST / np.maximum(_LONGEST, np.abs(steps).max(axis=1, keepdims=True)))
+
+
+def _misfit(problem, t):
+    """Residuals (n, n_readings) and costs (n,) at t (n, n_params)."""
+    residuals, deviances = problem.misfit(problem.prior.parameters(t))
+    costs = deviances + np.einsum("ij,ij->i", t, t)
+    return residuals, np.where(np.isnan(costs), np.inf, costs)

@@ -1,0 +1,149 @@
+"""What searches from random starts share: normalised unknowns, evaluation in batches and the estimate they make."""
+
+import time
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import threadpoolctl
+
+from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.baselines.lockstep import together
+from bayesub.inference.interface import InferenceProblem
+
+_CHUNK = 512  # simulations a batch: enough to fill the lanes, few enough to keep their readings in memory
+_INFORMED = 0.25  # change of the unknown of an informed parameter for an sd of its prior
+_DRAWS = 100  # times that starts are drawn again because their simulation fails
+
+
+@dataclass(frozen=True)
+class Normalised:
+    """A problem in the unknowns ``x_i = xi_i / guess_i``, with that of the prior as the guess (thesis section 7.2).
+
+    Currents, biases and clocks have guesses of zero, and readings may not tell them all. With the standard normal
+    coordinate t of the prior, the unknown of a parameter that is `informed` is ``1 + t / 4``, as of one that is guessed
+    to 25 %, and t is a residual besides those of the readings: what is known before counts like a reading.
+    """
+
+    problem: InferenceProblem
+    informed: Collection[str] = ()
+
+    @property
+    def guess(self) -> np.ndarray:
+        """(n_params,) coefficients at which every unknown is one."""
+        return self.problem.prior.guess
+
+    @property
+    def _positions(self) -> list[int]:
+        return [self.problem.names.index(name) for name in self.informed]
+
+    def _standard(self, x) -> np.ndarray:
+        """Standard normal coordinates (.., n_params) of the informed parameters, zero for all others."""
+        t = np.zeros_like(x)
+        t[..., self._positions] = (x[..., self._positions] - 1.0) / _INFORMED
+        return t
+
+    def parameters(self, x: np.ndarray) -> np.ndarray:
+        """Parameters (.., n_params) of the unknowns x (.., n_params)."""
+        parameters = self.guess * x
+        if self.informed:
+            own = self._positions
+            parameters[..., own] = self.problem.prior.parameters(self._standard(x))[..., own]
+        return parameters
+
+    def unknowns(self, parameters: np.ndarray) -> np.ndarray:
+        """The inverse of :meth:`parameters`, of (n_params,)."""
+        own = self._positions
+        x = parameters / np.where(np.isin(np.arange(len(parameters)), own), 1.0, self.guess)
+        if own:
+            x[own] = 1.0 + _INFORMED * self.problem.prior.standard(parameters)[own]
+        return x
+
+    def scales(self, x: np.ndarray) -> np.ndarray:
+        """(n_params,) derivatives of the parameters by their unknowns at x (n_params,)."""
+        if not self.informed:
+            return self.guess
+        own, scales = self._positions, self.guess.copy()
+        slopes = self.problem.prior.chain(np.eye(len(x)), self._standard(x))
+        scales[own] = np.diag(slopes)[own] / _INFORMED
+        return scales
+
+    def _residuals(self, x) -> np.ndarray:
+        residuals = self.problem.residuals(self.parameters(x))
+        return np.hstack([residuals, self._standard(x)[:, self._positions]]) if self.informed else residuals
+
+    def residuals(self, x) -> np.ndarray:
+        """(n_batch, n_readings) residuals at x (n_batch, n_params), not a number where the simulation failed."""
+        chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
+        return np.concatenate([self._residuals(chunk) for chunk in chunks])
+
+    @np.errstate(over="ignore", invalid="ignore")  # squares of what runs away
+    def costs(self, x) -> np.ndarray:
+        """(n_batch,) sums of squared residuals at x (n_batch, n_params), infinite where the simulation failed."""
+        chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
+        # Row by row, so that the rounding of a sum does not depend on what else is in the batch.
+        costs = [row @ row for chunk in chunks for row in self._residuals(chunk)]
+        return np.where(np.isnan(costs), np.inf, costs)
+
+    def jacobian(self, x) -> np.ndarray:
+        """(n_readings, n_params) derivatives of the residuals at x (n_params,)."""
+        jacobian = self.problem.jacobian(self.parameters(x)) * self.scales(x)
+        return np.vstack([jacobian, np.eye(len(x))[self._positions] / _INFORMED]) if self.informed else jacobian
+
+    def draw(self, rng: np.random.Generator, n_starts: int, spread: float) -> np.ndarray:
+        """(n_starts, n_params) uniform within ``1 +- spread``; those whose simulation fails are drawn again."""
+        starts = np.empty((n_starts, self.problem.n_params))
+        missing = np.ones(n_starts, dtype=bool)
+        for _ in range(_DRAWS):
+            starts[missing] = rng.uniform(1.0 - spread, 1.0 + spread, (missing.sum(), self.problem.n_params))
+            missing = ~np.isfinite(self.costs(starts))
+            if not missing.any():
+                return starts
+        raise ValueError(f"the simulation fails at starts within {100 * spread:g} % of the guess; lower start_spread")
+
+
+@threadpoolctl.threadpool_limits.wrap(1, "blas")  # its threads wait for each other in busy loops
+@np.errstate(over="ignore", invalid="ignore")  # squares of what runs away
+def search_from(starts, search, answer, *, method: str, unknowns: Normalised, progress=None) -> Estimate:
+    """Search from every start (n_starts, n_params), side by side.
+
+    Parameters
+    ----------
+    search : ``search(start, ask) -> (x, status)``
+    answer : function of the list of questions asked at the same time -> list of (answer, effort); a simulation or a
+        Jacobian is an effort of one
+    method : its name
+    unknowns : what the starts are in
+    progress : object with ``update(done, total, unit)``, called with the number of finished starts; or None
+    """
+    problem, began = unknowns.problem, time.perf_counter()
+    before = problem.costs.simulations, problem.costs.jacobians
+    efforts = np.zeros(len(starts), dtype=int)
+
+    @np.errstate(over="ignore", invalid="ignore")  # as above, in the thread of the search
+    def counted(n, ask):
+        def ask_and_count(question):
+            reply, effort = ask(question)
+            efforts[n] += effort
+            return reply
+
+        return search(starts[n], ask_and_count)
+
+    ends = together([partial(counted, n) for n in range(len(starts))], answer, progress)
+    x = np.array([x for x, _ in ends])
+    costs = unknowns.costs(x)
+    order = np.argsort(costs, kind="stable")
+    return Estimate(
+        method=method,
+        names=problem.names,
+        solutions=unknowns.parameters(x[order]),
+        costs=costs[order],
+        statuses=tuple(ends[n][1] for n in order),
+        covariance=None,
+        evaluations=problem.costs.simulations - before[0],
+        jacobians=problem.costs.jacobians - before[1],
+        seconds=time.perf_counter() - began,
+        starts=unknowns.parameters(starts[order]),
+        efforts=efforts[order],
+    )

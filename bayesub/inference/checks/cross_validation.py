@@ -1,0 +1,99 @@
+"""Do the other trials predict the one that was left out? Cross-validation of a joint problem by manoeuvre."""
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.checks.prediction import Prediction, predict
+from bayesub.inference.identifiability.linalg import complete_svd
+from bayesub.inference.interface import InferenceProblem, TrialsInference
+
+N_DRAWS = 400
+TRUSTED = 0.7  # shape of the tail of importance weights up to which they are (Vehtari et al. 2017)
+
+
+def leave_one_out(
+    joint: TrialsInference,
+    rng: np.random.Generator,
+    *,
+    draw: Callable[[InferenceProblem, np.random.Generator, int], np.ndarray] | None = None,
+    n_draws: int = N_DRAWS,
+) -> dict[str, Prediction]:
+    """Predict each trial of a :class:`bayesub.problem.joint.JointProblem` from the others.
+
+    Nuisance parameters that are the trial's own, and coefficients that no other trial has free, come from their prior.
+
+    Parameters
+    ----------
+    joint : TrialsInference
+        Of two trials or more.
+    rng : numpy.random.Generator
+        Source of the draws.
+    draw : callable, optional
+        Function of a problem, `rng` and a number n that returns (n, n_params) draws of its posterior; by default
+        :func:`laplace`, which is quick and, far along directions in which the posterior bends, too wide.
+    n_draws : int
+        Of each prediction.
+
+    Returns
+    -------
+    dict of str to Prediction
+        By trial.
+    """
+    predictions = {}
+    for trial, problem in joint.problems.items():
+        others = joint.without(trial)
+        known = (draw or laplace)(others, rng, n_draws)
+        parameters = problem.prior.sample(rng, n_draws)
+        for k, name in enumerate(problem.names):
+            if name in others.names:
+                parameters[:, k] = known[:, others.names.index(name)]
+        predictions[trial] = predict(problem, parameters, rng)
+    return predictions
+
+
+def reweighted(joint: TrialsInference, draws: np.ndarray, trial: str) -> tuple[np.ndarray, float]:
+    """Weights that make draws of a posterior such of all other trials, smoothed (PSIS), and whether to trust them.
+
+    Parameters
+    ----------
+    joint : TrialsInference
+        Of all trials.
+    draws : (n, n_params) array
+        Of its posterior.
+    trial : str
+        The one to leave out.
+
+    Returns
+    -------
+    weights : (n,) array
+        That sum to one.
+    k_hat : float
+        Shape of the tail of the raw weights; above :data:`TRUSTED` they are of no use, and the others need a posterior
+        of their own (Vehtari et al. 2017).
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor once a day
+        import arviz as az
+    log_likelihood = sum(part for name, part in joint.log_likelihoods(draws).items() if name.endswith(f"[{trial}]"))
+    if az.__version__.startswith("0."):
+        smoothed, k_hat = az.psislw(-log_likelihood)
+    else:  # which changes the sign itself
+        from arviz_stats.base import array_stats
+
+        smoothed, k_hat = array_stats.psislw(log_likelihood)
+    weights = np.exp(np.asarray(smoothed) - np.max(smoothed))
+    return weights / weights.sum(), float(k_hat)
+
+
+def laplace(problem: InferenceProblem, rng: np.random.Generator, n: int, start: np.ndarray | None = None) -> np.ndarray:
+    """(n, n_params) draws of the Laplace approximation at the mode, made where the prior is standard normal.
+
+    The mode is searched from `start` (n_params,), left out from the middle of the prior.
+    """
+    mode = gauss_newton(problem, start).values
+    t = problem.prior.standard(mode)
+    _, s, vt = complete_svd(problem.prior.chain(problem.jacobian(mode), t))
+    return problem.prior.parameters(t + (rng.standard_normal((n, len(t))) / np.sqrt(s**2 + 1.0)) @ vt)

@@ -1,0 +1,205 @@
+"""The Fisher information in prior-scaled coordinates: which directions the data sharpen, and by how much."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import optimize
+
+from bayesub.inference.identifiability.directions import null_basis, orthonormal, signed, split_svd
+from bayesub.inference.identifiability.null_space import null_vectors
+from bayesub.inference.interface import InferencePrior, InferenceProblem, PointEstimate, parameter_vector
+from bayesub.io.notebook import Displayed
+
+
+@dataclass(frozen=True)
+class Spectrum(Displayed):
+    """Singular values and directions of the whitened Jacobian at one parameter vector.
+
+    A singular value s says that along its direction the data alone have a standard deviation of 1/s prior standard
+    deviations, so with s well above one the data rule and with s well below one the prior does. Directions that are
+    null by the equations stand last, after the sloppiest one that is not; their s is the error of the Jacobian and
+    counts as zero.
+
+    Attributes
+    ----------
+    names : (n_params,)
+    singular_values : (n_params,) descending, apart from those of the null directions
+    directions : (n_params, n_params), row i the step of one standard deviation of the prior along direction i, in the
+        prior standard deviations of each parameter, its largest entry positive; the rows are orthonormal if the prior
+        has no correlations
+    prior_sd : (n_params,)
+    n_null : directions, the last ones, that are null whatever the sensors
+    values : (n_params,) where the Jacobian was taken, histories of forces left out
+    """
+
+    names: tuple[str, ...]
+    singular_values: np.ndarray
+    directions: np.ndarray
+    prior_sd: np.ndarray
+    n_null: int = 0
+    values: np.ndarray | None = None
+
+    @property
+    def n_informed(self) -> int:
+        """Directions in which the data are sharper than the prior."""
+        return int(np.count_nonzero(self._signal > 1.0))
+
+    @property
+    def _signal(self) -> np.ndarray:
+        known = np.arange(len(self.names)) < len(self.names) - self.n_null
+        return np.where(known, self.singular_values, 0.0)
+
+    @property
+    def null_part(self) -> np.ndarray:
+        """(n_params,) length of the part of each coefficient that lies in the null space, from 0 to 1."""
+        return np.linalg.norm(self.directions[len(self.names) - self.n_null :], axis=0)
+
+    @property
+    def coordinates(self) -> np.ndarray:
+        """(n_params, n_params) matrix whose row i gives the coordinate along direction i of a step in prior sds.
+
+        The coordinates of draws of the prior are independent and have a standard deviation of one, also where the prior
+        correlates parameters.
+        """
+        return np.linalg.inv(self.directions).T
+
+    @property
+    def alone_sd(self) -> np.ndarray:
+        """(n_params,) standard deviation of each coefficient from the data if all the others were known."""
+        with np.errstate(divide="ignore"):
+            return self.prior_sd / np.linalg.norm(self._signal[:, None] * self.coordinates, axis=0)
+
+    @property
+    def held_sd(self) -> np.ndarray:
+        """(n_params,) Cramer-Rao bound of the data alone with the null directions held where they are.
+
+        That is the root of the diagonal of the pseudo-inverse of the Fisher information. It is a bound on the
+        coefficient itself only where :attr:`null_part` is zero.
+        """
+        return self.prior_sd * np.sqrt(self._variance(np.arange(len(self.names)) < len(self.names) - self.n_null))
+
+    @property
+    def cramer_rao_sd(self) -> np.ndarray:
+        """(n_params,) Cramer-Rao bound of the data alone; infinite for every coefficient with a part in the null space.
+
+        No unbiased estimate has a smaller standard deviation.
+        """
+        return np.where(self.null_part > 0.0, np.inf, self.held_sd)
+
+    @property
+    def posterior_sd(self) -> np.ndarray:
+        """(n_params,) standard deviation of data and prior together (Laplace approximation)."""
+        return self.prior_sd * np.sqrt(self._with_prior(1.0))
+
+    def _variance(self, members):
+        """Variance from the data along some directions, in prior variances; 0/0 is nothing, 1/0 is infinite."""
+        squares = self.directions[members] ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(squares > 0.0, squares / self._signal[members, None] ** 2, 0.0).sum(axis=0)
+
+    def _with_prior(self, sharper):
+        return (self.directions**2 / ((sharper * self._signal[:, None]) ** 2 + 1.0)).sum(axis=0)
+
+    def sharper_sensors(self, relative_sd: float) -> np.ndarray:
+        """How many times smaller all noise would have to be for each coefficient to be known to `relative_sd`.
+
+        The factor f solves ``posterior sd(noise / f) = relative_sd * |value|``, prior included. It is below one where
+        today's sensors do better than asked, zero where the prior alone does, and infinite where the part in the null
+        space keeps the prior's uncertainty however good the sensors.
+
+        Returns
+        -------
+        (n_params,)
+        """
+        wanted = (relative_sd * np.abs(self.values) / self.prior_sd) ** 2
+        never = (self.directions[self._signal == 0.0] ** 2).sum(axis=0)
+        factors = np.where(wanted < 1.0, np.inf, 0.0)
+        for k in np.flatnonzero((wanted < 1.0) & (never < wanted)):
+            factors[k] = np.exp(optimize.brentq(self._excess, *self._bracket(wanted[k], never[k]), (k, wanted[k])))
+        return factors
+
+    def _excess(self, log_factor, k, wanted):
+        return np.log(self._with_prior(np.exp(log_factor))[k] / wanted)
+
+    def _bracket(self, wanted, never):
+        """Logarithms of factors too small and too large: all directions as sharp as the stiffest, or the sloppiest."""
+        signal = self._signal[self._signal > 0.0]
+        low = np.sqrt(1.0 / wanted - 1.0) / signal.max()
+        high = np.sqrt(1.0 / (wanted - never)) / signal.min()
+        return np.log(low) - 1e-9, np.log(high) + 1e-9
+
+    def direction(self, i: int) -> dict[str, float]:
+        """Direction i in names: coefficient -> prior standard deviations, largest entries first."""
+        order = np.argsort(-np.abs(self.directions[i]), kind="stable")
+        return {self.names[k]: float(self.directions[i, k]) for k in order}
+
+
+def fisher(
+    problem: InferenceProblem, at: PointEstimate | ArrayLike, null: Iterable[dict[str, float]] | None = None
+) -> Spectrum:
+    """Spectrum of a problem at a parameter vector, with its null directions last.
+
+    Histories of forces are integrated out: the spectrum is that of all other parameters, and an effect on the readings
+    that the forces may have had as well tells little of them.
+
+    Parameters
+    ----------
+    at : Estimate or parameter vector (n_params,)
+    null : null vectors, dicts of parameter -> change, as of
+    :attr:`bayesub.inference.identifiability.NullSpace.vectors`; by
+        default those of :func:`bayesub.inference.identifiability.null_space` at `at`. If there are none every direction
+        counts as one that better sensors could see, and singular values that are only the error of the Jacobian are
+        taken at their word.
+    """
+    parameters = parameter_vector(at)
+    white = [history.columns for history in getattr(problem, "histories", ())]
+    whitened, sd = problem.jacobian(parameters) * problem.prior.sd, problem.prior.sd
+    others = np.arange(problem.n_params)
+    if white:
+        others = np.delete(others, np.concatenate(white))
+        whitened = integrated_out(whitened[:, others], whitened[:, np.concatenate(white)])
+    names, sd = tuple(problem.names[k] for k in others), sd[others]
+    basis = null_basis(names, null_vectors(problem, parameters, null), sd)
+    factor = correlation_factor(problem.prior, others)
+    _, s, vt = split_svd(whitened @ factor, orthonormal(np.linalg.solve(factor, basis.T).T))
+    return Spectrum(names, s, signed(vt @ factor.T), sd, len(basis), parameters[others])
+
+
+def correlation_factor(prior: InferencePrior, members: np.ndarray) -> np.ndarray:
+    """A factor L of the correlations L L' that the prior gives some parameters, at its middle.
+
+    Parameters
+    ----------
+    prior : whose other parameters are independent of these
+    members : (n,) positions of the parameters
+
+    Returns
+    -------
+    (n, n), the unit matrix if the prior has no correlations
+    """
+    n = len(prior.mean)
+    factor = prior.chain(np.eye(n)[members], np.zeros(n))[:, members]
+    return factor / np.linalg.norm(factor, axis=1, keepdims=True) * np.sign(np.diag(factor))[:, None]
+
+
+def integrated_out(by_others: np.ndarray, by_white: np.ndarray) -> np.ndarray:
+    """Jacobian of the same information on some parameters if others, standard normal, are integrated out.
+
+    With A and B the derivatives by both, the information is ``A'A - A'B (B'B + 1)^-1 B'A``.
+
+    Parameters
+    ----------
+    by_others : (n_rows, n_others) array
+    by_white : (n_rows, n_white) array
+        By those that are integrated out.
+
+    Returns
+    -------
+    (n_rows + n_white, n_others) array
+    """
+    n_white = by_white.shape[1]
+    basis = np.linalg.qr(np.vstack([by_white, np.eye(n_white)]))[0]
+    stacked = np.vstack([by_others, np.zeros((n_white, by_others.shape[1]))])
+    return stacked - basis @ (basis.T @ stacked)

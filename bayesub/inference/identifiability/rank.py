@@ -1,0 +1,199 @@
+"""Rank and null space of the linear form, axis by axis (thesis chapter 6).
+
+Two verdicts are kept apart. A direction is null when its singular value is round-off: the equations do not see it on
+this manoeuvre, whatever the instruments (not unique). It is weak when its singular value is above round-off but below
+the accuracy of the best instruments: the equations see it and no trial does (ill-conditioned).
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from bayesub.inference.identifiability.directions import TIE, signed
+from bayesub.inference.identifiability.linalg import complete_svd
+from bayesub.inference.interface import LinearForm
+
+ACCURACY = 1e-6  # relative; twenty bits, which no accelerometer or log of a trial reaches
+
+_DIGITS = 5  # by which the entries of a vector are ordered; those that differ by less stay in the order of the names
+
+
+@dataclass(frozen=True)
+class AxisRank:
+    """Uniqueness of the coefficients of one axis.
+
+    Attributes
+    ----------
+    names : (n_columns,) coefficients
+    singular_values : (n_columns,) of the matrix with columns scaled to unit length, descending
+    threshold : singular values below it are round-off
+    null_vectors : one dict a null direction, coefficient -> change, largest entries first, in non-dimensional
+        coefficients: the motion is the same anywhere along it
+    pivots : one coefficient a null vector, absent from the others: held fixed, they make the rest unique
+    weak_vectors : one dict a weak direction, in the same way, weakest first
+    accuracy : relative accuracy of readings; singular values below that part of the largest are weak
+    """
+
+    names: tuple[str, ...]
+    singular_values: np.ndarray
+    threshold: float
+    null_vectors: tuple[dict[str, float], ...]
+    pivots: tuple[str, ...] = ()
+    weak_vectors: tuple[dict[str, float], ...] = ()
+    accuracy: float = ACCURACY
+
+    @property
+    def columns(self) -> int:
+        """Number of coefficients."""
+        return len(self.names)
+
+    @property
+    def rank(self) -> int:
+        """Singular values above round-off."""
+        return int(np.count_nonzero(self.singular_values > self.threshold))
+
+    @property
+    def null_dimension(self) -> int:
+        """Directions that the equations do not see: what is not unique."""
+        return self.columns - self.rank
+
+    @property
+    def practical_rank(self) -> int:
+        """Singular values above round-off that readings of the given accuracy show."""
+        visible = max(self.threshold, self.accuracy * self.singular_values[0])
+        return int(np.count_nonzero(self.singular_values > visible))
+
+    @property
+    def condition(self) -> float:
+        """Largest over smallest singular value that is not round-off."""
+        return float(self.singular_values[0] / self.singular_values[self.rank - 1])
+
+    @property
+    def gap(self) -> float | None:
+        """Smallest singular value that is not round-off over the largest that is; None where all are unique."""
+        if self.null_dimension == 0:
+            return None
+        return float(self.singular_values[self.rank - 1] / max(self.singular_values[self.rank], np.finfo(float).tiny))
+
+    def summary(self) -> dict:
+        """Everything as JSON-able values."""
+        return {
+            "columns": self.columns,
+            "rank": self.rank,
+            "null_dimension": self.null_dimension,
+            "practical_rank": self.practical_rank,
+            "condition": self.condition,
+            "singular_values": self.singular_values.tolist(),
+            "threshold": self.threshold,
+            "gap": self.gap,
+            "null_vectors": list(self.null_vectors),
+            "pivots": list(self.pivots),
+            "weak_vectors": list(self.weak_vectors),
+        }
+
+
+def rank(
+    systems: Mapping[str, LinearForm], prefer: Iterable[str] = (), accuracy: float = ACCURACY
+) -> dict[str, AxisRank]:
+    """Rank and null space of each axis of :func:`bayesub.model.linear_form.linear_systems`.
+
+    Columns are scaled to unit length, because the regressors differ by orders of magnitude. See :func:`round_off` for
+    the threshold.
+
+    Parameters
+    ----------
+    systems : axis -> object with names (n_columns,), matrix (n_samples, n_columns) and rounding, the relative error of
+        its columns, a number or (n_columns,)
+    prefer : names to tie null vectors to where that is possible: those that an engineer would rather hold fixed
+    accuracy : relative accuracy of the best readings, below which a direction is weak
+    """
+    return {axis: _rank(system, prefer, accuracy) for axis, system in systems.items()}
+
+
+def round_off(shape, largest: float, rounding) -> float:
+    """Below which a singular value of a matrix with unit columns is round-off.
+
+    By Weyl's theorem a singular value moves by no more than the norm of the error of the matrix. Two errors add up:
+    that to which the columns are known, whose Frobenius norm is that of `rounding`, and the backward error of the
+    decomposition, an epsilon of the largest singular value a row, added up as a random walk (Higham & Mary 2019).
+
+    Parameters
+    ----------
+    shape : (n_samples, n_columns)
+    largest : the largest singular value
+    rounding : relative error of the columns, a number or (n_columns,)
+    """
+    known = np.linalg.norm(np.broadcast_to(rounding, shape[1]))
+    return float(known + np.sqrt(max(shape)) * np.finfo(float).eps * largest)
+
+
+def _rank(system, prefer, accuracy) -> AxisRank:
+    lengths = np.linalg.norm(system.matrix, axis=0)
+    _, s, vt = complete_svd(np.linalg.qr(system.matrix / lengths, mode="r"))
+    threshold = round_off(system.matrix.shape, s[0], system.rounding)
+    null, weak = vt[s <= threshold], vt[(s > threshold) & (s <= accuracy * s[0])][::-1]
+    weak = signed(weak / lengths) * lengths
+    pivots = _pivots(null, system.names, prefer)
+    # Any rotation of the null space is as good; one that ties each vector to a coefficient of its own reads best.
+    basis = np.linalg.solve(null[:, pivots], null) if len(null) else null
+    return AxisRank(
+        names=system.names,
+        singular_values=s,
+        threshold=threshold,
+        null_vectors=tuple(_named(vector, lengths, system.names) for vector in basis),
+        pivots=tuple(system.names[k] for k in pivots),
+        weak_vectors=tuple(_named(vector, lengths, system.names) for vector in weak),
+        accuracy=accuracy,
+    )
+
+
+def _pivots(null, names, prefer) -> np.ndarray:
+    """Positions of coefficients, preferred ones if possible, in which the null vectors differ most.
+
+    That is a QR factorisation with column pivoting, in which the first of several columns as long is the pivot.
+    """
+    candidates = np.flatnonzero(np.isin(names, list(prefer)))
+    if np.linalg.matrix_rank(null[:, candidates], tol=1e-6) < len(null):
+        candidates = np.arange(len(names))
+    columns, pivots = null[:, candidates], []
+    for _ in range(len(null)):
+        lengths = np.linalg.norm(columns, axis=0)
+        pivots.append(int(np.argmax(lengths > (1.0 - TIE) * lengths.max())))
+        unit = columns[:, pivots[-1]] / lengths[pivots[-1]]
+        columns = columns - np.outer(unit, unit @ columns)
+    return candidates[pivots]
+
+
+def _named(scaled, lengths, names) -> dict[str, float]:
+    """A vector of the scaled matrix in coefficients, the largest one, without entries that are round-off."""
+    vector = np.where(np.abs(scaled) > 1e-9 * np.abs(scaled).max(), scaled / lengths, 0.0)
+    vector = vector / np.abs(vector).max()
+    order = np.argsort(-np.round(np.abs(vector), _DIGITS), kind="stable")
+    return {names[k]: float(vector[k]) for k in order if vector[k] != 0.0}
+
+
+def held_fixed(system: LinearForm, n_held: int) -> dict[tuple[str, ...], float]:
+    """Which coefficients, once known, make the rest of an axis unique: every choice of `n_held` is tried.
+
+    Parameters
+    ----------
+    system : the linear form of the axis
+    n_held : number of coefficients to hold
+
+    Returns
+    -------
+    dict of names -> smallest singular value, over the largest, of the columns that are left; zero where that is
+    round-off, so that the rest is still not unique. Best choice first.
+    """
+    scaled = system.matrix / np.linalg.norm(system.matrix, axis=0)
+    triangle = np.linalg.qr(scaled, mode="r")  # the same singular values for any choice of columns
+    rounding = np.broadcast_to(system.rounding, len(system.names))
+    results = {}
+    for held in combinations(range(len(system.names)), n_held):
+        s = np.linalg.svd(np.delete(triangle, held, axis=1), compute_uv=False)
+        rest = np.delete(rounding, held)
+        unique = s[-1] > round_off((len(scaled), len(rest)), s[0], rest)
+        results[tuple(system.names[k] for k in held)] = float(s[-1] / s[0]) if unique else 0.0
+    return dict(sorted(results.items(), key=lambda item: -item[1]))

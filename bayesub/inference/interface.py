@@ -1,0 +1,229 @@
+"""What inference needs of a problem: the one specification, to which problems and the toys of the tests are checked.
+
+Searches, samplers and the analysis of identifiability know a problem by :class:`InferenceProblem` and its prior by
+:class:`InferencePrior` only; no submarine is in either. Parameters are (n_params,) or (n_batch, n_params) in the units
+of their names; `t` and `x` are the coordinates of :mod:`bayesub.inference.sampling`, without units.
+"""
+
+from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class Progress(Protocol):
+    """What work that takes time reports to."""
+
+    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
+        """So many of `total` units are done; the note says what else there is to know."""
+
+
+class PointEstimate(Protocol):
+    """Anything that stands for one parameter vector, such as :class:`bayesub.inference.baselines.Estimate`."""
+
+    @property
+    def values(self) -> np.ndarray:
+        """(n_params,)."""
+
+
+def parameter_vector(at: PointEstimate | ArrayLike) -> np.ndarray:
+    """The parameter vector (n_params,) of an estimate, or the vector itself."""
+    return np.asarray(getattr(at, "values", at), dtype=float)
+
+
+@runtime_checkable
+class InferencePrior(Protocol):
+    """The prior of all parameters of a problem."""
+
+    @property
+    def mean(self) -> np.ndarray:
+        """(n_params,) of each parameter by itself."""
+
+    @property
+    def sd(self) -> np.ndarray:
+        """(n_params,) of each parameter by itself, positive."""
+
+    @property
+    def guess(self) -> np.ndarray:
+        """(n_params,) values that the prior is about."""
+
+    def parameters(self, t: np.ndarray) -> np.ndarray:
+        """Parameters (.., n_params) of standard normal coordinates t (.., n_params)."""
+
+    def standard(self, parameters: np.ndarray) -> np.ndarray:
+        """Standard normal coordinates of parameters (.., n_params); not finite outside the support."""
+
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Derivatives (n, n_params) by t, at t (n_params,), of what has the Jacobian (n, n_params) by parameters."""
+
+    def scaled(self, parameters: np.ndarray) -> np.ndarray:
+        """Coordinates x (.., n_params) of parameters: as t, but linear in a uniform parameter."""
+
+    def unscaled(self, x: np.ndarray) -> np.ndarray:
+        """Parameters (.., n_params) of coordinates x."""
+
+    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """As :meth:`chain`, by x (n_params,)."""
+
+    def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
+        """(n_batch,) log densities in x (n_batch, n_params), up to a constant; -inf outside the support."""
+
+    def scaled_slope(self, x: np.ndarray) -> np.ndarray:
+        """(n_batch, n_params) gradient of :meth:`scaled_log_density` within the support."""
+
+    def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The density in x as numbers, for what is compiled: walls, stretches, groups and scales.
+
+        The first three are (n_params,): where a uniform parameter ends, infinite without; of one of a group, how much
+        it grows with x, in units of its median; and the number of that group, -1 without. The fourth, (n_groups,
+        n_scales), has the sds of the logarithm, each as probable, that the parameters of a group may have in common.
+        Without walls and groups parameters are standard normal.
+        """
+
+    def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
+        """(n, n_params) draws."""
+
+
+@runtime_checkable
+class CostCounter(Protocol):
+    """What has been computed so far; all views of a problem share it."""
+
+    @property
+    def simulations(self) -> int:
+        """Simulations, those within a Jacobian not among them."""
+
+    @property
+    def jacobians(self) -> int:
+        """Jacobians."""
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """Status -> number of simulations that ended so."""
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of simulations and Jacobians."""
+
+
+class LinearForm(Protocol):
+    """``matrix @ coefficients = load`` along one axis of the equations of motion."""
+
+    @property
+    def axis(self) -> str:
+        """Name of the axis."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The n_columns coefficients."""
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """(n_samples, n_columns), N or N m for a unit of a coefficient."""
+
+    @property
+    def load(self) -> np.ndarray:
+        """(n_samples,), N or N m."""
+
+    @property
+    def rounding(self) -> float | np.ndarray:
+        """Relative error to which the columns are known, a number or (n_columns,)."""
+
+
+@runtime_checkable
+class InferenceProblem(Protocol):
+    """A posterior density: parameters, their prior, and the readings that they explain."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters."""
+
+    @property
+    def n_params(self) -> int:
+        """Number of parameters."""
+
+    @property
+    def prior(self) -> InferencePrior:
+        """The prior of the parameters."""
+
+    @property
+    def costs(self) -> CostCounter:
+        """What this problem and its views have computed so far."""
+
+    @property
+    def preferred_pivots(self) -> tuple[str, ...]:
+        """Parameters to name null directions by where there is a choice."""
+
+    def residuals(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_rows) residuals r at parameters (n_batch, n_params), not a number where the simulation failed.
+
+        With the Jacobian J, J'r is the gradient of minus the log likelihood and J'J its information.
+        """
+
+    def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n_batch, n_rows) whose squares sum to the deviance near `centre` (n_params,); log likelihoods."""
+
+    def jacobian(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_rows, n_params) derivatives of the residuals at one parameter vector (n_params,)."""
+
+    def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n_batch, n_rows) and deviances (n_batch,), -2 log likelihood but for a constant.
+
+        The deviance is infinite where the simulation failed.
+        """
+
+    def log_likelihood(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch,) log likelihoods, -inf where the simulation failed."""
+
+    def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
+        """The contribution (n_batch,) of each channel to the log likelihood, by name."""
+
+    def smoothed(self, share: float) -> "InferenceProblem":
+        """A view with gradients everywhere: walls of an interval get `share` of its length as sd."""
+
+    @property
+    def heavy_tailed(self) -> bool:
+        """Whether the slope of some log density vanishes far from its reading, as that of Student's t does."""
+
+    def widened(self, scale: float) -> "InferenceProblem":
+        """A view with noise that is `scale` times as large."""
+
+    def linear_systems(self, parameters: np.ndarray) -> Mapping[str, LinearForm]:
+        """Axis -> linear form in some of the parameters at parameters (n_params,); empty if there are no equations."""
+
+
+class TrialInference(InferenceProblem, Protocol):
+    """One trial, whose readings can be predicted and drawn."""
+
+    @property
+    def readings(self) -> np.ndarray:
+        """(n_readings,) measured values."""
+
+    @property
+    def sds(self) -> np.ndarray:
+        """(n_readings,) their standard deviations, in the unit of the readings."""
+
+    @property
+    def times(self) -> np.ndarray:
+        """(n_readings,) when they were read, s."""
+
+    @property
+    def rows(self) -> Mapping[str, slice]:
+        """Channel -> its readings among all, and among the residuals."""
+
+    def predicted(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_readings) noise-free readings, not a number where the simulation failed."""
+
+    def replicated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """(n_batch, n_readings) readings that parameters (n_batch, n_params) could have made."""
+
+
+class TrialsInference(InferenceProblem, Protocol):
+    """Several trials that share parameters, of which one can be left out."""
+
+    @property
+    def problems(self) -> Mapping[str, TrialInference]:
+        """Name of a trial -> its problem; a parameter of the same name is the same."""
+
+    def without(self, trial: str) -> "TrialsInference":
+        """The problem of all other trials."""

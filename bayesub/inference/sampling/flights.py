@@ -1,0 +1,361 @@
+"""Compiled walks on a surrogate: flights of Hamiltonian dynamics, free ones and such that bounce off walls.
+
+With a potential ``|y|^2 / 2 - rest(y)`` the motion of the first part is a rotation of coordinates and momenta, which is
+exact; `rest` kicks the momenta between parts of a turn (Shahbaba et al. 2014). Rotations and kicks keep volume and are
+reversible, whatever the kicks are.
+
+Walkers are taken :data:`PLACES` at a time through all their flights, as columns of matrices that stay in a core's
+cache. A surrogate is a tuple of arrays, and so is its prior
+(:meth:`bayesub.inference.interface.Prior.scaled_form`); :meth:`bayesub.inference.sampling.surrogate.Surrogate.packed`
+gives both.
+"""
+
+import numpy as np
+
+from bayesub.inference.sampling.bend import bend_at, pull_back_at
+from bayesub.inference.sampling.compiled import compiled, inline
+from bayesub.inference.sampling.polynomial import PLACES, add, columns, pullback_at, put, values_at
+
+_DEPENDENT = 1e-6  # of its length; what a normal has beside others that is no more than round-off
+
+
+@compiled
+def log_densities(y, surrogate, prior):
+    """(n,) log densities of a surrogate at y (n, n_params)."""
+    found = np.empty(len(y))
+    for first in range(0, len(y), PLACES):
+        some = columns(y, first)
+        log_prob, _, _, _, _ = _emulated(some, surrogate, prior)
+        for k in range(len(log_prob)):
+            found[first + k] = log_prob[k]
+    return found
+
+
+@compiled
+def with_gradients(y, surrogate, prior):
+    """:func:`log_densities`, and their gradients (n, n_params) within the support of the prior."""
+    found, gradients = np.empty(len(y)), np.empty(y.shape)
+    for first in range(0, len(y), PLACES):
+        some = columns(y, first)
+        log_prob, slopes, _, _ = _with_gradient(some, surrogate, prior)
+        for k in range(len(log_prob)):
+            found[first + k] = log_prob[k]
+        put(slopes, gradients, first)
+    return found, gradients
+
+
+@compiled
+def turned(y, angles, momenta, thresholds, n_kicks, surrogate, prior):
+    """Flights one after another, each accepted or refused at its end.
+
+    Parameters
+    ----------
+    y : (n, n_params) walkers
+    angles : (n_flights, n) of the turns between kicks, radians
+    momenta : (n_flights, n, n_params) standard normal, with which flights begin
+    thresholds : (n_flights, n) logarithms of uniform random numbers
+    n_kicks : in a flight
+    surrogate, prior : tuples of arrays
+
+    Returns
+    -------
+    Places (n, n_params), log densities there (n,), and the fraction of flights accepted (n,).
+    """
+    n_flights, ends, log_ends, accepted = len(angles), np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))
+    for first in range(0, len(y), PLACES):
+        place = columns(y, first)
+        log_prob, gradient, _, _ = _with_gradient(place, surrogate, prior)
+        for flight in range(n_flights):
+            step = angles[flight, first : first + PLACES]
+            momentum = columns(momenta[flight], first)
+            energy = _kinetic(momentum)
+            _kick(momentum, 0.5, step, gradient, place)
+            reached, new, slope = place, log_prob, gradient
+            for kick in range(n_kicks):
+                reached, momentum = _rotated(reached, momentum, step)
+                new, slope, _, _ = _with_gradient(reached, surrogate, prior)
+                _kick(momentum, 1.0 if kick < n_kicks - 1 else 0.5, step, slope, reached)
+            left = _kinetic(momentum)
+            for k in range(len(step)):
+                if thresholds[flight, first + k] < new[k] - log_prob[k] + energy[k] - left[k]:
+                    log_prob[k] = new[k]
+                    _copy_column(k, reached, place)
+                    _copy_column(k, slope, gradient)
+                    accepted[first + k] += 1.0 / n_flights
+        put(place, ends, first)
+        for k in range(len(log_prob)):
+            log_ends[first + k] = log_prob[k]
+    return ends, log_ends, accepted
+
+
+@compiled
+def bounced(y, angles, momenta, before, thresholds, surrogate, prior):
+    """Flights that bounce off walls, each to any place of a trajectory of some leaps.
+
+    A leap is half a kick, a turn, and half a kick. Within the bounds of fifty parameters a flight hits several walls on
+    its way, and its end is often outside. A leap from outside therefore begins by turning back all that the momentum
+    has along the normals of the walls that the place is behind. That depends on the place alone and is its own inverse,
+    whatever the normals are, so that backwards the same leaps lead over the same places. The start is put anywhere on
+    its trajectory, and the new place is drawn from all of it by density (Neal 1994; Betancourt 2017, appendix A.3):
+    what lies outside is never drawn.
+
+    Parameters
+    ----------
+    y : (n, n_params) walkers, within the support
+    angles : (n_flights, n) of the leaps, radians
+    momenta : (n_flights, n, n_params) standard normal, those of the starts
+    before : (n_flights, n) leaps of the trajectory that lead to the start
+    thresholds : (n_flights, n_leaps, n) logarithms of uniform random numbers
+    surrogate, prior : tuples of arrays
+
+    Returns
+    -------
+    As :func:`turned`, with the fraction of flights that ended elsewhere (n,).
+    """
+    n_flights, n_leaps = thresholds.shape[:2]
+    ends, log_ends, moved = np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))
+    for first in range(0, len(y), PLACES):
+        drawn = columns(y, first)
+        log_drawn, gradient, _, _ = _with_gradient(drawn, surrogate, prior)
+        n = len(log_drawn)
+        for flight in range(n_flights):
+            start, slope_of_start = drawn.copy(), gradient.copy()
+            momenta_of_start = columns(momenta[flight], first)
+            energy = _kinetic(momenta_of_start)
+            for k in range(n):
+                energy[k] -= log_drawn[k]
+            place, slope, momentum = start.copy(), slope_of_start.copy(), momenta_of_start.copy()
+            outside, log_total, elsewhere = np.zeros(start.shape, dtype=np.bool_), np.zeros(n), np.zeros(n)
+            z = place
+            for leap in range(n_leaps):
+                _turn_back(momentum, outside, z, surrogate)
+                step = np.empty(n)
+                for k in range(n):
+                    back = before[flight, first + k]
+                    step[k] = -angles[flight, first + k] if back > leap else angles[flight, first + k]
+                    if back == leap:
+                        _copy_column(k, start, place)
+                        _copy_column(k, momenta_of_start, momentum)
+                        _copy_column(k, slope_of_start, slope)
+                _kick(momentum, 0.5, step, slope, place)
+                place, momentum = _rotated(place, momentum, step)
+                new, slope, x, z = _with_gradient(place, surrogate, prior)
+                _kick(momentum, 0.5, step, slope, place)
+                outside = _outside(x, prior)
+                left = _kinetic(momentum)
+                for k in range(n):
+                    log_weight = new[k] + energy[k] - left[k]
+                    if np.isnan(log_weight):
+                        continue
+                    log_total[k] = np.logaddexp(log_total[k], log_weight)
+                    if thresholds[flight, leap, first + k] < log_weight - log_total[k]:
+                        _copy_column(k, place, drawn)
+                        _copy_column(k, slope, gradient)
+                        log_drawn[k], elsewhere[k] = new[k], 1.0
+            for k in range(n):
+                moved[first + k] += elsewhere[k] / n_flights
+        put(drawn, ends, first)
+        for k in range(n):
+            log_ends[first + k] = log_drawn[k]
+    return ends, log_ends, moved
+
+
+# Loops are written out: a sum of arrays, or a slice that is written to, takes numba longer than all of a walk.
+
+
+@inline
+def _kick(momentum, share, step, slope, place):
+    """Add a share of the step times the slope of what is left of the potential to the momenta."""
+    for param in range(momentum.shape[0]):
+        for k in range(momentum.shape[1]):
+            momentum[param, k] += share * step[k] * (slope[param, k] + place[param, k])
+
+
+@inline
+def _copy_column(k, source, target):
+    for param in range(source.shape[0]):
+        target[param, k] = source[param, k]
+
+
+@inline
+def _kinetic(momentum):
+    energy = np.zeros(momentum.shape[1])
+    for param in range(momentum.shape[0]):
+        for k in range(momentum.shape[1]):
+            energy[k] += 0.5 * momentum[param, k] * momentum[param, k]
+    return energy
+
+
+@compiled
+def _rotated(place, momentum, step):
+    places, momenta = np.empty(place.shape), np.empty(place.shape)
+    for k in range(len(step)):
+        cosine, sine = np.cos(step[k]), np.sin(step[k])
+        for param in range(place.shape[0]):
+            places[param, k] = cosine * place[param, k] + sine * momentum[param, k]
+            momenta[param, k] = cosine * momentum[param, k] - sine * place[param, k]
+    return places, momenta
+
+
+@compiled
+def _turn_back(momentum, outside, z, surrogate):
+    """Reverse what each momentum has in the span of the normals of the walls that its place z is outside of, in place.
+
+    All (n_params, n). The normals of a place are made orthonormal; those of no use are left out.
+    """
+    basis, sizes, numbers = surrogate[1], surrogate[2], surrogate[3]
+    n_walls = np.sum(outside)
+    if n_walls == 0:
+        return
+    at, normals, n_params = np.empty((len(z), n_walls)), np.empty((len(z), n_walls)), len(z)
+    columns_of, wall = np.empty(n_walls, dtype=np.int64), 0
+    for k in range(z.shape[1]):
+        for param in range(n_params):
+            if outside[param, k]:
+                for row in range(n_params):
+                    at[row, wall], normals[row, wall] = z[row, k], basis[param, row]
+                columns_of[wall] = k
+                wall += 1
+    pull_back_at(at, normals, sizes, numbers)
+    span = np.ascontiguousarray(normals.T)
+    first = 0
+    for wall in range(n_walls):
+        if columns_of[wall] != columns_of[first]:
+            first = wall
+        normal = span[wall]
+        length = np.sqrt(np.sum(normal**2))
+        for other in range(first, wall):
+            normal -= np.sum(span[other] * normal) * span[other]
+        rest = np.sqrt(np.sum(normal**2))
+        normal *= 1.0 / rest if rest > _DEPENDENT * length else 0.0
+        along = 0.0
+        for param in range(n_params):
+            along += normal[param] * momentum[param, columns_of[wall]]
+        for param in range(n_params):
+            momentum[param, columns_of[wall]] -= 2.0 * along * normal[param]
+
+
+@compiled
+def _emulated(y, surrogate, prior):
+    """Log densities (n,) at y (n_params, n); what the squares sum to more than at the mode (n,); residuals, x and z."""
+    mode, basis, sizes, numbers, polynomials, power, n_degrees = surrogate
+    z = y.copy()
+    bend_at(z, sizes, numbers)
+    x = np.dot(basis, z)
+    for param in range(len(x)):
+        for k in range(x.shape[1]):
+            x[param, k] += mode[param]
+    residuals = values_at(z, polynomials)
+    excess, at_mode = np.zeros(y.shape[1]), 0.0
+    for row in range(len(residuals)):
+        at_mode += polynomials.linear[0, row] ** 2
+        for k in range(len(excess)):
+            excess[k] += residuals[row, k] * residuals[row, k]
+    log_prob, factor = log_prior(x, prior), 0.5 * power * (n_degrees + len(residuals))
+    for k in range(len(excess)):
+        excess[k] -= at_mode
+        tail = np.log1p(max(excess[k], 0.0) / n_degrees) + min(excess[k], 0.0) / n_degrees
+        log_prob[k] -= factor * tail
+    return log_prob, excess, residuals, x, z
+
+
+@compiled
+def _with_gradient(y, surrogate, prior):
+    """Log densities (n,), their gradients (n_params, n) by y (n_params, n), x and z."""
+    _, basis, sizes, numbers, polynomials, power, n_degrees = surrogate
+    log_prob, excess, residuals, x, z = _emulated(y, surrogate, prior)
+    for k in range(len(excess)):
+        factor = -power * (n_degrees + len(residuals)) / (n_degrees + max(excess[k], 0.0))
+        for row in range(len(residuals)):
+            residuals[row, k] *= factor
+    slopes = pullback_at(z, polynomials, residuals)
+    add(np.dot(basis.T, slope_of_prior(x, prior)), slopes)
+    pull_back_at(z, slopes, sizes, numbers)
+    return log_prob, slopes, x, z
+
+
+@compiled
+def log_prior(x, prior):
+    """Log densities (n,) of a prior at scaled coordinates x (n_params, n), up to a constant; -inf outside."""
+    walls, stretches, groups, scales = prior
+    found = np.zeros(x.shape[1])
+    for param in range(len(x)):
+        if groups[param] < 0:
+            wall = walls[param]
+            for k in range(x.shape[1]):
+                if wall == np.inf:
+                    found[k] -= 0.5 * x[param, k] ** 2
+                elif not abs(x[param, k]) <= wall:
+                    found[k] = -np.inf
+    for group in range(len(scales)):
+        squares, logs, size, inside = _logarithms(x, stretches, groups, group)
+        for k in range(x.shape[1]):
+            if not inside[k]:
+                found[k] = -np.inf
+                continue
+            total = -np.inf
+            for scale in scales[group]:
+                if not np.isnan(scale):
+                    total = np.logaddexp(total, -0.5 * squares[k] / scale**2 - size * np.log(scale))
+            found[k] += total - logs[k]
+    return found
+
+
+@compiled
+def slope_of_prior(x, prior):
+    """(n_params, n) gradient of :func:`log_prior` at x (n_params, n), within the support."""
+    walls, stretches, groups, scales = prior
+    found = np.zeros(x.shape)
+    for param in range(len(x)):
+        if groups[param] < 0 and walls[param] == np.inf:
+            for k in range(x.shape[1]):
+                found[param, k] = -x[param, k]
+    for group in range(len(scales)):
+        squares, _, size, _ = _logarithms(x, stretches, groups, group)
+        precision = np.empty(x.shape[1])
+        for k in range(x.shape[1]):
+            # Weights of the scales, over that of the most probable one.
+            most, total, weighted = -np.inf, 0.0, 0.0
+            for scale in scales[group]:
+                if not np.isnan(scale):
+                    most = max(most, -0.5 * squares[k] / scale**2 - size * np.log(scale))
+            for scale in scales[group]:
+                if not np.isnan(scale):
+                    weight = np.exp(-0.5 * squares[k] / scale**2 - size * np.log(scale) - most)
+                    total += weight
+                    weighted += weight / scale**2
+            precision[k] = weighted / total
+        for param in range(len(x)):
+            if groups[param] == group:
+                for k in range(x.shape[1]):
+                    ratio = 1.0 + stretches[param] * x[param, k]
+                    found[param, k] = -stretches[param] * (np.log(ratio) * precision[k] + 1.0) / ratio
+    return found
+
+
+@compiled
+def _logarithms(x, stretches, groups, group):
+    """Of the parameters of a group over their medians: sums of squared logarithms and of logarithms, number, signs."""
+    squares, logs, size = np.zeros(x.shape[1]), np.zeros(x.shape[1]), 0
+    inside = np.ones(x.shape[1], dtype=np.bool_)
+    for param in range(len(x)):
+        if groups[param] == group:
+            size += 1
+            for k in range(x.shape[1]):
+                ratio = 1.0 + stretches[param] * x[param, k]
+                inside[k] &= ratio > 0.0
+                u = np.log(ratio)
+                squares[k] += u * u
+                logs[k] += u
+    return squares, logs, size, inside
+
+
+@compiled
+def _outside(x, prior):
+    """Whether each coordinate x (n_params, n) is behind a wall; where a trajectory came to no numbers none is."""
+    walls = prior[0]
+    found = np.empty(x.shape, dtype=np.bool_)
+    for param in range(len(x)):
+        for k in range(x.shape[1]):
+            found[param, k] = abs(x[param, k]) > walls[param]
+    return found

@@ -1,0 +1,218 @@
+"""Coordinates in which an ill-conditioned, bent posterior looks like a standard normal.
+
+The coordinates x, z and y stand in the table of :mod:`bayesub.inference.sampling`.
+
+*Whitening.* In the scaled coordinates x, in which the standard deviations of the prior are one, the residuals have at
+the mode the Jacobian ``U diag(s) V'``. In ``z = sqrt(s^2 + 1) V' (x - x_mode)`` the Laplace approximation is N(0, I);
+coordinates run from the stiffest to the sloppiest. Of those that the data leave to the prior any rotation will do: they
+are rotated to the axes of the parameters (varimax: Kaiser 1958), where bounds are walls.
+
+*Straightening.* The posterior is a thin sheet around a curved surface: far along the sloppy coordinates the stiff
+ones sit many of their own standard deviations away from the mode. The stiff coordinates z_B of one decade of singular
+values are therefore measured from a polynomial in all that follow,
+
+    z_B = q_B(z_after) + L_B y_B,
+
+fitted by least squares to draws from near the sheet. The map is block triangular, so it is inverted by substitution
+and its Jacobian is a constant: sampling in y is exact whatever the fit, and the better the fit the nearer the density
+is to N(0, I). (Triangular transport maps: Parno & Marzouk 2018.)
+
+*Active directions.* Of all directions few bend the sheet: those along which the Jacobian changes (the active subspace
+of Constantine 2015, for what is not linear). Only these have squares and products in the polynomial.
+"""
+
+from functools import partial
+
+import numpy as np
+from scipy import linalg
+
+from bayesub.inference.identifiability.linalg import complete_svd, varimax
+from bayesub.inference.sampling.bend import Bend, bent, packed, pull_back_at
+from bayesub.inference.sampling.moves import crank_nicolson
+
+_STIFF = 1.0  # singular value above which the data say more than the prior
+_DECADE = 10.0  # ratio of singular values within which coordinates do not bend one another
+# Change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic: at first, and in the end.
+_ACTIVE, _FINELY = 0.1, 0.04
+_MOST = 64  # active directions, with whose products a polynomial of the residuals has some 2700 terms
+_JACOBIANS = 16  # that show in which directions they change
+_STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to draws of the Laplace approximation
+_BLOCKS = 0.9  # of the sweeps move few coordinates, within walls
+_FAR = 1e6  # prior sd; outside any bounds
+_STORED = ("mode", "singular_values", "basis", "active")
+
+
+def _active(changes, worth: float) -> np.ndarray:
+    """(n, n_active) eigenvectors of changes (n, n) whose root eigenvalue is worth a quadratic, largest first."""
+    squares, vectors = np.linalg.eigh(changes)
+    return np.ascontiguousarray(vectors[:, squares > worth**2][:, ::-1])
+
+
+class Geometry:
+    """The map from sampling coordinates y to parameters.
+
+    Attributes
+    ----------
+    prior : of the parameters
+    mode : (n_params,) posterior mode in x
+    singular_values : (n_params,) of the Jacobian by x, stiffest first; below one before the rotation
+    basis : (n_params, n_params); column i is the step in x for a unit of z_i
+    changes : (n_params, n_params) mean of C'C with C the change of the Jacobian between the mode and a draw
+    active : (n_params, n_active) orthonormal directions in z along which the Jacobian changes, most active first
+    bends : one :class:`Bend` for each decade of stiff coordinates, stiffest first
+    """
+
+    def __init__(self, prior, mode, singular_values, basis, active, bends=()):
+        self.prior, self.mode, self.singular_values, self.basis = prior, mode, singular_values, basis
+        self.active, self.bends, self._packed = np.ascontiguousarray(active), list(bends), None
+        self.changes = np.zeros((self.n_params, self.n_params))
+
+    @classmethod
+    def whitened(cls, problem, mode) -> "Geometry":
+        """The map that whitens the posterior of a problem at its mode (n_params,) in parameters, without bends."""
+        prior = problem.prior
+        x = prior.scaled(np.asarray(mode, dtype=float))
+        _, s, directions = complete_svd(prior.scaled_chain(problem.jacobian(mode), x))
+        basis = directions.T / np.sqrt(s**2 + 1.0)
+        n_stiff = np.count_nonzero(s > _STIFF)
+        basis[:, n_stiff:] = basis[:, n_stiff:] @ varimax(basis[:, n_stiff:])
+        return cls(prior, x, s, basis, np.zeros((len(x), 0)))
+
+    @property
+    def n_params(self) -> int:
+        """Number of parameters."""
+        return len(self.mode)
+
+    @property
+    def _n_stiff(self) -> int:
+        return int(np.count_nonzero(self.singular_values > _STIFF))
+
+    @property
+    def blocks(self) -> float:
+        """Fraction of the sweeps in which a walker moves few coordinates: nine tenths within walls, none without."""
+        far = np.full((1, self.n_params), _FAR)
+        return 0.0 if np.isfinite(self.prior.scaled_log_density(far)).all() else _BLOCKS
+
+    def bent(self, y) -> np.ndarray:
+        """Whitened coordinates z (n, n_params) of sampling coordinates y (n, n_params)."""
+        return bent(np.asarray(y, dtype=float), *self.packed)
+
+    @property
+    def packed(self) -> tuple[np.ndarray, ...]:
+        """The bends as arrays for what is compiled, until there are others."""
+        if self._packed is None or self._packed[0] is not self.bends:
+            self._packed = self.bends, packed(self.bends)
+        return self._packed[1]
+
+    def straightened(self, z) -> np.ndarray:
+        """Sampling coordinates y (n, n_params) of whitened coordinates z (n, n_params)."""
+        y = np.array(z, dtype=float)
+        for bend in self.bends:
+            block = slice(bend.start, bend.stop)
+            y[:, block] = linalg.solve_triangular(bend.factor, (z[:, block] - bend(z)).T, lower=True).T
+        return y
+
+    def pullback(self, z, slopes) -> np.ndarray:
+        """(n, n_params) gradient by the sampling coordinates of what has the gradient slopes (n, n_params) by z."""
+        found = np.ascontiguousarray(slopes.T)
+        pull_back_at(np.ascontiguousarray(z.T), found, *self.packed)
+        return found.T
+
+    def scaled(self, z) -> np.ndarray:
+        """Whitened coordinates z (n, n_params) in the scaled coordinates x."""
+        return self.mode + z @ self.basis.T
+
+    def parameters(self, y) -> np.ndarray:
+        """Parameters (n, n_params) of sampling coordinates y (n, n_params)."""
+        return self.prior.unscaled(self.scaled(self.bent(y)))
+
+    def log_prior(self, y) -> np.ndarray:
+        """Log prior density (n,) in the sampling coordinates, up to a constant."""
+        return self.prior.scaled_log_density(self.scaled(self.bent(y)))
+
+    def log_prob(self, problem, y) -> np.ndarray:
+        """Log posterior density (n,) in the sampling coordinates y (n, n_params), up to a constant.
+
+        Nothing is simulated outside the support of the prior.
+        """
+        x = self.scaled(self.bent(y))
+        log_prob = self.prior.scaled_log_density(x)
+        inside = np.isfinite(log_prob)
+        if inside.any():
+            log_prob[inside] += problem.log_likelihood(self.prior.unscaled(x[inside]))
+        return log_prob
+
+    def with_gradient(self, problem, y) -> tuple[float, np.ndarray]:
+        """:meth:`log_prob` at sampling coordinates y (n_params,), and its gradient (n_params,).
+
+        Minus infinity and zeros outside the support of the prior and where the simulation fails.
+        """
+        z = self.bent(y[None])
+        x = self.scaled(z)
+        (value,) = self.prior.scaled_log_density(x)
+        if np.isfinite(value):
+            (parameters,) = self.prior.unscaled(x)
+            (residuals,), (log_likelihood,) = problem.misfit_about(parameters, parameters[None])
+            value += log_likelihood
+        if not np.isfinite(value):
+            return -np.inf, np.zeros(self.n_params)
+        jacobian = self.prior.scaled_chain(problem.jacobian(parameters), x[0])
+        by_scaled = self.prior.scaled_slope(x) - residuals @ jacobian
+        return float(value), self.pullback(z, by_scaled @ self.basis)[0]
+
+    def draws(self, rng: np.random.Generator, n: int) -> np.ndarray:
+        """Sampling coordinates (n, n_params): standard normal draws within the support of the prior."""
+
+        def log_prob(y):
+            inside = np.isfinite(self.log_prior(y))
+            return np.where(inside, -0.5 * np.einsum("ij,ij->i", y, y), -np.inf)
+
+        mode = np.zeros((n, self.n_params))
+        sweep = partial(crank_nicolson, log_prob, steps=_STEPS, n_sweeps=_SWEEPS, blocks=self.blocks)
+        return sweep(mode, log_prob(mode), rng)[0]
+
+    def find_active(self, problem, rng: np.random.Generator) -> None:
+        """Find the active directions from Jacobians at draws of the Laplace approximation."""
+        at_mode = self._slopes(problem, self.mode)
+        gram = np.zeros((self.n_params, self.n_params))
+        for x in self.scaled(self.bent(self.draws(rng, _JACOBIANS))):
+            change = np.nan_to_num(self._slopes(problem, x) - at_mode)
+            gram += change.T @ change / _JACOBIANS
+        self.changes, self.active = gram, _active(gram, _ACTIVE)
+
+    def _slopes(self, problem, x) -> np.ndarray:
+        """(n_rows, n_params) derivatives of the residuals by z at x (n_params,) in the scaled coordinates x."""
+        return self.prior.scaled_chain(problem.jacobian(self.prior.unscaled(x)), x) @ self.basis
+
+    def finely_active(self) -> np.ndarray:
+        """(n_params, n_active) the active directions, and those along which the Jacobian changes less."""
+        return np.ascontiguousarray(_active(self.changes, _FINELY)[:, :_MOST])
+
+    def straighten(self, z) -> None:
+        """Fit the bends to draws z (n, n_params) from near the posterior."""
+        self.bends = [
+            Bend.fitted(z, start, stop, _active(self.changes[stop:, stop:], _ACTIVE)) for start, stop in self._decades()
+        ]
+
+    def _decades(self):
+        """(start, stop) of the stiff coordinates of each decade."""
+        start, n_stiff = 0, self._n_stiff
+        while start < n_stiff:
+            length = np.count_nonzero(self.singular_values[start:n_stiff] > self.singular_values[start] / _DECADE)
+            yield start, start + int(length)
+            start += int(length)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Everything that the map consists of but the prior, to be stored."""
+        whitening = {key: getattr(self, key) for key in _STORED}
+        bends = {f"bend_{n}_{key}": a for n, bend in enumerate(self.bends) for key, a in bend.arrays().items()}
+        return whitening | bends
+
+    @classmethod
+    def restored(cls, prior, arrays: dict[str, np.ndarray]) -> "Geometry":
+        """The map that :meth:`arrays` describe, bit for bit; it can no longer be straightened."""
+        bends = []
+        while f"bend_{len(bends)}_block" in arrays:
+            prefix = f"bend_{len(bends)}_"
+            bends.append(Bend.restored({k.removeprefix(prefix): a for k, a in arrays.items() if k.startswith(prefix)}))
+        return cls(prior, *(arrays[key] for key in _STORED), bends)

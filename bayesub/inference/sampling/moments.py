@@ -1,0 +1,100 @@
+"""Means, sds and correlations of draws, with what chance makes of them."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from bayesub.inference.checks import convergence
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Posterior moments by one sampler: all that a comparison with another asks of its draws.
+
+    Errors are Monte Carlo standard errors of the means of x, of x^2 and of the products x_i x_j, where x are the draws
+    less `means`, over `sds`. Correlations and errors are of single precision, which is far below the latter.
+
+    Attributes
+    ----------
+    means, sds : (n_params,)
+    correlations : (n_pairs,) for i < j, in the order of ``np.triu_indices(n_params, 1)``
+    mean_errors, square_errors : (n_params,)
+    product_errors : (n_pairs,)
+    n_draws : of all chains together
+    rhat : largest of the parameters
+    bulk_ess, tail_ess : smallest of the parameters
+    """
+
+    means: np.ndarray
+    sds: np.ndarray
+    correlations: np.ndarray
+    mean_errors: np.ndarray
+    square_errors: np.ndarray
+    product_errors: np.ndarray
+    n_draws: int
+    rhat: float
+    bulk_ess: float
+    tail_ess: float
+
+    @classmethod
+    def of(cls, chain) -> "Moments":
+        """The moments of independent chains (n_chains, n_draws, n_params)."""
+        walkers = np.asarray(chain)[:, :, None]
+        flat = walkers.reshape(-1, walkers.shape[-1])
+        means, sds = flat.mean(axis=0), flat.std(axis=0)
+        (_, mean_errors), (_, square_errors), (correlations, product_errors) = feature_means((walkers - means) / sds)
+        return cls(
+            means=means,
+            sds=sds,
+            correlations=correlations.astype(np.float32),
+            mean_errors=mean_errors.astype(np.float32),
+            square_errors=square_errors.astype(np.float32),
+            product_errors=product_errors.astype(np.float32),
+            n_draws=len(flat),
+            rhat=float(convergence.rhat(walkers).max()),
+            bulk_ess=float(convergence.bulk_ess(walkers).min()),
+            tail_ess=float(convergence.tail_ess(walkers).min()),
+        )
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Everything by name, to be stored."""
+        return {key: np.asarray(value) for key, value in asdict(self).items()}
+
+    @classmethod
+    def restored(cls, arrays: dict[str, np.ndarray]) -> "Moments":
+        """The moments of :meth:`arrays`."""
+        return cls(**{key: value if value.ndim else value.item() for key, value in arrays.items()})
+
+    def differences(self, chain) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Means, sds and correlations of another sampler less these, in Monte Carlo standard errors of both.
+
+        Parameters
+        ----------
+        chain : (n_ensembles, n_steps, n_walkers, n_params) of the other sampler
+
+        Returns
+        -------
+        (n_params,), (n_params,) and (n_pairs,)
+        """
+        theirs = feature_means((chain - self.means) / self.sds)
+        ours = (0.0, self.mean_errors), (1.0, self.square_errors), (self.correlations, self.product_errors)
+        return tuple(
+            (mean - own) / np.hypot(error, own_error)
+            for (mean, error), (own, own_error) in zip(theirs, ours, strict=True)
+        )
+
+
+def feature_means(x) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Means of x, of x^2 and of the products x_i x_j for i < j, each with its Monte Carlo standard error.
+
+    Of chains x (n_ensembles, n_steps, n_walkers, n_params); a standard error follows from the effective sample size of
+    the feature itself.
+    """
+    products = [_mean(x[..., [i]] * x[..., i + 1 :]) for i in range(x.shape[-1] - 1)]
+    empty = np.empty((2, 0))
+    return [_mean(x), _mean(x**2), tuple(np.concatenate([empty, *products], axis=1))]
+
+
+def _mean(features) -> tuple[np.ndarray, np.ndarray]:
+    axes = (0, 1, 2)
+    return features.mean(axis=axes), np.sqrt(features.var(axis=axes) / convergence.ess(features))

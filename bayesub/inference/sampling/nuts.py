@@ -1,0 +1,307 @@
+"""An independent sampler on the same posterior: NUTS with exact gradients (nutpie), compared within Monte Carlo error.
+
+It shares with :func:`bayesub.sample` the log posterior and its coordinates, exact whatever their fit, and nothing that
+decides what is drawn: no moves, no ensembles, no stopping rule.
+"""
+
+import time
+import warnings
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from bayesub.inference.checks import convergence
+from bayesub.inference.interface import InferenceProblem, Progress
+from bayesub.inference.sampling.effort import Effort
+from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.histories import searched
+from bayesub.inference.sampling.moments import Moments
+from bayesub.inference.sampling.posterior import Posterior
+from bayesub.inference.sampling.sampler import SMOOTH, problem_histories, straightened
+from bayesub.io.errors import InputError
+
+FALSE_ALARMS = 0.01  # probability that two samplers of one posterior are said to disagree
+LEAST_ESS = 400.0  # of every parameter, for standard errors to mean what they say
+MOST_RHAT = 1.01
+MOST_DIVERGENT = 0.002  # of the draws: more, and there are places that steps of this length do not reach
+
+# Of the leapfrog, in coordinates in which the posterior is nearly a standard normal, and doublings of a trajectory. The
+# step is not adapted: a log posterior may have jumps, as forces do that have the sign of a velocity as a factor. How
+# often a trajectory is accepted then depends on the jumps that it crosses and hardly on its steps, which would shrink
+# forever to reach what nutpie aims at. Fifteen steps of 0.3 are more than half a turn of a standard normal, where a
+# trajectory ends. Of 0.5 it takes seven, for as many effective samples, but up to one in fifty then diverges.
+_STEP, _DOUBLINGS = 0.3, 6
+_CORNERS = 50  # tried for the start of a chain
+
+
+@dataclass(frozen=True)
+class CrossCheck:
+    """Posterior moments by two samplers.
+
+    Attributes
+    ----------
+    names : (n_params,)
+    means : (2, n_params) of the ensemble sampler and of NUTS
+    sds : (2, n_params) of the ensemble sampler and of NUTS
+    mean_z : (n_params,) differences of the means in Monte Carlo standard errors of both
+    sd_z : (n_params,) the same of the sds
+    correlation_z : (n_pairs,) the same of the correlations
+    threshold : the |z| that any of them reaches in one of a hundred comparisons of equal posteriors (Bonferroni)
+    rhat : largest of NUTS, over parameters
+    ess : smallest of NUTS, over parameters
+    divergences : of the trajectories of NUTS
+    gradients : that NUTS took
+    efforts : of the ensemble sampler and of NUTS, with the search for the coordinates of each; empty if not known
+    engine : the name of the second sampler, if it is another than NUTS
+    divergent : share of its draws whose trajectory diverged
+    """
+
+    names: tuple[str, ...]
+    means: np.ndarray
+    sds: np.ndarray
+    mean_z: np.ndarray
+    sd_z: np.ndarray
+    correlation_z: np.ndarray
+    threshold: float
+    rhat: float
+    ess: float
+    divergences: int
+    gradients: int
+    efforts: tuple[Effort, ...] = ()
+    engine: str = "NUTS with exact gradients"
+    divergent: float = 0.0
+
+    def part(self, names: Sequence[str]) -> "CrossCheck":
+        """The comparison of some parameters, by name, in their order here."""
+        members = np.isin(self.names, list(names))
+        rows, columns = np.triu_indices(len(self.names), 1)
+        return replace(
+            self,
+            names=tuple(np.array(self.names)[members].tolist()),
+            means=self.means[:, members],
+            sds=self.sds[:, members],
+            mean_z=self.mean_z[members],
+            sd_z=self.sd_z[members],
+            correlation_z=self.correlation_z[members[rows] & members[columns]],
+        )
+
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        """The n_pairs pairs of parameters, in the order of :attr:`correlation_z`."""
+        rows, columns = np.triu_indices(len(self.names), 1)
+        return [(self.names[i], self.names[j]) for i, j in zip(rows, columns, strict=True)]
+
+    @property
+    def verdict(self) -> str:
+        """``agree``, ``disagree``, or ``inconclusive`` where NUTS itself has not converged."""
+        if not (self.rhat < MOST_RHAT and self.ess >= LEAST_ESS and self.divergent <= MOST_DIVERGENT):
+            return "inconclusive"
+        return "agree" if self._worst()[0] < self.threshold else "disagree"
+
+    def _worst(self):
+        """The largest |z|, and of what."""
+        differences = [(abs(z), f"the {what} of {name}") for what, zs in (("mean", self.mean_z), ("sd", self.sd_z))
+                 for name, z in zip(self.names, zs, strict=True)]  # fmt: skip
+        differences += [
+            (abs(z), f"the correlation of {first} with {second}")
+            for (first, second), z in zip(self.pairs, self.correlation_z, strict=True)
+        ]
+        return max(differences)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        largest, of = self._worst()
+        n = len(self.names)
+        difference = f"the largest difference is {largest:.1f} Monte Carlo standard errors, in {of}"
+        if self.verdict == "inconclusive":
+            return (
+                f"{self.engine} has not converged itself (R-hat {self.rhat:.4f}, ESS {self.ess:.0f}, "
+                f"{self.divergences} divergent trajectories), so that nothing follows; {difference}.{self._cost}"
+            )
+        agrees = self.verdict == "agree"
+        return (
+            f"{self.engine} {'agrees within' if agrees else 'disagrees beyond'} Monte Carlo error in {n} "
+            f"means, {n} sds and {len(self.correlation_z)} correlations: {difference}, {self.threshold:.1f} allowed."
+            + ("" if agrees else " Of the shortest chains one in twenty does so by chance: sample on, to a larger ess.")
+            + self._cost
+        )
+
+    @property
+    def _cost(self) -> str:
+        """What an effective sample has cost by both, as a sentence."""
+        if not self.efforts:
+            return ""
+        ours, other = (effort.per_effective_sample for effort in self.efforts)
+        return f" An effective sample of the worst parameter cost {ours:.3g} simulations here and {other:.3g} there."
+
+    def to_json(self) -> dict:
+        """Everything as JSON types, with the verdict."""
+        content = {key: np.asarray(value).tolist() for key, value in asdict(self).items()}
+        return content | {"verdict": self.verdict, "sentence": self.sentence}
+
+    @classmethod
+    def from_json(cls, content: dict) -> "CrossCheck":
+        """The inverse of :meth:`to_json`."""
+        arrays = ("means", "sds", "mean_z", "sd_z", "correlation_z")
+        fields = {key: content[key] for key in cls.__dataclass_fields__ if key in content}  # efforts are new in 0.2
+        fields |= {key: np.array(content[key]) for key in arrays} | {"names": tuple(content["names"])}
+        return cls(**fields | {"efforts": tuple(Effort(**effort) for effort in content.get("efforts", ()))})
+
+
+def cross_check(
+    problem: InferenceProblem,
+    posterior: Posterior,
+    *,
+    rng: np.random.Generator,
+    n_draws: int = 1000,
+    n_tune: int = 500,
+    n_chains: int = 4,
+    progress: Progress | None = None,
+) -> CrossCheck:
+    """Sample the posterior of a problem with NUTS too, and compare.
+
+    Parameters
+    ----------
+    problem : that was sampled
+    posterior : what was sampled of it
+    rng : source of all random numbers
+    n_draws : of each chain
+    n_tune : further draws of each chain for adaptation
+    n_chains : independent chains
+    progress : object with ``update(done, total, unit, note)``, or None
+
+    Raises
+    ------
+    InputError : if nutpie is not installed
+    """
+    chain, counts = sample_nuts(problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress)
+    return compare(posterior, Moments.of(chain), **counts)
+
+
+def compare(
+    posterior: Posterior,
+    other: Moments,
+    divergences: int = 0,
+    gradients: int = 0,
+    *,
+    spent: Sequence[float] | None = None,
+    engine: str = CrossCheck.engine,
+) -> CrossCheck:
+    """Means, sds and correlations of a posterior beside those by another sampler.
+
+    Parameters
+    ----------
+    posterior : by the ensemble sampler
+    other : the moments by the other sampler
+    divergences, gradients : of the other sampler
+    spent : simulations, Jacobians and seconds of the other sampler, if they are known
+    engine : the name of the other sampler
+    """
+    chain = posterior.thinned().chain
+    draws = chain.reshape(-1, chain.shape[-1])
+    mean_z, sd_z, correlation_z = (np.round(z, 3) for z in other.differences(chain))
+    n_params = len(posterior.names)
+    return CrossCheck(
+        names=posterior.names,
+        means=np.stack([draws.mean(axis=0), other.means]),
+        sds=np.stack([draws.std(axis=0), other.sds]),
+        mean_z=mean_z,
+        sd_z=sd_z,
+        correlation_z=correlation_z,
+        threshold=convergence.threshold(n_params * (n_params + 3) // 2, FALSE_ALARMS),
+        rhat=other.rhat,
+        ess=min(other.bulk_ess, other.tail_ess),
+        divergences=int(divergences),
+        gradients=int(gradients),
+        efforts=_efforts(posterior, spent, other.bulk_ess) if spent and posterior.work >= 0.0 else (),
+        engine=engine,
+        divergent=divergences / other.n_draws,
+    )
+
+
+def _efforts(posterior, spent, ess) -> tuple[Effort, Effort]:
+    """Of the ensemble sampler, and of another with effective sample size `ess`; a Jacobian has the same price."""
+    simulations, jacobians, seconds = spent
+    price = float(posterior.jacobian_price)
+    ours = posterior.evaluations, posterior.jacobians, price, posterior.seconds, float(posterior.bulk_ess.min())
+    return Effort(*ours), Effort(simulations, jacobians, price, seconds, ess)
+
+
+def require_nutpie():
+    """The module, or an InputError that says how to install it."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor
+            import nutpie
+            import nutpie.compiled_pyfunc
+    except ImportError:
+        raise InputError(
+            "the cross-check needs nutpie; install it with: pip install 'bayesub[cross-check]'", "install", "nutpie"
+        ) from None
+    return nutpie
+
+
+def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tuple[np.ndarray, dict]:
+    """Draws (n_chains, n_draws, n_params) of NUTS, and what :func:`compare` asks for besides.
+
+    That is the divergent trajectories among them, gradients taken, and what all has cost.
+    """
+    nutpie = require_nutpie()
+    costs, began = problem.costs, time.perf_counter()
+    before = costs.simulations, costs.jacobians
+    geometry = _geometry(problem, rng, progress)
+    n = problem.n_params
+    counts = {"draws": 0, "gradients": 0}
+
+    def log_prob(y):
+        counts["gradients"] += 1
+        return geometry.with_gradient(problem, y)
+
+    def draw(y):
+        counts["draws"] += 1
+        if progress is not None:
+            total = n_chains * (n_draws + n_tune)
+            progress.update(min(counts["draws"], total), total, "draws", f"NUTS, {counts['gradients']} gradients")
+        return {"parameters": geometry.parameters(y[None])[0]}
+
+    def start(seed):
+        """A point as far out as draws are, without slopes near zero: nutpie's first variances are their inverses."""
+        corners = np.random.default_rng(seed).choice([-1.0, 1.0], (_CORNERS, n))
+        possible = corners[np.isfinite(geometry.log_prob(problem, corners))]
+        return max(possible, key=lambda y: np.abs(geometry.with_gradient(problem, y)[1]).min(), default=corners[0])
+
+    model = nutpie.compiled_pyfunc.from_pyfunc(
+        n,
+        lambda: log_prob,
+        lambda *_: draw,
+        [np.dtype(float)],
+        [(n,)],
+        ["parameters"],
+        make_initial_point_fn=start,
+    )
+    trace = nutpie.sample(
+        model,
+        draws=n_draws,
+        tune=n_tune,
+        chains=n_chains,
+        cores=1,
+        seed=int(rng.integers(2**31)),
+        step_size_adapt_method=str(_STEP),
+        maxdepth=_DOUBLINGS,
+        progress_bar=False,
+    )
+    spent = costs.simulations - before[0], costs.jacobians - before[1], time.perf_counter() - began
+    divergences = int(np.count_nonzero(trace.sample_stats["diverging"].values))
+    counts = {"divergences": divergences, "gradients": counts["gradients"], "spent": spent}
+    return np.asarray(trace.posterior["parameters"].values), counts
+
+
+def _geometry(problem, rng, progress):
+    """Sampling coordinates; with histories those whitened at the mode, in which they are nearly normal as it is."""
+    if not problem_histories(problem):
+        return straightened(problem, rng, progress)[0]
+    smooth = problem.smoothed(SMOOTH)
+    collapsed, others = searched(problem, smooth, rng)
+    return Geometry.whitened(smooth, collapsed.full(others))

@@ -1,0 +1,263 @@
+"""Polynomials of many variables with products in few directions, compiled.
+
+A polynomial has a constant, all z linearly, squares and products of the components a = z'A along `active` directions A,
+and products of three and of four of the first few of these. Of many such polynomials of the same z only some
+combinations are not nearly linear. Products are therefore summed for few `bent` combinations, whose share in each
+polynomial is its `mix`.
+
+Compiled functions take places place after place, z (n_params, n), so that a sum over terms is one matrix product: few
+places at once, whose terms stay in a core's cache.
+"""
+
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+from scipy import linalg
+
+from bayesub.inference.sampling.compiled import compiled, inline
+
+PLAIN, RICH = (8, 0), (12, 6)  # of the most active directions, that have products of three, and of four
+PLACES = 64  # at once
+
+
+class Polynomials(NamedTuple):
+    """``(1, z) linear + products(z) bent mix`` of variables z (n, n_params).
+
+    Attributes
+    ----------
+    active : (n_params, n_active) directions
+    linear : (1 + n_params, k) coefficients of one and of z
+    bent : (n_products, n_bent) coefficients of the products
+    mix : (n_bent, k)
+    degrees : numbers of the active directions that have products of three, and of four
+    """
+
+    active: np.ndarray
+    linear: np.ndarray
+    bent: np.ndarray
+    mix: np.ndarray
+    degrees: tuple[int, int]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What they consist of, by name."""
+        return {name: np.asarray(part) for name, part in self._asdict().items()}
+
+    @classmethod
+    def restored(cls, arrays: dict[str, np.ndarray]) -> "Polynomials":
+        """The polynomials of :meth:`arrays`."""
+        parts = {name: arrays[name] for name in cls._fields}
+        return cls(**parts | {"degrees": tuple(map(int, parts["degrees"]))})
+
+    def mixed(self, matrix) -> "Polynomials":
+        """The polynomials times a matrix (k, l)."""
+        linear, mix = (np.ascontiguousarray(part @ matrix) for part in (self.linear, self.mix))
+        return self._replace(linear=linear, mix=mix)
+
+    def __call__(self, z) -> np.ndarray:
+        """(n, k) values at z (n, n_params)."""
+        found = np.empty((len(z), self.linear.shape[1]))
+        for k in range(0, len(z), PLACES):
+            found[k : k + PLACES] = values_at(np.ascontiguousarray(z[k : k + PLACES].T), self).T
+        return found
+
+
+def n_features(n_params: int, n_active: int, degrees: tuple[int, int] = PLAIN) -> int:
+    """Number of terms."""
+    return 1 + n_params + _n_products(n_active, degrees)
+
+
+def _n_products(n_active, degrees):
+    return sum(comb(min(n_active, n) + order - 1, order) for order, n in enumerate((n_active, *degrees), start=2))
+
+
+def features(z, active, degrees: tuple[int, int] = PLAIN) -> np.ndarray:
+    """(n, n_features) terms of z (n, n_params), with `active` (n_params, n_active): 1, z, a_i a_j, a_i a_j a_k, ..
+
+    They lie in memory term after term, so that all places are multiplied at once, and are seen transposed.
+    """
+    n_linear = z.shape[1] + 1
+    terms = np.empty((n_features(*active.shape, degrees), len(z)))
+    terms[0] = 1.0
+    terms[1:n_linear] = z.T
+    _products(np.dot(active.T, z.T), degrees, terms[n_linear:])
+    return terms.T
+
+
+def fitted(
+    z, active, wanted, worth: float, *, unit=None, degrees: tuple[int, int] = PLAIN, ridge: float = 1e-10
+) -> tuple[Polynomials, np.ndarray]:
+    """The polynomials nearest to values `wanted` (n, k) at z (n, n_params), and what is left of these (n, k).
+
+    Products are kept in combinations of the values where they explain more than is `worth` it, and twice as much
+    variance as so many terms explain of noise.
+
+    Parameters
+    ----------
+    worth : standard deviation that is worth products
+    unit : (k, k) covariance to measure it by; by default that of the misfit
+    ridge : relative, keeps the normal equations regular when places repeat
+    """
+    known = features(z, active, degrees)
+    n, n_linear = len(z), 1 + z.shape[1]
+    gram, moments = known.T @ known, known.T @ wanted
+    gram[np.diag_indices(len(gram))] *= 1.0 + ridge
+    full = linalg.solve(gram, moments, assume_a="pos")
+    flat = linalg.solve(gram[:n_linear, :n_linear], moments[:n_linear], assume_a="pos")
+    values = known @ full
+    gained, misfit = values - known[:, :n_linear] @ flat, wanted - values
+    noise = misfit.T @ misfit / max(n - len(full), 1)
+    bar = worth**2 * (noise if unit is None else unit) + 2.0 * (len(full) - n_linear) / n * noise
+    explained, combinations = linalg.eigh(gained.T @ gained / n, bar)
+    kept = explained > 1.0
+    combinations, mix = combinations[:, kept], (bar @ combinations[:, kept]).T
+    linear = flat + (full[:n_linear] - flat) @ combinations @ mix
+    arrays = (active, linear, full[n_linear:] @ combinations, mix)
+    polynomials = Polynomials(*map(np.ascontiguousarray, arrays), degrees)
+    return polynomials, wanted - polynomials(z)
+
+
+@compiled
+def values_at(z, polynomials):
+    """(k, n) polynomials at z (n_params, n)."""
+    active, linear, bent, mix, degrees = polynomials
+    found = np.dot(linear[1:].T, z)
+    if len(mix) > 0:
+        terms = np.empty((len(bent), z.shape[1]))
+        _products(np.dot(active.T, z), degrees, terms)
+        add(np.dot(mix.T, np.dot(bent.T, terms)), found)
+    for row in range(len(found)):
+        for k in range(found.shape[1]):
+            found[row, k] += linear[0, row]
+    return found
+
+
+@compiled
+def pullback_at(z, polynomials, slopes):
+    """(n_params, n) gradient by z of what has the gradient slopes (k, n) by the polynomials."""
+    active, linear, bent, mix, degrees = polynomials
+    found = np.dot(linear[1:], slopes)
+    if len(mix) > 0:
+        along = np.dot(active.T, z)
+        by_along = np.zeros(along.shape)
+        _products_pullback(along, degrees, np.dot(bent, np.dot(mix, slopes)), by_along)
+        add(np.dot(active, by_along), found)
+    return found
+
+
+@compiled
+def _products(a, degrees, terms):
+    """Write a_i a_j for i <= j, then products of three and of four, to terms (n_products, n); a (n_active, n)."""
+    n_active, row = len(a), 0
+    n_cubic, n_quartic = min(n_active, degrees[0]), min(n_active, degrees[1])
+    for i in range(n_active):
+        for j in range(i, n_active):
+            _multiply(a[i], a[j], terms[row])
+            row += 1
+    for i in range(n_cubic):
+        for j in range(i, n_cubic):
+            both = terms[i * n_active - i * (i - 1) // 2 + j - i]
+            for k in range(j, n_cubic):
+                _multiply(both, a[k], terms[row])
+                row += 1
+    three = np.empty(a.shape[1])
+    for i in range(n_quartic):
+        for j in range(i, n_quartic):
+            both = terms[i * n_active - i * (i - 1) // 2 + j - i]
+            for k in range(j, n_quartic):
+                _multiply(both, a[k], three)
+                for m in range(k, n_quartic):
+                    _multiply(three, a[m], terms[row])
+                    row += 1
+
+
+@compiled
+def _products_pullback(a, degrees, slopes, by_a):
+    """Add to by_a (n_active, n) the gradient of what has the gradient slopes (n_products, n) by the products."""
+    n_active, n = a.shape
+    n_cubic, n_quartic = min(n_active, degrees[0]), min(n_active, degrees[1])
+    both, by_both, three, by_three = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    row = 0
+    for i in range(n_active):
+        for j in range(i, n_active):
+            _add_multiple(slopes[row], a[j], by_a[i])
+            _add_multiple(slopes[row], a[i], by_a[j])
+            row += 1
+    for i in range(n_cubic):
+        for j in range(i, n_cubic):
+            _multiply(a[i], a[j], both)
+            _clear(by_both)
+            for k in range(j, n_cubic):
+                _add_multiple(slopes[row], both, by_a[k])
+                _add_multiple(slopes[row], a[k], by_both)
+                row += 1
+            _add_multiple(by_both, a[j], by_a[i])
+            _add_multiple(by_both, a[i], by_a[j])
+    for i in range(n_quartic):
+        for j in range(i, n_quartic):
+            _multiply(a[i], a[j], both)
+            _clear(by_both)
+            for k in range(j, n_quartic):
+                _multiply(both, a[k], three)
+                _clear(by_three)
+                for m in range(k, n_quartic):
+                    _add_multiple(slopes[row], three, by_a[m])
+                    _add_multiple(slopes[row], a[m], by_three)
+                    row += 1
+                _add_multiple(by_three, both, by_a[k])
+                _add_multiple(by_three, a[k], by_both)
+            _add_multiple(by_both, a[j], by_a[i])
+            _add_multiple(by_both, a[i], by_a[j])
+
+
+@inline
+def _multiply(first, second, product):
+    for m in range(len(product)):
+        product[m] = first[m] * second[m]
+
+
+@inline
+def _add_multiple(first, second, total):
+    for m in range(len(total)):
+        total[m] += first[m] * second[m]
+
+
+@inline
+def _clear(total):
+    for m in range(len(total)):
+        total[m] = 0.0
+
+
+@inline
+def add(part, total):
+    """Add a matrix to another one, in place."""
+    for row in range(part.shape[0]):
+        for k in range(part.shape[1]):
+            total[row, k] += part[row, k]
+
+
+@inline
+def copy(source, target):
+    """Write a matrix into another one."""
+    for row in range(source.shape[0]):
+        for k in range(source.shape[1]):
+            target[row, k] = source[row, k]
+
+
+@inline
+def columns(rows, first):
+    """Rows of a matrix from `first` on, PLACES of them at most, as the columns of another one."""
+    n = min(PLACES, len(rows) - first)
+    found = np.empty((rows.shape[1], n))
+    for param in range(rows.shape[1]):
+        for k in range(n):
+            found[param, k] = rows[first + k, param]
+    return found
+
+
+@inline
+def put(columns_of, rows, first):
+    """Write the columns of a matrix into rows of another one from `first` on."""
+    for param in range(columns_of.shape[0]):
+        for k in range(columns_of.shape[1]):
+            rows[first + k, param] = columns_of[param, k]

@@ -1,0 +1,311 @@
+"""What sampling returns: the chain of every ensemble, its summaries and its convergence."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bayesub.inference.checks import convergence
+from bayesub.io.notebook import Displayed
+
+if TYPE_CHECKING:
+    import arviz
+    import pandas as pd
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """When a posterior counts as converged; every parameter must meet all of them.
+
+    Attributes
+    ----------
+    rhat : upper limit of rank-normalised split R-hat across at least four ensembles
+    ess : lower limit of bulk and tail effective sample size
+    taus : lower limit of the length of every ensemble, in its autocorrelation times
+    false_alarms : probability that a stationary chain is said to have a trend in its variance
+    """
+
+    rhat: float = 1.01
+    ess: float = 400.0
+    taus: float = 25.0
+    false_alarms: float = 0.01
+
+
+STANDARD = Criteria()
+JUDGED_STEPS = 250  # of each ensemble at least; the chain is thinned to at most twice as many before it is judged
+N_ENSEMBLES = 4  # at least, for R-hat
+HALF_STEPS = 50  # kept at least before it is judged whether they lead anywhere
+STUCK = 0.1  # acceptance below which more steps are of little use; it is 0.3 to 0.9 where sampling works
+
+
+@dataclass(frozen=True)
+class Posterior(Displayed):
+    """Draws from the posterior after warm-up, and what they say of their convergence.
+
+    Convergence is judged by a chain that is thinned to a few hundred steps; as an ensemble must be 25 autocorrelation
+    times long, ten or more steps are left to each of them, and thinning loses next to nothing.
+
+    Attributes
+    ----------
+    names : the n_params free coefficients, and after them the nuisance parameters with their units
+    chain : (n_ensembles, n_kept, n_walkers, n_params) parameters after warm-up, every `thin`-th step; coefficients are
+        non-dimensional, nuisance parameters in the unit of their name
+    log_prob : (n_ensembles, n_kept, n_walkers) log posterior densities up to a constant, in the scaled coordinates x of
+        the table of :mod:`bayesub.inference.sampling`, where the density does not depend on units
+    prior_mean : (n_params,) of each parameter by itself
+    prior_sd : (n_params,) of each parameter by itself
+    n_warmup : steps discarded before the first kept one
+    acceptance : fraction of proposals accepted
+    evaluations : simulations, from the search for the mode to the last step
+    seconds : wall time, from the search for the mode to the last step
+    failures : status -> simulations that ended so
+    criteria : by which convergence is judged
+    thin : steps from one kept step to the next
+    jacobians : Jacobians, from the search for the mode to the last step
+    jacobian_price : simulations that a Jacobian is worth by its time, measured when the run began; not a number for a
+        posterior of a former version, which has not counted its Jacobians
+    simulation_seconds : wall time of simulations and Jacobians among `seconds`; not a number for a former version
+    """
+
+    names: tuple[str, ...]
+    chain: np.ndarray
+    log_prob: np.ndarray
+    prior_mean: np.ndarray
+    prior_sd: np.ndarray
+    n_warmup: int
+    acceptance: float
+    evaluations: int
+    seconds: float
+    failures: dict[str, int]
+    criteria: Criteria = STANDARD
+    thin: int = 1
+    jacobians: int = 0
+    jacobian_price: float = float("nan")
+    simulation_seconds: float = float("nan")
+
+    @cached_property
+    def n_steps(self) -> int:
+        """Steps of each ensemble after warm-up."""
+        return self.chain.shape[1] * self.thin
+
+    def thinned(self) -> "Posterior":
+        """The same posterior with the draws that convergence is judged by."""
+        every = max(1, self.chain.shape[1] // JUDGED_STEPS)
+        first = (self.chain.shape[1] - 1) % every  # keep the last step
+        chain, log_prob = self.chain[:, first::every], self.log_prob[:, first::every]
+        return replace(self, chain=chain, log_prob=log_prob, thin=every * self.thin)
+
+    def part(self, positions: np.ndarray) -> "Posterior":
+        """The posterior of some parameters, with the convergence of each as it was judged among all.
+
+        Parameters
+        ----------
+        positions : (n,) array of int
+            Of the parameters, such as those that are no forces at knots: ``posterior.part(problem.others)``.
+        """
+        result = replace(
+            self,
+            names=tuple(self.names[k] for k in positions),
+            chain=self.chain[..., positions],
+            prior_mean=self.prior_mean[positions],
+            prior_sd=self.prior_sd[positions],
+        )
+        judged = {
+            key: getattr(self, key)[..., positions] for key in ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")
+        }
+        vars(result).update(judged, n_steps=self.n_steps)
+        return result
+
+    @property
+    def draws(self) -> np.ndarray:
+        """(n_draws, n_params) all draws."""
+        return self.chain.reshape(-1, len(self.names))
+
+    @property
+    def best(self) -> np.ndarray:
+        """(n_params,) the draw of highest posterior density in the scaled coordinates x (:attr:`log_prob`).
+
+        For normal and uniform priors that is the draw of highest density in the parameters too. For log-normal ones it
+        is the highest density in the logarithm of the parameter.
+        """
+        return self.draws[np.argmax(self.log_prob)]
+
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """(n_params,)."""
+        return self.draws.mean(axis=0)
+
+    @cached_property
+    def sd(self) -> np.ndarray:
+        """(n_params,)."""
+        return self.draws.std(axis=0, ddof=1)
+
+    @property
+    def contraction(self) -> np.ndarray:
+        """(n_params,) posterior sd over prior sd: 1 where the data said nothing."""
+        return self.sd / self.prior_sd
+
+    @cached_property
+    def correlation(self) -> np.ndarray:
+        """(n_params, n_params) posterior correlation matrix."""
+        return np.corrcoef(self.draws.T)
+
+    def quantiles(self, probabilities: Sequence[float]) -> np.ndarray:
+        """(n_probabilities, n_params)."""
+        return np.quantile(self.draws, probabilities, axis=0)
+
+    @property
+    def work(self) -> float:
+        """What sampling has cost in simulations, a Jacobian at its price; not a number if that is unknown."""
+        return self.evaluations + self.jacobians * self.jacobian_price
+
+    @property
+    def work_per_effective_sample(self) -> float:
+        """:attr:`work` over the smallest bulk effective sample size."""
+        return self.work / float(self.bulk_ess.min())
+
+    def summary(self) -> "pd.DataFrame":
+        """A table with a row for each parameter, the units of nuisance parameters in their names.
+
+        The columns are `mean`, `sd`, the quantiles `q5`, `median` and `q95`, `contraction` (posterior sd over prior
+        sd), `rhat`, `bulk_ess` and `tail_ess`.
+        """
+        import pandas as pd  # slow to import, and of use here only
+
+        q5, median, q95 = self.quantiles([0.05, 0.5, 0.95])
+        columns = {"mean": self.mean, "sd": self.sd, "q5": q5, "median": median, "q95": q95}
+        columns |= {key: getattr(self, key) for key in ("contraction", "rhat", "bulk_ess", "tail_ess")}
+        return pd.DataFrame(columns, index=pd.Index(self.names, name="parameter"))
+
+    def save(self, path: str | Path) -> None:
+        """Write the draws that convergence is judged by, and the diagnostics, to a NetCDF file that ArviZ reads.
+
+        Raises
+        ------
+        InputError : if the file cannot be written
+        """
+        from bayesub.inference.sampling import posterior_file
+
+        posterior_file.save(self, Path(path))
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Posterior":
+        """Read a file of :meth:`save`.
+
+        Raises
+        ------
+        InputError : if it is missing or is no posterior
+        """
+        from bayesub.inference.sampling import posterior_file
+
+        return posterior_file.load(Path(path))
+
+    def to_arviz(self) -> "arviz.InferenceData | xr.DataTree":
+        """The posterior as ArviZ's own container: InferenceData before ArviZ 1, an xarray DataTree from it on."""
+        from bayesub.inference.sampling import posterior_file
+
+        return posterior_file.to_arviz(self)
+
+    @cached_property
+    def _judged(self) -> "Posterior":
+        return self.thinned()
+
+    @cached_property
+    def _scores(self) -> np.ndarray:
+        return convergence.rank_normalised(self._judged.chain)
+
+    @cached_property
+    def tau(self) -> np.ndarray:
+        """(n_ensembles, n_params) autocorrelation times, steps."""
+        return convergence.autocorrelation_time(self._judged.chain) * self._judged.thin
+
+    @cached_property
+    def rhat(self) -> np.ndarray:
+        """(n_params,) rank-normalised split R-hat across the ensembles."""
+        return convergence.rhat(self._judged.chain, self._scores)
+
+    @cached_property
+    def bulk_ess(self) -> np.ndarray:
+        """(n_params,) effective sample size of the rank-normalised draws."""
+        return convergence.bulk_ess(self._judged.chain, self._scores)
+
+    @cached_property
+    def tail_ess(self) -> np.ndarray:
+        """(n_params,) effective sample size of the 5 % and 95 % quantiles, the smaller one."""
+        return convergence.tail_ess(self._judged.chain)
+
+    @cached_property
+    def variance_trend(self) -> np.ndarray:
+        """(n_params,) change of the variance from first to second half, in standard errors."""
+        return convergence.variance_trend(self._judged.chain, self._scores)
+
+    @cached_property
+    def shortcomings(self) -> tuple[str, ...]:
+        """The criteria that are not met, each with the parameters and what to do; empty if converged."""
+        if len(self.chain) < N_ENSEMBLES:
+            return (f"only {len(self.chain)} independent ensembles; at least {N_ENSEMBLES} are needed for R-hat",)
+        if self.chain.shape[1] < 50:
+            return (f"only {self.n_steps} steps were kept; raise max_steps",)
+        criteria = self.criteria
+        taus = self.n_steps / self.tau.max(axis=0)
+        short = self._missed(
+            taus,
+            taus >= criteria.taus,
+            f"ensembles are {{:.1f}} autocorrelation times long, {criteria.taus:g} are needed",
+        )
+        if short:  # the other criteria mean little on so short a chain
+            return (f"{short}; {self._longer(criteria.taus / taus.min())}",)
+        trend, limit = self.variance_trend, convergence.threshold(len(self.names), criteria.false_alarms)
+        apart = "if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
+        drift = f"the variance changes by {{:.1f}} standard errors from first to second half, above {limit:.1f}"
+        verdicts = [
+            (self._missed(-self.rhat, self.rhat < criteria.rhat, f"R-hat {{:.4f}} is not below {criteria.rhat:g}"),
+             f"{self._longer(2.0)}; {apart}"),
+            (self._missed(self.bulk_ess, self.bulk_ess >= criteria.ess, f"bulk ESS {{:.0f}} is below {criteria.ess:g}"),
+             self._longer(criteria.ess / self.bulk_ess.min())),
+            (self._missed(self.tail_ess, self.tail_ess >= criteria.ess, f"tail ESS {{:.0f}} is below {criteria.ess:g}"),
+             self._longer(criteria.ess / self.tail_ess.min())),
+            (self._missed(-np.abs(trend), np.abs(trend) < limit, drift), self._longer(2.0)),
+        ]  # fmt: skip
+        return tuple(f"{missed}; {remedy}" for missed, remedy in verdicts if missed)
+
+    def _missed(self, merit, met, sentence) -> str:
+        """What the parameter of least merit misses and how many others do; empty if `met` holds for all."""
+        if np.all(met):
+            return ""
+        k = int(np.argmin(np.where(np.isnan(merit), -np.inf, merit)))
+        others = np.count_nonzero(~met) - 1
+        return f"{self.names[k]}{f' and {others} more' if others else ''}: {sentence.format(abs(merit[k]))}"
+
+    def stuck(self, max_steps: int) -> bool:
+        """Whether there is no chance of enough steps: after a tenth of them, with few proposals accepted.
+
+        Of a chain that moves, autocorrelation times stay what they are and the length in them grows with its steps. Of
+        one that does not, they grow as it does. The length is extrapolated to `max_steps` with the power of the steps
+        by which it has grown since half of them, and must be less than a third of what is needed.
+        """
+        n = self.n_warmup + self.n_steps
+        if self.acceptance >= STUCK or 10 * n < max_steps or self.chain.shape[1] < 2 * HALF_STEPS:
+            return False
+        half = replace(self, chain=self.chain[:, : self.chain.shape[1] // 2])
+        taus, before = (part.n_steps / part.tau.max() for part in (self, half))
+        power = np.clip(np.log2(taus / before), 0.0, 1.0)
+        return bool(3.0 * taus * (max_steps / n) ** power < self.criteria.taus)
+
+    def _longer(self, factor) -> str:
+        if self.acceptance < STUCK:
+            return (
+                f"only {100 * self.acceptance:.2g} % of the proposals are accepted, and more steps are of little use: "
+                "see whether the model fits, narrow the prior or free fewer coefficients"
+            )
+        steps = 1.2 * factor * (self.n_warmup + self.n_steps)
+        return f"resume with max_steps of about {np.ceil(steps / 100) * 100:.0f}"
+
+    @property
+    def converged(self) -> bool:
+        """Whether all criteria are met."""
+        return not self.shortcomings

@@ -1,0 +1,123 @@
+"""Posteriors on disk, as ArviZ reads them: the one module that knows ArviZ and its file format.
+
+One chain a parameter and ensemble: the draws of an ensemble are laid out walker after walker, so that ArviZ's
+autocorrelations see the steps of a walker in order. Both ArviZ 0.23 (Python 3.11) and 1.x read the file.
+"""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from bayesub.inference.sampling.posterior import Criteria, Posterior
+from bayesub.io.atomic import replacing
+from bayesub.io.errors import InputError
+
+
+def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
+    """The groups ``posterior``, ``sample_stats`` and ``convergence``, the first two with dimensions chain and draw."""
+    judged = posterior.thinned()
+    chain, log_prob = judged.chain, judged.log_prob
+    n_ensembles, n_kept, n_walkers, _ = chain.shape
+    steps = posterior.n_steps - 1 - judged.thin * np.arange(n_kept)[::-1]
+    walker, step = np.meshgrid(np.arange(n_walkers), steps, indexing="ij")
+
+    def flat(steps):
+        return ("chain", "draw"), np.ascontiguousarray(np.swapaxes(steps, 1, 2)).reshape(n_ensembles, -1)
+
+    coordinates = {"chain": np.arange(n_ensembles), "draw": np.arange(walker.size)}
+    draws = xr.Dataset({name: flat(chain[..., k]) for k, name in enumerate(posterior.names)}, coords=coordinates)
+    draws.attrs = {
+        "n_warmup": posterior.n_warmup,
+        "n_steps": posterior.n_steps,
+        "thin": judged.thin,
+        "n_walkers": n_walkers,
+        "acceptance": posterior.acceptance,
+        "evaluations": posterior.evaluations,
+        "seconds": posterior.seconds,
+        "jacobians": posterior.jacobians,
+        "jacobian_price": posterior.jacobian_price,
+        "simulation_seconds": posterior.simulation_seconds,
+        "layout": "walker after walker within a chain, which is one independent ensemble",
+        **{f"failures_{word}": count for word, count in posterior.failures.items()},
+        **{f"criterion_{key}": value for key, value in vars(posterior.criteria).items()},
+    }
+    stats = xr.Dataset({"lp": flat(log_prob)}, coords=coordinates)
+    stats["walker"] = ("draw", walker.ravel())
+    stats["step"] = ("draw", step.ravel())
+    summary = xr.Dataset(
+        {
+            "prior_mean": ("parameter", posterior.prior_mean),
+            "prior_sd": ("parameter", posterior.prior_sd),
+            "rhat": ("parameter", posterior.rhat),
+            "bulk_ess": ("parameter", posterior.bulk_ess),
+            "tail_ess": ("parameter", posterior.tail_ess),
+            "variance_trend": ("parameter", posterior.variance_trend),
+            "tau": (("ensemble", "parameter"), posterior.tau),
+        },
+        coords={"parameter": list(posterior.names)},
+    )
+    return {"posterior": draws, "sample_stats": stats, "convergence": summary}
+
+
+def to_arviz(posterior: Posterior):
+    """As :meth:`bayesub.Posterior.to_arviz`."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor once a day
+        import arviz as az
+
+    datasets = to_datasets(posterior)
+    return az.InferenceData(**datasets) if az.__version__.startswith("0.") else xr.DataTree.from_dict(datasets)
+
+
+def save(posterior: Posterior, path: Path) -> None:
+    """Write ``posterior.nc``: the draws that convergence was judged by, and what they said."""
+    tree = xr.DataTree.from_dict(to_datasets(posterior))
+    try:
+        with replacing(path) as partial:
+            tree.to_netcdf(partial, engine="h5netcdf")
+    except (OSError, RuntimeError) as error:  # HDF5 says RuntimeError when closing a file that it could not write
+        raise InputError(f"{path}: cannot be written: {error}", "file") from None
+
+
+def load(path: Path) -> Posterior:
+    """Read ``posterior.nc``; InputError if it is missing or not one of ours."""
+    try:
+        with xr.open_datatree(path, engine="h5netcdf") as tree:
+            draws, stats, summary = (tree[g].to_dataset().load() for g in ("posterior", "sample_stats", "convergence"))
+    except (OSError, KeyError) as error:
+        raise InputError(f"{path}: is not a readable posterior ({error})", "format") from None
+    names = tuple(str(name) for name in summary["parameter"].values)
+    attrs = draws.attrs
+    n_walkers = int(attrs["n_walkers"])
+
+    def ensembles(array):
+        return np.swapaxes(array.values.reshape(array.sizes["chain"], n_walkers, -1), 1, 2)
+
+    posterior = Posterior(
+        names=names,
+        chain=np.stack([ensembles(draws[name]) for name in names], axis=-1),
+        log_prob=ensembles(stats["lp"]),
+        prior_mean=summary["prior_mean"].values,
+        prior_sd=summary["prior_sd"].values,
+        n_warmup=int(attrs["n_warmup"]),
+        acceptance=float(attrs["acceptance"]),
+        evaluations=int(attrs["evaluations"]),
+        seconds=float(attrs["seconds"]),
+        failures={k.removeprefix("failures_"): int(v) for k, v in attrs.items() if k.startswith("failures_")},
+        criteria=Criteria(
+            **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
+        ),
+        thin=int(attrs["thin"]),
+        # Former versions did not count Jacobians: their price is then not a number.
+        jacobians=int(attrs.get("jacobians", 0)),
+        jacobian_price=float(attrs.get("jacobian_price", np.nan)),
+        simulation_seconds=float(attrs.get("simulation_seconds", np.nan)),
+    )
+    # What has been computed once takes the place of cached properties.
+    vars(posterior).update(
+        n_steps=int(attrs["n_steps"]),
+        **{key: summary[key].values for key in ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")},
+    )
+    return posterior

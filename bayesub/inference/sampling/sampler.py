@@ -1,0 +1,365 @@
+"""Sample a posterior until independent ensembles agree, and keep what has been sampled."""
+
+import hashlib
+import importlib.metadata
+import time
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import emcee
+import numpy as np
+import threadpoolctl
+
+from bayesub.inference.baselines import posterior_mode
+from bayesub.inference.interface import InferenceProblem, Progress
+from bayesub.inference.sampling import checkpoint as store
+from bayesub.inference.sampling import histories
+from bayesub.inference.sampling.effort import jacobian_price
+from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.histories import HistoryGeometry, HistorySurrogate
+from bayesub.inference.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
+from bayesub.inference.sampling.posterior import STANDARD, Criteria, Posterior
+from bayesub.inference.sampling.surrogate import Surrogate, learn
+from bayesub.io.errors import InputError
+from bayesub.io.interrupts import deferred
+
+N_WALKERS = 16
+PCN_STEPS, PCN_SHARE = (0.2, 0.5, 1.0), 0.02
+START_STEPS, START_SWEEPS = (0.1, 0.2, 0.4, 0.8), 50  # of Crank-Nicolson, before a walker starts
+DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
+LOOK = 100  # kept steps before the first look at convergence
+SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
+WARMUP = 0.1  # fraction of the steps so far that is discarded
+BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
+STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
+FORMAT = 6  # of checkpoints; those of a former one lack what this one counts, and are refused
+_SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
+
+
+@threadpoolctl.threadpool_limits.wrap(1, "blas")
+@np.errstate(over="ignore", invalid="ignore")  # far out densities overflow, and what is proposed there is refused
+def sample(
+    problem: InferenceProblem,
+    *,
+    rng: np.random.Generator,
+    n_ensembles: int = 4,
+    n_walkers: int | None = None,
+    max_steps: int = 20_000,
+    criteria: Criteria = STANDARD,
+    checkpoint: str | Path | None = None,
+    progress: Progress | None = None,
+    examine: Callable[[np.ndarray], None] | None = None,
+) -> Posterior:
+    """Sample the posterior of a problem with emcee.
+
+    All ensembles live in one emcee sampler, so that a step is one vectorised call, but no move lets one see another.
+    They start over-dispersed around the mode. At every look the first tenth is discarded as warm-up and the rest
+    judged; sampling stops when every parameter meets the criteria, at `max_steps`, or where it makes no progress
+    (:meth:`bayesub.inference.sampling.posterior.Posterior.stuck`), and then the result says which do not.
+
+    Parameters
+    ----------
+    problem : :class:`bayesub.problem.problem.Problem`, :class:`bayesub.problem.joint.JointProblem` or anything else
+        with the interface
+    rng : source of all random numbers
+    n_ensembles : independent ensembles, four or more for R-hat
+    n_walkers : of each ensemble, 16 by default; they do not see each other
+    max_steps : of each ensemble
+    criteria : of convergence
+    checkpoint : folder to continue from if it holds this very run, and to save to every ten seconds; with it, Ctrl-C
+        lets the step in hand be finished and saved, and a second Ctrl-C does not
+    progress : object with ``update(done, total, unit, note)``, or None
+    examine : called with the posterior mode (n_params,) before the first step, and may raise; not by a run that is
+        resumed, and not where forces have unknown histories, which follow the readings before they are sampled
+
+    Raises
+    ------
+    InputError : for numbers of walkers that cannot be, a checkpoint of another run, or a problem without a mode
+    """
+    n_walkers = N_WALKERS if n_walkers is None else n_walkers
+    if n_ensembles < 1 or n_walkers < 2:
+        raise InputError(
+            f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}",
+            "value",
+            "n_ensembles" if n_ensembles < 1 else "n_walkers",
+        )
+    with store.opened(checkpoint) as saved:
+        run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine)
+        with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
+            while True:
+                if run.n_kept and (run.n_kept * run.thin >= max_steps or run.n_kept in _looks(run.n_kept)):
+                    posterior = run.posterior(criteria)
+                    if progress is not None:
+                        progress.update(*_pace(posterior, max_steps))
+                    if run.n_kept * run.thin >= max_steps or posterior.converged or posterior.stuck(max_steps):
+                        return posterior
+                look = next(k for k in _looks() if k > run.n_kept)
+                run.advance(min(look, -(-max_steps // run.thin)), interrupted)
+
+
+class _Run:
+    """The steps so far, and what the next one needs; a new run, or one continued from a checkpoint."""
+
+    def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress, examine=None):
+        self.problem, self.n_ensembles, self.saved = problem, n_ensembles, saved
+        settings = _settings(problem, rng, n_ensembles, n_walkers)
+        self._mark()
+        content = None if saved is None else saved.load(settings)
+        if content is None:
+            before, starts, moves = rng.spawn(3)
+            self.geometry, surrogate, draws = straightened(problem, before, progress, examine)
+            n = n_ensembles * n_walkers
+            level = _level(problem, self.geometry, surrogate, draws[:n], starts)
+            coords, log_prob = _starts(problem, self.geometry, surrogate, draws, starts, n)
+            price = jacobian_price(problem, _centre(problem, self.geometry))
+            # emcee has no other generator than the legacy one; its bits come from ours.
+            random_state = np.random.RandomState(np.random.MT19937(moves.bit_generator.seed_seq)).get_state()
+            self.state = self._charged(store.State(coords, log_prob, random_state, jacobian_price=price))
+            self.blocks = []
+            if saved is not None:
+                arrays = self.geometry.arrays() | surrogate.arrays() | {"level": np.array(level)}
+                saved.begin(settings, arrays, self.state)
+        else:
+            arrays, self.state, self.blocks = content
+            self.geometry, surrogate = _restored(problem, arrays)
+            level = float(arrays["level"])
+            if self.blocks:
+                self.state = self.blocks[-1].state
+            self._check()
+            self._mark()
+        self._parameters = None  # of the walkers, if they cost a simulation
+        if problem_histories(problem):
+            last = self.blocks[-1].chain[-1] if self.blocks else None
+            self._parameters = self.geometry.evaluated(problem, self.state.coords)[1] if last is None else last
+        self.thin = -(-self.state.coords.nbytes // STEP_BYTES)
+        self.sampler = emcee.EnsembleSampler(
+            n_ensembles * n_walkers,
+            problem.n_params,
+            self._evaluated,
+            moves=[
+                (SurrogateTransition(surrogate.log_prob, *surrogate.walks(), level), 1.0 - PCN_SHARE),
+                (LaplacePCN(PCN_STEPS), PCN_SHARE),
+            ],
+            vectorize=True,
+        )
+
+    def _evaluated(self, y):
+        """Log densities (n,) of walkers, and beside them their parameters if these cost a simulation."""
+        if self._parameters is None:
+            return self.geometry.log_prob(self.problem, y)
+        return np.column_stack(self.geometry.evaluated(self.problem, y))
+
+    @property
+    def n_kept(self) -> int:
+        return sum(len(block.chain) for block in self.blocks)
+
+    def advance(self, n_kept: int, interrupted) -> None:
+        """Sample until `n_kept` steps are kept, block by block; KeyboardInterrupt after the block in hand."""
+        while self.n_kept < n_kept:
+            block = self._block(n_kept - self.n_kept, interrupted)
+            self.blocks.append(block)
+            self.state = block.state
+            if self.saved is not None:
+                self.saved.append(block)
+            if interrupted():
+                raise KeyboardInterrupt
+
+    def _block(self, n_kept, interrupted) -> store.Block:
+        """At most `n_kept` further kept steps; fewer when the time of a block is over."""
+        began = time.perf_counter()
+        state = emcee.State(
+            self.state.coords,
+            log_prob=self.state.log_prob,
+            blobs=self._parameters,
+            random_state=self.state.random_state,
+        )
+        self.sampler.reset()
+        steps = self.sampler.sample(state, iterations=n_kept, thin_by=self.thin, skip_initial_state_check=True)
+        for _ in steps:
+            if interrupted() or time.perf_counter() - began > BLOCK_SECONDS:
+                break
+        after = self.sampler.get_last_sample()
+        if self._parameters is None:
+            coords = self.sampler.get_chain()
+            parameters = self.geometry.parameters(coords.reshape(-1, coords.shape[-1])).reshape(coords.shape)
+        else:
+            parameters = self.sampler.get_blobs()
+            self._parameters = parameters[-1].copy()
+        state = replace(
+            self.state,
+            coords=after.coords.copy(),
+            log_prob=after.log_prob.copy(),
+            random_state=after.random_state,
+            accepted=self.state.accepted + int(self.sampler.backend.accepted.sum()),
+        )
+        return store.Block(parameters, self.sampler.get_log_prob(), self._charged(state))
+
+    def posterior(self, criteria: Criteria) -> Posterior:
+        """What the steps so far say."""
+        if len(self.blocks) > 1:
+            chain, log_prob = (np.concatenate([getattr(b, key) for b in self.blocks]) for key in ("chain", "log_prob"))
+            self.blocks = [store.Block(chain, log_prob, self.state)]
+        (whole,) = self.blocks
+        n_warmup = int(WARMUP * self.n_kept)
+        return Posterior(
+            names=self.problem.names,
+            chain=_by_ensemble(whole.chain[n_warmup:], self.n_ensembles),
+            log_prob=_by_ensemble(whole.log_prob[n_warmup:], self.n_ensembles),
+            prior_mean=self.problem.prior.mean,
+            prior_sd=self.problem.prior.sd,
+            n_warmup=n_warmup * self.thin,
+            acceptance=self.state.accepted / whole.log_prob.size,
+            evaluations=self.state.evaluations,
+            seconds=self.state.seconds,
+            failures=self.state.failures,
+            jacobians=self.state.jacobians,
+            jacobian_price=self.state.jacobian_price,
+            simulation_seconds=self.state.simulation_seconds,
+            criteria=criteria,
+            thin=self.thin,
+        )
+
+    def _mark(self):
+        """Count costs from here."""
+        costs = self.problem.costs
+        self.marked = time.perf_counter(), costs.simulations, costs.jacobians, dict(costs.failures), costs.seconds
+
+    def _charged(self, state) -> store.State:
+        """The state with what has been spent since the last mark."""
+        began, simulations, jacobians, failures, simulating = self.marked
+        self._mark()
+        ended, all_simulations, all_jacobians, all_failures, all_simulating = self.marked
+        return replace(
+            state,
+            seconds=state.seconds + ended - began,
+            evaluations=state.evaluations + all_simulations - simulations,
+            jacobians=state.jacobians + all_jacobians - jacobians,
+            failures={k: state.failures.get(k, 0) + all_failures[k] - failures[k] for k in all_failures},
+            simulation_seconds=state.simulation_seconds + all_simulating - simulating,
+        )
+
+    def _check(self):
+        """InputError if the log posterior of the walkers is not what it was when they were saved."""
+        log_prob = self.geometry.log_prob(self.problem, self.state.coords)
+        if not np.allclose(log_prob, self.state.log_prob, rtol=1e-9, atol=_SAME):
+            raise InputError(
+                f"{self.saved.folder}: cannot be resumed: was made by another problem, whose log posterior differs; "
+                "remove it to start afresh",
+                "state",
+                "checkpoint",
+            )
+
+
+@threadpoolctl.threadpool_limits.wrap(1, "blas")
+def straightened(
+    problem, rng: np.random.Generator, progress=None, examine=None
+) -> tuple[Geometry, Surrogate, np.ndarray]:
+    """Sampling coordinates, whitened at the mode and straightened, a surrogate of the posterior, and draws of that."""
+    if progress is not None:
+        progress.update(0, 1, note="posterior mode")
+    searches, surrogates = rng.spawn(2)
+    smooth = problem.smoothed(SMOOTH)
+    if problem_histories(problem):
+        return histories.straightened(*histories.searched(problem, smooth, searches), surrogates, progress)
+    mode = posterior_mode(problem, rng=searches).values
+    if examine is not None:
+        examine(mode)
+    geometry = Geometry.whitened(smooth, mode)
+    surrogate, draws = learn(smooth, geometry, surrogates, progress)
+    return geometry, surrogate, draws
+
+
+def problem_histories(problem) -> tuple:
+    """The histories of a problem; most have none."""
+    return getattr(problem, "histories", ())
+
+
+def _centre(problem, geometry) -> np.ndarray:
+    """(n_all,) parameters at the mode."""
+    if problem_histories(problem):
+        return geometry.collapsed.centre
+    return problem.prior.unscaled(geometry.mode)
+
+
+def _restored(problem, arrays):
+    """Geometry and surrogate of a checkpoint."""
+    if problem_histories(problem):
+        geometry = HistoryGeometry.restored(problem.smoothed(SMOOTH), arrays)
+        return geometry, HistorySurrogate(Surrogate.restored(geometry.geometry, arrays))
+    geometry = Geometry.restored(problem.prior, arrays)
+    return geometry, Surrogate.restored(geometry, arrays)
+
+
+def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
+    """What a run must have in common with the one it continues."""
+    prior = hashlib.sha256(problem.prior.mean.tobytes() + problem.prior.sd.tobytes()).hexdigest()[:12]
+    seed = hashlib.sha256(repr(rng.bit_generator.state).encode()).hexdigest()[:12]
+    return {
+        "parameters": ", ".join(problem.names),
+        "n_ensembles": n_ensembles,
+        "n_walkers": n_walkers,
+        "prior": prior,
+        "seed": seed,
+        "checkpoint format": FORMAT,
+        **{f"{name} version": importlib.metadata.version(name) for name in ("bayesub", "emcee", "numpy")},
+    }
+
+
+def _starts(problem, geometry, surrogate, draws, rng, n):
+    """Starts (n, n_params) with a finite log posterior, and that (n,): draws of the surrogate, over-dispersed."""
+    of_others = getattr(surrogate, "surrogate", surrogate)
+    density = partial(of_others.log_prob, temperature=DISPERSION**2)
+    starts, log_prob = np.empty((0, problem.n_params)), np.empty(0)
+    y = draws[rng.permutation(len(draws))[: 2 * n]]
+    for _ in range(100):
+        y, *_ = crank_nicolson(
+            density, y, density(y), rng, steps=START_STEPS, n_sweeps=START_SWEEPS, blocks=geometry.blocks
+        )
+        candidates = _with_histories(problem, y[rng.permutation(len(y))[:n]], rng)
+        densities = geometry.log_prob(problem, candidates)
+        finite = np.isfinite(densities)
+        starts, log_prob = np.concatenate([starts, candidates[finite]]), np.concatenate([log_prob, densities[finite]])
+        if len(starts) >= n:
+            return starts[:n], log_prob[:n]
+    raise InputError("nearly every simulation around the posterior mode fails; narrow the prior", "model", "prior")
+
+
+def _level(problem, geometry, surrogate, draws, rng) -> float:
+    """What the log posterior is above the log density of the surrogate, for most draws (n, n_others) of that."""
+    y = _with_histories(problem, draws, rng)
+    log_prob = geometry.log_prob(problem, y)
+    known = np.isfinite(log_prob)
+    return float(np.median((log_prob - surrogate.log_prob(y))[known])) if known.any() else 0.0
+
+
+def _with_histories(problem, others, rng) -> np.ndarray:
+    """Sampling coordinates (n, n_params) of the others; histories are where they are likely, given these."""
+    n_white = problem.n_params - others.shape[1]
+    return np.hstack([others, rng.standard_normal((len(others), n_white))])
+
+
+def _looks(up_to: int | None = None) -> Iterator[int]:
+    """The numbers of kept steps at which convergence is judged: every 100 at first, then every tenth of the chain."""
+    look = LOOK
+    while up_to is None or look <= up_to:
+        yield look
+        look = LOOK * max(look // LOOK + 1, int(np.ceil(1.1 * look / LOOK)))
+
+
+def _by_ensemble(steps, n_ensembles):
+    """Steps (n_steps, n_all_walkers, ...) as (n_ensembles, n_steps, n_walkers, ...)."""
+    return np.moveaxis(steps.reshape(len(steps), n_ensembles, -1, *steps.shape[2:]), 1, 0)
+
+
+def _pace(posterior, max_steps) -> tuple[float, float, str, str]:
+    """Steps so far, how many are needed by the criterion of length, their unit, and a note."""
+    n_steps, done = posterior.n_steps, posterior.n_warmup + posterior.n_steps
+    note = f"acceptance {posterior.acceptance:.0%}"
+    if posterior.chain.shape[1] < 50:
+        return done, max_steps, "steps", note
+    longest = posterior.tau.max()
+    needed = int(np.ceil(posterior.criteria.taus * longest * done / n_steps))
+    return done, min(max(needed, done + 1), max_steps), "steps", f"{note}, longest tau {longest:.0f}"

@@ -1,0 +1,333 @@
+"""A surrogate of the posterior density that costs far less than a simulation.
+
+In whitened coordinates z (the table of :mod:`bayesub.inference.sampling`) the residuals are emulated by a polynomial
+(:mod:`bayesub.inference.sampling.polynomial`), fitted by least squares to simulations at draws from near the posterior.
+With the misfit of the fit as additional noise (Kaipio & Somersalo 2007) the k emulated residuals r are standard normal,
+but for the emulator's own errors, which are larger in the tails: it is where the surrogate is too low that walkers are
+held. The misfit is therefore taken twice, and their density is that of a t distribution of nu = 30 + k degrees of
+freedom,
+
+    log S = log prior - power (nu + k) / 2 log(1 + q / nu),    q = |r|^2 - |r_mode|^2,
+
+continued by its tangent below q = 0. The power is just below one (:meth:`Surrogate.temper`). (At the mode the residuals
+balance the pull of the prior. Where prior and data disagree they are large, and without r_mode all of the posterior
+would lie in the tails.)
+
+The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
+where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread. In the end a
+richer polynomial, with more active directions and products of four, is fitted to draws of the last round. All draws
+that it is fitted to are such at twice the variance of the readings, so that it holds in the tails as well: fitted to
+draws of the posterior it is better in the middle, and walkers are held where it is too low.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache, partial
+
+import numba
+import numpy as np
+from scipy import linalg
+
+from bayesub.inference.interface import InferenceProblem, Progress
+from bayesub.inference.sampling.flights import bounced, log_densities, turned, with_gradients
+from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.polynomial import PLAIN, RICH, Polynomials, fitted, n_features
+
+TURNS, KICKS = (1.2, 1.6, 2.0), 4  # of the flights on it, about a quarter of a turn long
+_SHORT_TURNS = (0.3, 0.9, 1.6)  # before it is straight, where short ones get on where long ones are refused
+_DRAWS, _BENDING = 2, 3  # draws for each feature of a polynomial, to which the surrogate and the bends are fitted
+_MORE = 300  # draws besides
+_WALKERS = 512  # which find the draws
+LEAPS = (0.1, 0.15, 0.2), 48  # of the flights between walls, angles and number
+_PACES, _MOVING, _SCOUTS = (1.0, 0.5, 0.25, 0.125), 0.6, 64  # shorter ones until most flights of some walkers lead away
+_FLIGHTS, _BOUNCING = 4, 1  # flights before each simulation, without walls and between them
+_NEAR_TURNS, _NEAR_LEAPS = (0.05, 0.2, 0.5), ((0.02, 0.1), 3)  # of one flight that does not lead far
+_FLYING = 0.5  # acceptance on the surrogate below which flights end outside bounds too often
+_ROUNDS, _MAX_ROUNDS = 2, 12
+_STEADY = 1.2  # change of the draws' spread in one coordinate while they walk on, below which rounds may end
+_REFINEMENTS, _JUDGED = 6, 256  # times that the surrogate is fitted in the end, and draws of it that are simulated then
+_GOOD, _BETTER = 0.8, 0.02  # acceptance of these that is good enough, and the rise with which refining goes on
+_LEAST_POWER = 0.5  # of the emulated likelihood
+_HOT = 2.0  # temperature of the draws that the surrogate is fitted to
+_LONG, _LONG_BOUNCING = 4, 1  # flights of a walk, without walls and between them
+_STOPS, _MAX_WALKS = 3, 6  # walks that show how the sheet bends; as often until walkers spread no further
+_FREEDOM = (30.0, 1.0)  # degrees of freedom, and those for each emulated residual
+_DOUBTED = 2.0  # variance of the misfit that is taken for noise, over that where the surrogate is fitted
+_SPAN, _WORTH = 0.03, 0.03  # posterior sd; directions of the residuals that vary, or bend, less are left out
+_SPANNING = 300  # simulations that show which
+_BATCH = 512
+_FEW, _PARTS = 32, 8  # walkers that one thread moves together, at least, and into how many parts at most
+
+
+class Surrogate:
+    """Emulated posterior density.
+
+    Attributes
+    ----------
+    geometry : its whitening and active directions stay as they are; its bends may change later
+    polynomials : of the k emulated residuals
+    flies : whether flights on it are worth their gradients; bounds stop them
+    power : of the emulated likelihood, with which it is nearest to that of the posterior
+    """
+
+    def __init__(self, geometry: Geometry, polynomials: Polynomials, *, flies: bool = True, power: float = 1.0):
+        self.geometry, self.polynomials = geometry, polynomials
+        self.flies, self.power = flies, power
+        self._basis, self._prior = np.ascontiguousarray(geometry.basis), geometry.prior.scaled_form()
+
+    @property
+    def walled(self) -> bool:
+        """Whether its density ends somewhere."""
+        return self.geometry.blocks > 0.0
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What it consists of besides its geometry, to be stored."""
+        polynomials = {f"surrogate_{key}": part for key, part in self.polynomials.arrays().items()}
+        return polynomials | {"flies": np.array(self.flies), "power": np.array(self.power)}
+
+    @classmethod
+    def restored(cls, geometry: Geometry, arrays: dict[str, np.ndarray]) -> "Surrogate":
+        """The surrogate that :meth:`arrays` describe, bit for bit."""
+        polynomials = Polynomials.restored({key.removeprefix("surrogate_"): part for key, part in arrays.items()})
+        return cls(geometry, polynomials, flies=bool(arrays["flies"]), power=float(arrays["power"]))
+
+    def packed(self, temperature: float = 1.0) -> tuple[tuple, tuple]:
+        """Surrogate and prior for what is compiled, with the likelihood to the power 1 / temperature."""
+        geometry, n_degrees = self.geometry, _FREEDOM[0] + _FREEDOM[1] * self.polynomials.linear.shape[1]
+        parts = (geometry.mode, self._basis, *geometry.packed, self.polynomials, self.power / temperature, n_degrees)
+        return parts, self._prior
+
+    def log_prob(self, y, temperature: float = 1.0) -> np.ndarray:
+        """(n,) log densities at sampling coordinates y (n, n_params), the likelihood to the power 1 / temperature."""
+        return log_densities(y, *self.packed(temperature))
+
+    def with_gradient(self, y, temperature: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """:meth:`log_prob`, and its gradient (n, n_params) within the support of the prior."""
+        return with_gradients(y, *self.packed(temperature))
+
+    def temper(self, y, log_prob) -> None:
+        """Set the power by places y (n, n_params) of walkers in the posterior and its log densities (n,) there.
+
+        The emulator's errors add to the squares of the residuals, which therefore differ more from place to place than
+        those of the simulation do: the regression of these on those has a slope below one.
+        """
+        known = np.isfinite(log_prob)
+        log_prior = self.geometry.log_prior(y[known])
+        ours, simulated = (self.log_prob(y[known]) - log_prior) / self.power, log_prob[known] - log_prior
+        covariance = np.cov(ours, simulated)
+        self.power = float(np.clip(covariance[0, 1] / covariance[0, 0], _LEAST_POWER, 1.0))
+
+    def walks(self) -> tuple[Callable, list[Callable]]:
+        """A short walk on it, and long ones.
+
+        Each takes coordinates y (n, n_params), a source of random numbers, and which of them walk (n,). From a corner
+        between walls only those lead away that bounce.
+        """
+        short = partial(_walked, self, bounces=self.walled, length=1, turns=_NEAR_TURNS, leaps=_NEAR_LEAPS)
+        bouncing = [partial(_walked, self, bounces=True, length=_BOUNCING)] * self.walled
+        flying = [partial(_walked, self, bounces=False, length=_FLIGHTS)] * (self.flies or not self.walled)
+        return short, bouncing + flying
+
+
+class _Simulations:
+    """Residuals where they have been simulated, of the directions in which they vary.
+
+    Attributes
+    ----------
+    span : (k, n_readings) these directions, orthonormal
+    z : list of (n, n_params) places, one for each batch
+    changes : list of (n, k) residuals less those at the mode
+    """
+
+    def __init__(self, problem: InferenceProblem, geometry: Geometry):
+        self.problem, self.geometry = problem, geometry
+        self._mode = geometry.prior.unscaled(geometry.mode)
+        (self.at_mode,), _ = problem.misfit_about(self._mode, self._mode[None])
+        self.span, self.z, self.changes = None, [], []
+
+    @property
+    def n(self) -> int:
+        """Their number."""
+        return sum(map(len, self.z))
+
+    def add(self, y) -> None:
+        """Simulate at y (n, n_params), in batches. What fails or lies outside of bounds is left out."""
+        z = self.geometry.bent(y)
+        x = self.geometry.scaled(z)
+        inside = np.isfinite(self.geometry.prior.scaled_log_density(x))
+        z, parameters = z[inside], self.geometry.prior.unscaled(x[inside])
+        for first in range(0, len(z), _BATCH):
+            some = slice(first, first + _BATCH)
+            residuals, _ = self.problem.misfit_about(self._mode, parameters[some])
+            changes = residuals - self.at_mode
+            done = np.isfinite(changes).all(axis=1)
+            if not done.all():
+                changes = changes[done]
+            if self.span is None:
+                self.span = _span(changes[:_SPANNING])
+            self.z.append(z[some][done])
+            self.changes.append(changes @ self.span.T)
+
+    def surrogate(self, active, degrees=PLAIN) -> "Surrogate":
+        """The surrogate that is fitted to all of them."""
+        z, changes, unit = np.concatenate(self.z), np.concatenate(self.changes), np.eye(len(self.span))
+        polynomials, misfit = fitted(z, active, changes, _WORTH, unit=unit, degrees=degrees)
+        noise = unit + _DOUBTED * misfit.T @ misfit / max(len(z) - n_features(*active.shape, degrees), 1)
+        polynomials.linear[0] += self.span @ self.at_mode
+        whitened = polynomials.mixed(linalg.inv(np.linalg.cholesky(noise)).T)
+        return Surrogate(self.geometry, whitened)
+
+
+def _span(changes):
+    """(k, n_readings) orthonormal directions along which changes (n, n_readings) of the residuals vary."""
+    squares, members = np.linalg.eigh(changes @ changes.T)
+    seen = squares > _SPAN**2 * len(changes)
+    return (members[:, seen] / np.sqrt(squares[seen])).T @ changes
+
+
+def learn(
+    problem: InferenceProblem, geometry: Geometry, rng: np.random.Generator, progress: Progress | None = None
+) -> tuple[Surrogate, np.ndarray]:
+    """Find the active directions, straighten the geometry and fit a surrogate.
+
+    Parameters
+    ----------
+    problem : to be emulated
+    geometry : whitened at the mode of the problem; it is straightened in place
+    rng : source of all random numbers
+    progress : object with ``update(done, total, unit, note)``, or None
+
+    Returns
+    -------
+    The surrogate, and draws of it (n, n_params) in sampling coordinates.
+    """
+    geometry.find_active(problem, rng)
+    n_terms = n_features(*geometry.active.shape)
+    n_fitted, n_bent = _DRAWS * n_terms + _MORE, _BENDING * n_terms + _MORE
+    y = geometry.draws(rng, n_fitted)
+    for n in range(_MAX_ROUNDS):
+        if progress is not None:
+            progress.update(n, n + _ROUNDS, "rounds", "surrogate")
+        seen = _Simulations(problem, geometry)
+        seen.add(y[-n_fitted:])
+        surrogate = seen.surrogate(geometry.active)
+        y, change = _straightened(surrogate, y, n_bent, n_fitted, _HOT, rng)
+        if n + 1 >= _ROUNDS and change < _STEADY:
+            break
+    y, _ = _straightened(surrogate, y, n_bent, _WALKERS, 1.0, rng)
+    return _refined(problem, surrogate, y, rng, seen)
+
+
+def _refined(problem, surrogate, y, rng, seen):
+    """A richer surrogate from draws y (n, n_params) of a plain one and what was `seen` to fit that, and draws of it.
+
+    It is fitted to draws of the one before at a higher temperature besides, and again to as many more, until enough of
+    its own draws would be accepted, proposed one after another, or no more than before.
+    """
+    geometry, best = surrogate.geometry, 0.0
+    active = geometry.finely_active()
+    n_wanted = _DRAWS * n_features(*active.shape, RICH) + _MORE
+    for k in range(1, _REFINEMENTS + 1):
+        n_stops = max(-(-(k * n_wanted - seen.n) // len(y)), 1)
+        _, *stops = _wandered(surrogate, y, 1 + n_stops, _HOT, rng)
+        seen.add(np.concatenate(stops))
+        surrogate = seen.surrogate(active, RICH)
+        surrogate.flies = bool(np.mean(_walked(surrogate, y, rng, bounces=False, length=1)[2]) > _FLYING)
+        *_, y = _wandered(surrogate, y, 2, 1.0, rng)
+        density = geometry.log_prob(problem, y[:_JUDGED])
+        surrogate.temper(y[:_JUDGED], density)
+        known = np.isfinite(density)
+        weights = density[known] - surrogate.log_prob(y[:_JUDGED][known])
+        accepted = np.sum(np.exp(np.minimum(rng.permutation(weights) - weights, 0.0))) / len(known)
+        if accepted > _GOOD or accepted < best + _BETTER:
+            break
+        best = accepted
+    return surrogate, y
+
+
+def _walked(surrogate, y, random, taken=None, *, bounces, length, temperature=1.0, turns=TURNS, leaps=LEAPS):
+    """Where walkers y (n, n_params) are after flights; log densities there; the fraction accepted (n,).
+
+    Of those that are `taken` (n,), by default all. A few at a time in each thread, with random numbers of their own, so
+    that the number of threads changes nothing, nor does which others are taken.
+    """
+    n_parts = min(-(-len(y) // _FEW), _PARTS)
+    streams = np.random.SeedSequence(int.from_bytes(random.bytes(16))).spawn(n_parts)
+    target, (steps, n_leaps) = surrogate.packed(temperature), leaps
+    taken = np.ones(len(y), dtype=bool) if taken is None else taken
+
+    def walked(few, chosen, stream):
+        rng, each = np.random.default_rng(stream), (length, len(few))
+        momenta = rng.standard_normal((*each, few.shape[1]))[:, chosen]
+        if not bounces:
+            angles, thresholds = rng.choice(turns, each) / KICKS, np.log(rng.random(each))
+            return turned(few[chosen], angles[:, chosen], momenta, thresholds[:, chosen], KICKS, *target)
+        thresholds = np.log(rng.random((length, n_leaps, len(few))))[..., chosen]
+        before = rng.integers(n_leaps + 1, size=each)[:, chosen]  # leaps of the trajectory that lead to the start
+        return bounced(few[chosen], rng.choice(steps, each)[:, chosen], momenta, before, thresholds, *target)
+
+    parts = np.array_split(y, n_parts), np.array_split(taken, n_parts), streams
+    ends = list(_threads(numba.get_num_threads()).map(walked, *parts))
+    return tuple(np.concatenate(parts) for parts in zip(*ends, strict=True))
+
+
+@cache
+def _threads(n):
+    """So many threads, that wait for one walk after another."""
+    return ThreadPoolExecutor(n, "walks")
+
+
+os.register_at_fork(after_in_child=_threads.cache_clear)  # where there are no threads
+
+
+def _straightened(surrogate, y, n_bent, n_draws, temperature, rng):
+    """Draws of a surrogate at a temperature from draws y (n, n_params) of another, in coordinates straightened by them.
+
+    The last of `y` walk on until they spread or shrink no further, and then until they have left `n_bent` draws, to
+    which the bends are fitted. From there they leave `n_draws` more, which are returned.
+
+    And by how much the first of these draws differ in spread from y.
+    """
+    geometry, changes = surrogate.geometry, []
+    for _ in range(_MAX_WALKS):
+        reached = np.concatenate(_wandered(surrogate, y[-_WALKERS:], _STOPS, temperature, rng))
+        changes.append(_change(y, reached))
+        y = reached
+        if changes[-1] < _STEADY:
+            break
+    n_stops = max(n_bent - len(y), 0) // _WALKERS
+    z = geometry.bent(np.concatenate([y, *_wandered(surrogate, y[-_WALKERS:], n_stops, temperature, rng)]))
+    geometry.straighten(z)
+    y = geometry.straightened(z[-_WALKERS:])
+    return np.concatenate(_wandered(surrogate, y, -(-n_draws // _WALKERS), temperature, rng)), changes[0]
+
+
+def _change(before, after):
+    """Ratio of spreads of walkers (n, n_params), of the coordinate in which they have grown or shrunk most."""
+    ratios = np.log(np.std(after, axis=0) / np.std(before, axis=0))
+    return np.exp(np.max(np.abs(ratios)))
+
+
+def _wandered(surrogate, y, n_stops, temperature, rng):
+    """Where walkers y (n, n_params) stop after each of some walks on a surrogate at a temperature: (n, n_params)."""
+    bounces, stops = surrogate.walled, []
+    walk = partial(_walked, surrogate, bounces=bounces, temperature=temperature, turns=_SHORT_TURNS)
+    length, leaps = (_LONG_BOUNCING, _even_leaps(walk, y[:_SCOUTS], rng)) if bounces else (_LONG, LEAPS)
+    for _ in range(n_stops):
+        y, _, _ = walk(y, rng, length=length, leaps=leaps)
+        stops.append(y)
+    return stops
+
+
+def _even_leaps(walk, scouts, rng):
+    """The longest leaps with which most flights of scouts (n, n_params) lead away.
+
+    Before the surrogate is straight, long ones lead so far out of the walls that its polynomials explode.
+    """
+    angles, n_leaps = LEAPS
+    for pace in _PACES:
+        leaps = tuple(pace * angle for angle in angles), n_leaps
+        if np.mean(walk(scouts, rng, length=1, leaps=leaps)[2]) > _MOVING:
+            break
+    return leaps

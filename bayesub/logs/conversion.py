@@ -1,0 +1,264 @@
+"""From the signals of a vehicle's log to the columns of ours, by a map."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import units
+from bayesub.io.errors import InputError, nearest
+from bayesub.logs import log_files
+from bayesub.logs.log_map import ColumnSection, LogMap
+from bayesub.logs.readers.signals import Signal, VehicleLog
+
+BACKWARDS_S = 1.0  # a clock that goes back by more was set; by less, messages overtook one another
+TICK_S = 1e-6  # resolution of the times that are written
+HOLD_S = 1e-3  # an order that is held changes within this time
+REPEAT_S = 0.5  # and is written this often at least, so that the pauses of others are none of its own
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column before it is written.
+
+    Attributes
+    ----------
+    times : ndarray (n,)
+        Seconds of the file's clock, ascending.
+    values : ndarray (n,)
+        In the unit of the column.
+    section : ColumnSection
+        How it was made.
+    remarks : tuple of str
+        What was left out.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+    section: ColumnSection
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """A converted log.
+
+    Attributes
+    ----------
+    zero : float
+        Time of the file's clock that became 0 s.
+    times : ndarray (n,)
+        Seconds from zero.
+    columns : dict of str to ndarray (n,)
+        Column -> cells in its unit; not a number where there is none.
+    sources : dict of str to str
+        Column -> signal.
+    remarks : tuple of str
+        What was left out, column by column.
+    """
+
+    zero: float
+    times: np.ndarray
+    columns: dict[str, np.ndarray]
+    sources: dict[str, str]
+    remarks: tuple[str, ...]
+
+    def save(self, path: Path) -> None:
+        """Write the log as CSV (:func:`bayesub.logs.log_files.write_log`)."""
+        shorts = {name: log_files.COLUMNS.get(name, (name,))[0] for name in self.columns}
+        cells = {shorts[name]: values * log_files.si_factor(name) for name, values in self.columns.items()}
+        log_files.write_log(path, {"time": self.times} | cells)
+
+
+def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
+    """Make the columns that a map asks for, each reading at its own time.
+
+    Parameters
+    ----------
+    log : VehicleLog
+        What the vehicle wrote.
+    log_map : LogMap
+        Which signal becomes which column.
+    source : Path
+        The map file, for messages.
+
+    Raises
+    ------
+    InputError
+        For a signal that the log does not have, units that do not fit, a clock that was set, and columns without a
+        time in common.
+    """
+    columns = {}
+    for name, section in log_map.columns.items():
+        where = f"{source}: key 'columns.{name}"
+        if section.signal not in log.signals:
+            if section.optional:
+                continue
+            suggestion = nearest(section.signal, log.signals) or f"; it has {_few(log.signals)}"
+            raise InputError(
+                f"{where}.signal': {log.path} has no signal '{section.signal}'{suggestion}",
+                "unknown",
+                f"columns.{name}.signal",
+            )
+        columns[name] = _column(name, section, log.signals[section.signal], f"{where}': ", log.path)
+    if not columns:
+        raise InputError(
+            f"{source}: {log.path} has none of the signals of this map; it has {_few(log.signals)}",
+            "unknown",
+            "columns",
+        )
+    zero = log_map.time.zero
+    zero = min(column.times[0] for column in columns.values()) if zero == "first" else zero
+    parts = {name: _trim(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
+    _check_overlap(parts, zero, log.path)
+    times, cells = _rows(parts)
+    sources = {name: column.section.signal for name, column in parts.items()}
+    remarks = tuple(f"{name}: {remark}" for name, column in parts.items() for remark in column.remarks)
+    return Conversion(zero, times, cells, sources, remarks)
+
+
+def _few(signals) -> str:
+    names = sorted(signals)
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more (bayesub convert --list)" if len(names) > 6 else "")
+
+
+def _column(name: str, section: ColumnSection, signal: Signal, where: str, path: Path) -> Column:
+    """The readings of a column: sorted in time, real numbers only, in the unit of the column."""
+    remarks = []
+    times, values = signal.times - section.delay_s, signal.values
+    usable = np.isfinite(times) & np.isfinite(values)
+    if n := np.count_nonzero(~usable):
+        remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not numbers and left out")
+    if section.valid is not None:
+        inside = (values >= section.valid[0]) & (values <= section.valid[1])
+        if n := np.count_nonzero(usable & ~inside):
+            remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not valid and left out")
+        usable &= inside
+    times, values = times[usable], values[usable]
+    if not len(times):
+        raise InputError(
+            f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid",
+            "data",
+            f"columns.{name}",
+        )
+    times, values = _in_order(times, values, section, remarks, path)
+    if section.interval_s is not None:
+        _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
+        times, values = times[first], values[first]
+    return Column(times, _in_unit(name, section, signal.unit, values, where), section, tuple(remarks))
+
+
+def _in_order(times, values, section, remarks, path) -> tuple[np.ndarray, np.ndarray]:
+    """Readings by ascending time without repeated stamps; InputError for a clock that was set."""
+    steps = np.diff(times)
+    back = np.flatnonzero(steps < -BACKWARDS_S)
+    if back.size:
+        before, after = times[back[0]], times[back[0] + 1]
+        raise InputError(
+            f"{path}: the time stamps of '{section.signal}' go back from {before:.12g} to {after:.12g} s: its clock "
+            "was set; cut the file there, or take a signal with another clock",
+            "data",
+            section.signal,
+        )
+    if n := np.count_nonzero(steps < 0):
+        remarks.append(f"{n} stamps of '{section.signal}' were out of order and are sorted")
+    order = np.argsort(times, kind="stable")
+    times, values = times[order], values[order]
+    new = np.append(True, np.diff(times) >= TICK_S)
+    if not new.all():
+        remarks.append(f"{np.count_nonzero(~new)} stamps of '{section.signal}' are repeated; the first reading counts")
+    return times[new], values[new]
+
+
+def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, where: str) -> np.ndarray:
+    """Values of a signal (n,) in the unit of the column."""
+    target = units.of_column(name)
+    if section.points is not None:
+        inputs, outputs = np.array(section.points).T
+        outside = (values < inputs[0]) | (values > inputs[-1])
+        if outside.any():
+            raise InputError(
+                f"{where}points reach from {inputs[0]:g} to {inputs[-1]:g}, and '{section.signal}' goes to "
+                f"{values[outside][0]:g}; add a point, or say with valid what is no reading",
+                "conflict",
+                f"columns.{name}.points",
+            )
+        values = np.interp(values, inputs, outputs)
+    else:
+        values = (values - section.zero) * (1.0 if section.factor is None else section.factor)
+    has_rule = section.points is not None or section.factor is not None
+    unit = section.unit or ("" if has_rule else unit)
+    if target and not unit and not has_rule:
+        raise InputError(
+            f"{where}the file does not say the unit of '{section.signal}'; give unit = \"{target}\" or another, or "
+            "factor",
+            "missing",
+            f"columns.{name}.unit",
+        )
+    if unit and target:
+        try:
+            values = values * units.factor(unit, target, section.water_density_kgm3)
+        except InputError as error:
+            raise InputError(f"{where}{error}", error.kind, f"columns.{name}.{error.key}") from None
+    values = section.sign * values + section.offset
+    return np.mod(values, 360.0) if section.wrap else values
+
+
+def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path, path: Path) -> Column:
+    """The column between start and end of the map; an order that is held begins with the last one before."""
+    time = log_map.time
+    start = -np.inf if time.start_s is None else time.start_s
+    end = np.inf if time.end_s is None else time.end_s
+    times = column.times - zero
+    first, last = np.searchsorted(times, start, "left"), np.searchsorted(times, end, "right")
+    values = column.values
+    if column.section.held and 0 < first <= len(times) and (first == len(times) or times[first] > start):
+        first -= 1
+        times = np.maximum(times, start)
+    if first >= last:
+        raise InputError(
+            f"{source}: section 'time': no reading of '{name}' from {path} lies between start_s and end_s; it has "
+            f"{times[0]:.6g} to {times[-1]:.6g} s after the zero {zero:.12g}",
+            "data",
+            "time",
+        )
+    return Column(times[first:last], values[first:last], column.section, column.remarks)
+
+
+def _check_overlap(columns: dict[str, Column], zero: float, path: Path) -> None:
+    """InputError if two columns have no time in common; an order that is held lasts to the end."""
+    begins = {name: column.times[0] for name, column in columns.items()}
+    ends = {name: np.inf if column.section.held else column.times[-1] for name, column in columns.items()}
+    late, early = max(begins, key=begins.get), min(ends, key=ends.get)
+    if begins[late] > ends[early]:
+        raise InputError(
+            f"{path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early]:.6g} s and '{late}' "
+            f"begins {begins[late]:.6g} s after {zero:.12g}; are their clocks different? delay_s of a column shifts it",
+            "conflict",
+            late,
+        )
+
+
+def _rows(columns: dict[str, Column]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Rows at all times of all columns, with cells where a column has a reading."""
+    instants = {name: np.round(column.times / TICK_S) for name, column in columns.items()}
+    befores = []
+    for name, column in columns.items():
+        if column.section.held:  # the last moment of the order before
+            changes = np.flatnonzero(np.diff(column.values)) + 1
+            gaps = np.diff(instants[name])[changes - 1]
+            befores.append(instants[name][changes] - np.minimum(np.round(HOLD_S / TICK_S), np.ceil(gaps / 2)))
+    rows = np.unique(np.concatenate([*instants.values(), *befores]))
+    if any(column.section.held for column in columns.values()):
+        repeat = round(REPEAT_S / TICK_S)
+        pauses = np.flatnonzero(np.diff(rows) > repeat)
+        rows = np.unique(np.concatenate([rows, *(np.arange(rows[k], rows[k + 1], repeat) for k in pauses)]))
+    cells = {}
+    for name, column in columns.items():
+        cells[name] = np.full(len(rows), np.nan)
+        if column.section.held:
+            latest = np.searchsorted(instants[name], rows, "right") - 1
+            cells[name] = np.where(latest < 0, np.nan, column.values[latest])
+        else:
+            cells[name][np.searchsorted(rows, instants[name])] = column.values
+    return rows * TICK_S, cells

@@ -1,0 +1,252 @@
+"""Track, record and control-history CSV: one format, units in the column names.
+
+In memory columns have the short names of the field and SI units:
+
+- ``time``;
+- ``delta_r delta_b delta_s`` and ``rpm``, the controls;
+- ``x y z phi theta psi u v w p q r`` and ``udot .. rdot``, the motion, with ``u v w`` through the water;
+- ``depth`` by pressure, ``heading`` by a compass, and ``u_ground v_ground w_ground``, body velocities over the ground;
+- ``north east down``, the velocity over the ground in inertial axes, ``sog`` and ``cog``, its horizontal speed and
+  course, and ``stw``, the horizontal speed through the water.
+
+Latitude and longitude become ``x y``, and pressure becomes ``depth``.
+
+An empty cell is a missing reading (not a number).
+"""
+
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import toml_files
+from bayesub.io.atomic import writing
+from bayesub.io.errors import InputError, nearest
+from bayesub.logs import fixes
+
+VELOCITIES = ("u", "v", "w", "p", "q", "r")
+ACCELERATIONS = ("udot", "vdot", "wdot", "pdot", "qdot", "rdot")
+ANGLES = ("phi", "theta", "psi")
+STATES = ("x", "y", "z", *ANGLES, *VELOCITIES)
+OUTPUTS = (*STATES, *ACCELERATIONS)
+CONTROLS = ("delta_r", "delta_b", "delta_s")
+
+WRITTEN = "%.12g"  # digits of a number in a file
+CHUNK = 100_000  # rows that are searched at a time for what is wrong with a file
+
+_DEGREE = np.pi / 180.0
+_KNOT = 1852.0 / 3600.0
+_LINEAR = {name: f"{name}_m" for name in "xyz"} | {name: f"{name}_mps" for name in "uvw"}
+_LINEAR |= {name: f"{name}_mps2" for name in ACCELERATIONS[:3]}
+_ANGULAR = {"delta_r": "rudder", "delta_b": "bow_plane", "delta_s": "stern_plane"}
+_ANGULAR |= {"phi": "roll", "theta": "pitch", "psi": "yaw"}
+
+# Short name -> column header as written (HEADERS), and header -> (short name, SI units in one unit of it) as read
+# (COLUMNS).
+HEADERS = {"time": "time_s", **{k: f"{v}_deg" for k, v in _ANGULAR.items()}, "rpm": "rpm", **_LINEAR}
+HEADERS |= {name: f"{name}_degps" for name in "pqr"} | {name: f"{name}_degps2" for name in ACCELERATIONS[3:]}
+HEADERS |= {"depth": "depth_m", "heading": "heading_deg"} | {f"{name}_ground": f"{name}_ground_mps" for name in "uvw"}
+HEADERS |= {name: f"velocity_{name}_mps" for name in ("north", "east", "down")}
+HEADERS |= {"sog": "speed_over_ground_mps", "cog": "course_over_ground_deg", "stw": "speed_through_water_mps"}
+COLUMNS = {header: (name, _DEGREE if "_deg" in header else 1.0) for name, header in HEADERS.items()}
+COLUMNS |= {header.replace("_deg", "_rad"): (name, 1.0) for name, header in HEADERS.items() if "_deg" in header}
+COLUMNS |= {f"{header[:-4]}_kn": (name, _KNOT) for name, header in HEADERS.items() if header.endswith("_mps")}
+
+# Pressure above that of the air, in place of a depth, and Pa in one unit of the column.
+PRESSURES = {f"pressure_{unit}": ("depth", pa) for unit, pa in {"dbar": 1e4, "bar": 1e5, "kpa": 1e3, "pa": 1.0}.items()}
+WEIGHT_DENSITY = 1025.0 * 9.81  # of sea water, N/m^3, where no vehicle says another
+
+CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
+
+
+def si_factor(name: str) -> float:
+    """SI units in one unit of a column: pi/180 for ``yaw_deg``, 1 for ``yaw_rad`` and ``x_m``.
+
+    Controls of equation sets and actuators have columns of their own, such as ``fin_1_deg`` and ``thruster_n``.
+
+    Parameters
+    ----------
+    name : str
+        Header of a column, or short name of a quantity for the column as it is written.
+    """
+    header = HEADERS.get(name, name)
+    return COLUMNS[header][1] if header in COLUMNS else (_DEGREE if header.endswith("_deg") else 1.0)
+
+
+def positions(*names: str) -> list[int]:
+    """Where states (or accelerations, which follow them) of these short names stand in :data:`OUTPUTS`."""
+    return [OUTPUTS.index(name) for name in names]
+
+
+def short_name(header: str) -> str:
+    """The short name of what a column becomes, that of the column itself if it is of a vehicle's own."""
+    return _columns(()).get(header, (header,))[0]
+
+
+def read_log(
+    path: Path, controls: Iterable[str] = (), *, ascending: bool = True, weight_density: float = WEIGHT_DENSITY
+) -> dict[str, np.ndarray]:
+    """Read a CSV file into short name -> (n,) array in SI units.
+
+    Besides the columns of all logs it may have those of `controls`, whose short names are the columns themselves.
+
+    Numbers are parsed directly, a million rows in seconds and in little more memory than they fill. Only a file in
+    which that fails is read a second time as text, to find the line that is wrong.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    controls : iterable of str
+        Columns of a vehicle's own.
+    ascending : bool
+        Whether times that do not ascend are an error.
+    weight_density : float
+        Of the water, N/m^3, by which pressure becomes depth.
+
+    Raises
+    ------
+    InputError
+        With file, column or line, and remedy.
+    """
+    path = Path(path)
+    columns, names = _columns(controls), headers(path, controls)
+    rows, line = _numbers(path, names)
+    _check_sizes(path, names, rows, line)
+    log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
+    if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
+        log["depth"] = log["depth"] / weight_density
+    if any(name in fixes.COLUMNS for name in names):
+        log["x"], log["y"] = fixes.positions(path, names, rows, line)
+    times = log["time"]
+    if not np.isfinite(times).all():
+        raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty", "data", "time_s")
+    late = np.flatnonzero(np.diff(times) <= 0)
+    if late.size and ascending:
+        before, after = times[late[0]], times[late[0] + 1]
+        raise InputError(
+            f"{path}: line {line[late[0] + 1]}: time_s must ascend, found {after:.12g} after {before:.12g}",
+            "data",
+            "time_s",
+        )
+    return log
+
+
+def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
+    """The names of the columns of a file as they stand there, all of them known or among `controls`."""
+    columns = _columns(controls)
+    header = toml_files.read_line(path)
+    if not header:
+        raise InputError(f"{path}: is empty; expected a header line such as time_s,x_m,y_m", "format")
+    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
+        if separator in header and "," not in header:
+            raise InputError(
+                f"{path}: columns are separated by {word}; separate them by commas, with decimal points", "format"
+            )
+    names = [name.strip().strip('"') for name in header.split(",")]
+    for name in names:
+        if name not in columns:
+            raise InputError(f"{path}: unknown column '{name}'{_nearest_column(name, columns)}", "unknown", name)
+    if "time_s" not in names:
+        raise InputError(f"{path}: column 'time_s' is missing", "missing", "time_s")
+    shorts = [columns[name][0] for name in names]
+    if len(set(shorts)) < len(shorts):
+        repeated = next(name for name, short in zip(names, shorts, strict=True) if shorts.count(short) > 1)
+        raise InputError(f"{path}: column '{repeated}' is given twice", "conflict", repeated)
+    return names
+
+
+def _columns(controls) -> dict[str, tuple[str, float]]:
+    """As COLUMNS, with those of a vehicle's own."""
+    own = {name: (name, si_factor(name)) for name in controls if name not in COLUMNS}
+    return COLUMNS | dict(zip(fixes.COLUMNS, (("x", 1.0), ("y", 1.0)), strict=True)) | PRESSURES | own
+
+
+def _nearest_column(name: str, columns) -> str:
+    """A suggestion for an unknown column: the one of that quantity in another unit, or one that is spelt alike."""
+    quantity = name.rpartition("_")[0].lower()
+    same = [column for column in HEADERS.values() if column.rpartition("_")[0] == quantity]
+    return f": did you mean '{same[0]}'?" if same else nearest(name, columns)
+
+
+def _numbers(path: Path, names) -> tuple[np.ndarray, np.ndarray]:
+    """The rows (n, n_columns) of a file, blank ones left out, and the lines (n,) where they stand."""
+    import pandas as pd
+
+    options = {"skiprows": 1, "names": names, "header": None, "index_col": False, "encoding": "utf-8-sig"}
+    options |= {"skip_blank_lines": False, "skipinitialspace": True}
+    try:
+        with _parsing(path):
+            rows = pd.read_csv(path, dtype=float, **options).to_numpy()
+    except InputError:
+        raise
+    except ValueError:
+        raise _not_a_number(path, options) from None
+    if np.isinf(rows).any():
+        raise _not_a_number(path, options)
+    filled = ~np.isnan(rows).all(axis=1)
+    if not filled.any():
+        raise InputError(f"{path}: has a header but no rows", "data")
+    return rows[filled], np.flatnonzero(filled) + 2
+
+
+@contextmanager
+def _parsing(path) -> Iterator[None]:
+    """What is not UTF-8 or has lines of too many cells is an InputError."""
+    import pandas as pd
+
+    try:
+        with toml_files.reading(path), warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            yield
+    except pd.errors.ParserWarning:
+        raise InputError(
+            f"{path}: line 2: has more cells than there are columns; write decimal points", "format"
+        ) from None
+    except pd.errors.ParserError as error:
+        reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
+        raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
+
+
+def _not_a_number(path, options) -> InputError:
+    """The error that names the first cell that is neither empty nor a finite number."""
+    import pandas as pd
+
+    with _parsing(path), pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
+        for table in tables:
+            numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
+            wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
+            if wrong.size:
+                row, column = wrong[0]
+                cell = table.iat[row, column]
+                hint = "; write a decimal point" if "," in cell else ""
+                where = f"line {table.index[row] + 2}, column '{table.columns[column]}'"
+                return InputError(
+                    f"{path}: {where}: '{cell}' is not a finite number{hint}", "data", table.columns[column]
+                )
+    return InputError(f"{path}: holds cells that are not finite numbers", "data")
+
+
+def _check_sizes(path, names, rows, line) -> None:
+    """InputError for the first number that is too large for its unit."""
+    largest = np.array([toml_files.largest(name) for name in names])
+    beyond = np.argwhere(np.abs(rows) > largest)
+    if beyond.size:
+        row, column = beyond[0]
+        excess = f"{rows[row, column]:g} is beyond {largest[column]:g}"
+        raise InputError(
+            f"{path}: line {line[row]}, column '{names[column]}': {excess}; check the unit", "unit", names[column]
+        )
+
+
+def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
+    """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
+    import pandas as pd
+
+    known = [name for name in HEADERS if name in log]
+    names = known + [name for name in log if name not in HEADERS]
+    table = pd.DataFrame({HEADERS.get(name, name): log[name] / si_factor(name) for name in names})
+    with writing(path):
+        table.to_csv(path, index=False, float_format=WRITTEN)

@@ -1,0 +1,193 @@
+"""Map files: which signal of a vehicle's log becomes which column of ours, and how."""
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Literal
+
+import pydantic
+
+from bayesub.io import toml_files, units
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.toml_files import Positive, Section, WaterDensity
+from bayesub.logs import fixes, log_files
+
+# How columns of a vehicle's own actuators end, in units and as the vehicle counts them.
+_OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_kgm3", "_counts", "_percent", "_us")
+
+
+def _known_unit(unit: str) -> str:
+    if not units.known(unit):
+        raise InputError(units.unknown(unit), "unit", "unit")
+    return unit
+
+
+Unit = Annotated[str, pydantic.AfterValidator(_known_unit)]
+
+
+class TimeSection(Section):
+    """The clock of the converted log.
+
+    Attributes
+    ----------
+    signal : str or None
+        The signal that holds the time stamps; of ``csv`` and ``matlab`` only.
+    unit : str or None
+        Its unit; by default seconds, or what the file says.
+    zero : float or "first"
+        What becomes 0 s: a time of the file's clock (s), or the first reading of the columns.
+    start_s, end_s : float or None
+        What is kept, seconds from zero.
+    """
+
+    signal: str | None = None
+    unit: Unit | None = None
+    zero: float | Literal["first"] = "first"
+    start_s: float | None = None
+    end_s: float | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _has_length(self):
+        if self.start_s is not None and self.end_s is not None and not self.start_s < self.end_s:
+            raise ValueError(f"start_s ({self.start_s:g}) must be before end_s ({self.end_s:g})")
+        return self
+
+
+class ColumnSection(Section):
+    """How a column is made: sign * (factor * (value - zero), in the unit of the column) + offset.
+
+    Attributes
+    ----------
+    signal : str
+        Name of the signal.
+    unit : str or None
+        Unit of the signal, or of factor times the signal; by default that of the file without a factor, and that of
+        the column with one.
+    zero : float
+        Value of the signal that means zero, such as the counts of a fin amidships.
+    factor : float or None
+        Units for each count or per cent.
+    points : tuple of (float, float) or None
+        In place of zero and factor: value of the signal, value of the column; straight between them.
+    sign : 1 or -1
+        -1 if the file has the positive direction the other way round.
+    offset : float
+        Added at the end, in the unit of the column.
+    held : bool
+        The value holds until the next, as an order does; otherwise a straight line joins them.
+    delay_s : float
+        How late the time stamps are.
+    interval_s : float or None
+        At most one reading in this time.
+    valid : (float, float) or None
+        Values of the signal outside of these are no readings.
+    wrap : bool
+        Angles are brought to 0 .. 360 degrees.
+    water_density_kgm3 : float or None
+        Makes a depth of a pressure.
+    optional : bool
+        The file may lack the signal.
+    """
+
+    signal: str
+    unit: Unit | None = None
+    zero: float = 0.0
+    factor: float | None = None
+    points: tuple[tuple[float, float], ...] | None = None
+    sign: Literal[1, -1] = 1
+    offset: float = 0.0
+    held: bool = False
+    delay_s: float = 0.0
+    interval_s: Positive | None = None
+    valid: tuple[float, float] | None = None
+    wrap: bool = False
+    water_density_kgm3: WaterDensity | None = None
+    optional: bool = False
+
+    @pydantic.model_validator(mode="after")
+    def _is_one_rule(self):
+        if self.points is not None:
+            if self.factor is not None or self.zero != 0.0:
+                raise ValueError("points take the place of zero and factor; leave these out")
+            values = [value for value, _ in self.points]
+            if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
+                raise ValueError("points needs two pairs or more, the values of the signal ascending")
+        if self.factor == 0.0:
+            raise ValueError("factor must not be zero")
+        if self.valid is not None and not self.valid[0] < self.valid[1]:
+            raise ValueError("valid is [smallest, largest]")
+        return self
+
+
+class LogMap(Section):
+    """A map file.
+
+    Attributes
+    ----------
+    kind : str or None
+        Kind of log that the map is for.
+    cache : str or None
+        Of ``slocum``: the folder of the cache files (.cac).
+    definitions : tuple of str
+        Of ``ros``: files (.msg) of messages that the bag does not define, or folders of them.
+    time : TimeSection
+        The clock.
+    columns : dict of str to ColumnSection
+        Column of our log -> how it is made.
+    """
+
+    kind: str | None = None
+    cache: str | None = None
+    definitions: tuple[str, ...] = ()
+    time: TimeSection = TimeSection()
+    columns: dict[str, ColumnSection] = pydantic.Field(default_factory=dict)
+
+
+def read_map(path: Path, kind: str | None = None) -> LogMap:
+    """Read a map file, if it is for logs of this kind; paths in it count from its folder.
+
+    Raises
+    ------
+    InputError
+        With file, key and remedy.
+    """
+    log_map = toml_files.read_toml(path, LogMap)
+    if None not in (kind, log_map.kind) and log_map.kind != kind:
+        raise InputError(f"{path}: key 'kind': this map is for '{log_map.kind}', not for '{kind}'", "conflict", "kind")
+    if not log_map.columns:
+        raise InputError(
+            f"{path}: has no section [columns.NAME]; bayesub new map {kind or log_map.kind or 'KIND'} writes an "
+            "example",
+            "missing",
+            "columns",
+        )
+    names: dict[str, str] = {}  # quantity -> column
+    for column in log_map.columns:
+        where = f"{path}: key 'columns.{column}'"
+        _check_column(where, column)
+        other = names.setdefault(log_files.short_name(column), column)
+        if other != column:
+            raise InputError(
+                f"{where}: is the same quantity as '{other}'; leave one of them out", "conflict", f"columns.{column}"
+            )
+    folder = path.parent
+    places = {"definitions": tuple(str(folder / name) for name in log_map.definitions)}
+    if log_map.cache is not None:
+        places["cache"] = str(folder / log_map.cache)
+    return log_map.model_copy(update=places)
+
+
+def _check_column(where: str, column: str) -> None:
+    columns = [name for name in (*log_files.COLUMNS, *log_files.PRESSURES, *fixes.COLUMNS) if name != "time_s"]
+    if column == "time_s":
+        raise InputError(
+            f"{where}: times come with each signal; the section [time] says what is zero",
+            "unknown",
+            f"columns.{column}",
+        )
+    if column not in columns and not column.endswith(_OWN):
+        raise InputError(
+            f"{where}: unknown column{nearest(column, columns)}; bayesub manual files lists them, and those of "
+            f"a vehicle's own actuators end with one of {', '.join(_OWN)}",
+            "unknown",
+            f"columns.{column}",
+        )

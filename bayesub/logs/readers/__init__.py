@@ -1,0 +1,102 @@
+"""Readers of what vehicles write: a module for each kind of log, whose library is imported when a file is read."""
+
+import importlib
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError
+from bayesub.logs.log_map import LogMap
+from bayesub.logs.readers.signals import Signal, VehicleLog, join
+
+__all__ = ["KINDS", "Kind", "Signal", "VehicleLog", "read"]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of log.
+
+    Attributes
+    ----------
+    title : str
+        What it is, in words.
+    module : str
+        Module of this package with the function ``read(path, log_map)``.
+    example : str
+        A file name of this kind.
+    is_folder : bool
+        Whether it may be a folder.
+    is_by_file : bool
+        Whether files that overlap in time are tables of one log, so that signals get the names of their files.
+    map_is_fixed : bool
+        Whether the built-in map serves for all logs of this kind.
+    """
+
+    title: str
+    module: str
+    example: str
+    is_folder: bool = False
+    is_by_file: bool = False
+    map_is_fixed: bool = False
+
+
+KINDS = {
+    "ros": Kind("ROS bag", "ros", "run1.mcap", is_folder=True),
+    "mavlink": Kind("log of MAVLink or ArduPilot", "mavlink", "00000042.BIN"),
+    "nmea": Kind("NMEA 0183 log", "nmea", "gps.nmea"),
+    "imc": Kind("LSTS log of IMC messages", "imc", "Data.lsf.gz"),
+    "slocum": Kind("log of a Slocum glider", "slocum", "01600001.dbd"),
+    "matlab": Kind("MATLAB file", "matlab", "trial.mat", is_by_file=True),
+    "csv": Kind("table in text", "table", "trial.txt", is_by_file=True),
+    "kvlcc2": Kind("KVLCC2 trial of HSVA or MARIN", "kvlcc2", "HSVA_CPMC_KVLCC2_Z_20_10_P.dat", map_is_fixed=True),
+}
+
+
+def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None) -> VehicleLog:
+    """Read a log of a kind (:data:`KINDS`), or the files of one that is in pieces.
+
+    Large logs are read faster with a map, for the signals that it names; if one is missing everything is read.
+
+    Raises
+    ------
+    InputError
+        For a file that is not of this kind or is not whole, and for a library that is not installed.
+    """
+    log_map = log_map or LogMap()
+    log = join([_read(kind, path, log_map) for path in paths], KINDS[kind].is_by_file)
+    if all(section.optional or section.signal in log.signals for section in log_map.columns.values()):
+        return log
+    whole = log_map.model_copy(update={"columns": {}})  # what there is belongs to the message about what there is not
+    return join([_read(kind, path, whole) for path in paths], KINDS[kind].is_by_file)
+
+
+def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:
+    reader = importlib.import_module(f"{__name__}.{KINDS[kind].module}")
+    if path.is_dir() and not KINDS[kind].is_folder:
+        raise InputError(f"{path}: is a folder; name a file in it, such as {KINDS[kind].example}", "file")
+    if not path.is_dir():
+        with toml_files.reading(path), path.open("rb") as file:
+            if not file.read(1):
+                raise InputError(f"{path}: is empty", "format")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of libraries, about fields that nobody asked for
+            log = reader.read(path, log_map)
+    except InputError:
+        raise
+    except Exception as error:  # whatever a library raises for a file that it cannot make out
+        reason = str(error).strip().partition("\n")[0] or type(error).__name__
+        raise InputError(
+            f"{path}: cannot be read as {KINDS[kind].title}: {reason}; is it of this kind ({', '.join(KINDS)}), "
+            "and whole?",
+            "format",
+        ) from None
+    if not log.signals:
+        raise InputError(
+            f"{path}: has no numbers with time stamps as {KINDS[kind].title}; is it of this kind ({', '.join(KINDS)})?"
+            + "".join(f"; {remark}" for remark in log.remarks),
+            "format",
+        )
+    return log

@@ -1,0 +1,162 @@
+"""NMEA 0183: what GPS receivers, compasses and depth sounders say, sentence by sentence, by pynmea2."""
+
+import datetime
+import re
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError
+from bayesub.logs.log_map import LogMap
+from bayesub.logs.readers.signals import Collection, Signal, VehicleLog, library
+
+HALF_DAY_S, DAY_S = 43200.0, 86400.0
+# A time that a logger wrote before a sentence: seconds, a date and time, or the tag block of NMEA 4.
+_STAMPED = re.compile(r"^\s*(?:\\[^\\]*?c:(?P<tag>\d+)[^\\]*\\|(?P<stamp>[^$!\\]*?)[\s,;]*)(?P<sentence>[$!].*)$")
+_UNITS = {"latitude": "deg", "longitude": "deg", "spd_over_grnd": "kn", "spd_over_grnd_kts": "kn"}
+_UNITS |= {
+    "spd_over_grnd_kmph": "km/h",
+    "true_course": "deg",
+    "true_track": "deg",
+    "mag_track": "deg",
+    "heading": "deg",
+}
+_UNITS |= {"heading_true": "deg", "heading_magnetic": "deg", "depth": "m", "depth_meters": "m", "altitude": "m"}
+_UNITS |= {"water_speed_knots": "kn", "water_speed_km": "km/h", "rate_of_turn": "deg/min", "speed": "rpm"}
+
+
+def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
+    """Read all sentences; a signal is named by talker, sentence and field, such as ``GPRMC.latitude``.
+
+    Times are those that the logger wrote before each sentence if there are any, otherwise those inside of sentences
+    (RMC, GGA, ..); sentences between two of these are spread over the time between them.
+    """
+    pynmea2 = library("pynmea2", "pynmea2", path)
+    with toml_files.reading(path):
+        lines = path.read_text(encoding="ascii", errors="replace").splitlines()
+    sentences, n_wrong, n_lines = [], 0, 0
+    for line in lines:
+        match = _STAMPED.match(line)
+        if match is None:
+            continue
+        n_lines += 1
+        try:
+            message = pynmea2.parse(match["sentence"])
+        except (pynmea2.ParseError, ValueError):  # a sum that does not fit, or a field that is no number
+            n_wrong += 1
+            continue
+        sentences.append((_stamp(match), message))
+    if n_lines and not sentences:
+        raise InputError(f"{path}: all {n_lines} sentences are damaged: their sums do not fit", "data")
+    if not sentences:
+        raise InputError(
+            f"{path}: has no sentences of NMEA 0183, which begin with $ or !; other text is of kind csv", "format"
+        )
+    stamps = [stamp for stamp, _ in sentences]
+    if all(stamp is None for stamp in stamps):
+        stamps = _inner_times([message for _, message in sentences])
+    times = _spread(stamps, path)
+    collection = Collection()
+    for time, (_, message) in zip(times, sentences, strict=True):
+        head = f"{getattr(message, 'talker', '')}{getattr(message, 'sentence_type', '')}" or message.identifier()
+        for name, value in _fields(message):
+            collection.add(f"{head}.{name}", time, value, _UNITS.get(name, ""))
+    signals = collection.signals()
+    remarks = [f"{n_wrong} of {n_lines} sentences are damaged and left out"] if n_wrong else []
+    return VehicleLog(path, _in_degrees(signals), tuple(remarks))
+
+
+def _stamp(match) -> float | None:
+    """The time that a logger wrote, s; None if it wrote none."""
+    if match["tag"]:
+        return float(match["tag"])
+    text = (match["stamp"] or "").strip(" ,;[]")
+    if not text:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    try:
+        moment = datetime.datetime.fromisoformat(text)
+    except ValueError:
+        return None
+    return (moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)).timestamp()
+
+
+def _inner_times(messages) -> list[float | None]:
+    """The times inside of sentences, seconds since 1970 if any sentence has the date, otherwise since midnight."""
+    dates = (_date(message) for message in messages)
+    day = next((date for date in dates if date), None)
+    base = 0.0 if day is None else datetime.datetime.combine(day, datetime.time(), datetime.UTC).timestamp()
+    stamps, before = [], None
+    for message in messages:
+        clock = getattr(message, "timestamp", None) if "timestamp" in _names(message) else None
+        if not isinstance(clock, datetime.time):
+            stamps.append(None)
+            continue
+        seconds = clock.hour * 3600 + clock.minute * 60 + clock.second + clock.microsecond * 1e-6 + base
+        if before is not None and seconds < before - HALF_DAY_S:  # past midnight
+            base, seconds = base + DAY_S, seconds + DAY_S
+        before = seconds
+        stamps.append(seconds)
+    return stamps
+
+
+def _date(message) -> datetime.date | None:
+    try:
+        date = message.datestamp
+    except (AttributeError, ValueError, TypeError):
+        return None
+    return date if isinstance(date, datetime.date) else None
+
+
+def _spread(stamps: list[float | None], path: Path) -> np.ndarray:
+    """Times (n,) of all sentences: those between two stamps are spread over the time between them."""
+    lines = np.array([k for k, stamp in enumerate(stamps) if stamp is not None])
+    if not lines.size:
+        raise InputError(
+            f"{path}: no sentence has a time (RMC, GGA, GLL, ZDA), nor did the logger write one; log one of these too",
+            "data",
+        )
+    moments = np.array([stamps[k] for k in lines], dtype=float)
+    new = np.append(
+        True, np.diff(moments) != 0.0
+    )  # sentences of one epoch share its time: the next are spread after it
+    marks, ends = lines[new], moments[new]
+    if len(marks) > 1:  # what follows the last stamp is spread as what came before it
+        marks = np.append(marks, 2 * marks[-1] - marks[-2])
+        ends = np.append(ends, 2 * ends[-1] - ends[-2])
+    times = np.interp(np.arange(len(stamps)), marks, ends)
+    times[lines] = moments
+    return times
+
+
+def _names(message) -> list[str]:
+    return [field[1] for field in getattr(message, "fields", ())]
+
+
+def _fields(message):
+    """Names and values of the fields that are numbers, latitude and longitude in degrees."""
+    names = _names(message)
+    if "lat" in names and "lon" in names:
+        if message.lat and message.lon:
+            yield "latitude", float(message.latitude)
+            yield "longitude", float(message.longitude)
+        names = [name for name in names if name not in ("lat", "lat_dir", "lon", "lon_dir")]
+    for name in names:
+        if name in ("timestamp", "datestamp"):
+            continue
+        try:
+            yield name, float(getattr(message, name))
+        except (TypeError, ValueError):
+            continue
+
+
+def _in_degrees(signals: dict[str, Signal]) -> dict[str, Signal]:
+    """A rate of turn in degrees a minute becomes one in degrees a second."""
+    return {
+        name: Signal(signal.times, signal.values / 60.0, "deg/s") if signal.unit == "deg/min" else signal
+        for name, signal in signals.items()
+    }

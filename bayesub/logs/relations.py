@@ -1,0 +1,240 @@
+"""What kinematics says of the columns of a log: which are the rates of change of which.
+
+Differences of a noisy column are noisier still, so that changes over windows are compared with integrals of the rates
+over the same windows, for windows of several lengths. The equations are those of the model manual, section 1.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from bayesub.logs.series import WINDOWS, Series, integral, lengths, windows
+
+_TINY = 1e-300
+_ROUND_OFF = 1e-9  # of the largest position or angle
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """How far changes are from the integrals of rates, for windows of one length.
+
+    Attributes
+    ----------
+    share : float
+        Root mean square of the difference over that of the changes.
+    rms : float
+        Root mean square of the difference over the length of the window, in SI units of the rate.
+    correlation : float
+        Between changes and integrals.
+    """
+
+    share: float
+    rms: float
+    correlation: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Readings of a motion, and the integrals of its measured rates at the same times.
+
+    Attributes
+    ----------
+    times : ndarray of shape (n,)
+        s.
+    targets : ndarray of shape (n, k)
+        Position (m) or angle (rad).
+    integrals : ndarray of shape (n, k)
+        Of the rates, in the unit of the targets.
+    gaps : tuple of (begins, ends)
+        Of the columns that take part.
+    shortest : float
+        Of a window, s: twice the longest interval of the columns.
+    drift : bool
+        Whether the rates may be off by a constant: a current, or the zero of a gyro.
+    kind : str
+        ``change``; ``length`` of the change; or ``direction``, for integrals of unit vectors.
+    """
+
+    times: np.ndarray
+    targets: np.ndarray
+    integrals: np.ndarray
+    gaps: tuple
+    shortest: float
+    drift: bool = False
+    kind: str = "change"
+
+    def misfits(self) -> tuple[Misfit, ...]:
+        """One for each length of windows of which there are enough and in which anything changes, shortest first."""
+        result = []
+        for length in lengths(self.times, self.shortest):
+            first, last = windows(self.times, length, self.gaps)
+            if len(first) >= WINDOWS and _rms(self.targets[last] - self.targets[first]) > self._round_off:
+                result.append(self._misfit(first, last))
+        return tuple(result)
+
+    @property
+    def _round_off(self) -> float:
+        return _ROUND_OFF * max(1.0, float(np.abs(self.targets).max()))
+
+    def _misfit(self, first, last) -> Misfit:
+        elapsed = (self.times[last] - self.times[first])[:, None]
+        change = self.targets[last] - self.targets[first]
+        by_rates = self.integrals[last] - self.integrals[first]
+        if self.kind == "direction":
+            size = np.linalg.norm(by_rates, axis=1, keepdims=True)
+            by_rates = np.linalg.norm(change, axis=1, keepdims=True) * by_rates / np.maximum(size, _TINY)
+        elif self.kind == "length":
+            change = np.linalg.norm(change, axis=1, keepdims=True)
+        misfit = _difference(change, by_rates, elapsed)
+        if not self.drift:
+            return misfit
+        steady = (values - elapsed * _slope(elapsed, values) for values in (change, by_rates))
+        return min(misfit, _difference(*steady, elapsed), key=lambda one: one.share)
+
+
+def _difference(change, by_rates, elapsed) -> Misfit:
+    off, size = _rms(change - by_rates), max(_TINY, _rms(change))
+    correlation = np.sum(change * by_rates) / max(_TINY, len(change) * size * _rms(by_rates))
+    return Misfit(off / size, off / _rms(elapsed), float(correlation))
+
+
+def _rms(values) -> float:
+    return float(np.sqrt(np.mean(np.sum(values**2, axis=1))))
+
+
+def _slope(elapsed, values):
+    """(1, k) constant rates that explain most of changes (n, k) in times (n, 1)."""
+    return np.sum(elapsed * values, axis=0, keepdims=True) / np.sum(elapsed**2)
+
+
+Data = dict[str, Series]
+ANGLES = ("phi", "theta", "psi", "heading", "cog")
+
+
+@dataclass(frozen=True)
+class Relation:
+    """Columns whose changes are the integrals of functions of others.
+
+    Attributes
+    ----------
+    words : str
+        What is compared.
+    targets : tuple of str
+        Short names of positions or angles.
+    needed : tuple of str
+        Short names of columns that their rates are made of.
+    rates : callable
+        Short name -> values (n,) of the columns, to rates (n,) or (k, n).
+    optional : tuple of str
+        Columns that count as zero if the log does not have them.
+    drift : bool
+        As that of a :class:`Comparison`.
+    kind : str
+        As that of a :class:`Comparison`.
+    """
+
+    words: str
+    targets: tuple[str, ...]
+    needed: tuple[str, ...]
+    rates: Callable
+    optional: tuple[str, ...] = ()
+    drift: bool = False
+    kind: str = "change"
+
+    @property
+    def rotation(self) -> bool:
+        """Whether rates are angular."""
+        return self.targets[0] in ANGLES
+
+    def columns(self, data: Data) -> tuple[str, ...]:
+        """Those that take part; none if the log lacks one that is needed."""
+        if any(name not in data for name in (*self.targets, *self.needed)):
+            return ()
+        return (*self.targets, *self.needed, *(name for name in self.optional if name in data))
+
+    def misfits(self, data: Data) -> tuple[Misfit, ...]:
+        """One for each length of windows; none if too few readings are at common times."""
+        parts = {name: data[name] for name in self.columns(data)}
+        parts = {name: part.unwrapped() if name in ANGLES else part for name, part in parts.items()}
+        rates = {name: part for name, part in parts.items() if name not in self.targets}
+        begin = max(part.times[0] for part in parts.values())
+        end = min(part.times[-1] for part in parts.values())
+        times = _within(min(rates.values(), key=lambda part: part.interval).times, begin, end)
+        at = _within(parts[self.targets[0]].times, begin, end)
+        if min(len(times), len(at)) < 2 * WINDOWS:
+            return ()
+        values = np.reshape(self.rates({name: part.at(times) for name, part in rates.items()}), (-1, len(times)))
+        integrals = np.stack([np.interp(at, times, column) for column in integral(times, values.T).T], axis=1)
+        positions = np.stack([parts[name].at(at) for name in self.targets], axis=1)
+        gaps = tuple(part.gaps() for part in parts.values())
+        shortest = 2.0 * max(part.interval for part in parts.values())
+        return Comparison(at, positions, integrals, gaps, shortest, self.drift, self.kind).misfits()
+
+
+def _within(times, begin, end):
+    return times[(times >= begin) & (times <= end)]
+
+
+def _or_zero(values, *names):
+    return [values.get(name, 0.0) for name in names]
+
+
+def _yaw_rate(values):
+    phi, theta, q = _or_zero(values, "phi", "theta", "q")
+    return (np.sin(phi) * q + np.cos(phi) * values["r"]) / np.cos(theta)
+
+
+def _pitch_rate(values):
+    phi, r = _or_zero(values, "phi", "r")
+    return np.cos(phi) * values["q"] - np.sin(phi) * r
+
+
+def _roll_rate(values):
+    phi, theta, q, r = _or_zero(values, "phi", "theta", "q", "r")
+    return values["p"] + np.tan(theta) * (np.sin(phi) * q + np.cos(phi) * r)
+
+
+def _velocity(values, suffix, heading):
+    """(3, n) of body velocities, to the north, to the east and down."""
+    zero = np.zeros_like(values[f"u{suffix}"])
+    angles = [zero + angle for angle in _or_zero(values, heading, "theta", "phi")]
+    velocity = [zero + values.get(f"{name}{suffix}", 0.0) for name in "uvw"]
+    return Rotation.from_euler("ZYX", np.stack(angles, axis=1)).apply(np.stack(velocity, axis=1)).T
+
+
+def _unit(name):
+    return lambda values: [np.cos(values[name]), np.sin(values[name])]
+
+
+def relations(data: Data) -> Iterator[Relation]:
+    """All relations between the columns of a log."""
+    heading, track = "psi" if "psi" in data else "heading", ("x", "y")
+    for name, header in (("psi", "yaw"), ("heading", "heading")):
+        words = f"changes of {header} and integrals of r"
+        yield Relation(words, (name,), ("r",), _yaw_rate, ("phi", "theta", "q"), drift=True)
+    yield Relation("changes of pitch and integrals of q", ("theta",), ("q",), _pitch_rate, ("phi", "r"), drift=True)
+    roll = "changes of roll and integrals of p"
+    yield Relation(roll, ("phi",), ("p",), _roll_rate, ("theta", "q", "r"), drift=True)
+    words = "changes of the track and integrals of"
+    yield Relation(f"{words} north and east", track, ("north", "east"), lambda v: [v["north"], v["east"]])
+    for suffix, drift in (("_ground", False), ("", True)):
+        u, v, w = (f"{name}{suffix}" for name in "uvw")
+        body = f"{u} and {v}" if v in data else u
+
+        def along(values, suffix=suffix):
+            return _velocity(values, suffix, heading)[:2]
+
+        def down(values, suffix=suffix):
+            return _velocity(values, suffix, heading)[2]
+
+        yield Relation(f"{words} {body}", track, (u, heading), along, (v, w, "phi", "theta"), drift)
+        for depth in ("z", "depth"):
+            # Without w a boat goes where it points, but for a trim, which is a drift.
+            yield Relation(f"changes of {depth} and {u} with pitch", (depth,), (u, "theta"), down, (v, w, "phi"), True)
+    yield Relation("lengths of the track and integrals of sog", track, ("sog",), lambda v: v["sog"], kind="length")
+    yield Relation("directions of the track and cog", track, ("cog",), _unit("cog"), kind="direction")
+    if not any(name in data for name in ("u", "u_ground")):
+        words = "directions of the track and the heading"
+        yield Relation(words, track, (heading,), _unit(heading), kind="direction")

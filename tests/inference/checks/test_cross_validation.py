@@ -1,0 +1,109 @@
+"""Predicting a trial from the others."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support.refusals import refused
+
+import bayesub as bs
+from bayesub.inference.checks.cross_validation import TRUSTED, laplace, leave_one_out, reweighted
+from bayesub.inference.checks.prediction import chi_squares
+from bayesub.problem.joint import JointProblem
+
+FREE = ("Xuu", "Yuv", "Yuu_dr", "Nuv", "Nuu_dr", "Nur")
+MANOEUVRES = ("turning_circle", "zigzag_10_10", "zigzag_20_20")
+SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw"))
+
+
+@pytest.fixture(scope="module")
+def tracks(suboff):
+    return {name: bs.simulate(suboff, bs.load_manoeuvre(name, suboff), dt=1.0) for name in MANOEUVRES}
+
+
+def posed(tracks, suboff, seed, adrift=None):
+    """Three trials, of which `adrift` was flown in a current that nobody knows of."""
+    rng, problems = np.random.default_rng(seed), {}
+    prior = bs.priors.relative_normal(0.25, centre=bs.priors.perturbed(suboff.xi, 0.2, rng))
+    for name, track in tracks.items():
+        record = bs.observe(track, SENSOR, rng, current_mps=(0.1, 0.0) if name == adrift else (0.0, 0.0))
+        nuisance = {"yaw0_deg": bs.priors.normal(0.0, 0.01)}
+        manoeuvre = track.simulator.manoeuvre
+        problems[name] = bs.Problem(suboff, manoeuvre, record, free=FREE, prior=prior, nuisance=nuisance, dt=1.0)
+    return JointProblem(problems)
+
+
+def test_a_right_model_predicts_as_well_as_it_says(tracks, suboff):
+    """Over fifteen predictions: p-values anywhere, chi-squares about one, 90 % intervals that hold nine in ten."""
+    found = [
+        one
+        for seed in range(5)
+        for one in leave_one_out(posed(tracks, suboff, seed), np.random.default_rng(seed)).values()
+    ]
+    p_values = np.array([one.p_value for one in found])
+    assert 0.25 < p_values.mean() < 0.75  # three standard errors of the mean of fifteen uniform numbers
+    assert p_values.min() > 0.01
+    assert np.mean([one.chi_square_per_reading for one in found]) == pytest.approx(1.0, abs=0.1)
+    # the coverage of one trial varies by 0.06, as its readings err together: three standard errors of the mean
+    assert np.mean([one.coverage[0.9] for one in found]) == pytest.approx(0.9, abs=0.05)
+    assert sum(one.n_failed for one in found) == 0
+
+
+def test_a_current_that_one_trial_had_shows(tracks, suboff, rng):
+    """Left out, that trial is not what the others predict, by the smallest p-value that 200 replicates can give."""
+    found = leave_one_out(posed(tracks, suboff, 1, adrift="zigzag_20_20"), rng)["zigzag_20_20"]
+    assert found.p_value == pytest.approx(1 / 201)
+    assert found.chi_square_per_reading > 3
+
+
+def test_draws_of_the_laplace_approximation_and_of_priors(tracks, suboff, rng):
+    """A given sampler is asked for the others only; with draws of the prior a prediction is wide, and right."""
+    joint, asked = posed(tracks, suboff, 2), []
+
+    def of_prior(problem, rng, n):
+        asked.append(tuple(problem.problems))
+        return problem.prior.sample(rng, n)
+
+    found = leave_one_out(joint, rng, draw=of_prior, n_draws=100)
+    assert asked == [MANOEUVRES[1:], MANOEUVRES[::2], MANOEUVRES[:2]]
+    assert all(one.p_value > 0.01 for one in found.values())
+    draws = laplace(joint, rng, 4000)
+    mode = bs.baselines.gauss_newton(joint)
+    sds = np.sqrt(np.diag(mode.covariance))
+    # means and sds of 4000 draws: four standard errors
+    assert np.all(np.abs(draws.mean(axis=0) - mode.values) < 4 * sds / np.sqrt(4000))
+    np.testing.assert_allclose(draws.std(axis=0), sds, rtol=4 / np.sqrt(8000))
+
+
+def test_chi_squares_are_those_of_the_whole_covariance(rng):
+    errors, directions = rng.standard_normal((3, 12)), 5.0 * rng.standard_normal((4, 12))
+    inverse = np.linalg.inv(np.eye(12) + directions.T @ directions)
+    np.testing.assert_allclose(chi_squares(errors, directions), np.einsum("ij,jk,ik->i", errors, inverse, errors))
+
+
+def test_one_trial_cannot_be_left_out(tracks, suboff, rng):
+    joint = posed(tracks, suboff, 1).without("zigzag_10_10").without("zigzag_20_20")
+    with refused("missing", "problems"):
+        leave_one_out(joint, rng)
+
+
+def test_weighted_draws_are_a_posterior_without_the_trial_where_they_can_be_trusted(rng):
+    """A normal mean read in two trials: few readings are left out by weights, and many cannot be."""
+    mean, others = 0.3 + rng.standard_normal(4000) / np.sqrt(41.0), rng.standard_normal(40)
+    for n, trusted in ((2, True), (4000, False)):
+        own = rng.standard_normal(n)
+        precision = 1.0 + len(others) + n
+        draws = (others.sum() + own.sum()) / precision + (mean - mean.mean()) * np.sqrt(41.0 / precision)
+
+        def log_likelihoods(draws, own=own):
+            parts = {"x[one]": own, "x[two]": others}
+            return {name: -0.5 * np.sum((readings - draws) ** 2, axis=1) for name, readings in parts.items()}
+
+        joint = SimpleNamespace(log_likelihoods=log_likelihoods)
+        weights, k_hat = reweighted(joint, draws[:, None], "one")
+        assert weights.sum() == pytest.approx(1.0)
+        assert (k_hat < TRUSTED) == trusted
+        if trusted:
+            left = weights @ draws
+            assert left == pytest.approx(others.sum() / 41.0, abs=0.02)  # sd of the posterior 0.16, of its mean 0.003
+            assert weights @ (draws - left) ** 2 == pytest.approx(1.0 / 41.0, rel=0.1)

@@ -1,0 +1,124 @@
+"""Histories of forces: integrated out against closed forms, and sampled with all other parameters."""
+
+import numpy as np
+import pytest
+from support.toys import AGREE, Pushed
+
+import bayesub as bs
+from bayesub.inference.baselines import gauss_newton, posterior_mode
+from bayesub.inference.checks import convergence
+from bayesub.inference.sampling import nuts, sampler
+from bayesub.inference.sampling.collapsed import Collapsed
+from bayesub.inference.sampling.histories import marginal_mode, with_process
+from bayesub.inference.sampling.posterior import Criteria
+
+PLACES = np.array([[0.4, 1.5], [0.2, 0.8], [0.55, 2.5], [0.4, 0.3]])
+
+
+@pytest.fixture(scope="module")
+def toy():
+    return Pushed()
+
+
+@pytest.fixture(scope="module")
+def collapsed(toy):
+    """Expanded in all directions, however little the response changes along them."""
+    mode = posterior_mode(toy.with_wide_process(), rng=np.random.default_rng(1))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bayesub.inference.sampling.collapsed._ACTIVE", 0.0)
+        return marginal_mode(toy, with_process(toy, mode))[0]
+
+
+def test_the_density_without_histories_is_the_closed_form(toy, collapsed):
+    """Readings are normal given the others, whose response is linear; the constant is the same everywhere."""
+    exact = np.array([toy.marginal(*place) for place in PLACES])
+    np.testing.assert_allclose(np.diff(collapsed.log_likelihood(PLACES)), np.diff(exact), atol=1e-6)
+
+
+def test_residuals_and_deviance_agree(collapsed):
+    """The squares of the residuals, the determinant among them, sum to the deviance."""
+    squares = np.sum(collapsed.residuals(PLACES) ** 2, axis=1)
+    np.testing.assert_allclose(squares, collapsed.misfit(PLACES)[1], rtol=1e-9)
+    np.testing.assert_allclose(np.diff(collapsed.log_likelihood(PLACES)), -0.5 * np.diff(squares), atol=1e-6)
+
+
+def test_the_jacobian_is_that_of_the_residuals(collapsed):
+    """Against differences of another length."""
+    place, step = np.array([0.4, 1.5]), 1e-4
+    sides = collapsed.residuals(place + step * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]))
+    np.testing.assert_allclose(collapsed.jacobian(place), (sides[:2] - sides[2:]).T / (2.0 * step), atol=1e-4)
+
+
+def test_the_density_with_y_is_exact_whatever_the_expansion(toy, collapsed):
+    """Elsewhere in w: log likelihood, prior of w and the constant derivative of w by y, which differences give."""
+    other = Collapsed(toy, toy.prior.parameters(np.full(toy.n_params, 0.5)), curved=False)
+    for part in (collapsed, other):
+        place, y = PLACES[:1], np.random.default_rng(2).standard_normal((1, toy.N_WHITE))
+        log_density, full = part.density(toy, place, y)
+        steps = 1e-5 * np.eye(toy.N_WHITE)
+        moved = part.density(toy, np.repeat(place, 2 * toy.N_WHITE, axis=0), np.vstack([y + steps, y - steps]))[1]
+        by_y = (moved[: toy.N_WHITE] - moved[toy.N_WHITE :])[:, 2:] / 2e-5
+        expected = toy.log_likelihood(full)[0] - 0.5 * np.sum(full[0, 2:] ** 2) + np.linalg.slogdet(by_y)[1]
+        assert log_density[0] == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_mode_of_all_parameters_is_not_that_of_the_others(toy, collapsed):
+    """Negative control of the determinant: the sd of the forces has no mode together with their histories."""
+    means, variances = toy.moments()
+    mode = gauss_newton(collapsed, collapsed.centre[:2]).values
+    assert abs(np.log(mode[1]) - means[1]) < 0.5 * np.sqrt(variances[1])
+    joint = gauss_newton(toy).values
+    assert np.log(joint[1]) - means[1] > 2.0 * np.sqrt(variances[1])
+
+
+@pytest.mark.slow
+def test_samples_the_closed_form(toy):
+    """Moments of theta and of the sd of the forces are those of quadrature; those of another record are not."""
+    criteria = Criteria(ess=2000.0)
+    posterior = bs.sample(toy, rng=np.random.default_rng(5), n_walkers=16, criteria=criteria, max_steps=4000)
+    assert posterior.converged
+    others = np.stack([posterior.chain[..., 0], np.log(posterior.chain[..., 1])], axis=-1)
+    n = convergence.ess(others)
+
+    def off(problem):
+        means, variances = problem.moments()
+        return np.abs(others.mean(axis=(0, 1, 2)) - means) / np.sqrt(variances / n)
+
+    assert off(toy).max() < AGREE
+    assert off(Pushed(seed=4)).max() > 3 * AGREE
+
+
+def test_resuming_is_bit_identical(toy, tmp_path, monkeypatch):
+    """Also of parameters, which cost a simulation, across blocks of a step or two."""
+    endless = Criteria(ess=1e12)
+
+    def run(folder, max_steps):
+        rng = np.random.default_rng(7)
+        return bs.sample(toy, rng=rng, n_walkers=8, max_steps=max_steps, criteria=endless, checkpoint=folder)
+
+    straight = run(None, 120)
+    monkeypatch.setattr(sampler, "BLOCK_SECONDS", 0.0)
+    run(tmp_path / "chain", 100)
+    resumed = run(tmp_path / "chain", 120)
+    np.testing.assert_array_equal(resumed.chain, straight.chain)
+    np.testing.assert_array_equal(resumed.log_prob, straight.log_prob)
+
+
+@pytest.mark.slow
+def test_nuts_agrees():
+    """Another sampler, in coordinates of its own, for which a noise that leaves the forces some room is easier."""
+    pytest.importorskip("nutpie")
+    toy = Pushed(sd=5.0)
+    criteria = Criteria(ess=1000.0)
+    posterior = bs.sample(toy, rng=np.random.default_rng(5), n_walkers=16, criteria=criteria, max_steps=4000)
+    check = nuts.cross_check(toy, posterior, rng=np.random.default_rng(6), n_draws=1200)
+    assert check.verdict == "agree", check.sentence
+
+
+def test_places_that_are_too_far_have_no_density(collapsed, monkeypatch):
+    """Where G'G is round-off, here made so, the density is zero and no error stops a search."""
+    (part,) = collapsed._parts
+    monkeypatch.setattr(part, "products", -part.products)
+    assert not np.isfinite(collapsed.log_likelihood(PLACES)).any()
+    assert np.isinf(collapsed.misfit(PLACES)[1]).all()
+    assert not np.isfinite(collapsed.residuals(PLACES)[:, -1]).any()

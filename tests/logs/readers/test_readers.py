@@ -1,0 +1,417 @@
+"""Every reader gives back what the library of its format wrote."""
+
+import contextlib
+import gzip
+
+import numpy as np
+import pytest
+from support import vehicle_logs
+from support.refusals import refused
+from support.vehicle_logs import COMPASS, FINS, GPS, MINUTE, START, WRITERS
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError
+from bayesub.logs import conversion, readers
+from bayesub.logs.log_map import LogMap, read_map
+
+# Column of the example maps -> what was flown, and how coarse a format may make it.
+FLOWN = {
+    "rudder_deg": (MINUTE.fin, 0.07),
+    "roll_deg": (MINUTE.roll, 0.01),
+    "pitch_deg": (MINUTE.pitch, 0.01),
+    "heading_deg": (MINUTE.heading, 0.01),
+    "yaw_deg": (lambda t: 350.0 + 2.0 * t, 1e-9),
+    "r_degps": (lambda t: MINUTE.r(t) + 0.0 * t, 1e-6),
+    "depth_m": (MINUTE.depth, 1e-3),
+    "latitude_deg": (MINUTE.latitude, 2e-7),
+    "longitude_deg": (MINUTE.longitude, 2e-7),
+    "speed_over_ground_mps": (lambda t: MINUTE.speed + 0.0 * t, 1e-4),
+    "course_over_ground_deg": (lambda t: MINUTE.course + 0.0 * t, 1e-4),
+    "x_m": (lambda t: 1.5 * t, 1e-9),
+    "y_m": (lambda t: 0.1 * t, 1e-9),
+}
+FLOWN |= {f"fin_{k + 1}_deg": (lambda t, k=k: MINUTE.fin(t, k), 1e-6) for k in range(4)}
+ORDERS = ("rpm",)
+
+
+def example(kind, folder, **options):
+    """The log of the writer of a kind, by the example map."""
+    file = toml_files.built_in("maps")[kind]
+    log_map = read_map(file, kind)
+    return conversion.convert(readers.read(kind, [WRITERS[kind](folder, **options)], log_map), log_map, file)
+
+
+def cells(result, column):
+    filled = np.isfinite(result.columns[column])
+    return result.times[filled], result.columns[column][filled]
+
+
+def test_every_kind_has_a_map_and_an_example():
+    assert set(readers.KINDS) == set(toml_files.built_in("maps")) == set(WRITERS)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in WRITERS if kind != "kvlcc2"])
+def test_a_log_comes_back_as_it_was_flown(kind, tmp_path):
+    result = example(kind, tmp_path)
+    for column in result.columns.keys() - set(ORDERS):
+        flown, tolerance = FLOWN[column]
+        times, values = cells(result, column)
+        off = values - flown(times)
+        off = (off + 180.0) % 360.0 - 180.0 if "heading" in column else off
+        assert np.abs(off).max() <= tolerance, column
+    assert len(result.times) > 10
+
+
+@pytest.mark.parametrize(
+    ("kind", "column", "n"), [("ros", "fin_1_deg", 600), ("imc", "heading_deg", 300), ("csv", "latitude_deg", 60)]
+)
+def test_each_signal_keeps_its_own_times(kind, column, n, tmp_path):
+    times, _ = cells(example(kind, tmp_path), column)
+    assert len(times) == n
+    np.testing.assert_allclose(times, np.arange(n) * 60.0 / n, atol=1e-6)
+
+
+def test_a_bag_without_filled_headers_has_the_times_of_recording(tmp_path):
+    """And SQLite as its storage; a single file of a bag is read too."""
+    path = vehicle_logs.ros(tmp_path, "bag", "SQLITE3", with_header=False)
+    log = readers.read("ros", [path])
+    np.testing.assert_allclose(log.signals["/imu.orientation.yaw"].times - START, COMPASS + 0.02, atol=1e-6)
+    assert log.signals["/imu.orientation.yaw"].unit == "rad"
+    assert not [name for name in log.signals if "covariance[" in name or "STATUS" in name]
+    assert readers.read("ros", [path / "bag.db3"]).signals.keys() == log.signals.keys()
+
+
+def test_messages_of_the_vehicle_s_own_are_read(tmp_path):
+    """A bag of today defines them; for an older one the map names the files."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    (tmp_path / "fins_msgs" / "msg").mkdir(parents=True)
+    definition = "std_msgs/Header header\nfloat32[4] angle\nfloat32 rpm\n"
+    (tmp_path / "fins_msgs" / "msg" / "Fins.msg").write_text(definition)
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg(definition, "fins_msgs/msg/Fins"))
+    kinds = store.types
+    with Writer(tmp_path / "bag", version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection("/tail", "fins_msgs/msg/Fins", typestore=store)
+        for k in range(3):
+            header = kinds["std_msgs/msg/Header"](kinds["builtin_interfaces/msg/Time"](k, 0), "")
+            message = kinds["fins_msgs/msg/Fins"](header, np.arange(4, dtype=np.float32) + k, 900.0)
+            writer.write(connection, k * 10**9, store.serialize_cdr(message, "fins_msgs/msg/Fins"))
+    log = readers.read("ros", [tmp_path / "bag"])
+    np.testing.assert_allclose(log.signals["/tail.angle[3]"].values, [3.0, 4.0, 5.0])
+    import sqlite3
+
+    with sqlite3.connect(next((tmp_path / "bag").glob("*.db3"))) as base:  # as bags were until 2023
+        base.execute("DELETE FROM message_definitions")
+    with refused("format"):
+        readers.read("ros", [tmp_path / "bag"])
+    log = readers.read("ros", [tmp_path / "bag"], LogMap(definitions=(str(tmp_path / "fins_msgs"),)))
+    np.testing.assert_allclose(log.signals["/tail.rpm"].values, 900.0)
+
+
+def test_telemetry_has_the_times_of_the_autopilot(tmp_path):
+    """Messages came 0.1 or 0.2 s late; those with a time of their own are even."""
+    log = readers.read("mavlink", [vehicle_logs.telemetry(tmp_path)])
+    yaw, servo = log.signals["ATTITUDE.yaw"], log.signals["SERVO_OUTPUT_RAW.servo1_raw"]
+    assert (yaw.unit, servo.unit, log.signals["GLOBAL_POSITION_INT.lat"].unit) == ("rad", "us", "degE7")
+    np.testing.assert_allclose(np.diff(yaw.times), 0.2, atol=1e-6)
+    assert np.diff(servo.times).max() == pytest.approx(0.3, abs=1e-3)
+    np.testing.assert_allclose(np.degrees(yaw.values), MINUTE.heading(COMPASS), atol=1e-4)
+
+
+def test_units_are_those_of_the_autopilot(tmp_path):
+    log = readers.read("mavlink", [WRITERS["mavlink"](tmp_path)])
+    units = {name: log.signals[name].unit for name in ("ATT.Yaw", "BARO[0].Alt", "GPS[0].Lat", "GPS[0].Spd")}
+    assert units == {"ATT.Yaw": "deg", "BARO[0].Alt": "m", "GPS[0].Lat": "deglatitude", "GPS[0].Spd": "m/s"}
+
+
+def test_a_map_makes_large_logs_quick(tmp_path):
+    """Only the messages that it names are read; a name that is missing has all of them to be compared with."""
+    path = WRITERS["mavlink"](tmp_path)
+    log_map = LogMap(columns={"heading_deg": {"signal": "ATT.Yaw"}})
+    assert {name.partition(".")[0] for name in readers.read("mavlink", [path], log_map).signals} == {"ATT"}
+    log_map = LogMap(columns={"heading_deg": {"signal": "ATT.Yow"}})
+    with refused("unknown", "columns.heading_deg.signal"):
+        conversion.convert(readers.read("mavlink", [path], log_map), log_map, tmp_path / "m.toml")
+
+
+def test_stamps_of_a_logger_count_more_than_those_of_sentences(tmp_path):
+    import pynmea2
+
+    path, sentence = tmp_path / "compass.txt", str(pynmea2.HDT("HE", "HDT", ("10.0", "T")))
+    stamps = {"1000.5,": 1000.5, "2026-05-01T10:00:00 ": 1777629600.0, "\\s:gps,c:1700000000*5A\\": 1.7e9}
+    for stamp, time in stamps.items():
+        path.write_text(stamp + sentence + "\n")
+        assert readers.read("nmea", [path]).signals["HEHDT.heading"].times == pytest.approx([time])
+    path.write_text(sentence + "\n")
+    with refused("data"):
+        readers.read("nmea", [path])
+
+
+def test_nmea_past_midnight_and_a_damaged_sentence(tmp_path):
+    import pynmea2
+
+    path, place = (
+        tmp_path / "gps.nmea",
+        ("4110.8", "N", "00842.0", "W", "1", "8", "1.0", "0.0", "M", "0.0", "M", "", ""),
+    )
+    lines = [str(pynmea2.GGA("GP", "GGA", (clock, *place))) for clock in ("235959.00", "000001.00", "000002.00")]
+    path.write_text("\n".join([*lines[:2], lines[2].replace("4110", "4210")]))
+    log = readers.read("nmea", [path])
+    assert np.diff(log.signals["GPGGA.latitude"].times) == pytest.approx([2.0])
+    assert log.remarks == ("1 of 3 sentences are damaged and left out",)
+    path.write_text(lines[2].replace("4110", "4210"))
+    with refused("data"):
+        readers.read("nmea", [path])
+
+
+def test_messages_of_several_entities_are_kept_apart(tmp_path):
+    import imcpy
+
+    packets = []
+    for entity, label, psi in ((7, "AHRS", 0.1), (8, "Navigation", 0.2)):
+        info, angles = imcpy.EntityInfo(), imcpy.EulerAngles()
+        info.id, info.label, angles.psi = entity, label, psi
+        for message in (info, angles):
+            message.timestamp, message.src, message.src_ent = 1.0, 25, entity
+            packets.append(imcpy.Packet.serialize(message))
+    (tmp_path / "Data.lsf").write_bytes(b"".join(packets))
+    signals = readers.read("imc", [tmp_path / "Data.lsf"]).signals
+    assert signals["EulerAngles@AHRS.psi"].values == pytest.approx([0.1])
+    assert signals["EulerAngles@Navigation.psi"].values == pytest.approx([0.2])
+
+
+def test_what_comes_before_the_end_of_a_broken_lsf_is_read(tmp_path):
+    whole = gzip.decompress(WRITERS["imc"](tmp_path).read_bytes())
+    (tmp_path / "cut.lsf").write_bytes(whole[: len(whole) // 2 + 3])
+    (tmp_path / "cut.lsf.gz").write_bytes(gzip.compress(whole)[:20000])
+    for name in ("cut.lsf", "cut.lsf.gz"):
+        log = readers.read("imc", [tmp_path / name])
+        assert 10 < len(log.signals["ServoPosition[0].value"].times) < len(FINS)
+        assert log.remarks == ("the file ends within a message; what comes before is read",)
+
+
+def test_an_estimated_state_has_its_place_on_earth(tmp_path):
+    """Metres from a reference become latitude and longitude."""
+    import imcpy
+
+    state = imcpy.EstimatedState()
+    state.timestamp, state.lat, state.lon, state.x = 1.0, np.radians(41.0), np.radians(-8.0), 1000.0
+    (tmp_path / "Data.lsf").write_bytes(imcpy.Packet.serialize(state))
+    signals = readers.read("imc", [tmp_path / "Data.lsf"]).signals
+    assert np.degrees(signals["EstimatedState.latitude"].values) == pytest.approx([41.0 + 1000.0 / 111048.0], abs=2e-5)
+
+
+def test_the_cache_of_a_glider_is_looked_for(tmp_path):
+    """Beside the log, and in a folder that the map names; without it the message names it. Nothing is written."""
+    path = WRITERS["slocum"](tmp_path)
+    before = set(tmp_path.iterdir())
+    n_signals = len(readers.read("slocum", [path]).signals)
+    assert set(tmp_path.iterdir()) == before
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "1a2b3c4d.cac").rename(tmp_path / "elsewhere" / "1A2B3C4D.CAC")
+    with refused("missing", "cache"):
+        readers.read("slocum", [path])
+    log = readers.read("slocum", [path], LogMap(cache=str(tmp_path / "elsewhere")))
+    assert len(log.signals) == n_signals
+
+
+def test_a_file_of_a_real_glider():
+    """One that dbdreader brings along, of the computer for science, with its parameters in itself."""
+    import dbdreader
+
+    path = next(toml_files.Path(dbdreader.__file__).parent.glob("data/amadeus-2014-204-05-000.ebd"))
+    log = readers.read("slocum", [path])
+    assert log.signals["sci_water_pressure"].unit == "bar"
+
+
+def test_a_damaged_header_of_a_glider_is_not_searched_for_ever(tmp_path):
+    path = WRITERS["slocum"](tmp_path)
+    whole = path.read_bytes()
+    for line in (b"num_ascii_tags:    1\n", b"num_ascii_togs:    14\n", b"num_ascii_tags:    999999999\n"):
+        path.write_bytes(whole.replace(b"num_ascii_tags:    14\n", line))
+        with refused("format"):
+            readers.read("slocum", [path])
+
+
+def test_a_damaged_log_of_ardupilot_says_so(tmp_path, capfd):
+    """And nothing is written to the terminal by others."""
+    path = WRITERS["mavlink"](tmp_path)
+    whole = bytearray(path.read_bytes())
+    whole[5000:5100] = bytes(100)
+    path.write_bytes(whole)
+    log = readers.read("mavlink", [path])
+    assert 500 < len(log.signals["RCOU.C1"].times) < 600
+    assert log.remarks == ("parts of the file are damaged and left out",)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_matlab_files_of_both_formats_agree(tmp_path):
+    old, new = (readers.read("matlab", [WRITERS["matlab"](tmp_path, n)]) for n in ("trial.mat", "trial73.mat"))
+    assert old.signals.keys() == new.signals.keys()
+    for name, signal in old.signals.items():
+        np.testing.assert_array_equal(signal.values, new.signals[name].values)
+    assert old.remarks == ("left out, since no time is as long: gains",)
+
+
+def test_the_times_of_a_matlab_file_may_have_any_name(tmp_path):
+    from scipy import io
+
+    io.savemat(tmp_path / "a.mat", {"clock": np.arange(5.0) * 1000.0, "psi": np.arange(5.0)})
+    with refused("missing", "time.signal"):
+        readers.read("matlab", [tmp_path / "a.mat"])
+    with refused("unknown", "time.signal"):
+        readers.read("matlab", [tmp_path / "a.mat"], LogMap(time={"signal": "clok"}))
+    log = readers.read("matlab", [tmp_path / "a.mat"], LogMap(time={"signal": "clock", "unit": "ms"}))
+    np.testing.assert_array_equal(log.signals["psi"].times, np.arange(5.0))
+
+
+TABLES = {
+    "commas": "t,yaw_deg\n0,1.5\n0.5,2.5\n",
+    "semicolons and decimal commas": "t;yaw_deg\n0,0;1,5\n0,5;2,5\n",
+    "tabs, units in a line of their own": "t\tyaw_deg\ns\tdeg\n0\t1.5\n0.5\t2.5\n",
+    "spaces, names in a comment": "# made by hand\n#  t   yaw_deg\n  0.0   1.5\n  0.5   2.5\n",
+    "dates": "timestamp,yaw_deg\n1970-01-01T00:00:00Z,1.5\n1970-01-01T00:00:00.5Z,2.5\n",
+    "a head of two lines, quoted": 'Trial 7\n"Time [ms]","yaw_deg"\n"0","1.5"\n"500","2.5"\n',
+    "text between, and a line that breaks off": "t,mode,yaw_deg\n0,AUTO,1.5\n0.5,MANUAL,2.5\n1.0,MA",
+    "times of the day, past midnight": "date;time;yaw_deg\n1.5.26;23:59:59,75;1,5\n2.5.26;00:00:00,25;2,5\n",
+    "Windows": "\ufefft,yaw_deg\r\n0,1.5\r\n0.5,2.5\r\n\r\n",
+}
+
+
+@pytest.mark.parametrize("text", TABLES.values(), ids=TABLES)
+def test_tables_of_all_sorts(text, tmp_path):
+    (tmp_path / "t.txt").write_bytes(text.encode())
+    signal = readers.read("csv", [tmp_path / "t.txt"]).signals["yaw_deg"]
+    np.testing.assert_allclose(signal.times - signal.times[0], [0.0, 0.5])
+    np.testing.assert_allclose(signal.values, [1.5, 2.5])
+    assert signal.unit == "deg"
+
+
+def test_empty_cells_are_no_readings_and_other_words_are_none(tmp_path):
+    """Of a cell that says NaN the conversion says so; one that is empty is as it should be."""
+    (tmp_path / "t.txt").write_text("t,a,b\n0,,1\n1,NaN,2\n2,3.5,\n3,-,4\n")
+    signals = readers.read("csv", [tmp_path / "t.txt"]).signals
+    np.testing.assert_array_equal(signals["a"].times, [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(signals["a"].values, [np.nan, 3.5, np.nan])
+    np.testing.assert_array_equal(signals["b"].values, [1.0, 2.0, 4.0])
+
+
+WRONG_TABLES = {
+    "": ("format", ""),
+    "time\n": ("data", ""),
+    "a,b\nx,y\n": ("format", ""),
+    "a,b\n1,2\n3,4\n": ("missing", "time.signal"),
+    "t,a\n0,1\n1,2,3\n2,3\n3,4\n": ("format", ""),
+    "t,a\n0,1\nx,2\n3,4\n": ("data", "t"),
+    "t [fortnight],a\n0,1\n1,2\n": ("unit", "time.unit"),
+    "t,a,a\n0,1,2\n1,2,3\n": ("conflict", "a"),
+}
+
+
+@pytest.mark.parametrize(("text", "code"), WRONG_TABLES.items())
+def test_a_table_that_is_wrong(text, code, tmp_path):
+    (tmp_path / "t.txt").write_text(text)
+    with refused(*code):
+        readers.read("csv", [tmp_path / "t.txt"])
+
+
+@pytest.mark.parametrize("tank", ["HSVA", "MARIN"])
+def test_trials_of_kvlcc2(tank, tmp_path):
+    """Earth-axis velocities as such; rounded times of MARIN become even ones again."""
+    path = vehicle_logs.kvlcc2(tmp_path, "trial.dat", tank)
+    log = readers.read("kvlcc2", [path])
+    times, signals = log.signals["x"].times, log.signals
+    assert len(times) == 2000
+    np.testing.assert_allclose(np.diff(times), 0.05 if tank == "HSVA" else 0.13526, rtol=1e-4)
+    file = toml_files.built_in("maps")["kvlcc2"]
+    result = conversion.convert(log, read_map(file, "kvlcc2"), file)
+    east = np.diff(signals["y"].values) / np.diff(times)
+    np.testing.assert_allclose(result.columns["velocity_east_mps"][:-1].mean(), east.mean(), atol=2e-3)
+    assert result.columns["rpm"][0] == pytest.approx(612.0 if tank == "HSVA" else 91.7)
+    path.write_bytes(path.read_bytes()[:-20])
+    with refused("format"):
+        readers.read("kvlcc2", [path])
+
+
+def test_pieces_of_a_log_are_joined(tmp_path):
+    path = WRITERS["csv"](tmp_path)
+    head, *rows = path.read_text().splitlines(keepends=True)[1:]
+    for name, part in (("b.txt", rows[300:]), ("a.txt", rows[:300])):
+        (tmp_path / name).write_text(head + "".join(part))
+    joined = readers.read("csv", [tmp_path / "b.txt", tmp_path / "a.txt"]).signals
+    np.testing.assert_array_equal(joined["Rudder"].values, readers.read("csv", [path]).signals["Rudder"].values)
+
+
+def test_a_table_for_each_message(tmp_path):
+    """As the viewer of LSTS exports them: two files with a column of the same name."""
+    head = "timestamp (seconds since 01/01/1970), system, entity , value ({})\n"
+    for name, unit, value in (("Depth", "m", 2.5), ("Rpm", "rpm", 900.0)):
+        rows = [f"{START + k:.3f}, lauv-one, Motor, {value + k}\n" for k in range(3)]
+        (tmp_path / f"{name}.csv").write_text(head.format(unit) + "".join(rows))
+    log = readers.read("csv", [tmp_path / "Depth.csv", tmp_path / "Rpm.csv"])
+    assert {name: signal.unit for name, signal in log.signals.items()} == {"Depth.value": "m", "Rpm.value": "rpm"}
+    np.testing.assert_allclose(log.signals["Rpm.value"].times, START + np.arange(3))
+
+
+def test_a_bag_of_ros_1(tmp_path):
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    with Writer(tmp_path / "old.bag") as writer:
+        connection = writer.add_connection("/depth", "std_msgs/msg/Float64", typestore=store)
+        for k in range(5):
+            message = store.types["std_msgs/msg/Float64"](2.0 + k)
+            writer.write(connection, k * 10**9, store.serialize_ros1(message, "std_msgs/msg/Float64"))
+    signal = readers.read("ros", [tmp_path / "old.bag"]).signals["/depth.data"]
+    np.testing.assert_allclose(signal.times, np.arange(5.0))
+    np.testing.assert_allclose(signal.values, 2.0 + np.arange(5))
+
+
+@pytest.mark.parametrize("kind", readers.KINDS)
+@pytest.mark.parametrize("content", [b"", b"\x00\xff" * 300, b"no log at all\n", b"\xa3\x95", b"MATLAB 5.0 MAT-file"])
+def test_what_is_no_such_log_is_one_line(kind, content, tmp_path):
+    path = tmp_path / readers.KINDS[kind].example
+    path.write_bytes(content)
+    with pytest.raises(InputError) as error:
+        readers.read(kind, [path])
+    assert str(error.value).startswith(str(path))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in WRITERS if kind != "ros"])
+def test_a_log_that_breaks_off_is_read_or_one_line(kind, tmp_path):
+    path = WRITERS[kind](tmp_path)
+    whole = path.read_bytes()
+    for share in (0.1, 0.5, 0.9, 0.999):
+        path.write_bytes(whole[: int(share * len(whole))])
+        with contextlib.suppress(InputError):
+            readers.read(kind, [path])
+
+
+@pytest.mark.parametrize("storage", ["MCAP", "SQLITE3"])
+def test_a_bag_that_breaks_off_is_one_line(storage, tmp_path):
+    path = next(p for p in vehicle_logs.ros(tmp_path, "bag", storage).iterdir() if p.suffix != ".yaml")
+    path.write_bytes(path.read_bytes()[:5000])
+    for source in (path, path.parent):
+        with refused("format"):
+            readers.read("ros", [source])
+
+
+def test_missing_files_and_folders(tmp_path):
+    for kind in readers.KINDS:
+        with refused("file"):
+            readers.read(kind, [tmp_path / "none.xyz"])
+    with refused("file"):
+        readers.read("imc", [tmp_path])
+    with refused("format"):
+        readers.read("ros", [tmp_path])
+
+
+def test_gps_times(tmp_path):
+    """Those of the sentence, of the message, of the header: the same second everywhere."""
+    for kind in ("ros", "nmea", "imc"):
+        times, _ = cells(example(kind, tmp_path), "latitude_deg")
+        np.testing.assert_allclose(times, GPS, atol=1e-6)
