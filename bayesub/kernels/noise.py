@@ -29,16 +29,6 @@ _N_BACKWARD = 12  # steps of the recursion of e_j from zero; each divides its er
 _FAR = 1e4  # at larger a the information is one to 1/a^2, and its formula loses a^2 roundings
 
 
-@batched
-def gathered(outputs, positions):
-    """(n_batch, n) numbers at `positions` (n,) in each row of outputs (n_batch, m)."""
-    result = np.empty((len(outputs), len(positions)))
-    for member in prange(len(outputs)):
-        for i in range(len(positions)):
-            result[member, i] = outputs[member, positions[i]]
-    return result
-
-
 @inline
 def _sum(column_sums):
     total = 0.0

@@ -148,10 +148,7 @@ class MeasurementModel:
         arms : Arms
             Lever arms of the instruments that are moved.
         """
-        # The kernels are imported where they compute, because importing numba takes a second.
-        from bayesub.kernels.noise import gathered
-
-        readings = gathered(outputs.reshape(len(outputs), -1), self._position)
+        readings = outputs.reshape(len(outputs), -1).take(self._position, axis=1)
         if water is not None:
             for place, parts in self._seen(outputs):
                 moved = water.behind(place.channel.state)[..., place.rows, :]

@@ -170,10 +170,3 @@ def test_batch_equals_one_by_one_bitwise(rng, n):
             np.testing.assert_array_equal(together[i : i + 1], call(predicted[i : i + 1], sds[i : i + 1]))
     single = [log_probabilities((predicted[0] - readings)[k : k + 1], 0.5, sds[0])[0] for k in range(n)]
     np.testing.assert_allclose(calls["rounded"](predicted, sds)[0], sum(single), rtol=1e-12)
-
-
-def test_gathering(rng):
-    """Readings are picked from each row by position, in any order and repeatedly; the same for few rows and many."""
-    outputs, positions = rng.standard_normal((20, 50)), rng.integers(50, size=70)
-    np.testing.assert_array_equal(noise.gathered(outputs, positions), outputs[:, positions])
-    np.testing.assert_array_equal(noise.gathered(outputs[:3], positions), outputs[:3, positions])

@@ -259,13 +259,17 @@ def _walked(surrogate, y, random, taken=None, *, bounces, length, temperature=1.
 
     def walked(few, chosen, stream):
         rng, each = np.random.default_rng(stream), (length, len(few))
-        momenta = rng.standard_normal((*each, few.shape[1]))[:, chosen]
+
+        def of_chosen(numbers):
+            return numbers.compress(chosen, axis=1)  # row by row in memory, whatever the mask
+
+        momenta = of_chosen(rng.standard_normal((*each, few.shape[1])))
         if not bounces:
-            angles, thresholds = rng.choice(turns, each) / KICKS, np.log(rng.random(each))
-            return turned(few[chosen], angles[:, chosen], momenta, thresholds[:, chosen], KICKS, *target)
-        thresholds = np.log(rng.random((length, n_leaps, len(few))))[..., chosen]
-        before = rng.integers(n_leaps + 1, size=each)[:, chosen]  # leaps of the trajectory that lead to the start
-        return bounced(few[chosen], rng.choice(steps, each)[:, chosen], momenta, before, thresholds, *target)
+            angles, thresholds = of_chosen(rng.choice(turns, each) / KICKS), of_chosen(np.log(rng.random(each)))
+            return turned(few[chosen], angles, momenta, thresholds, KICKS, *target)
+        thresholds = np.log(rng.random((length, n_leaps, len(few)))).compress(chosen, axis=2)
+        before = of_chosen(rng.integers(n_leaps + 1, size=each))  # leaps of the trajectory that lead to the start
+        return bounced(few[chosen], of_chosen(rng.choice(steps, each)), momenta, before, thresholds, *target)
 
     parts = np.array_split(y, n_parts), np.array_split(taken, n_parts), streams
     ends = list(_threads(numba.get_num_threads()).map(walked, *parts))
