@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 
 CLOCKS = re.compile(
-    r"seconds|_s$|speed|per_second|time taken|price|evaluations_per|sources_sha256|commit|begun|versions|processor|^bayesub$"
+    r"seconds|_s$|speed|per_second|time taken|price|evaluations_per|sources_sha256|commit|begun|versions|processor"
+    r"|^bayesub$"
 )
 WORDS = re.compile(
     r"[0-9.,]+ (s|min|h|ms|seconds|minutes|hours)\b|[0-9a-f]{7,64}(-dirty)?|20[0-9]{2}-[0-9]{2}-[0-9]{2}[^|\n]*"
