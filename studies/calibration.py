@@ -21,8 +21,8 @@ import bayesub as bs
 from bayesub.inference.checks import calibration
 from bayesub.inference.sampling.posterior import Criteria
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.plots import calibration as plots
 from bayesub.report import markdown
+from calibration import plots
 from thesis.prior_trials import PriorTrials
 
 # Quick: half a minute, because six posteriors are sampled of each of several kinds of trial.

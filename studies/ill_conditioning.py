@@ -19,8 +19,9 @@ import numpy as np
 
 from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.plots import cancellation, collinearity, contribution, profile, spectrum
+from bayesub.plots import spectrum
 from ill_conditioning import one_case, tables
+from ill_conditioning.plots import cancellation, collinearity, contribution, profile
 from thesis.cases import CASES, MANOEUVRES, published
 
 QUICK_CASES = (("suboff", "horizontal"),)

@@ -26,11 +26,11 @@ from itertools import product
 import numpy as np
 
 import bayesub as bs
-from bayesub.inference.checks.coverage import standard_errors_off
 from bayesub.model.time_step import choose_step
 from rounded import plots, readings, tables
 from rounded.readings import FITS
 from thesis import cases
+from thesis.coverage import standard_errors_off
 from thesis.prior_trials import PriorTrials
 
 SEED = 960

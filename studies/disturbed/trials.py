@@ -8,7 +8,7 @@ import numpy as np
 import threadpoolctl
 from scipy import special
 
-from bayesub.inference.baselines import filter_error, gauss_newton
+from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.checks.calibration import N_DRAWS
 from bayesub.inference.sampling.histories import marginal_mode, with_process
@@ -23,8 +23,9 @@ from bayesub.problem import priors
 from bayesub.problem.disturbances import UnknownDisturbance, force_scales
 from bayesub.problem.likelihoods import AR1
 from bayesub.problem.problem import Problem
-from bayesub.problem.state_space import StateSpace
 from bayesub.sensors import observe
+from disturbed.filter_error import filter_error
+from disturbed.state_space import StateSpace
 
 DISTURBED = ("X", "Y", "N")
 FINER = 10  # steps of the truth in one of the fit

@@ -8,12 +8,12 @@ import numpy as np
 from scipy import linalg
 
 from bayesub.inference.baselines import Estimate, gauss_newton, linear_least_squares
-from bayesub.inference.checks.coverage import RepeatedTrials
 from bayesub.inference.sampling import sample
 from bayesub.model.coefficients import NAMES, columns
 from bayesub.model.linear_form import linear_systems
 from bayesub.problem.problem import Problem
-from bayesub.sensors.measured_motion import recorded
+from thesis.coverage import RepeatedTrials
+from thesis.measured_motion import recorded
 from thesis.prior_trials import PriorTrials
 
 FITS = ("rounded", "normal", "linear")

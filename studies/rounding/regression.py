@@ -11,7 +11,7 @@ from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
 from bayesub.model.vehicles import Vehicle
-from bayesub.sensors.measured_motion import measure
+from thesis.measured_motion import measure
 
 FITS = ("rounded", "rounded load only", "total least squares")
 BIASED = 4.0  # standard errors of a mean

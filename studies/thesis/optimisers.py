@@ -11,8 +11,8 @@ from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem.problem import Problem
-from bayesub.sensors.measured_motion import measure
 from thesis import cases
+from thesis.measured_motion import measure
 
 LOST = 0.1  # a coefficient is lost when its standard error is the spread of the starts
 VELOCITY_NOISE = 1e-5  # m/s, in the linear range; accelerations get as many m/s^2

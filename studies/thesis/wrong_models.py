@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bayesub.inference.baselines import gauss_newton
-from bayesub.inference.checks.coverage import RepeatedTrials
 from bayesub.inference.checks.explanations import explanations
 from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.model.coefficients import HORIZONTAL, INDEX
@@ -21,6 +20,7 @@ from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.priors import perturbed, relative_normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors import modified, observe
+from thesis.coverage import RepeatedTrials
 
 FORCE_TIME = 2.0  # correlation time of unmodelled forces, in lengths over trial speed
 

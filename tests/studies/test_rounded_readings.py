@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.inference.checks.coverage import RepeatedTrials
 from rounded import readings, tables
+from thesis.coverage import RepeatedTrials
 from thesis.prior_trials import PriorTrials
 
 PRIOR = bs.priors.relative_normal(0.25)

@@ -8,8 +8,8 @@ import pytest
 import bayesub as bs
 from bayesub.logs.log_files import STATES
 from bayesub.model.disturbance import ForceHistory, Knots
-from bayesub.model.segments import Segment
 from bayesub.model.simulator import Simulator
+from disturbed.segments import Segment
 
 
 @pytest.fixture(scope="module")

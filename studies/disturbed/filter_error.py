@@ -11,8 +11,8 @@ import numpy as np
 
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.gauss_newton import gauss_newton
-from bayesub.inference.baselines.innovations import Innovations, StateSpaceModel
 from bayesub.io.errors import InputError
+from disturbed.innovations import Innovations, StateSpaceModel
 
 _DRAWS, _SAME = 12, 0.1  # starts from the prior at most; difference of costs that is none
 
@@ -32,7 +32,7 @@ def filter_error(
     Parameters
     ----------
     model : StateSpaceModel
-        Such as :class:`bayesub.problem.state_space.StateSpace`.
+        Such as :class:`disturbed.state_space.StateSpace`.
     rng : numpy.random.Generator
         Source of the draws.
     starts : iterable of (n_params,) arrays

@@ -19,13 +19,13 @@ import numpy as np
 from bayesub.io.errors import InputError
 from bayesub.logs.log_files import STATES
 from bayesub.model.disturbance import CURRENTS, KINDS
-from bayesub.model.segments import Segment
 from bayesub.problem.distributions import joined
 from bayesub.problem.disturbances import of_history
 from bayesub.problem.nuisance import MOVING
 from bayesub.problem.trial_problem import TrialProblem
 from bayesub.sensors.current import Water
 from bayesub.sensors.measurement import MeasurementModel
+from disturbed.segments import Segment
 
 _STATE_STEP, _FORCE_STEP = 1e-5, 1e-2  # of differences: of a length, a radian and the trial speed; of the sd of a force
 _LONGEST = 0.5  # interval, in correlation times

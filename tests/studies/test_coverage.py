@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.inference.checks.coverage import RepeatedTrials, standard_errors_off
+from thesis.coverage import RepeatedTrials, standard_errors_off
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.model.linear_form import linear_systems
-from bayesub.sensors.measured_motion import measure, recorded
+from thesis.measured_motion import measure, recorded
 
 
 @pytest.fixture(scope="module")

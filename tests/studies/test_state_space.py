@@ -9,8 +9,8 @@ import bayesub as bs
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.priors import normal, relative_normal
-from bayesub.problem.state_space import StateSpace
 from bayesub.sensors.record import Channel, Record
+from disturbed.state_space import StateSpace
 
 NUISANCE = {
     "u0_mps": normal(1.7, 0.05),

@@ -9,14 +9,15 @@ from scipy.linalg import block_diag
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.inference.baselines import Estimate, filter_error, gauss_newton
-from bayesub.inference.baselines.innovations import Innovations
+from bayesub.inference.baselines import Estimate, gauss_newton
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.problem.base import Costs
 from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.priors import Normal, normal, relative_normal
-from bayesub.problem.state_space import StateSpace
 from bayesub.sensors.record import Channel, Record
+from disturbed.filter_error import filter_error
+from disturbed.innovations import Innovations
+from disturbed.state_space import StateSpace
 
 DEGREE = np.pi / 180.0
 

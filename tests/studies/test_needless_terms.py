@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayesub.inference.checks.needless_terms import Approximation, log_ratio, log_ratio_of_draws
+from how_many_terms.needless_terms import Approximation, log_ratio, log_ratio_of_draws
 
 N_READINGS = 30
 
