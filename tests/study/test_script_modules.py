@@ -130,7 +130,7 @@ def test_by_value_they_need_no_folder(study, tmp_path):
         assert done.stdout in ("{'sum': 6} False\n", "Number(value=9) False\n")
 
 
-def test_from_any_folder(study, tmp_path):
+def test_from_any_folder(study):
     """By the command, and as a script of Python."""
     given = {
         "capture_output": True,

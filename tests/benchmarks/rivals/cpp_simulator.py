@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.cli.right_hand_side import CPP, written
-from bayesub.cli.scalar_simulator import workspaces
 from bayesub.kernels.workspace import LANES, STATE
 from bayesub.model.simulator import Simulator
+from rivals.right_hand_side import CPP, written
+from rivals.scalar_simulator import workspaces
 
 # Without the last two a root that sets errno, and comparisons that could trap, would keep the loop from vectors.
 FLAGS = ("-std=c++17", "-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC")

@@ -9,13 +9,15 @@ import pytest
 from numba.core.runtime import _nrt_python, rtsys
 from support.refusals import refused
 
-from bayesub.cli import cpp_simulator, jax_simulator, rivals, scalar_simulator
-from bayesub.cli.right_hand_side import PYTHON, written
-from bayesub.cli.scalar_simulator import perturbed, spiral
+from bayesub.campaign.executors import Serial
+from bayesub.cli.bench import perturbed, spiral
 from bayesub.io.errors import InputError
 from bayesub.kernels.workspace import BODY_ROWS, COEFFICIENTS, INVERSE_MASS, LANES, N_STATES, STATE
+from rivals import cluster, comparison, cpp_simulator, jax_simulator, scalar_simulator
+from rivals.right_hand_side import PYTHON, written
+from rivals.tables import tables
 
-AGREEMENT_M = rivals.AGREEMENT_M
+AGREEMENT_M = comparison.AGREEMENT_M
 
 
 @pytest.fixture(scope="module")
@@ -99,42 +101,86 @@ def test_eight_lanes_in_cpp_fly_the_same_tracks(simulator, expected, library_sin
 @pytest.mark.skipif(not jax_simulator.is_installed(), reason="JAX is in pip install 'bayesub[bench]'")
 @pytest.mark.slow
 def test_jax_flies_the_same_track_and_differentiates_it(simulator, expected, tmp_path):
-    measured = rivals._by_process(tmp_path, jax_simulator, "1", "0", **jax_simulator.environment(1, str(tmp_path)))
+    measured = comparison._by_process(tmp_path, jax_simulator, "1", "0", **jax_simulator.environment(1, str(tmp_path)))
     assert measured["states"].shape == (len(expected), N_STATES)
     assert np.abs(measured["states"] - expected)[:, :3].max() <= AGREEMENT_M
     names = simulator.vehicle.equations.names
     jacobian = simulator.sensitivities(simulator.vehicle.xi, names, jax_simulator.OUTPUTS)
     scale = np.abs(jacobian).max(axis=(0, 1))
     assert (scale > 0).sum() > 20
-    assert (np.abs(measured["jacobian"] - jacobian).max(axis=(0, 1)) <= rivals.AGREEMENT_OF_JACOBIANS * scale).all()
+    assert (np.abs(measured["jacobian"] - jacobian).max(axis=(0, 1)) <= comparison.AGREEMENT_OF_JACOBIANS * scale).all()
 
 
 def test_what_is_missing_is_left_out_in_words(simulator, monkeypatch):
     """JAX that is not there or does not run, a compiler that is not there or fails."""
     monkeypatch.setattr(jax_simulator, "is_installed", lambda: True)
-    monkeypatch.setattr(rivals, "with_python", lambda *_, **__: subprocess.run([shutil.which("false")], check=True))
-    assert rivals.by_jax(0.0) == ({}, ["left out: JAX, whose process ended with status 1"])
+    monkeypatch.setattr(comparison, "with_python", lambda *_, **__: subprocess.run([shutil.which("false")], check=True))
+    assert comparison.by_jax(0.0) == ({}, ["left out: JAX, whose process ended with status 1"])
     monkeypatch.setattr(jax_simulator, "is_installed", lambda: False)
-    assert rivals.by_jax(0.0) == ({}, ["left out: JAX, which is not installed (pip install 'bayesub[bench]')"])
+    assert comparison.by_jax(0.0) == ({}, ["left out: JAX, which is not installed (pip install 'bayesub[bench]')"])
     monkeypatch.setenv("CXX", "no-such-compiler")
-    rows, (words,) = rivals._cpp(simulator, perturbed(simulator.vehicle, LANES))
+    rows, (words,) = comparison._cpp(simulator, perturbed(simulator.vehicle, LANES))
     assert not rows
     assert words == "left out: C++, for which there is no compiler (c++, or what the environment variable CXX names)"
     monkeypatch.setenv("CXX", shutil.which("false"))
-    rows, (words,) = rivals._cpp(simulator, perturbed(simulator.vehicle, LANES))
+    rows, (words,) = comparison._cpp(simulator, perturbed(simulator.vehicle, LANES))
     assert not rows
     assert words.startswith(f"left out: C++, which {shutil.which('false')} does not compile: ")
 
 
 def test_a_method_that_computes_something_else_ends_the_command(monkeypatch):
     """A track that is longer by 1e-12 of itself, before anything is timed; and what is not a number."""
-    rivals.check_agreement("the same", 0.9 * AGREEMENT_M, AGREEMENT_M, " m")
+    comparison.check_agreement("the same", 0.9 * AGREEMENT_M, AGREEMENT_M, " m")
     for difference in (1.1 * AGREEMENT_M, np.nan):
         with refused("state", "another"):
-            rivals.check_agreement("another", difference, AGREEMENT_M, " m")
+            comparison.check_agreement("another", difference, AGREEMENT_M, " m")
     of_numba = scalar_simulator.simulate
-    monkeypatch.setattr(rivals, "_cpp", lambda *_: ([], []))
+    monkeypatch.setattr(comparison, "_cpp", lambda *_: ([], []))
     monkeypatch.setattr(scalar_simulator, "simulate", lambda simulator: of_numba(simulator) * (1.0 + 1e-12))
     with pytest.raises(InputError) as caught:  # by how much depends on the processor
-        rivals.compare(0.0, {})
+        comparison.compare(0.0, {})
     assert (caught.value.kind, caught.value.key) == ("state", "numba, one at a time")
+
+
+def test_a_cluster_is_measured_by_the_time_inside_its_pieces(monkeypatch):
+    """Pieces share their workers' time with what it takes to hand them out."""
+    sizes = {"QUICK_EMPTY": 3, "QUICK_LENGTHS": {0.05: 2}, "RESULT": 10, "FUNCTION": 10}
+    for name, value in sizes.items():
+        monkeypatch.setattr(cluster, name, value)
+    numbers = cluster.run(Serial(), quick=True)
+    assert numbers["workers"] == 1
+    assert [row["work"] for row in numbers["lengths"]] == ["waiting", "simulating"]
+    for row in numbers["lengths"]:
+        assert row["pieces"] == 2
+        assert row["length_s"] >= 0.05
+        assert 0.0 < row["efficiency"] <= 1.0
+    text, table = cluster.tables(numbers)
+    assert table.row_count == 2
+    assert f"{1e3 * numbers['seconds_per_piece']:.2f} ms" in text
+
+
+def test_tables_have_a_row_for_each_measurement():
+    numbers = {
+        "batch": 4,
+        "methods": [
+            {"method": "bayesub", "step_s": 1.0, "seconds": {1: 2e-5, 2: 1e-5}, "error_m": 1e-3, "differs_m": 0.0},
+            {"method": "other", "step_s": 1.0, "seconds": {1: 1e-4, 2: 6e-5}, "error_m": 1e-3, "differs_m": 3e-13},
+            {"method": "adaptive", "step_s": None, "seconds": {1: 1e-3}, "error_m": 1e-3, "differs_m": None},
+        ],
+        "left_out": ["left out: a snail"],
+        "jacobians": [
+            {"method": method, "coefficients": 21, "threads": threads, "seconds": seconds}
+            for method, seconds in (("bayesub", 1e-3), ("other", 4e-3)) for threads in (1, 2)
+        ],
+        "arithmetic": {
+            "instructions": {"fma": 3}, "vector_bits": 256, "peak_vector_bits": 512, "fma_per_s": 1e9, "limit_s": 1e-5
+        },
+    }  # fmt: skip
+    methods, agreement, jacobians, text = tables(numbers)
+    assert [table.row_count for table in (methods, jacobians)] == [3, 4]
+    one, two = ([*methods.columns[k].cells] for k in (3, 5))
+    assert (one, two) == (["1.0", "5.0", "50.0"], ["1.0", "6.0", ""])
+    assert agreement == "rows with steps differ from bayesub with these steps by at most 3.0e-13 m\nleft out: a snail"
+    assert [*jacobians.columns[4].cells] == ["50", "100", "200", "400"]
+    assert [*jacobians.columns[5].cells] == ["1.0", "1.0", "4.0", "4.0"]
+    assert "2.00 times" in text

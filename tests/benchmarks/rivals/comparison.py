@@ -1,5 +1,6 @@
 """What a user would write instead of the simulator, beside it: time, error, and agreement to round-off."""
 
+import os
 import subprocess
 import tempfile
 from collections.abc import Callable
@@ -11,12 +12,15 @@ import numba
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from bayesub.cli import cpp_simulator, jax_simulator, scalar_simulator
-from bayesub.cli.scalar_simulator import BATCH, TIMES, perturbed, spiral
-from bayesub.cli.stopwatch import each_number_of_threads, in_threads, shortest, with_python
+from bayesub.cli import bench
+from bayesub.cli.bench import BATCH, TIMES, perturbed, spiral
+from bayesub.cli.stopwatch import each_number_of_threads, shortest, with_python
 from bayesub.io.errors import InputError
+from bayesub.model import coefficients
 from bayesub.model.simulator import Simulator
 from bayesub.model.time_step import STEP_TOLERANCE_M
+from rivals import arithmetic, cpp_simulator, jax_simulator, scalar_simulator
+from rivals.in_threads import in_threads
 
 PLAIN_STEP = 0.1  # s, the thesis's step
 REFERENCE_STEP = 0.01  # s
@@ -85,9 +89,29 @@ def by_jax(seconds: float) -> tuple[dict[int, dict], list[str]]:
 def _by_process(folder: str, module, *arguments: str, **environment: str) -> dict[str, np.ndarray]:
     """The arrays that a module writes when another Python runs it."""
     file = Path(folder, "measured.npz")
+    path = (str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH"))
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, path))
     with_python("-m", module.__name__, str(file), *arguments, **environment)
     with np.load(file) as arrays:
         return dict(arrays)
+
+
+def run(*, quick: bool = False) -> dict:
+    """All measurements as numbers and lists: seconds and metres. `quick` is shorter and leaves out JAX."""
+    seconds = 0.2 if quick else 1.5
+    measured, left_out = ({}, ["left out by --quick: JAX"]) if quick else by_jax(seconds)
+    numbers = compare(seconds, measured)
+    numbers["left_out"] += left_out
+    numbers["arithmetic"] = arithmetic.limit(spiral().kernels, numbers["evaluations"])
+    numbers["jacobians"] = [{"method": "bayesub", **row} for row in bench.jacobians(seconds)]
+    for threads, arrays in measured.items():
+        row = {
+            "coefficients": len(coefficients.NAMES),
+            "threads": threads,
+            "seconds": float(arrays["jacobian_seconds"]),
+        }
+        numbers["jacobians"].append({"method": "JAX, jacfwd", **row})
+    return numbers
 
 
 def compare(seconds: float, by_jax: dict[int, dict]) -> dict:

@@ -1,7 +1,7 @@
 """What a user of JAX would write instead of the simulator: ``jit(vmap(scan))``, and derivatives by ``jacfwd``.
 
 The equations of motion are those of the kernels, which JAX follows. Precision and threads of
-JAX are settled when it is loaded, so that it has a process of its own: ``python -m bayesub.cli.jax_simulator FILE
+JAX are settled when it is loaded, so that it has a process of its own: ``python -m rivals.jax_simulator FILE
 THREADS SECONDS`` writes what it has measured and computed.
 """
 
@@ -12,13 +12,14 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.cli.scalar_simulator import BATCH, perturbed, spiral
-from bayesub.cli.stopwatch import in_threads, shortest
+from bayesub.cli.bench import BATCH, perturbed, spiral
+from bayesub.cli.stopwatch import shortest
 from bayesub.kernels.dynamics import Boat, InverseMass, euler_derivative
 from bayesub.kernels.lanes import choose, sqrt
 from bayesub.kernels.trigonometry import sine_cosine
 from bayesub.logs import log_files
 from bayesub.model.simulator import Simulator
+from rivals.in_threads import in_threads
 
 OUTPUTS = ("x", "y", "psi")  # of which derivatives are computed
 

@@ -1,7 +1,7 @@
 """What a user would write instead of the simulator: one simulation at a time, by Runge-Kutta 4 with a fixed step.
 
 The equations of motion are the package's own, for one state, and no step makes an array. With ``NUMBA_DISABLE_JIT=1``
-everything here is plain Python and NumPy; ``python -m bayesub.cli.scalar_simulator FILE STEP`` writes the seconds of a
+everything here is plain Python and NumPy; ``python -m rivals.scalar_simulator FILE STEP`` writes the seconds of a
 simulation and its states.
 """
 
@@ -12,27 +12,14 @@ import timeit
 import numba
 import numpy as np
 
-from bayesub.cli.right_hand_side import PYTHON, written
+from bayesub.cli.bench import spiral
 from bayesub.kernels.mass import inverses, mass_matrices
 from bayesub.kernels.workspace import BODY_ROWS, COEFFICIENTS, INVERSE_MASS, LANES, N_STATES, STATE
-from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulator import Simulator
-from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.model.vehicles import load_vehicle
+from rivals.right_hand_side import PYTHON, written
 
 _jit = numba.njit(nogil=True, error_model="numpy", fastmath={"contract"})
-TIMES = np.linspace(0.0, 600.0, 601)
-BATCH = 256
-
-
-def spiral(step: float | None = None, subproblem: str | None = "horizontal") -> Simulator:
-    """The simulator of the 600 s spiral of `suboff` at 601 output times, with its own step or a given one (s)."""
-    vehicle = load_vehicle("suboff")
-    return Simulator(vehicle, load_manoeuvre("horizontal", vehicle), TIMES, dt=step, subproblem=subproblem)
-
-
-def perturbed(vehicle: Vehicle, n_batch: int) -> np.ndarray:
-    """(n_batch, 101) coefficients that are off by one per cent."""
-    return vehicle.xi * (1.0 + 0.01 * np.random.default_rng(0).standard_normal((n_batch, len(vehicle.xi))))
 
 
 def workspaces(simulator: Simulator, xi: np.ndarray) -> np.ndarray:
