@@ -19,7 +19,6 @@ IMPORTS = [
     "bayesub.study.runs",
     "bayesub.report.report",
     "bayesub.inference.sampling",
-    "bayesub.thesis",
 ]
 
 

@@ -19,10 +19,10 @@ from functools import partial
 import numpy as np
 
 import bayesub as bs
-from bayesub.thesis import optimiser_tables as tables
-from bayesub.thesis.cases import CASES
-from bayesub.thesis.optimisers import compare, mean_with_error, shares_further
-from bayesub.thesis.plots import campaign
+from baselines import tables
+from thesis.cases import CASES
+from thesis.optimisers import compare, mean_with_error, shares_further
+from thesis.plots import campaign
 
 N_STARTS, N_FREE_STARTS = 50, 5  # by the thesis's rule, and of each search to its own end
 MAX_ITERATIONS = 500

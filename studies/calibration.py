@@ -21,9 +21,9 @@ import bayesub as bs
 from bayesub.inference.checks import calibration
 from bayesub.inference.sampling.posterior import Criteria
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.plots import calibration as plots
 from bayesub.report import markdown
-from bayesub.thesis.prior_trials import PriorTrials
+from calibration import plots
+from thesis.prior_trials import PriorTrials
 
 # Quick: half a minute, because six posteriors are sampled of each of several kinds of trial.
 N_TRIALS, QUICK_TRIALS = 200, 6

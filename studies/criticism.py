@@ -17,8 +17,8 @@ import bayesub as bs
 from bayesub.inference.checks.fit import FALSE_ALARMS
 from bayesub.problem.likelihoods import AR1, Normal, StudentT
 from bayesub.report import markdown
-from bayesub.thesis import wrong_models
-from bayesub.thesis.wrong_models import Departure
+from thesis import wrong_models
+from thesis.wrong_models import Departure
 
 N_RECORDS, QUICK_RECORDS = 100, 3
 PRIOR_SD = 0.25

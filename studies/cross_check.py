@@ -24,7 +24,7 @@ from bayesub.inference.sampling.nuts import sample_nuts
 from bayesub.inference.sampling.posterior import STANDARD
 from bayesub.plots import cross_check as plots
 from bayesub.report import markdown
-from bayesub.thesis import cases
+from thesis import cases
 
 N_DRAWS, N_TUNE, N_CHAINS = 1000, 300, 4  # of each chain of NUTS, and their number
 ESS = 10_000  # of the ensemble sampler

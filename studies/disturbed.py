@@ -15,8 +15,8 @@ from functools import partial
 import numpy as np
 
 import bayesub as bs
-from bayesub.thesis import disturbed_tables as tables
-from bayesub.thesis.disturbed_trials import (
+from disturbed import tables
+from disturbed.trials import (
     FINER,
     DisturbedTrials,
     Truth,

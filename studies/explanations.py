@@ -16,8 +16,8 @@ import numpy as np
 import bayesub as bs
 from bayesub.problem.likelihoods import AR1, Normal
 from bayesub.report import markdown
-from bayesub.thesis import wrong_models
-from bayesub.thesis.wrong_models import FITS, NONE, UNCORRELATED, Departure
+from thesis import wrong_models
+from thesis.wrong_models import FITS, NONE, UNCORRELATED, Departure
 
 # Quick: a minute, because a record of each of twenty kinds is fitted and explained.
 N_RECORDS, RIGHT_RECORDS, QUICK_RECORDS = 10, 30, 1

@@ -15,9 +15,9 @@ from scipy.optimize import minimize
 
 import bayesub as bs
 from bayesub.kernels import workspace
-from bayesub.plots import glider as plots
 from bayesub.study.trial_log import read_trial
-from bayesub.thesis.glider_casts import LOG, SOUND_MPS, find_casts, mean_density, peer, shown, sparse
+from glider import plots
+from glider.flight import LOG, SOUND_MPS, find_casts, mean_density, peer, shown, sparse
 
 SEED, N_DRAWS = 36, 400
 STEP_S = 1.0

@@ -9,7 +9,7 @@ some are several times too small. The report says that prior and data disagree w
 and keeps quiet where it is right.
 Cost: ten minutes on two cores.
 
-Posteriors are normal approximations (bayesub.thesis.guesses), not samples.
+Posteriors are normal approximations (guesses.posteriors), not samples.
 """
 
 from functools import partial
@@ -20,7 +20,7 @@ import numpy as np
 import bayesub as bs
 from bayesub.plots import style
 from bayesub.report import markdown
-from bayesub.thesis.guesses import NORMAL_SD, Guessed, judged
+from guesses.posteriors import NORMAL_SD, Guessed, judged
 
 N_TRIALS, N_OTHERS, QUICK_TRIALS = 200, 60, 3
 INTERVAL = 0.9

@@ -29,8 +29,7 @@ from scipy import stats
 
 import bayesub as bs
 from bayesub.report import markdown
-from bayesub.thesis import term_sets
-from bayesub.thesis.plots import term_sets as plots
+from how_many_terms import plots, term_sets
 
 NOISES = {"ideal": 0.001, "a hundredth": 0.01, "a tenth": 0.1, "tracking range": 1.0}
 ENDS = ("ideal", "tracking range")

@@ -13,9 +13,9 @@ import numpy as np
 
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.report.markdown import table
-from bayesub.thesis.cases import load_manoeuvre, load_vehicle, published, simulate
-from bayesub.thesis.ifac_2003 import one_draw
-from bayesub.thesis.plots import ifac_2003 as plots
+from ifac_2003 import plots
+from ifac_2003.draws import one_draw
+from thesis.cases import load_manoeuvre, load_vehicle, published, simulate
 
 N_DRAWS, MAX_ITERATIONS = 50, 500
 QUICK = (2, 60)

@@ -19,10 +19,10 @@ import numpy as np
 
 from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.plots import cancellation, collinearity, contribution, profile, spectrum
-from bayesub.thesis import conditioning
-from bayesub.thesis import conditioning_tables as tables
-from bayesub.thesis.cases import CASES, MANOEUVRES, published
+from bayesub.plots import spectrum
+from ill_conditioning import one_case, tables
+from ill_conditioning.plots import cancellation, collinearity, contribution, profile
+from thesis.cases import CASES, MANOEUVRES, published
 
 QUICK_CASES = (("suboff", "horizontal"),)
 # A null profile rises by the square of what round-off moves the readings: 1e4 roundings of 1e-16 of 1 km over 0.5 m are
@@ -61,33 +61,33 @@ def compute(run):
 
 def analyse(vehicle, manoeuvre, converged):
     """The numbers of one case, and the arrays that its figures need besides."""
-    case = conditioning.analyse(vehicle, manoeuvre, converged)
+    case = one_case.analyse(vehicle, manoeuvre, converged)
     return case.numbers(), case.arrays()
 
 
 def draw(run, numbers):
     """Spectra, contributions, regressors; directions, profiles, correlations and cancellation of each case."""
     run.page(tables.page(numbers))
-    spectra = {title: conditioning.restored_spectrum(case) for title, case in numbers.items()}
+    spectra = {title: one_case.restored_spectrum(case) for title, case in numbers.items()}
     spectrum.draw_cases(run.figure("spectra"), spectra, min(len(numbers), len(MANOEUVRES)))
     for manoeuvre in MANOEUVRES:
         alike = {title.split()[0]: case for title, case in numbers.items() if title.endswith(manoeuvre)}
         if alike:
-            contributions = {vehicle: conditioning.restored_contribution(case) for vehicle, case in alike.items()}
+            contributions = {vehicle: one_case.restored_contribution(case) for vehicle, case in alike.items()}
             accuracies = {vehicle: case["simulator_cost"] for vehicle, case in alike.items()}
             contribution.draw(run.figure(f"contribution_{manoeuvre}"), contributions, accuracies, EQUATIONS)
     stems = {title: title.replace(" ", "_") for title in numbers}
     arrays = {title: run.load_arrays(f"case_{stem}") for title, stem in stems.items()}
     for title, case in numbers.items():
         stem, saved = stems[title], arrays[title]
-        directions = conditioning.restored_spectrum(case, saved)
+        directions = one_case.restored_spectrum(case, saved)
         spectrum.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
-        profile.draw(run.figure(f"profiles_{stem}"), conditioning.restored_profiles(case), EQUATIONS)
-        related = conditioning.restored_collinearity(case, saved)
+        profile.draw(run.figure(f"profiles_{stem}"), one_case.restored_profiles(case), EQUATIONS)
+        related = one_case.restored_collinearity(case, saved)
         collinearity.draw_correlation(run.figure(f"correlation_{stem}"), related, EQUATIONS)
-        errors = conditioning.restored_cancellation(case, saved)
+        errors = one_case.restored_cancellation(case, saved)
         cancellation.draw(run.figure(f"cancellation_{stem}"), saved["times"], errors, EQUATIONS)
-    surge = {t: conditioning.restored_regressors(a) for t, a in arrays.items() if t.endswith("horizontal")}
+    surge = {t: one_case.restored_regressors(a) for t, a in arrays.items() if t.endswith("horizontal")}
     collinearity.draw_scatter(run.figure("regressors"), surge, [("Xvr", "Xrr"), ("Xvr", "Xvv")], EQUATIONS)
 
 
@@ -115,7 +115,7 @@ def claims(numbers):
         yield bool(np.all(null < 1e-3 * sloppy)), f"{title}: no gap between null {null} and sloppy {sloppy:.1e}"
 
         # Company, more than little contribution, is the reason.
-        alone, company = (np.mean(tables.column(case, key) < conditioning.KNOWN) for key in ("alone", "posterior"))
+        alone, company = (np.mean(tables.column(case, key) < one_case.KNOWN) for key in ("alone", "posterior"))
         yield alone > 0.5, f"{title}: only {alone:.0%} of the coefficients would be known alone"
         yield company < 0.5 * alone, f"{title}: {company:.0%} are known in company, of {alone:.0%} alone"
         for axis in case["largest_sum"] if title == "suboff horizontal" else ():

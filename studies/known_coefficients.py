@@ -20,9 +20,8 @@ import numpy as np
 import bayesub as bs
 from bayesub.inference.sampling.posterior import Criteria
 from bayesub.report import markdown
-from bayesub.thesis import towing_tank
-from bayesub.thesis.plots import known_coefficients as plots
-from bayesub.thesis.towing_tank import EXACT, HELD, UNCERTAIN, unknown
+from known_coefficients import plots, towing_tank
+from known_coefficients.towing_tank import EXACT, HELD, UNCERTAIN, unknown
 
 N_TRIALS, QUICK_TRIALS = 50, 2
 INTERVAL_S, QUICK_INTERVAL_S = 1.0, 5.0  # of the readings

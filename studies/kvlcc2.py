@@ -25,8 +25,8 @@ from bayesub.logs import log_files
 from bayesub.model.linear_form import stacked
 from bayesub.plots import style
 from bayesub.report.markdown import columns
-from bayesub.sensors.measured_motion import Motion
 from bayesub.study.trial_log import read_trial
+from thesis.measured_motion import Motion
 
 FOLDER = Path(__file__).parent
 FITTED = ("10_10_P", "10_10_S", "20_10_P", "20_10_S")

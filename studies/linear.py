@@ -8,9 +8,9 @@ Cost: half a minute. How long each fit takes is in the study `baselines`.
 
 from bayesub.model.linear_form import linear_systems
 from bayesub.report.markdown import columns, named
-from bayesub.thesis import cases
-from bayesub.thesis.optimisers import linear_fits
-from bayesub.thesis.plots import linear as plots
+from linear import plots
+from thesis import cases
+from thesis.optimisers import linear_fits
 
 METHODS = ("LP", "LLS")
 QUICK_CASES = (("suboff", "horizontal"),)

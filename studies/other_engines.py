@@ -13,8 +13,8 @@ with few free coefficients the others are known.
 
 from functools import partial
 
-from bayesub.thesis import other_engines, sampler_cost
-from bayesub.thesis.plots import other_engines as plots
+from other_engines import plots, samplers
+from thesis import sampler_cost
 
 SEED = sampler_cost.SEED
 GRADIENTS, CALLS = 20_000, 60_000  # of nutpie, of dynesty
@@ -52,9 +52,9 @@ def engines(quick: bool) -> dict:
     """Name -> the engine, its budget, and its settings."""
     gradients, calls = (QUICK_GRADIENTS, QUICK_CALLS) if quick else (GRADIENTS, CALLS)
     return {
-        "nutpie": (other_engines.nutpie_draws, gradients, {}),
-        LOW_RANK: (other_engines.nutpie_draws, gradients, {"low_rank_modified_mass_matrix": True}),
-        "dynesty": (other_engines.dynesty_draws, calls, {}),
+        "nutpie": (samplers.nutpie_draws, gradients, {}),
+        LOW_RANK: (samplers.nutpie_draws, gradients, {"low_rank_modified_mass_matrix": True}),
+        "dynesty": (samplers.dynesty_draws, calls, {}),
     }
 
 
@@ -67,21 +67,21 @@ def compute(run):
 def compare(case, free, quick):
     """One problem by this sampler and by the others."""
     problem = sampler_cost.pose(*case.split(), "normal", free=free)
-    return other_engines.compared(problem, engines(quick), SEED, QUICK_ESS if quick else ESS)
+    return samplers.compared(problem, engines(quick), SEED, QUICK_ESS if quick else ESS)
 
 
 def draw(run, numbers):
     """Costs by problem and engine, and a table with a row each."""
     plots.draw(run.figure("engines"), numbers)
-    run.page(other_engines.table(numbers))
+    run.page(samplers.table(numbers))
 
 
 def claims(numbers):
     """Engines that get there agree, for more simulations; one does so with three coefficients, none with all."""
     for problem, results in numbers.items():
-        ours, (_, free) = results[other_engines.OURS], PROBLEMS[problem]
+        ours, (_, free) = results[samplers.OURS], PROBLEMS[problem]
         yield ours["to_target"] is not None, f"{problem}: ours has not converged: {ours['reached']}"
-        for name, cost in other_engines.rivals(results).items():
+        for name, cost in samplers.rivals(results).items():
             there = cost["to_target"] is not None
             if there and ours["to_target"] is not None:
                 yield cost["verdict"] != "disagree", f"{problem}, {name}: {cost['sentence']}"

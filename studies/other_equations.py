@@ -17,8 +17,8 @@ import numpy as np
 
 from bayesub.inference.sampling import sample
 from bayesub.model.vehicles import load_vehicle
-from bayesub.thesis import crossed_equations, other_equations, other_equations_tables
-from bayesub.thesis.plots import other_equations as plots
+from other_equations import plots, swapped, tables
+from thesis import uniqueness
 
 VEHICLES = {
     "booth": ("auv690", "suboff", "npsauv"),
@@ -77,8 +77,8 @@ def compute(run):
 
 def case(name, vehicle, manoeuvre):
     """Uniqueness and spectra of one vehicle on one manoeuvre."""
-    track = other_equations.flight(vehicle, manoeuvre)
-    axes, spectra = other_equations.uniqueness(track), other_equations.spectra(track)
+    track = uniqueness.flight(vehicle, manoeuvre)
+    axes, spectra = uniqueness.uniqueness(track), uniqueness.spectra(track)
     return {"equations": name, "vehicle": vehicle, "manoeuvre": manoeuvre, "axes": axes, "spectra": spectra}
 
 
@@ -87,35 +87,35 @@ def fit(vehicle, name, max_steps):
 
     Predictions are of trials with other noise and other guesses; the rest is of the first one.
     """
-    track, boat = other_equations.flight(vehicle, "horizontal"), load_vehicle(vehicle)
+    track, boat = uniqueness.flight(vehicle, "horizontal"), load_vehicle(vehicle)
     trials, checked, searched, predicted = (
         np.random.default_rng(seed) for seed in np.random.SeedSequence(SEED).spawn(4)
     )
     own = name == boat.equations.name
-    crossed = boat if own else crossed_equations.crossed(boat, name, "horizontal")
+    crossed = boat if own else swapped.crossed(boat, name, "horizontal")
     fits = []
     for posed, sampled in zip(trials.spawn(N_TRIALS), trials.spawn(N_TRIALS), strict=True):
-        trial = other_equations.trial(track, posed) if own else crossed_equations.crossed_trial(track, crossed, posed)
+        trial = uniqueness.trial(track, posed) if own else swapped.crossed_trial(track, crossed, posed)
         fits.append((trial, sample(trial, rng=sampled, max_steps=max_steps)))
     # Random manoeuvres move stern planes too, which the equations of a ship do not have.
     names = UNSEEN if boat.equations.degrees_of_freedom == 6 else UNSEEN[:3]
-    unseen = crossed_equations.unseen(boat, names, "horizontal")
+    unseen = swapped.unseen(boat, names, "horizontal")
     problem, posterior = fits[0]
     return {
         "equations": name,
         "vehicle": vehicle,
         "own": own,
-        "posterior": other_equations.sharpened(posterior),
-        "predictions": crossed_equations.predictions(unseen, fits, predicted),
-        "check": crossed_equations.model_check(problem, posterior, checked),
-        "sqp": other_equations.searches(problem, searched, N_STARTS, ITERATIONS) if own else None,
+        "posterior": uniqueness.sharpened(posterior),
+        "predictions": swapped.predictions(unseen, fits, predicted),
+        "check": swapped.model_check(problem, posterior, checked),
+        "sqp": uniqueness.searches(problem, searched, N_STARTS, ITERATIONS) if own else None,
     }
 
 
 def draw(run, numbers):
     """One figure and the tables."""
     plots.draw(run.figure("other_equations"), numbers["cases"], numbers["fits"])
-    run.page(other_equations_tables.page(numbers))
+    run.page(tables.page(numbers))
 
 
 def claims(numbers):

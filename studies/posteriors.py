@@ -13,7 +13,7 @@ of its value, and combinations of the others; the median coefficient keeps two f
 A posterior that has not converged is marked and counts for none of this.
 Cost: about a quarter of an hour on one core. A killed run continues with --resume: posteriors and searches are kept.
 
-The trials are :func:`bayesub.thesis.cases.trial`: position noise of 0.5 m on a boat of suboff's length, in proportion
+The trials are :func:`thesis.cases.trial`: position noise of 0.5 m on a boat of suboff's length, in proportion
 to length, and attitude noise of 0.1 degrees, sampled every second on suboff, in proportion to length over speed; the
 prior is normal, 25 % about a guess 15 % off. SQP follows the thesis's rules (studies/baselines.py) on the exact track,
 and on the noisy readings of the trial, weighted by their noise; the added masses that reduce the rank are known. A set
@@ -32,9 +32,9 @@ from scipy import stats
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.plots import corner, style
 from bayesub.problem.distributions import Normal
-from bayesub.thesis import cases, posterior_tables
-from bayesub.thesis.plots import posteriors as plots
-from bayesub.thesis.posteriors import DrawsOfCoefficients, compare, searches
+from posteriors import plots, tables
+from posteriors.trials import DrawsOfCoefficients, compare, searches
+from thesis import cases
 
 N_SETS, MAX_ITERATIONS, MAX_STEPS = 50, 500, 20_000
 QUICK, QUICK_CASES = (5, 60, 400), (("npsauv", "horizontal"),)
@@ -97,7 +97,7 @@ def case(run, pair, n_sets, max_iterations, max_steps):
 
 def draw(run, numbers):
     """Coefficients and strongest trade-offs of each case; all cases beside each other."""
-    run.page(posterior_tables.page(numbers, {group: label for group, (label, *_) in SETS.items()}))
+    run.page(tables.page(numbers, {group: label for group, (label, *_) in SETS.items()}))
     titles = {name: name + ("" if case["converged"] else " (not converged)") for name, case in numbers.items()}
     contraction = {t: dict(zip(numbers[n]["names"], numbers[n]["contraction"], strict=True)) for n, t in titles.items()}
     plots.draw_contraction(run.figure("contraction"), contraction)

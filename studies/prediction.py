@@ -16,10 +16,11 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.report.markdown import columns, named
-from bayesub.thesis import cases
-from bayesub.thesis.counterparts import comparison
-from bayesub.thesis.plots import campaign, prediction
-from bayesub.thesis.predictions import LEVELS, STATISTICS, fly_all, summary, worst_tracks
+from prediction import plots
+from thesis import cases
+from thesis.counterparts import comparison
+from thesis.plots import campaign
+from thesis.predictions import LEVELS, STATISTICS, fly_all, summary, worst_tracks
 
 N_SETS, N_MANOEUVRES, MAX_ITERATIONS, N_DRAWS = 50, 100, 500, 200
 QUICK = (4, 5, 60)
@@ -69,22 +70,22 @@ def predict(run, vehicle):
 def draw(run, numbers):
     """Errors by kind, by set and by manoeuvre; coefficients; tables beside the thesis's."""
     for vehicle, r in numbers.items():
-        groups = [(*prediction.KINDS[key], np.array([r["ratios"][key]]), marker) for key, marker in SETS.items()]
+        groups = [(*plots.KINDS[key], np.array([r["ratios"][key]]), marker) for key, marker in SETS.items()]
         groups = [(label, ratios, marker, colour) for label, colour, ratios, marker in groups]
         campaign.draw_sets(run.figure(f"sets_{vehicle}"), r["names"], groups)
     kinds = {v: {key: np.array(e, dtype=float) for key, e in r["kind_errors"].items()} for v, r in numbers.items()}
-    prediction.draw_distributions(run.figure("distributions"), kinds, {v: to_suboff(v) for v in numbers})
+    plots.draw_distributions(run.figure("distributions"), kinds, {v: to_suboff(v) for v in numbers})
     shares = {v: np.array(list(r["coverage"].values())) for v, r in numbers.items()}
-    prediction.draw_calibration(run.figure("calibration"), LEVELS, shares)
+    plots.draw_calibration(run.figure("calibration"), LEVELS, shares)
     run.page(tables(numbers))
     flights = {vehicle: run.load_arrays(f"flights_{vehicle}") for vehicle in numbers}
     errors = {vehicle: arrays["errors"] for vehicle, arrays in flights.items()}
     for vehicle, values in errors.items():
-        prediction.draw_surface(run.figure(f"surface_{vehicle}"), values)
-    prediction.draw_sorted(run.figure("sorted"), errors)
+        plots.draw_surface(run.figure(f"surface_{vehicle}"), values)
+    plots.draw_sorted(run.figure("sorted"), errors)
     worst = {v: np.nanmax(values[numbers[v]["chosen"]["worst"]]) for v, values in errors.items()}
     tracks = {v: (arrays["true"], arrays["predicted"], worst[v]) for v, arrays in flights.items()}
-    prediction.draw_tracks(run.figure("worst_tracks"), tracks)
+    plots.draw_tracks(run.figure("worst_tracks"), tracks)
 
 
 def tables(numbers):

@@ -15,10 +15,10 @@ import numpy as np
 from bayesub.model.coefficients import INDEX
 from bayesub.model.simulator import Simulator
 from bayesub.report.markdown import columns, named, table
-from bayesub.thesis import cases
-from bayesub.thesis.counterparts import comparison
-from bayesub.thesis.plots import prediction_costs as plots
-from bayesub.thesis.predictions import HELD_STEP, STATISTICS, shares_of_variance, spread
+from prediction_costs import plots
+from thesis import cases
+from thesis.counterparts import comparison
+from thesis.predictions import HELD_STEP, STATISTICS, shares_of_variance, spread
 
 N_SETS, N_MANOEUVRES, MAX_ITERATIONS = 50, 100, 500
 QUICK = (4, 5, 60)

@@ -20,9 +20,8 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.thesis import richest, richest_floor, richest_proof, richest_tables, richest_worth
-from bayesub.thesis.plots import richest as plots
-from bayesub.thesis.richest_options import OPTIONS
+from richest import appraisal, floor, plots, proof, tables, worth
+from richest.options import OPTIONS
 
 SEED = 22
 VEHICLES = ("suboff", "auv690", "npsauv", "remus100")
@@ -79,9 +78,9 @@ def compute(run):
     run.progress.stage("options")
     vehicle = vehicles[0]
     best = numbers["vehicles"][vehicle]["searches"]["log"]
-    numbers["worth"] = run.part("worth", partial(richest_worth.worth, vehicle, "log", best))
+    numbers["worth"] = run.part("worth", partial(worth.worth, vehicle, "log", best))
     names = list(OPTIONS)[: 2 if run.quick else None]
-    work = partial(richest_worth.option, names, SEED, QUICK["option"] if run.quick else N_OPTION)
+    work = partial(worth.option, names, SEED, QUICK["option"] if run.quick else N_OPTION)
     numbers["options"] = run.repeat("options", work, len(names))
     run.progress.stage("proof")
     vehicle, sensors = ("remus100", "track") if run.quick else PROOF
@@ -92,12 +91,12 @@ def compute(run):
 def of_vehicle(run, vehicle, *, motion):
     """The numbers of one vehicle, and arrays for its figures."""
     n_random, chunk = (QUICK["random"], QUICK["random"]) if run.quick else (N_RANDOM, CHUNK)
-    work = partial(richest.random_chunk, vehicle, SEED, chunk)
-    results = richest.joined(run.repeat(f"random_{vehicle}", work, n_random // chunk))
+    work = partial(appraisal.random_chunk, vehicle, SEED, chunk)
+    results = appraisal.joined(run.repeat(f"random_{vehicle}", work, n_random // chunk))
     searches = search_all(run, vehicle, results)
-    specs = {f"standard {name}": {"name": name} for name in richest.appraiser_of(vehicle).standard()}
+    specs = {f"standard {name}": {"name": name} for name in appraisal.appraiser_of(vehicle).standard()}
     for sensors in SENSORS:
-        numbers = richest.ranked(results, sensors)
+        numbers = appraisal.ranked(results, sensors)
         specs |= {f"{sensors} {rank}": {"seed": (SEED, number)} for rank, number in numbers.items()}
         specs[f"{sensors} optimised"] = searches[sensors]
     looks = run.repeat(f"closer_{vehicle}", partial(closer_look, vehicle, list(specs.values())), len(specs))
@@ -105,16 +104,16 @@ def of_vehicle(run, vehicle, *, motion):
     for name, look in looks.items():
         own = name.split()[0]  # the sensors for which a manoeuvre was chosen
         look["sensors"] = {own: look["sensors"][own]} if own in SENSORS else look["sensors"]
-        richest_floor.count_reasons(look, names=name == "standard coupled" or name.endswith("optimised"))
+        floor.count_reasons(look, names=name == "standard coupled" or name.endswith("optimised"))
     arrays = {f"{name}/{key}": np.float32(a) for name, look in looks.items() for key, a in look.pop("arrays").items()}
     pairs = {s: {"coupled": specs["standard coupled"], "optimised": specs[f"{s} optimised"]} for s in SENSORS}
-    boats = run.part(f"boats_{vehicle}", partial(richest_floor.other_boats, vehicle, pairs, SEED))
-    n = len(richest.appraiser_of(vehicle).exact.names)
+    boats = run.part(f"boats_{vehicle}", partial(floor.other_boats, vehicle, pairs, SEED))
+    n = len(appraisal.appraiser_of(vehicle).exact.names)
     histograms = {
         s: [np.bincount(results[s]["n"][part], minlength=n + 1).tolist() for part in parts(results)] for s in SENSORS
     }
     every = np.linspace(0, n_random - 1, QUICK["conditions"] if run.quick else N_CONDITIONS).astype(int).tolist()
-    conditions = run.part(f"conditions_{vehicle}", partial(richest_floor.conditions, vehicle, SEED, every))
+    conditions = run.part(f"conditions_{vehicle}", partial(floor.conditions, vehicle, SEED, every))
     closer = plots.chosen(arrays, motion=motion)
     return {
         "n_coefficients": n,
@@ -128,7 +127,7 @@ def of_vehicle(run, vehicle, *, motion):
         "searches": searches,
         "manoeuvres": looks,
         "boats": boats,
-        "correlations": richest_floor.correlations(conditions, results, every),
+        "correlations": floor.correlations(conditions, results, every),
     }, closer
 
 
@@ -140,13 +139,13 @@ def parts(results):
 
 def closer_look(vehicle, specs, k):
     """The summary of one manoeuvre."""
-    return richest_floor.summary(vehicle, specs[k])
+    return floor.summary(vehicle, specs[k])
 
 
 def search_all(run, vehicle, results):
     """Sensors -> the best result of the searches of several families."""
     pairs = [(sensors, kind) for sensors in SENSORS for kind in KINDS]
-    starts = [richest.ranked(results, sensors)["best"] for sensors, _ in pairs]
+    starts = [appraisal.ranked(results, sensors)["best"] for sensors, _ in pairs]
     n_judgements = QUICK["judgements"] if run.quick else N_JUDGEMENTS[vehicle]
     ends = run.repeat(
         f"searches_{vehicle}", partial(search_one, run.folder, vehicle, pairs, starts, n_judgements), len(pairs)
@@ -162,24 +161,24 @@ def search_one(folder, vehicle, pairs, starts, n_judgements, k):
     """One search, which begins at the best random manoeuvre that keeps the limits."""
     seed = (SEED, 1, VEHICLES.index(vehicle), k)
     saved = folder / f"costs_{vehicle}_{'_'.join(pairs[k])}.txt" if folder.is_dir() else None  # on this machine
-    return richest.optimised(vehicle, *pairs[k], seed, n_judgements, (SEED, starts[k]), saved)
+    return appraisal.optimised(vehicle, *pairs[k], seed, n_judgements, (SEED, starts[k]), saved)
 
 
 def prove(run, vehicle, sensors, best):
     """Results of trials of boats of the prior, on the best manoeuvre and on the standard one."""
     sizes = {"n_boats": N_BOATS, "n_sampled": N_SAMPLED, "n_searches": N_SEARCHES, "n_unseen": N_UNSEEN}
     sizes = QUICK_PROOF if run.quick else sizes | {"max_steps": MAX_STEPS}
-    specs = {"best": best, "standard": {"name": richest.TYPICAL}}
-    work = partial(richest_proof.boat_results, vehicle, sensors, specs, SEED, sizes)
+    specs = {"best": best, "standard": {"name": appraisal.TYPICAL}}
+    work = partial(proof.boat_results, vehicle, sensors, specs, SEED, sizes)
     boats = run.repeat("proof", work, sizes["n_boats"])
     return {"vehicle": vehicle, "sensors": sensors, "boats": len(boats)} | {
-        name: richest_proof.summary([boat[name] for boat in boats]) for name in specs
+        name: proof.summary([boat[name] for boat in boats]) for name in specs
     }
 
 
 def draw(run, numbers):
     """Counts, spectra, why coefficients stay unknown, the coupling of motions, the best manoeuvre, and the proof."""
-    run.page(richest_tables.page(numbers))
+    run.page(tables.page(numbers))
     plots.draw_counts(run.figure("richest"), numbers["vehicles"])
     plots.draw_reasons(run.figure("floor"), numbers["vehicles"])
     plots.draw_options(run.figure("options"), numbers["options"], numbers["worth"])
@@ -192,4 +191,4 @@ def draw(run, numbers):
 
 def claims(numbers):
     """What the docstring says."""
-    yield from richest_tables.claims(numbers)
+    yield from tables.claims(numbers)

@@ -26,12 +26,12 @@ from itertools import product
 import numpy as np
 
 import bayesub as bs
-from bayesub.inference.checks.coverage import standard_errors_off
 from bayesub.model.time_step import choose_step
-from bayesub.thesis import cases, rounded_readings, rounded_tables
-from bayesub.thesis.plots import intervals as plots
-from bayesub.thesis.prior_trials import PriorTrials
-from bayesub.thesis.rounded_readings import FITS
+from rounded import plots, readings, tables
+from rounded.readings import FITS
+from thesis import cases
+from thesis.coverage import standard_errors_off
+from thesis.prior_trials import PriorTrials
 
 SEED = 960
 MANOEUVRES = ("horizontal", "random:0")
@@ -77,7 +77,7 @@ def compute(run):
     sampled = {} if run.quick else {f"suboff, horizontal, {p}": ("suboff", "horizontal", s) for p, s in PRESETS.items()}
     sampled |= {} if run.quick else {STEP.format(*cell): ("suboff", "horizontal", steps(*cell)) for cell in SAMPLED}
     finest = all_free("suboff", "horizontal", steps(RATIOS[0], INTERVALS[0])).problem
-    chosen = rounded_readings.determined(finest, DETERMINED)
+    chosen = readings.determined(finest, DETERMINED)
     return {
         "cases": run.parts("cases", {", ".join(p): partial(compare, *p, n_trials) for p in places}),
         "grid": list(
@@ -109,26 +109,26 @@ def compare(vehicle, manoeuvre, preset, n_trials):
     place = (cases.VEHICLES.index(vehicle), MANOEUVRES.index(manoeuvre), list(PRESETS).index(preset))
     held = cases.held("horizontal" if manoeuvre == "horizontal" else "coupled")
     trials = all_free(vehicle, manoeuvre, PRESETS[preset])
-    return rounded_readings.compare(trials, np.random.default_rng([SEED, *place]), n_trials, N_FROM_CENTRE, held)
+    return readings.compare(trials, np.random.default_rng([SEED, *place]), n_trials, N_FROM_CENTRE, held)
 
 
 def widths(ratio, interval, n_trials, chosen):
     """Rounding interval and normal noise in one cell of the controlled experiment."""
     rng = np.random.default_rng([SEED, RATIOS.index(ratio), INTERVALS.index(interval)])
     trials = all_free("suboff", "horizontal", steps(ratio, interval))
-    return {"ratio": ratio, "interval_s": interval} | rounded_readings.compare_widths(trials, rng, n_trials, chosen)
+    return {"ratio": ratio, "interval_s": interval} | readings.compare_widths(trials, rng, n_trials, chosen)
 
 
 def sample(number, *place):
     """The Laplace approximation against sampling."""
-    return rounded_readings.compare_with_sampling(all_free(*place), np.random.default_rng([SEED, number]))
+    return readings.compare_with_sampling(all_free(*place), np.random.default_rng([SEED, number]))
 
 
 def draw(run, numbers):
     """Intervals of the cases and of the controlled experiment, and a table of each."""
     plots.draw_cases(run.figure("cases"), numbers["cases"])
     plots.draw_grid(run.figure("when_rounding_matters"), numbers["grid"])
-    run.page(rounded_tables.tables(numbers))
+    run.page(tables.tables(numbers))
 
 
 def claims(numbers):

@@ -16,8 +16,8 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.report import markdown
-from bayesub.thesis import cases, rounded_regression
-from bayesub.thesis.plots import rounding as plots
+from rounding import plots, regression
+from thesis import cases
 
 N_MANOEUVRES, QUICK_MANOEUVRES = 100, 8
 VELOCITY_RESOLUTION, ACCELERATION_RESOLUTION = 0.01, 0.001  # m/s, m/s^2 (thesis section 9.6)
@@ -54,8 +54,8 @@ def compute(run):
         numbers[case] = {
             "velocity_resolution_mps": steps[case][0],
             "acceleration_resolution_mps2": steps[case][1],
-        } | rounded_regression.summary(trials, boat.xi)
-        errors[case] = rounded_regression.errors(trials, boat.xi)["rounded"].astype(np.float32)
+        } | regression.summary(trials, boat.xi)
+        errors[case] = regression.errors(trials, boat.xi)["rounded"].astype(np.float32)
     run.save_arrays("errors", **errors)
     return numbers
 
@@ -71,7 +71,7 @@ def resolutions(boat, scaled):
 
 def manoeuvres(boat, n, resolution):
     """The trials of a case."""
-    return {"trials": list(rounded_regression.trials(boat, n, resolution, cases.held("coupled")))}
+    return {"trials": list(regression.trials(boat, n, resolution, cases.held("coupled")))}
 
 
 def file_of(case):
@@ -128,7 +128,7 @@ def beyond(numbers):
 
 def n_biased(result, fit):
     """Number of coefficients whose mean error is beyond four standard errors."""
-    return np.sum(rounded_regression.biased(result["fits"][fit]))
+    return np.sum(regression.biased(result["fits"][fit]))
 
 
 def coverage(result, fit):

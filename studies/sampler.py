@@ -25,8 +25,8 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.report import markdown
-from bayesub.thesis import cases, sampler_cost
-from bayesub.thesis.plots import sampler as plots
+from sampler import plots
+from thesis import cases, sampler_cost
 
 SEED = sampler_cost.SEED
 RIVALS = {

@@ -20,8 +20,8 @@ import bayesub as bs
 from bayesub.model.coefficients import NAMES
 from bayesub.model.simulator import Simulator
 from bayesub.report.markdown import table
-from bayesub.thesis.cases import VEHICLES, WEIGHT, length_scale, published, time_scale
-from bayesub.thesis.plots import simulators as plots
+from simulators import plots
+from thesis.cases import VEHICLES, WEIGHT, length_scale, published, time_scale
 
 TWIN = Path(__file__).parents[1] / "tests" / "support" / "slow_twin.py"
 STEP = 0.1  # s, on suboff

@@ -20,11 +20,11 @@ from functools import partial
 import numpy as np
 
 from bayesub.report.markdown import columns, named
-from bayesub.thesis import cases
-from bayesub.thesis.counterparts import comparison
-from bayesub.thesis.halving_search import LOOP, Reading, search
-from bayesub.thesis.optimisers import position_errors
-from bayesub.thesis.plots import stopping_rule as plots
+from stopping_rule import plots
+from stopping_rule.halving_search import LOOP, Reading, search
+from thesis import cases
+from thesis.counterparts import comparison
+from thesis.optimisers import position_errors
 
 BASE = Reading()
 TEXT, SCIPY = "as the text has it", "SciPy's SLSQP on the logarithm, 1.5e-8"

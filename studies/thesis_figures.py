@@ -13,8 +13,8 @@ import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.model import added_mass, manoeuvre_files
 from bayesub.report.markdown import table
-from bayesub.thesis.cases import MANOEUVRES, VEHICLES, time_scale, unseen
-from bayesub.thesis.plots import thesis_figures as plots
+from thesis.cases import MANOEUVRES, VEHICLES, time_scale, unseen
+from thesis_figures import plots
 
 N_RANDOM, N_QUICK = 100, 12
 RUDDER_DEG, EVERY_S = 15.0, 5.0

@@ -10,8 +10,8 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.report.markdown import table
-from bayesub.thesis.cases import CASES, published, time_scale
-from bayesub.thesis.plots import time_step
+from thesis.cases import CASES, published, time_scale
+from time_step import plots
 
 STEPS = (0.01, 0.1, 0.5, 1.0)  # s on a boat of suboff's length over speed
 REFERENCE_STEP, SAMPLE = 0.005, 0.1  # s, in the same way
@@ -63,7 +63,7 @@ def errors(vehicle, manoeuvre):
 def draw(run, numbers):
     """Errors against the step; Tables 5 and 4 of the thesis beside ours."""
     thesis = published()["time_step"]
-    time_step.draw(run.figure("time_step"), numbers, STEPS, thesis["max_position_error_m"])
+    plots.draw(run.figure("time_step"), numbers, STEPS, thesis["max_position_error_m"])
     run.page(
         [
             "Largest position error in m against a fine step (thesis Table 5).\n",

@@ -13,11 +13,10 @@ import numpy as np
 import bayesub as bs
 from bayesub.inference.identifiability import held_fixed, rank
 from bayesub.model.linear_form import linear_systems
-from bayesub.thesis import uniqueness_tables as tables
-from bayesub.thesis.cases import MANOEUVRES, VEHICLES, held, published
-from bayesub.thesis.mechanisms import MECHANISMS, mechanism, relative_signs, shares_of_equal_signs
-from bayesub.thesis.null_directions import of_tracks, track_change
-from bayesub.thesis.plots import null_space
+from thesis.cases import MANOEUVRES, VEHICLES, held, published
+from thesis.mechanisms import MECHANISMS, mechanism, relative_signs, shares_of_equal_signs
+from uniqueness import plots, tables
+from uniqueness.null_directions import of_tracks, track_change
 
 RECORDS = {  # of which Jacobians are taken
     "horizontal": ("horizontal", "turning_circle", "zigzag_20_20", "zigzag_10_10"),
@@ -98,11 +97,11 @@ def draw(run, numbers):
     ranks = numbers["ranks"]
     rows = [f"{manoeuvre} {axis}" for manoeuvre, axis in tables.rank_rows(ranks)]
     names = [*(f"thesis {k}" for k in (1, 2, 3)), *VEHICLES]
-    null_space.draw_ranks(run.figure("ranks"), rows, names, tables.rank_cells(ranks))
-    null_space.draw_spectra(run.figure("spectra"), ranks)
-    null_space.draw_null_vectors(run.figure("null_vectors"), tables.null_vectors_by_axis(ranks))
+    plots.draw_ranks(run.figure("ranks"), rows, names, tables.rank_cells(ranks))
+    plots.draw_spectra(run.figure("spectra"), ranks)
+    plots.draw_null_vectors(run.figure("null_vectors"), tables.null_vectors_by_axis(ranks))
     run.page(tables.page(numbers))
-    null_space.draw_signs(run.figure("signs"), VEHICLES, run.load_arrays("signs"))
+    plots.draw_signs(run.figure("signs"), VEHICLES, run.load_arrays("signs"))
 
 
 def claims(numbers):

@@ -19,9 +19,9 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.report.markdown import columns
-from bayesub.thesis.cases import VEHICLES, unseen
-from bayesub.thesis.open_sets import errors, null_moves, open_set, random_sets, randomised
-from bayesub.thesis.plots import wrong_coefficients as plots
+from thesis.cases import VEHICLES, unseen
+from wrong_coefficients import plots
+from wrong_coefficients.open_sets import errors, null_moves, open_set, random_sets, randomised
 
 DATA = {"one manoeuvre": 1, "10 manoeuvres": 10, "100 manoeuvres": 100}
 N_DRAWS, N_UNSEEN = 20, 50

@@ -13,6 +13,7 @@ from uuid import uuid4
 import cloudpickle
 from distributed import Client, Future, KilledWorker, get_worker
 
+from bayesub.campaign.beside import by_value
 from bayesub.campaign.executors import ENDED, Executor
 from bayesub.campaign.piece import Failure, Packed, attempt, become_remote
 from bayesub.io.errors import InputError, one_line
@@ -109,7 +110,7 @@ class Cluster(Executor):
 
     def results(self, work, pieces):
         """As :meth:`Executor.results`."""
-        campaign = _Campaign(self, Packed.of(work), pieces)
+        campaign = _Campaign(self, Packed.by_value(work), pieces)
         self._last_worker = time.monotonic()
         try:
             while campaign.is_unfinished():
@@ -207,13 +208,15 @@ def _shared(work: Packed) -> Packed:
     return work
 
 
-def _piece(work: Packed, argument: Any, code: Callable[[], dict[str, str]], wanted: dict[str, str]) -> bytes | Refusal:
+def _piece(
+    work: Packed, argument: bytes, code: Callable[[], dict[str, str]], wanted: dict[str, str]
+) -> bytes | Refusal:
     """Done by a worker: the pickled result of a piece."""
     worker = get_worker()
     if reason := misfit(code(), wanted, worker.state.nthreads):
         return Refusal(worker.address, reason)
     become_remote()
-    result = attempt(work, argument)
+    result = attempt(lambda packed: work(cloudpickle.loads(packed)), argument)
     try:
         return cloudpickle.dumps(result)
     except Exception as error:  # of a result that cannot be sent
@@ -280,7 +283,7 @@ class _Campaign:
         key = f"piece-{self.token}-{name}-{self.n_submitted}"
         workers = workers or (self.cluster.workers if self.cluster.refused else None)
         where = {"workers": workers, "allow_other_workers": True} if workers else {}
-        arguments = (self.shared, self.pieces[name], self.cluster.code, self.wanted)
+        arguments = (self.shared, by_value(self.pieces[name]), self.cluster.code, self.wanted)
         future = self.cluster.client.submit(_piece, *arguments, key=key, pure=False, **where)
         self.under_way[key] = name, future, time.monotonic()
         future.add_done_callback(lambda _: self.arrived.put(key))

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from bayesub.campaign import beside
 from bayesub.io.errors import InputError, one_line
 
 _place = {"remote": False}
@@ -50,16 +51,29 @@ class Packed:
     ----------
     content : bytes
         The pickled function.
+    folders : tuple of str
+        Of studies, from which a process that unpacks it imports modules.
     """
 
     content: bytes
+    folders: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, work: Callable[[Any], Any]) -> "Packed":
-        """A function, packed; those of a study script too, which no other process can import."""
+        """A function, packed for this machine; those of a study script too, which no other process can import."""
         import cloudpickle
 
-        return cls(cloudpickle.dumps(work))
+        return cls(cloudpickle.dumps(work), beside.folders())
+
+    @classmethod
+    def by_value(cls, work: Callable[[Any], Any]) -> "Packed":
+        """A function, packed for another machine, with the modules that lie beside its study."""
+        return cls(beside.by_value(work))
+
+    def __setstate__(self, state):
+        """Folders are there before what follows, such as an argument, is unpacked."""
+        self.__dict__.update(state)
+        beside.importable(*self.folders)
 
     def __call__(self, argument: Any) -> Any:
         """What the function returns."""

@@ -1,4 +1,4 @@
-"""How fast the simulator is: against what a user would write instead, and against the arithmetic of the processor.
+"""How fast the simulator is on this machine: simulations, derivatives, densities, and what compiling costs.
 
 Everything simulates the 600 s spiral of `suboff` with 601 output times. :func:`run` returns the numbers,
 :func:`bayesub.cli.bench_tables.tables` shows them.
@@ -13,17 +13,21 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from bayesub.cli import arithmetic, compilation, rivals
-from bayesub.cli.scalar_simulator import BATCH, perturbed, spiral
+from bayesub.cli import compilation
 from bayesub.cli.stopwatch import each_number_of_threads, shortest, with_python
 from bayesub.kernels import workspace
 from bayesub.model import coefficients
+from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
+from bayesub.model.simulator import Simulator
+from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import likelihoods
 from bayesub.problem.priors import relative_normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors import Track, observe
 
+TIMES = np.linspace(0.0, 600.0, 601)  # s
+BATCH = 256
 NOISES = {
     "normal": likelihoods.Normal,
     "normal, rounded to an sd": lambda sd: likelihoods.Rounded(sd, sd),
@@ -31,6 +35,17 @@ NOISES = {
     "Student t": lambda sd: likelihoods.StudentT(sd, 4.0),
     "autoregressive": lambda sd: likelihoods.AR1(sd, 10.0),
 }
+
+
+def spiral(step: float | None = None, subproblem: str | None = "horizontal") -> Simulator:
+    """The simulator of the 600 s spiral of `suboff` at 601 output times, with its own step or a given one (s)."""
+    vehicle = load_vehicle("suboff")
+    return Simulator(vehicle, load_manoeuvre("horizontal", vehicle), TIMES, dt=step, subproblem=subproblem)
+
+
+def perturbed(vehicle: Vehicle, n_batch: int) -> np.ndarray:
+    """(n_batch, 101) coefficients that are off by one per cent."""
+    return vehicle.xi * (1.0 + 0.01 * np.random.default_rng(0).standard_normal((n_batch, len(vehicle.xi))))
 
 
 def growth(sizes: tuple[int, ...], seconds: float) -> dict:
@@ -57,11 +72,8 @@ def growth(sizes: tuple[int, ...], seconds: float) -> dict:
     return {"threads": numba.get_num_threads(), "batches": batches, "non_zero": pruned}
 
 
-def jacobians(seconds: float, by_jax: dict[int, dict]) -> list[dict]:
-    """Time (s) of the derivatives of x, y and yaw at 601 times, by method, number of coefficients and threads.
-
-    `by_jax` is what :func:`bayesub.cli.rivals.by_jax` has measured.
-    """
+def jacobians(seconds: float) -> list[dict]:
+    """Time (s) of the derivatives of x, y and yaw at 601 times, by number of coefficients and threads."""
     simulator = spiral()
     xi = simulator.vehicle.xi
     free = [name for name in coefficients.HORIZONTAL if xi[coefficients.INDEX[name]] != 0.0]
@@ -70,10 +82,7 @@ def jacobians(seconds: float, by_jax: dict[int, dict]) -> list[dict]:
         for names in (free, coefficients.NAMES):
             differentiate = partial(simulator.sensitivities, xi, names, ("x", "y", "psi"))
             duration = shortest(differentiate, seconds=seconds)[0]
-            rows.append({"method": "bayesub", "coefficients": len(names), "threads": threads, "seconds": duration})
-    for threads, measured in by_jax.items():
-        duration = float(measured["jacobian_seconds"])
-        rows.append({"method": "JAX, jacfwd", "coefficients": len(xi), "threads": threads, "seconds": duration})
+            rows.append({"coefficients": len(names), "threads": threads, "seconds": duration})
     return rows
 
 
@@ -122,13 +131,9 @@ def compilations() -> dict:
 
 
 def run(*, quick: bool = False) -> dict:
-    """All measurements as numbers and lists: seconds, metres, bytes. `quick` leaves out JAX and compilation."""
+    """All measurements as numbers and lists: seconds and bytes. `quick` leaves out starting and compilation."""
     seconds = 0.2 if quick else 1.5
-    by_jax, left_out = ({}, ["left out by --quick: JAX"]) if quick else rivals.by_jax(seconds)
-    numbers = rivals.compare(seconds, by_jax)
-    numbers["left_out"] += left_out
-    numbers["arithmetic"] = arithmetic.limit(spiral().kernels, numbers["evaluations"])
-    numbers["jacobians"] = jacobians(seconds, by_jax)
+    numbers = {"step_s": spiral().step, "batch": BATCH, "jacobians": jacobians(seconds)}
     numbers["log_likelihoods"] = log_likelihoods(seconds)
     numbers |= growth((1, 8, 64) if quick else (1, 8, 64, 256, 1024), seconds)
     return numbers if quick else numbers | starts() | compilations()

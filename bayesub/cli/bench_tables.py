@@ -5,17 +5,15 @@ from rich.table import Table
 
 def tables(numbers: dict) -> list[Table | str]:
     """Tables and text of what :func:`bayesub.cli.bench.run` returns."""
-    ours = numbers["methods"][0]["seconds"]
-    return [
-        _methods(numbers, ours),
-        "\n".join([*_agreement(numbers), *numbers["left_out"]]),
-        _batches(numbers),
-        _coefficients(numbers),
-        _jacobians(numbers["jacobians"], ours),
-        _log_likelihoods(numbers),
-        "\n".join(_arithmetic(numbers, ours[1])),
-        *([_compilation(numbers["compilation"])] if "compilation" in numbers else []),
-    ]
+    rows = [_batches(numbers), _coefficients(numbers), _jacobians(numbers), _log_likelihoods(numbers)]
+    if "cold_s" in numbers:
+        rows.append(f"first simulation: {numbers['cold_s']:.1f} s with compilation, {numbers['warm_s']:.1f} s without")
+    return [*rows, _compilation(numbers["compilation"])] if "compilation" in numbers else rows
+
+
+def _alone(numbers) -> dict[int, float]:
+    """Seconds of a batch of simulations by number of threads."""
+    return {row["threads"]: row["seconds"] for row in numbers["log_likelihoods"] if row["noise"] is None}
 
 
 def _compilation(seconds) -> Table:
@@ -25,30 +23,13 @@ def _compilation(seconds) -> Table:
     return table
 
 
-def _methods(numbers, ours) -> Table:
-    """`ours` is the seconds of a simulation by number of threads."""
-    columns = [column for n in ours for column in (f"{n} thread{'s' * (n > 1)}", "times ours")]
-    title = f"600 s spiral of suboff, us a simulation, batches of {numbers['batch']}"
-    table = Table("method", "step", *columns, "error", title=title)
-    for m in numbers["methods"]:
-        cells = [f"{m['step_s']:g} s" if m["step_s"] else ""]
-        for threads, seconds in ours.items():
-            here = m["seconds"].get(threads)
-            cells += ["", ""] if here is None else [f"{1e6 * here:.0f}", f"{here / seconds:.1f}"]
-        table.add_row(m["method"], *cells, f"{1e3 * m['error_m']:.1g} mm")
-    return table
-
-
-def _agreement(numbers) -> list[str]:
-    same = [m["differs_m"] for m in numbers["methods"][1:] if m["differs_m"] is not None]
-    return [f"rows with steps differ from bayesub with these steps by at most {max(same):.1e} m"]
-
-
 def _batches(numbers) -> Table:
-    table = Table("batch", "time", "per simulation", "memory", title=f"Batches on {numbers['threads']} threads")
+    title = f"600 s spiral of suboff, steps of {numbers['step_s']:g} s, threads: {numbers['threads']}"
+    table = Table("batch", "time", "per simulation", "simulations/s", "memory", title=title)
     for b in numbers["batches"]:
-        each = f"{1e6 * b['seconds'] / b['size']:.1f} us"
-        table.add_row(str(b["size"]), f"{1e3 * b['seconds']:.3g} ms", each, f"{b['bytes'] / 1e6:.2f} MB")
+        each, memory = b["seconds"] / b["size"], f"{b['bytes'] / 1e6:.2f} MB"
+        cells = f"{1e3 * b['seconds']:.3g} ms", f"{1e6 * each:.1f} us", f"{1.0 / each:,.0f}", memory
+        table.add_row(str(b["size"]), *cells)
     return table
 
 
@@ -59,38 +40,21 @@ def _coefficients(numbers) -> Table:
     return table
 
 
-def _jacobians(rows, ours) -> Table:
-    """`ours` is the seconds of a simulation by number of threads."""
-    columns = ("method", "coefficients", "threads", "Jacobian", "simulations", "times ours")
-    table = Table(*columns, title="Exact sensitivities")
-    own = {(row["coefficients"], row["threads"]): row["seconds"] for row in rows if row["method"] == "bayesub"}
-    for row in rows:
-        n, threads, seconds = row["coefficients"], row["threads"], row["seconds"]
-        worth, ratio = f"{seconds / ours[threads]:.0f}", f"{seconds / own[n, threads]:.1f}"
-        table.add_row(row["method"], str(n), str(threads), f"{1e3 * seconds:.2f} ms", worth, ratio)
+def _jacobians(numbers) -> Table:
+    batch = _alone(numbers)
+    table = Table("coefficients", "threads", "Jacobian", "simulations", title="Exact sensitivities")
+    for row in numbers["jacobians"]:
+        threads, seconds = row["threads"], row["seconds"]
+        worth = f"{seconds / batch[threads] * numbers['batch']:.0f}"
+        table.add_row(str(row["coefficients"]), str(threads), f"{1e3 * seconds:.2f} ms", worth)
     return table
 
 
 def _log_likelihoods(numbers) -> Table:
-    rows = numbers["log_likelihoods"]
-    alone = {row["threads"]: row["seconds"] for row in rows if row["noise"] is None}
+    batch = _alone(numbers)
     title = f"Log likelihoods, batch of {numbers['batch']}"
     table = Table("noise", "threads", "batch", "over the simulations alone", title=title)
-    for row in rows:
-        ratio = f"{row['seconds'] / alone[row['threads']]:.2f}"
+    for row in numbers["log_likelihoods"]:
+        ratio = f"{row['seconds'] / batch[row['threads']]:.2f}"
         table.add_row(row["noise"] or "simulations alone", str(row["threads"]), f"{1e3 * row['seconds']:.2f} ms", ratio)
     return table
-
-
-def _arithmetic(numbers, simulation) -> list[str]:
-    limit = numbers["arithmetic"]
-    count = ", ".join(f"{n} {kind}" for kind, n in limit["instructions"].items())
-    text = [
-        f"right-hand side: {count} ({limit['vector_bits']}-bit vectors)",
-        f"peak of one core: {limit['fma_per_s'] / 1e9:.1f}e9 multiply-adds/s ({limit['peak_vector_bits']}-bit vectors)",
-        f"arithmetic limit: {1e6 * limit['limit_s']:.1f} us a simulation on one core; ours takes "
-        f"{simulation / limit['limit_s']:.2f} times that",
-    ]
-    if "cold_s" in numbers:
-        text.append(f"first simulation: {numbers['cold_s']:.1f} s with compilation, {numbers['warm_s']:.1f} s without")
-    return text

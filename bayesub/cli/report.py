@@ -6,7 +6,7 @@ import click
 
 from bayesub.cli.arguments import PATH, pdf_option
 from bayesub.cli.run import tell
-from bayesub.io.terminal import FAILED, say
+from bayesub.io.terminal import FAILED
 
 
 @click.command(epilog="Example: bayesub report runs/quickstart --pdf")
@@ -16,22 +16,12 @@ from bayesub.io.terminal import FAILED, say
     "--study",
     type=PATH,
     metavar="FILE",
-    help="Script to draw with, for the run of a script whose folder has no study.py.",
+    help="Script to draw with, for the run of a script that is not where it was, or has changed.",
 )
 def report(folder: Path, pdf: bool, study: Path | None) -> None:
-    """Draw figures and report of the run in DIR again, from what its folder keeps; it may be a copy from elsewhere.
-
-    If DIR is a folder of runs of the thesis's studies, write its README.md: their numbers beside the thesis's.
-    """
+    """Draw figures and report of the run in DIR again, from what its folder keeps; it may be a copy from elsewhere."""
     from bayesub.study.redraw import redraw
-    from bayesub.study.run_folder import CONFIG
 
-    if not (folder / CONFIG).exists():
-        from bayesub.thesis import page
-
-        if written := page.write(folder):
-            say(f"beside the thesis: {written}")
-            return
     result = redraw(folder, study=study, pdf=pdf)
     tell(result)
     if not result.good:

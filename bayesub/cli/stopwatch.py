@@ -1,11 +1,10 @@
-"""Times of functions, on one thread or several at once."""
+"""Times of functions."""
 
 import os
 import subprocess
 import sys
 import timeit
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 
 import numba
 import numpy as np
@@ -17,14 +16,6 @@ def shortest(*functions: Callable, seconds: float, least: int = 3) -> list[float
     while len(durations) < least or np.sum(durations) < seconds:
         durations.append([timeit.timeit(function, number=1) for function in functions])
     return np.min(durations, axis=0).tolist()
-
-
-def in_threads(function: Callable, threads: int, seconds: float) -> float:
-    """The shortest time (s) that a run of a function takes if so many threads run it at once, each for itself."""
-    if threads == 1:
-        return shortest(function, seconds=seconds)[0]
-    with ThreadPoolExecutor(threads) as pool:
-        return shortest(lambda: [*pool.map(lambda _: function(), range(threads))], seconds=seconds)[0] / threads
 
 
 def each_number_of_threads() -> Iterator[int]:

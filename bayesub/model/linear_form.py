@@ -54,7 +54,7 @@ def linear_systems(
     Parameters
     ----------
     trajectory : Trajectory or Motion
-        Simulated, or measured (:class:`bayesub.sensors.measured_motion.Motion`).
+        Simulated, or anything with the same attributes that was measured.
     member : int
         Which of the batch.
     free : iterable of str, optional

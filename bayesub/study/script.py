@@ -25,7 +25,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
 
-from bayesub.campaign import executors
+from bayesub.campaign import beside, executors
 from bayesub.campaign.campaign import complete
 from bayesub.campaign.executors import Executor
 from bayesub.campaign.piece import is_remote
@@ -34,11 +34,10 @@ from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
-from bayesub.study import script_page
+from bayesub.study import script_modules, script_page
 from bayesub.study.provenance import environment, file_digest
 from bayesub.study.result import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED, StudyResult
 
-COPY = "study.py"  # of the script, in its run folder
 NUMBERS = "numbers.json"
 FUNCTIONS = ("compute", "draw", "claims")
 
@@ -74,13 +73,12 @@ class Script:
 
     def config(self) -> dict:
         """What the result depends on."""
-        digest = file_digest(self.path)
-        entries = {"name": self.name, "question": check(self.path), "script_sha256": digest}
-        return entries | environment(quick=self.is_quick)
+        entries = {"name": self.name, "question": check(self.path), "script": self.path.as_posix()}
+        return entries | digests(self.path) | environment(quick=self.is_quick)
 
     def copies(self) -> dict[str, Path]:
-        """What a run folder keeps of the script: place in the folder -> file."""
-        return {COPY: self.path}
+        """What a run folder keeps of the script: nothing but its place and its digests."""
+        return {}
 
 
 def question(path: Path) -> str:
@@ -244,7 +242,8 @@ def _made(makes: dict[str, Callable[[], dict]], name: str) -> dict:
 
 
 def load(path: Path) -> ModuleType:
-    """The script as a module."""
+    """The script as a module; it can import those that lie beside it."""
+    beside.importable(path.parent)
     spec = importlib.util.spec_from_file_location(f"study_{path.stem}", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -274,25 +273,12 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
     config : dict
         Of the run.
     path : Path or None
-        The script to draw with; None for the copy in the folder.
+        The script to draw with; None for that of the run, where it is unchanged.
     pdf : bool
         Draw every figure as PDF too.
     """
     if path is None:
-        path = folder / COPY
-        if not path.exists():
-            raise InputError(
-                f"{folder}: {COPY} is missing, the run of a script by bayesub before 0.2; name the script: "
-                f"--study studies/{config['name']}.py",
-                "missing",
-                "--study",
-            )
-        if file_digest(path) != config["script_sha256"]:
-            raise InputError(
-                f"{path}: has changed since the run; run the study again, or name a script with --study",
-                "state",
-                "--study",
-            )
+        path = _script_of(folder, config)
     numbers_file = folder / NUMBERS
     if not numbers_file.exists():
         raise InputError(
@@ -304,6 +290,34 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
         raise InputError(f"{numbers_file}: is damaged ({error}); run the study again", "format", NUMBERS) from None
     study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=_formats(pdf))
     return _conclude(load(path), study, numbers, check(path), config)
+
+
+def _script_of(folder: Path, config: dict) -> Path:
+    """The script of a run; InputError if it is not there any more or has changed since."""
+    path = Path(config.get("script", f"studies/{config['name']}.py"))
+    if not path.is_file():
+        raise InputError(
+            f"{folder}: there is no {path}, the script of the run; name the script with --study", "missing", "--study"
+        )
+    now, changed = digests(path), ""
+    if now["script_sha256"] != config["script_sha256"]:
+        changed = str(path)
+    else:
+        saved = config.get("files_sha256", {})
+        changed = next((name for name, digest in now["files_sha256"].items() if saved.get(name) != digest), "")
+    if changed:
+        raise InputError(
+            f"{changed}: has changed since the run; run the study again, or name a script with --study",
+            "state",
+            "--study",
+        )
+    return path
+
+
+def digests(path: Path) -> dict:
+    """Entries of ``config.toml``: the SHA-256 of a script, and of each file beside it of which it consists."""
+    files = {name: file_digest(file) for name, file in script_modules.files(path).items()}
+    return {"script_sha256": file_digest(path), "files_sha256": files}
 
 
 def _formats(pdf: bool) -> tuple[str, ...]:

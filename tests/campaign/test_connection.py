@@ -37,7 +37,7 @@ from bayesub.inference.baselines import sqp
 from bayesub.design import families, goals, judge, limits
 from bayesub.design.search import Cost, search
 from bayesub.study.script import load
-from bayesub.thesis import cases
+from thesis import cases
 
 CALIBRATION = load(Path({studies!r}) / "calibration.py")
 CALIBRATION.MAX_STEPS = 300

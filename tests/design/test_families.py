@@ -8,7 +8,7 @@ from bayesub.design.families import KINDS, LENGTHS, RPM, Family, controls
 from bayesub.design.limits import Limits, usual_limits
 from bayesub.logs.log_files import write_log
 from bayesub.model.simulator import Simulator
-from bayesub.thesis.richest_options import equipped
+from richest.options import equipped
 
 VEHICLES = ("suboff", "auv690", "npsauv", "remus100", "mariner", "phoenix")
 

@@ -17,7 +17,7 @@ from bayesub.design.limits import Limits, Range, load_limits
 from bayesub.design.search import Cost
 from bayesub.io.errors import InputError
 from bayesub.sensors import Sensor
-from bayesub.thesis.richest_options import equipped
+from richest.options import equipped
 
 NUMBERS = st.one_of(
     st.floats(-1e3, 1e3),

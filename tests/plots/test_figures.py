@@ -14,11 +14,7 @@ from bayesub.inference.sampling.posterior import Posterior
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.model.equations import load_equations
 from bayesub.plots import (
-    calibration,
-    cancellation,
     coefficients,
-    collinearity,
-    contribution,
     corner,
     cross_check,
     data_card,
@@ -26,13 +22,14 @@ from bayesub.plots import (
     fit,
     orders,
     posterior,
-    profile,
     ranks,
     spectrum,
     style,
     track,
 )
 from bayesub.sensors import Track, observe
+from calibration import plots as calibration
+from ill_conditioning.plots import cancellation, collinearity, contribution, profile
 
 NAMES = ("Xuu", "Yuv", "Nuv", "yaw0_deg")
 N = 3  # coefficients among them

@@ -11,8 +11,8 @@ from bayesub.inference.baselines import gauss_newton, sqp, trust_region
 from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.mounting import mounts
 from bayesub.problem.priors import normal, relative_normal, uniform
-from bayesub.problem.state_space import StateSpace
 from bayesub.sensors import DVL, GPS, INS, Compass, Sensor, modified
+from disturbed.state_space import StateSpace
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Yuu_dr", "Nuu_dr")
 GPS_CHANNELS = ("x", "y", "velocity_north", "speed_over_ground", "course_over_ground")

@@ -11,7 +11,7 @@ import bayesub as bs
 from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES, columns
 from bayesub.model.linear_form import linear_systems
 from bayesub.problem.likelihoods import AR1, Normal, StudentT
-from bayesub.sensors.measured_motion import measure
+from thesis.measured_motion import measure
 
 TRACK = bs.sensors.Track(position_sd_m=0.5, attitude_sd_deg=0.1, interval_s=2.0, channels=("x", "y", "yaw"))
 

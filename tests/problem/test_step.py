@@ -15,7 +15,7 @@ from bayesub.problem import step as module
 from bayesub.problem.likelihoods import Normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors import unread
-from bayesub.thesis.cases import VEHICLES
+from thesis.cases import VEHICLES
 
 PRIOR = bs.priors.relative_normal(0.25)
 TIGHT = bs.sensors.DVL(sd_mps=0.001)

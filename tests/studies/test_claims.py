@@ -9,8 +9,8 @@ import pytest
 
 from bayesub.study import script
 from bayesub.study.run_folder import saved_config
-from bayesub.thesis.cases import CASES
-from bayesub.thesis.optimisers import mean_with_error, shares_further
+from thesis.cases import CASES
+from thesis.optimisers import mean_with_error, shares_further
 
 ROOT = Path(__file__).parents[2]
 STUDIES = sorted(path.stem for path in (ROOT / "studies").glob("*.py"))

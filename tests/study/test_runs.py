@@ -349,21 +349,20 @@ def test_seconds_add_up_over_sessions(only, tmp_path, capsys):
     assert 100.0 < json.loads((folder / "outcome.json").read_text())["seconds"] < 100.0 + 100.0 * max(first, 0.1)
 
 
-def test_a_script_is_drawn_again_from_a_copy_of_its_folder(studies, tmp_path, capsys):
-    """With its own copy of the script, or with another one for a run that has none; a changed copy is refused."""
+def test_a_run_is_drawn_again_by_its_script(studies, tmp_path, capsys):
+    """From a copy of its folder, while the script is where it was; one that has changed or gone has to be named."""
     bs.run(studies / "c_fails.py", tmp_path / "run")
     folder = tmp_path / "elsewhere" / "copy"
     shutil.copytree(tmp_path / "run", folder)
-    (studies / "c_fails.py").unlink()
     (folder / "c_fails.md").unlink()
     status, out = report(folder, capsys=capsys)
     assert (status, out.splitlines()[-1]) == (1, "CLAIM FAILED: not <b>this</b> time")
     assert (folder / "c_fails.md").exists()
-    copy = folder / "study.py"
-    copy.write_text(copy.read_text().replace("== 43", "== 42"))
+    script = studies / "c_fails.py"
+    script.write_text(script.read_text().replace("== 43", "== 42"))
     with refused("state", "--study"):
         report(folder, capsys=capsys)
-    copy.rename(tmp_path / "mine.py")
+    script.rename(tmp_path / "mine.py")
     with refused("missing", "--study"):
         report(folder, capsys=capsys)
     assert report(folder, "--study", tmp_path / "mine.py", capsys=capsys)[0] == 0

@@ -18,7 +18,7 @@ from bayesub.model.linear_form import linear_systems
 from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownSd
 from bayesub.report.flights import growth
 from bayesub.sensors import DVL, INS, Track, modified
-from bayesub.sensors.measured_motion import measure
+from thesis.measured_motion import measure
 
 
 class Report(NamedTuple):
@@ -31,7 +31,9 @@ class Report(NamedTuple):
 
 def environment(cache: Path) -> dict[str, str]:
     """Of a process with a cache folder of its own."""
-    return os.environ | {"NUMBA_CACHE_DIR": str(cache)}
+    studies = Path(__file__).parents[2] / "studies"
+    path = os.pathsep.join(filter(None, (str(studies), os.environ.get("PYTHONPATH"))))
+    return os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": path}
 
 
 def read(output: str) -> Report:

@@ -3,13 +3,11 @@
 Those on the equations of motion take linear systems, one an axis: :func:`linear_least_squares`,
 :func:`total_least_squares`, :func:`linear_programme`. Those on the readings take a problem: :func:`sqp`,
 :func:`trust_region` and, with the prior, :func:`gauss_newton`, :func:`posterior_mode` and, where these
-end in local modes, :func:`continuation`. With unmodelled forces
-:func:`filter_error` takes a problem as a :class:`bayesub.problem.state_space.StateSpace`.
+end in local modes, :func:`continuation`.
 """
 
 from bayesub.inference.baselines.continuation import continuation
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.baselines.filter_error import filter_error
 from bayesub.inference.baselines.gauss_newton import gauss_newton
 from bayesub.inference.baselines.linear_least_squares import linear_least_squares, total_least_squares
 from bayesub.inference.baselines.linear_programme import linear_programme
@@ -20,7 +18,6 @@ from bayesub.inference.baselines.trust_region import trust_region
 __all__ = [
     "Estimate",
     "continuation",
-    "filter_error",
     "gauss_newton",
     "linear_least_squares",
     "linear_programme",

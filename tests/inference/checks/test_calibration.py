@@ -9,7 +9,7 @@ from scipy import stats
 from bayesub.inference.checks import calibration
 from bayesub.inference.sampling import Posterior
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.plots import calibration as plots
+from calibration import plots
 
 N_TRIALS = 200
 

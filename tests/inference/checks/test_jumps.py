@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bayesub.inference.checks.jumps import largest_jump, sentence
-from bayesub.thesis import sampler_cost
+from thesis import sampler_cost
 
 
 @dataclass

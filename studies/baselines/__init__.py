@@ -1,0 +1,1 @@
+"""Deterministic methods: what the study of this name needs."""

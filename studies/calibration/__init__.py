@@ -1,0 +1,1 @@
+"""Calibration of posteriors: what the study of this name needs."""

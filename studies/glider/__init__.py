@@ -1,0 +1,1 @@
+"""The log of a glider: what the study of this name needs."""

@@ -1,0 +1,1 @@
+"""Guesses that are off: what the study of this name needs."""

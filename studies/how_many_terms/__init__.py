@@ -1,0 +1,1 @@
+"""Smaller and smaller sets of terms: what the study of this name needs."""

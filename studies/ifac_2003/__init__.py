@@ -1,0 +1,1 @@
+"""The paper of 2003: what the study of this name needs."""

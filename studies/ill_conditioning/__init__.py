@@ -1,0 +1,1 @@
+"""Ill-conditioning: what the study of this name needs."""

@@ -1,0 +1,1 @@
+"""Linear fits: what the study of this name needs."""

@@ -1,0 +1,1 @@
+"""Other samplers: what the study of this name needs."""

@@ -1,0 +1,1 @@
+"""Other equation sets: what the study of this name needs."""

@@ -1,0 +1,1 @@
+"""Posteriors and identified sets: what the study of this name needs."""

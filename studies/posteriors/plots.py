@@ -1,0 +1,195 @@
+"""Posteriors of several cases beside each other, and point estimates within them.
+
+A case is named ``vehicle manoeuvre``, with more words after that if its posterior has not converged.
+"""
+
+import numpy as np
+from matplotlib.ticker import NullFormatter
+
+from bayesub.model.coefficients import NAMES
+from bayesub.plots import style
+from bayesub.plots.coefficients import intervals, ratios
+from bayesub.plots.posterior import strong_block
+from thesis.plots.labels import labels, starred
+
+_ROW = 28  # coefficients a row
+_ROWS = 34  # coefficients below each other
+_FLOOR = 1e-4  # where null directions are drawn, and what is smaller
+
+
+def draw_coefficients(path, names, quantiles, prior, reference, groups, converged) -> None:
+    """Prior, posterior intervals and groups of coefficient sets as ratios to the reference.
+
+    Parameters
+    ----------
+    path : one file or several
+    names : (n_coefficients,)
+    quantiles : (5, n_coefficients) of the posterior, those of :data:`bayesub.plots.coefficients.QUANTILES`
+    prior : of the coefficients
+    reference : (n_coefficients,) values that count as one
+    groups : (label, sets (n, n_coefficients), marker, colour), each drawn beside the others
+    converged : whether the posterior has
+    """
+    n = len(reference)
+    n_rows = -(-n // _ROW)
+    width = -(-n // n_rows)
+    shifts = np.linspace(-0.2, 0.2, len(groups))
+    with style.figure(path, 0.36 * width + 1.2, 3.1 * n_rows + 0.4) as figure:
+        panels = figure.subplots(n_rows, 1, squeeze=False)[:, 0]
+        for panel, columns in zip(panels, np.array_split(np.arange(n), n_rows), strict=True):
+            lowest, highest = intervals(panel, columns, quantiles, prior, reference)
+            for (text, sets, marker, colour), shift in zip(groups, shifts, strict=True):
+                identified_sets = identified(sets, reference)
+                x = columns + shift + np.linspace(-0.13, 0.13, len(sets))[:, None]
+                values = ratios(identified_sets, reference, prior)[:, columns]
+                panel.plot(x.ravel(), values.ravel(), marker, ms=2.6, mew=0, color=colour, label=text)
+                lowest, highest = min(lowest, np.nanmin(values)), max(highest, np.nanmax(values))
+            some = np.array(names)[columns]
+            panel.set_xticks(columns, starred(some, reference[columns]), rotation=60, ha="right")
+            panel.set(xlim=(columns[0] - 0.7, columns[0] + width - 0.3), ylabel="ratio to truth")
+            panel.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
+            panel.grid(axis="x", visible=False)
+            for k in range(1, len(columns)):
+                if some[k][0] != some[k - 1][0]:
+                    panel.axvline(columns[k] - 0.5, color=style.TRUTH, lw=0.5, ls=":")
+        if not converged:
+            figure.suptitle("NOT CONVERGED", color=style.SQP)
+        panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=2)
+
+
+def identified(sets, reference) -> np.ndarray:
+    """Coefficient sets (n, n_coefficients) with what was held at the reference in all of them made not a number."""
+    return np.where(np.all(sets == reference, axis=0), np.nan, sets)
+
+
+def draw_contraction(path, cases: dict[str, dict[str, float]]) -> None:
+    """Posterior sd over prior sd: a row a coefficient, the best known first, a column a case.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    cases
+        Case -> coefficient -> contraction.
+    """
+    free = {name for values in cases.values() for name in values}
+    table = {name: [values.get(name, np.nan) for values in cases.values()] for name in NAMES if name in free}
+    names = sorted(table, key=lambda name: np.nanmedian(table[name]))
+    parts = np.array_split(names, -(-len(names) // _ROWS))
+    with style.figure(path, len(parts) * (0.29 * len(cases) + 1.15) + 0.1, 0.15 * len(parts[0]) + 1.3) as figure:
+        panels = figure.subplots(1, len(parts), squeeze=False)[0]
+        for panel, some in zip(panels, parts, strict=True):
+            values = np.array([table[name] for name in some])
+            panel.imshow(values, cmap="Blues_r", vmin=0.0, vmax=1.0, aspect="auto")
+            for (row, column), value in np.ndenumerate(values):
+                if np.isfinite(value):
+                    text = f"{value:.2f}".removeprefix("0") if value < 0.995 else "1"
+                    look = {
+                        "color": "white" if value < 0.5 else "black",
+                        "fontsize": 5.5,
+                        "ha": "center",
+                        "va": "center",
+                    }
+                    panel.text(column, row, text, **look)
+            named = [f"{name}  {symbol}" for name, symbol in zip(some, labels(some), strict=True)]
+            panel.set_yticks(range(len(some)), named, fontsize=7)
+            panel.set_xticks(
+                range(len(cases)), [case.replace(" ", "\n", 1) for case in cases], rotation=90, fontsize=6.5
+            )
+            panel.xaxis.tick_top()
+            panel.set_ylim(len(parts[0]) - 0.5, -0.5)
+            panel.tick_params(length=0)
+            panel.grid(visible=False)
+            panel.spines[:].set_visible(False)
+
+
+def draw_correlations(path, correlations: dict) -> None:
+    """Heat maps of strong posterior correlations: title -> (names, correlation (n, n)), the largest beside others."""
+    correlations = {title: strong_block(*pair) for title, pair in correlations.items()}
+    order = sorted(correlations, key=lambda title: len(correlations[title][0]))
+    sizes = {title: 0.135 * len(correlations[title][0]) + 0.8 for title in order}
+    *small, largest = order
+    layout = [[title, largest] for title in small] or [[largest]]
+    width = sizes[largest] + max((sizes[title] for title in small), default=0.0) + 0.8
+    height = max(sizes[largest], sum(sizes[title] for title in small)) + 0.2 * len(order)
+    with style.figure(path, width, height) as figure:
+        ratio = [max(sizes[t] for t in small), sizes[largest]] if small else None
+        panels = figure.subplot_mosaic(layout, width_ratios=ratio)
+        for title, panel in panels.items():
+            names, correlation = correlations[title]
+            image = panel.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
+            panel.set_xticks(range(len(names)), labels(names), rotation=90, fontsize=6)
+            panel.set_yticks(range(len(names)), labels(names), fontsize=6)
+            panel.tick_params(length=0, pad=1)
+            panel.grid(visible=False)
+            panel.spines[:].set_visible(False)
+            panel.set_title(title, fontsize=9)
+            for k in range(1, len(names)):
+                if names[k][0] != names[k - 1][0]:
+                    panel.axhline(k - 0.5, color=style.TRUTH, lw=0.5)
+                    panel.axvline(k - 0.5, color=style.TRUTH, lw=0.5)
+        figure.colorbar(image, ax=list(panels.values()), shrink=0.6, label="posterior correlation")
+
+
+def draw_scatter(path, cases, groups) -> None:
+    """Scatter along each direction of the Fisher information against its singular value, a panel a case.
+
+    Parameters
+    ----------
+    cases : case -> (singular values (n_params,), null directions (n_params,) true or false,
+        group -> standard deviation along each direction (n_params,) in prior sd)
+    groups : group -> (label, marker, colour)
+    """
+    n_columns = min(3, len(cases))
+    n_rows = -(-len(cases) // n_columns)
+    with style.figure(path, max(6.5, 3.3 * n_columns + 0.4), 2.6 * n_rows + 0.8) as figure:
+        panels = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=True)
+        for panel, (case, (values, null, scatter)) in zip(panels.flat, cases.items(), strict=False):
+            shown = np.where(null, _FLOOR, np.maximum(values, _FLOOR))
+            for group, (text, marker, colour) in groups.items():
+                size = {"ms": 4, "mec": colour, "mfc": "none", "mew": 0.8}
+                seen = ~null & (values > _FLOOR)
+                panel.loglog(shown[seen], np.maximum(scatter[group], _FLOOR)[seen], marker, label=text, **size)
+                panel.loglog(shown[~seen], np.maximum(scatter[group], _FLOOR)[~seen], "<", **size)
+            axis = np.geomspace(_FLOOR, 1e5, 200)
+            panel.loglog(axis, 1 / np.sqrt(1 + axis**2), color=style.TRUTH, lw=0.9, label="data and prior, linear")
+            panel.axvline(1.0, color=style.TRUTH, lw=0.6, ls=":")
+            panel.axvspan(0.5 * _FLOOR, 2.0 * _FLOOR, color=style.NULL, alpha=0.2, lw=0)
+            panel.set(xlim=(0.5 * _FLOOR, 1e5), ylim=(0.7 * _FLOOR, 10.0))
+            panel.set_title(case, fontsize=9)
+        for panel in panels.flat[len(cases) :]:
+            panel.set_visible(False)
+        figure.supxlabel("singular value, 1 / prior sd; shaded: null or smaller", fontsize=9)
+        figure.supylabel("standard deviation along the direction, prior sd", fontsize=9)
+        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
+
+
+def draw_distances(path, cases, groups, measures) -> None:
+    """How far out each coefficient set lies, over the 95 % limit of posterior draws: a panel a measure.
+
+    Parameters
+    ----------
+    cases : case -> group -> measure -> (n_sets,)
+    groups : group -> (label, marker, filled or not)
+    measures : measure -> label
+    """
+    with style.figure(path, 9.5, 0.42 * len(cases) + 1.7) as figure:
+        panels = figure.subplots(1, len(measures), sharey=True, squeeze=False)[0]
+        for panel, (measure, label) in zip(panels, measures.items(), strict=True):
+            for row, (case, places) in enumerate(cases.items()):
+                colour = style.VEHICLES[case.split()[0]]
+                for (group, (_, marker, filled)), shift in zip(groups.items(), (-0.18, 0.18, 0.0), strict=False):
+                    values = np.asarray(places[group][measure])
+                    y = row + shift + np.linspace(-0.1, 0.1, len(values)) * (len(values) > 1)
+                    look = {"ms": 3.5, "mec": colour, "mew": 0.8, "mfc": colour if filled else "none"}
+                    panel.semilogx(values, y, marker, **look)
+            panel.axvline(1.0, color=style.TRUTH, lw=0.9)
+            low, high = panel.get_xlim()
+            panel.set(xlabel=label, xlim=(min(low, 0.09), max(high, 11.0)))
+            panel.xaxis.set_minor_formatter(NullFormatter())
+        panels[0].set_yticks(range(len(cases)), list(cases), fontsize=8)
+        panels[0].invert_yaxis()
+        for text, marker, filled in groups.values():
+            fill = style.TRUTH if filled else "none"
+            panels[0].plot([], [], marker, ms=4, mec=style.TRUTH, mfc=fill, label=text)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)

@@ -1,0 +1,1 @@
+"""Predictions of unseen manoeuvres: what the study of this name needs."""

@@ -1,0 +1,1 @@
+"""The richest manoeuvre: what the study of this name needs."""

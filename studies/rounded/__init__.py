@@ -1,0 +1,1 @@
+"""Rounded readings: what the study of this name needs."""

@@ -1,0 +1,1 @@
+"""Regression on rounded motions: what the study of this name needs."""

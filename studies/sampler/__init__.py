@@ -1,0 +1,1 @@
+"""What a posterior costs: what the study of this name needs."""

@@ -1,0 +1,1 @@
+"""The simulators: what the study of this name needs."""

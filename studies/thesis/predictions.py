@@ -1,0 +1,123 @@
+"""Predictions of unseen manoeuvres by identified, random and posterior coefficient sets (thesis chapter 8)."""
+
+import numpy as np
+
+from bayesub.inference.baselines.estimate import Estimate
+from bayesub.model.coefficients import INDEX
+from bayesub.model.simulator import Simulator
+from bayesub.problem.problem import Problem
+from thesis.cases import WEIGHT, time_scale, unseen
+
+HELD_STEP = 0.1  # s on suboff: the thesis's, with its controls held within a step
+LEVELS = np.round(np.linspace(0.1, 0.9, 9), 1)
+N_TIMES = 10  # of a manoeuvre at which the posterior predictive is compared with the truth
+STATISTICS = {"max": np.nanmax, "mean": np.nanmean, "median": np.nanmedian, "min": np.nanmin}
+
+
+def fly_all(problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvres: int) -> dict:
+    """Fly every set on random manoeuvres; those on which the true boat leaves the envelope are passed over.
+
+    Parameters
+    ----------
+    problem : from which the sets were identified
+    estimate : the identified sets; random sets have errors as large as those that its searches start from, with drag
+        at the truth (thesis section 8.5)
+    draws : (n_draws, 101) posterior coefficient sets
+    n_manoeuvres : number of manoeuvres
+
+    Returns
+    -------
+    dict of "errors" and "costs" (group -> (n, n_manoeuvres), the largest position error in m and the cost of the model
+    manual, section 10; not a number where a simulation fails), "tracks" (a list of (1 + n_sets, n_times, 3), the true
+    one first), "ranks" (n_manoeuvres, N_TIMES, 3) of the truth among posterior draws, and "seeds" of the manoeuvres.
+    """
+    boat = problem.vehicle
+    identified, random = problem.coefficient_sets(estimate.solutions), problem.coefficient_sets(estimate.starts)
+    random[:, INDEX["Xuu"]] = boat.xi[INDEX["Xuu"]]
+    sets = np.concatenate([boat.xi[None], identified, random, draws])
+    ends = np.cumsum([0, 1, len(identified), len(random), len(draws)])
+    groups = dict(zip(("truth", "sets", "random", "posterior"), map(slice, ends[:-1], ends[1:]), strict=True))
+    errors, costs = ({key: [] for key in (*groups, "simulation")} for _ in range(2))
+    tracks, ranks, seeds = [], [], []
+    for simulator in unseen(boat, n_manoeuvres):
+        times, manoeuvre = simulator.times, simulator.manoeuvre
+        states, status = simulator.run(sets)
+        held, _ = Simulator(boat, manoeuvre, times, dt=HELD_STEP * time_scale(boat), controls="hold").run(boat.xi)
+        flown = {key: (states[group], status[group]) for key, group in groups.items()}
+        for key, (some, codes) in (flown | {"simulation": (held, np.zeros(1, int))}).items():
+            off = largest_and_cost(some, states[0])
+            errors[key].append(np.where(codes == 0, off[0], np.nan))
+            costs[key].append(np.where(codes == 0, off[1], np.nan))
+        tracks.append(states[: ends[2], :, :3])
+        looks = np.linspace(0, len(times) - 1, N_TIMES + 1).astype(int)[1:]
+        some, codes = flown["posterior"]
+        ranks.append(np.mean(some[codes == 0][:, looks, :3] < states[0, looks, :3], axis=0))
+        seeds.append(int(manoeuvre.name.partition(":")[2]))
+    return {
+        "errors": {key: np.stack(values, axis=1) for key, values in errors.items()},
+        "costs": {key: np.stack(values, axis=1) for key, values in costs.items()},
+        "tracks": tracks,
+        "ranks": np.array(ranks),
+        "seeds": seeds,
+    }
+
+
+def largest_and_cost(states, truth) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) largest position errors (m), and costs, of states (n, n_times, 12)."""
+    off = states[..., :6] - truth[:, :6]
+    off[..., 3:] = np.degrees(off[..., 3:])
+    return np.linalg.norm(off[..., :3], axis=2).max(axis=1), WEIGHT * np.sum(off**2, axis=(1, 2))
+
+
+def summary(problem: Problem, estimate: Estimate, flights: dict) -> dict:
+    """The numbers of Tables 29 to 32, and of the posterior predictive."""
+    errors, costs = flights["errors"], flights["costs"]
+    order = np.argsort(np.nanmean(costs["sets"], axis=1))
+    chosen = {"best": order[0], "middle": order[len(order) // 2], "worst": order[-1]}
+    kinds = {key: errors["sets"][k] for key, k in chosen.items()}
+    n_draws, n_manoeuvres = errors["posterior"].shape
+    kinds |= {
+        "simulation": errors["simulation"][0],
+        "random": np.nanmean(errors["random"], axis=0),
+        "posterior": errors["posterior"][np.arange(n_manoeuvres) % n_draws, np.arange(n_manoeuvres)],
+    }
+    truth = problem.vehicle.xi[problem.columns]
+    own = problem.trajectory(np.vstack([truth, estimate.solutions])).states[:, :, :3]
+    return {
+        "names": list(problem.names),
+        "ratios": {key: (estimate.solutions[k] / truth).tolist() for key, k in chosen.items()},
+        "chosen": {key: int(k) for key, k in chosen.items()},
+        "all": spread(errors["sets"]),
+        "cost": spread(costs["sets"]),
+        "kinds": {key: spread(values) for key, values in kinds.items()},
+        "kind_errors": {key: values.tolist() for key, values in kinds.items()},
+        "own_manoeuvre_mean_m": float(np.linalg.norm(own[1:] - own[0], axis=2).max(axis=1).mean()),
+        "posterior_spread_m": float(np.nanmedian(errors["posterior"])),
+        "variance_by_set": shares_of_variance(errors["sets"]),
+        "coverage": {str(level): float(np.mean(np.abs(flights["ranks"] - 0.5) <= level / 2)) for level in LEVELS},
+        "failed": {key: int(np.isnan(values).sum()) for key, values in errors.items()},
+        "n_manoeuvres": len(flights["seeds"]),
+        "passed_over": flights["seeds"][-1] + 1 - len(flights["seeds"]),
+    }
+
+
+def spread(values) -> dict[str, float]:
+    """Maximum, mean, median and minimum of those that completed."""
+    return {key: float(statistic(values)) for key, statistic in STATISTICS.items()}
+
+
+def shares_of_variance(errors) -> dict[str, float]:
+    """Shares of the variance of log errors (n_sets, n_manoeuvres) that set and manoeuvre explain: two-way analysis."""
+    logs = np.log(errors)
+    total = np.nanvar(logs)
+    return {
+        "set": float(np.nanvar(np.nanmean(logs, axis=1)) / total),
+        "manoeuvre": float(np.nanvar(np.nanmean(logs, axis=0)) / total),
+    }
+
+
+def worst_tracks(numbers: dict, flights: dict) -> dict[str, np.ndarray]:
+    """True and predicted track (n_times, 3) of the worst set on its worst manoeuvre."""
+    k = numbers["chosen"]["worst"]
+    track = flights["tracks"][int(np.nanargmax(flights["errors"]["sets"][k]))]
+    return {"true": track[0], "predicted": track[1 + k]}

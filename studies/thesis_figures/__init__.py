@@ -1,0 +1,1 @@
+"""Figures of the thesis: what the study of this name needs."""

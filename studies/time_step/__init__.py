@@ -1,0 +1,1 @@
+"""The time step: what the study of this name needs."""

@@ -1,0 +1,1 @@
+"""Uniqueness of the coefficients: what the study of this name needs."""

@@ -1,0 +1,61 @@
+"""Mechanisms behind ranks, null moves, and sets that data leave open."""
+
+import numpy as np
+import pytest
+
+import bayesub as bs
+from bayesub.model.coefficients import INDEX
+from thesis import cases, mechanisms
+from uniqueness import null_directions
+from wrong_coefficients import open_sets
+
+
+@pytest.mark.parametrize("row", [row for row in mechanisms.MECHANISMS if row[1] == "horizontal" or "zigzag" in row[1]])
+def test_signs_of_two_motions_decide_a_rank(row):
+    """A zigzag shows a coefficient that the spiral hides, unless only samples with opposite signs are left."""
+    result = mechanisms.mechanism(*row)
+    assert result["rank"] == row[3]
+
+
+def test_a_boat_is_altered_by_name(suboff):
+    """Mass properties and coefficients are set, buoyancy as a share of the weight; the boat itself stays."""
+    before = suboff.xi.copy()
+    changed = mechanisms.altered(suboff, {"Yp_absp": 0.5, "buoyancy": 0.9, "zG": 0.1})
+    assert changed.xi[INDEX["Yp_absp"]] == 0.5
+    np.testing.assert_array_equal(suboff.xi, before)
+    assert np.count_nonzero(changed.body != suboff.body) == 2
+
+
+def test_relative_signs():
+    """The sign of a product of two motions, and the share of samples in which it is positive."""
+    boat = bs.load_vehicle("npsauv")
+    track = bs.simulate(boat, bs.load_manoeuvre("coupled", boat))
+    for pair, signs in mechanisms.relative_signs(track).items():
+        first, second = mechanisms.motions(track, pair)
+        np.testing.assert_array_equal(signs, np.sign(first * second))
+        shares = mechanisms.shares_of_equal_signs(track)[pair]
+        assert shares["samples"] == np.mean(first * second > 0)
+        assert 0.0 < shares["regressor"] < 1.0
+
+
+def test_null_moves_move_no_track():
+    """Coefficients half off along null vectors leave a random manoeuvre to round-off; random errors do not."""
+    boat = bs.load_vehicle("npsauv")
+    simulators = list(cases.unseen(boat, 2))
+    names = open_sets.randomised(boat, simulators[:1], np.random.default_rng(0)).names
+    sets = open_sets.null_moves(boat, names)
+    assert len(sets) == 2
+    off = open_sets.errors(boat, names, simulators, 1, sets)
+    assert max(off["unseen_m"] + off["seen_m"]) < 1e-6
+    assert max(off["coefficient_largest"]) == pytest.approx(open_sets.NULL_MOVE)
+    random = open_sets.random_sets(boat, {"random": 0.01}, 3)["random"]
+    assert min(open_sets.errors(boat, names, simulators, 1, random)["unseen_m"]) > 1e-3
+
+
+def test_tracks_and_linear_form_have_the_same_null_space():
+    """On four manoeuvres together npsauv's horizontal coefficients keep one null direction, and it is the predicted."""
+    manoeuvres = ("horizontal", "turning_circle", "zigzag_20_20")
+    result = null_directions.of_tracks(bs.load_vehicle("npsauv"), "horizontal", manoeuvres, 0)
+    assert result["structural"] == result["predicted"] > 0
+    assert result["angle_rad"] < 1e-6
+    assert min(result["alone"].values()) >= result["structural"]
