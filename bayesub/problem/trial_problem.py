@@ -175,7 +175,8 @@ class TrialProblem(PosteriorDensity):
         predicted = self.predicted(parameters)
         residuals, deviances = self._residuals(parameters, predicted, parameters), np.zeros(len(predicted))
         for noise, times, part, unknown in self._channels(parameters):
-            deviances += noise.deviance(residuals[:, part], predicted[:, part], self.readings[part], times, **unknown)
+            members = noise.of_members(**unknown)
+            deviances += noise.deviance(residuals[:, part], predicted[:, part], self.readings[part], times, members)
         return residuals, np.where(np.isnan(deviances), np.inf, deviances)
 
     def jacobian(self, parameters: np.ndarray) -> np.ndarray:
@@ -221,8 +222,8 @@ class TrialProblem(PosteriorDensity):
     def _weighed(self, parameters, predicted, slopes):
         rows = np.zeros((self.n_rows, slopes.shape[1]))
         for noise, times, part, unknown in self._channels(parameters):
-            numbers = {attribute: values[0] for attribute, values in unknown.items()}
-            rows[part] = noise.weigh(slopes[part], predicted[0, part], self.readings[part], times, **numbers)
+            member = noise.of_members(**{attribute: values[0] for attribute, values in unknown.items()})
+            rows[part] = member.weigh(slopes[part], predicted[0, part], self.readings[part], times)
         return rows
 
     def _channels(self, parameters):
@@ -242,7 +243,7 @@ class TrialProblem(PosteriorDensity):
         pairs = zip(self._channels(centres), self._channels(parameters), strict=True)
         for (noise, times, part, at_centre), (*_, unknown) in pairs:
             arguments = predicted[:, part], self.readings[part], times
-            parts.append(noise.residuals(*arguments, **at_centre))
+            parts.append(noise.of_members(**at_centre).residuals(*arguments))
             if at_centre:
                 row, by_logarithms = scale_rows(noise, *arguments, at_centre)
                 offset = np.log(np.stack([unknown[key] / at_centre[key] for key in at_centre], axis=1))
@@ -401,7 +402,7 @@ class TrialProblem(PosteriorDensity):
 
     def _log_likelihoods(self, parameters, predicted) -> dict[str, np.ndarray]:
         return {
-            channel.name: noise.log_density(predicted[:, part], self.readings[part], times, **unknown)
+            channel.name: noise.of_members(**unknown).log_density(predicted[:, part], self.readings[part], times)
             for channel, (noise, times, part, unknown) in zip(
                 self.record.channels, self._channels(parameters), strict=True
             )
@@ -421,7 +422,9 @@ class TrialProblem(PosteriorDensity):
         parameters = np.atleast_2d(parameters)
         predicted = self.predicted(parameters)
         return {
-            channel.name: noise.quantile_residuals(predicted[:, part], self.readings[part], times, rng, **unknown)
+            channel.name: noise.of_members(**unknown).quantile_residuals(
+                predicted[:, part], self.readings[part], times, rng
+            )
             for channel, (noise, times, part, unknown) in zip(
                 self.record.channels, self._channels(parameters), strict=True
             )
