@@ -28,6 +28,11 @@ class JointProblem(PosteriorDensity):
     ----------
     problems : name of a trial -> Problem, of the same vehicle with the same `prior`
 
+    Raises
+    ------
+    InputError : without a trial, where trials have other vehicles, priors of coefficients, free parameters of the body
+        or values that are held, and where two give a parameter that they share different priors
+
     Attributes
     ----------
     problems : name of a trial -> its problem
@@ -64,7 +69,13 @@ class JointProblem(PosteriorDensity):
                 name: name if of_boat(name, problem.vehicle) else f"{name}[{trial}]" for name in problem.nuisance_priors
             }
             for name, prior in problem.nuisance_priors.items():
-                self.nuisance_priors.setdefault(renamed[name], prior)
+                if self.nuisance_priors.setdefault(renamed[name], prior) != prior:
+                    raise InputError(
+                        f"nuisance '{name}': all trials share it, and '{trial}' has another prior of it than the "
+                        "trials before; give it once, or the same in each",
+                        "conflict",
+                        name,
+                    )
             names[trial] = [renamed.get(name, name) for name in problem.names]
         self.names = (*coefficient_names(self.equations, self.columns), *self.nuisance_priors)
         self.prior = joined(self.coefficient_prior, self.nuisance_priors)

@@ -27,7 +27,7 @@ _DRAWS = 2000  # that say what the scale is
 _ITERATIONS = 4  # of Newton's method for its inverse
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SharedScale(Prior):
     """Log-normal prior about `median` (n_params,), not zero, with one unknown sd of the logarithm for all parameters.
 

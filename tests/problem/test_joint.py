@@ -9,7 +9,7 @@ from bayesub.inference.baselines import gauss_newton
 from bayesub.model.coefficients import NAMES
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.problem.joint import JointProblem
-from bayesub.problem.priors import normal, relative_normal
+from bayesub.problem.priors import Given, normal, relative_normal
 
 FREE = ("Xuu", "Yuv", "Yuu_dr", "Nuv", "Nuu_dr", "Nur")
 NUISANCE = {"yaw0_deg": normal(0.0, 2.0), "Izz_kgm2": normal(6.5e9, 1e8)}
@@ -50,6 +50,24 @@ def test_likelihoods_multiply_and_information_adds(trials, rng):
     shift = step * np.eye(joint.n_params)[3]
     ends = joint.log_likelihood(np.array([parameters[0] - shift, parameters[0] + shift]))
     assert gradient[3] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-4)
+
+
+def test_equal_priors_are_equal_whether_or_not_they_are_one_object(trials, suboff):
+    """With a centre or values of single coefficients, which are arrays, and priors of nuisance parameters."""
+
+    def given(sd):
+        centre = relative_normal(0.25, suboff.xi)
+        nuisance = NUISANCE | {"Izz_kgm2": normal(6.5e9, sd)}
+        return {"free": FREE, "prior": Given(centre, {"Xuu": normal(-1e-3, 1e-4)}), "nuisance": nuisance, "dt": 1.0}
+
+    problems = {
+        name: bs.Problem(suboff, problem.manoeuvre, problem.record, **given(1e8)) for name, problem in trials.items()
+    }
+    assert JointProblem(problems).names == JointProblem(trials).names
+    zigzag = trials["zigzag"]
+    problems["zigzag"] = bs.Problem(suboff, zigzag.manoeuvre, zigzag.record, **given(2e8))
+    with refused("conflict", "Izz_kgm2"):
+        JointProblem(problems)
 
 
 def test_two_trials_know_more_than_one(trials):
