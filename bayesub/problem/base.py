@@ -46,7 +46,7 @@ class Costs:
 class PosteriorDensity:
     """The posterior density of free coefficients and nuisance parameters, as inference sees it.
 
-    The interface is :class:`bayesub.inference.interface.InferenceProblem`. A subclass says what its channels
+    It is all that :mod:`bayesub.inference.interface` names. A subclass says what its channels
     contribute, which trials it is made of and what it has cost.
 
     Attributes
