@@ -88,7 +88,7 @@ def test_naive_and_failures(trials):
     worst = joint.prior.mean.copy()
     worst[0] = 0.1  # drag that accelerates
     assert joint.log_likelihood(worst)[0] == -np.inf
-    assert joint.failures["diverged"] == 2
+    assert joint.costs.failures["diverged"] == 2
 
 
 def test_trials_must_belong_together(trials, suboff, spiral):
@@ -135,9 +135,9 @@ def test_a_joint_problem_has_the_methods_of_a_problem(trials, rng):
             np.testing.assert_array_equal(residuals[:, joint.rows[f"{channel}[{trial}]"]], own)
     assert joint.replicated(parameters, rng).shape == (2, len(joint.readings))
     assert set(joint.linear_systems(parameters[0])) == {"X", "Y", "N"}
-    before = joint.jacobians, joint.evaluations
+    before = joint.costs.jacobians, joint.costs.simulations
     joint.jacobian(parameters[0])
     joint.naive().predicted(parameters[:, : len(FREE)])
-    assert (joint.jacobians, joint.evaluations) == (before[0] + 2, before[1] + 4)
+    assert (joint.costs.jacobians, joint.costs.simulations) == (before[0] + 2, before[1] + 4)
     assert list(joint.nuisance_priors) == ["yaw0_deg[spiral]", "Izz_kgm2", "yaw0_deg[zigzag]"]
     assert joint.coefficient_prior.mean.tolist() == trials["spiral"].coefficient_prior.mean.tolist()
