@@ -55,7 +55,7 @@ class TrialProblem(FlownTrial):
     nuisance_priors: dict[str, Prior]
     noises: tuple[Noise, ...]
     fixed_nuisances: np.ndarray | None = None
-    readings: np.ndarray | None = None
+    readings: np.ndarray = None  # those of the record
     widening: float = 1.0
 
     def __post_init__(self):
