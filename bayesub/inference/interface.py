@@ -1,12 +1,14 @@
 """What inference needs of a problem: the one specification, to which problems and the toys of the tests are checked.
 
-Searches, samplers and the analysis of identifiability know a problem by :class:`InferenceProblem` and its prior by
-:class:`InferencePrior` only; no submarine is in either. Parameters are (n_params,) or (n_batch, n_params) in the units
-of their names; `t` and `x` are the coordinates of :mod:`bayesub.inference.sampling`, without units.
+No submarine is in it. A search knows a problem by :class:`Searchable`, or by :class:`LeastSquares`; a surrogate by
+:class:`Emulated`; a sampler by :class:`Sampled`, or by :class:`Forced` where forces have unknown histories; the
+analysis of identifiability by :class:`Identifiable`. All know its prior by :class:`InferencePrior`. Parameters are
+(n_params,) or (n_batch, n_params) in the units of their names; `t` and `x` are the coordinates of
+:mod:`bayesub.inference.sampling`, without units.
 """
 
-from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
+from collections.abc import Mapping, Sequence
+from typing import Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -131,8 +133,8 @@ class LinearForm(Protocol):
 
 
 @runtime_checkable
-class InferenceProblem(Protocol):
-    """A posterior density: parameters, their prior, and the readings that they explain."""
+class Searchable(Protocol):
+    """What a search for a mode needs: parameters with a prior, and residuals with a deviance."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -150,9 +152,19 @@ class InferenceProblem(Protocol):
     def costs(self) -> CostCounter:
         """What this problem and its views have computed so far."""
 
-    @property
-    def preferred_pivots(self) -> tuple[str, ...]:
-        """Parameters to name null directions by where there is a choice."""
+    def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n_batch, n_rows) and deviances (n_batch,), -2 log likelihood but for a constant.
+
+        The deviance is infinite where the simulation failed.
+        """
+
+    def jacobian(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_rows, n_params) derivatives of the residuals at one parameter vector (n_params,)."""
+
+
+@runtime_checkable
+class LeastSquares(Searchable, Protocol):
+    """What a method needs that looks at residuals alone."""
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_rows) residuals r at parameters (n_batch, n_params), not a number where the simulation failed.
@@ -160,39 +172,99 @@ class InferenceProblem(Protocol):
         With the Jacobian J, J'r is the gradient of minus the log likelihood and J'J its information.
         """
 
+
+@runtime_checkable
+class Emulated(LeastSquares, Protocol):
+    """What a surrogate of a posterior density needs, and sampling coordinates."""
+
     def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) whose squares sum to the deviance near `centre` (n_params,); log likelihoods."""
-
-    def jacobian(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_rows, n_params) derivatives of the residuals at one parameter vector (n_params,)."""
-
-    def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals (n_batch, n_rows) and deviances (n_batch,), -2 log likelihood but for a constant.
-
-        The deviance is infinite where the simulation failed.
-        """
 
     def log_likelihood(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log likelihoods, -inf where the simulation failed."""
 
-    def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
-        """The contribution (n_batch,) of each channel to the log likelihood, by name."""
 
-    def smoothed(self, share: float) -> "InferenceProblem":
-        """A view with gradients everywhere: walls of an interval get `share` of its length as sd."""
+class LatentForces(Protocol):
+    """Forces with an unknown history in some residuals: white coordinates times a factor that a few parameters say."""
+
+    @property
+    def rows(self) -> slice:
+        """Of the residuals, those that the forces move."""
+
+    @property
+    def columns(self) -> np.ndarray:
+        """(n_white,) positions of the white coordinates among the parameters, axis after axis."""
+
+    @property
+    def process(self) -> np.ndarray:
+        """(n_process,) positions of the parameters of the process."""
+
+    @property
+    def wide_process(self) -> np.ndarray:
+        """(n_process,) values with which the forces can follow any motion."""
+
+    def factors(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_axes, n_knots, n_knots), lower triangular, of parameters (n_batch, n_params)."""
+
+
+@runtime_checkable
+class Sampled(Emulated, Protocol):
+    """What a sampler needs: a density that can be emulated, and views of it from which its mode is found."""
+
+    @property
+    def histories(self) -> Sequence[LatentForces]:
+        """Forces with unknown histories; most problems have none."""
 
     @property
     def heavy_tailed(self) -> bool:
         """Whether the slope of some log density vanishes far from its reading, as that of Student's t does."""
 
-    def widened(self, scale: float) -> "InferenceProblem":
+    @property
+    def duration(self) -> float:
+        """Length of the record, s."""
+
+    def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
+        """The contribution (n_batch,) of each channel to the log likelihood, by name."""
+
+    def smoothed(self, share: float) -> Self:
+        """A view with gradients everywhere: walls of an interval get `share` of its length as sd."""
+
+    def widened(self, scale: float) -> Self:
         """A view with noise that is `scale` times as large."""
+
+    def within(self, duration: float) -> Self:
+        """A view of the first `duration` seconds of the record; the problem itself if there is no more of it."""
+
+
+@runtime_checkable
+class Forced(Sampled, Protocol):
+    """What a sampler needs besides where a problem has histories."""
+
+    @property
+    def prior_of_others(self) -> InferencePrior:
+        """The prior of the parameters that are not white coordinates of histories."""
+
+    def with_wide_process(self) -> Self:
+        """A view with a known and wide process of the forces."""
+
+
+@runtime_checkable
+class Identifiable(LeastSquares, Protocol):
+    """What null spaces, spectra and profiles are computed of."""
+
+    @property
+    def histories(self) -> Sequence[LatentForces]:
+        """Forces with unknown histories, which are integrated out."""
+
+    @property
+    def preferred_pivots(self) -> tuple[str, ...]:
+        """Parameters to name null directions by where there is a choice."""
 
     def linear_systems(self, parameters: np.ndarray) -> Mapping[str, LinearForm]:
         """Axis -> linear form in some of the parameters at parameters (n_params,); empty if there are no equations."""
 
 
-class TrialInference(InferenceProblem, Protocol):
+class TrialInference(Sampled, Protocol):
     """One trial, whose readings can be predicted and drawn."""
 
     @property
@@ -218,7 +290,7 @@ class TrialInference(InferenceProblem, Protocol):
         """(n_batch, n_readings) readings that parameters (n_batch, n_params) could have made."""
 
 
-class TrialsInference(InferenceProblem, Protocol):
+class TrialsInference(Sampled, Protocol):
     """Several trials that share parameters, of which one can be left out."""
 
     @property

@@ -207,9 +207,7 @@ class _Trial:
 
     def _problem(self, xi) -> TrialProblem:
         """The problem of this trial with all that is left out."""
-        problem = self.problem
-        parts = self._forward, problem.columns, xi, problem.spread, self._priors, problem.noises
-        return TrialProblem(*parts, readings=problem.readings)
+        return self.problem.view(forward=self._forward, xi=xi, nuisance_priors=self._priors)
 
     def _at(self, parameters, number, amounts):
         """Coefficient sets and parameters (n, n_all) at all parameters (n, n_params) and amounts (n, k).
@@ -233,7 +231,7 @@ class _Trial:
         sets, full = self._at(parameters, number, amounts)
         predicted, _ = self._forward.predicted(sets, full[:, self.problem.n_coefficients :])
         self._forward.measurement.to_nearest_turn(predicted, self.problem.readings)
-        return self._whole.residuals_of(full, predicted)
+        return self._whole.likelihood.residuals(predicted, self._whole.nuisance_values(full))
 
     def about(self, parameters, number, amounts):
         """Residuals (n_rows,), Jacobian (n_rows, n_own) and columns by kind and name at one such place."""

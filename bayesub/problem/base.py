@@ -10,6 +10,7 @@ import numpy as np
 from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem
 from bayesub.problem.distributions import WHITE, Prior, joined
+from bayesub.problem.views import Viewed
 
 
 @dataclass
@@ -43,10 +44,10 @@ class Costs:
         self.seconds += time.perf_counter() - began
 
 
-class PosteriorDensity:
+class PosteriorDensity(Viewed):
     """The posterior density of free coefficients and nuisance parameters, as inference sees it.
 
-    The interface is :class:`bayesub.inference.interface.InferenceProblem`. A subclass says what its channels
+    It is all that :mod:`bayesub.inference.interface` names. A subclass says what its channels
     contribute, which trials it is made of and what it has cost.
 
     Attributes
@@ -105,21 +106,6 @@ class PosteriorDensity:
         """What this problem and its views have computed so far."""
         raise NotImplementedError
 
-    @property
-    def evaluations(self) -> int:
-        """Simulations so far."""
-        return self.costs.simulations
-
-    @property
-    def jacobians(self) -> int:
-        """Jacobians so far."""
-        return self.costs.jacobians
-
-    @property
-    def failures(self) -> dict[str, int]:
-        """Status -> simulations so far that ended so."""
-        return self.costs.failures
-
     def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         raise NotImplementedError
@@ -153,3 +139,8 @@ class PosteriorDensity:
     def log_prob(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log posterior densities, not normalised."""
         return self.log_prior(parameters) + self.log_likelihood(parameters)
+
+
+def coefficient_names(equations: EquationSet, columns: np.ndarray) -> tuple[str, ...]:
+    """Names of the coefficients at positions `columns` (n,) of a set."""
+    return tuple(equations.names[k] for k in columns)

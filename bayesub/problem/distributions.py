@@ -6,10 +6,31 @@ the scaled coordinates x, which differ from t for uniform priors only: these hav
 of three. All coordinates of the sampler stand in one table in :mod:`bayesub.inference.sampling`.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from itertools import count, groupby
 
 import numpy as np
+
+
+def same(one: object, other: object) -> bool:
+    """Whether two dataclasses of one kind hold the same numbers; arrays are the same if all their numbers are.
+
+    Also two sequences or mappings of such, and arrays or anything else that is compared.
+    """
+    if one is other:
+        return True
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+    if isinstance(one, (tuple, list)):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(value, other[key]) for key, value in one.items())
+    if is_dataclass(one):
+        return all(same(getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
+    return one == other
 
 
 class Prior:
@@ -23,6 +44,12 @@ class Prior:
 
     mean: np.ndarray
     sd: np.ndarray
+
+    def __eq__(self, other: object) -> bool:
+        return same(self, other) if type(other) is type(self) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(type(self))  # arrays have none
 
     @property
     def guess(self) -> np.ndarray:
@@ -102,7 +129,7 @@ def _log_normal(t) -> np.ndarray:
     return -0.5 * np.sum(t**2, axis=-1) - 0.5 * t.shape[-1] * np.log(2.0 * np.pi)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Normal(Prior):
     """Independent normal prior: `mean` and `sd`, both (n_params,)."""
 
@@ -126,7 +153,7 @@ class Normal(Prior):
         return _log_normal(self.standard(parameters)) - np.log(self.sd).sum()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LogNormal(Prior):
     """Independent log-normal prior: `median` (n_params,), not zero, and `log_sd` (n_params,), sd of the logarithm.
 
@@ -172,7 +199,7 @@ class LogNormal(Prior):
         return self.parameters(t)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Uniform(Prior):
     """Independent uniform prior between `lower` and `upper`, both (n_params,)."""
 
@@ -235,7 +262,7 @@ class Uniform(Prior):
         return np.where(inside, -np.log(self.upper - self.lower).sum(), -np.inf)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CorrelatedNormal(Prior):
     """Normal prior with `mean` (n_params,) and the Cholesky `factor` (n_params, n_params) of its covariance."""
 
@@ -270,71 +297,80 @@ class CorrelatedNormal(Prior):
         return self.mean + self.sd * special.ndtri(probability)
 
 
-@dataclass(frozen=True)
+def _of_parts(name: str) -> property:
+    """The attribute of a joint prior that each part has of its own parameters."""
+
+    def gathered(joint: "Joint") -> np.ndarray:
+        return joint.gathered([getattr(part, name) for part in joint.parts])
+
+    return property(gathered, doc=f"As :attr:`Prior.{name}`.")
+
+
+def _gathered(name: str):
+    """The method of a joint prior that takes and returns (.., n_params) numbers, each part those of its own."""
+
+    def method(joint: "Joint", values: np.ndarray) -> np.ndarray:
+        return joint.gathered(joint.of_each(name, values))
+
+    return _named(method, name)
+
+
+def _summed(name: str):
+    """The method of a joint prior that is the sum of that of the parts."""
+
+    def method(joint: "Joint", values: np.ndarray) -> np.ndarray:
+        return sum(joint.of_each(name, values))
+
+    return _named(method, name)
+
+
+def _chained(name: str):
+    """The method of a joint prior that takes a Jacobian (n, n_params) and where it is, (n_params,)."""
+
+    def method(joint: "Joint", jacobian: np.ndarray, at: np.ndarray) -> np.ndarray:
+        pairs = zip(joint.parts, joint.positions, strict=True)
+        return joint.gathered([getattr(part, name)(jacobian[..., p], at[p]) for part, p in pairs])
+
+    return _named(method, name)
+
+
+def _named(method, name):
+    method.__name__, method.__qualname__, method.__doc__ = name, f"Joint.{name}", f"As :meth:`Prior.{name}`."
+    return method
+
+
+@dataclass(frozen=True, eq=False)
 class Joint(Prior):
-    """Independent priors of groups of parameters: `parts`, and for each the (n,) positions of its parameters."""
+    """Independent priors of groups of parameters: `parts`, and for each the (n,) positions of its parameters.
+
+    Whatever a prior says of its parameters, a joint prior has from its parts, each asked of its own.
+    """
 
     parts: tuple[Prior, ...]
     positions: tuple[np.ndarray, ...]
 
-    def _gathered(self, values):
+    mean, sd, guess = (_of_parts(name) for name in ("mean", "sd", "guess"))
+    parameters, standard = _gathered("parameters"), _gathered("standard")
+    scaled, unscaled, scaled_slope = _gathered("scaled"), _gathered("unscaled"), _gathered("scaled_slope")
+    contraction = _gathered("contraction")
+    chain, scaled_chain = _chained("chain"), _chained("scaled_chain")
+    log_density, scaled_log_density = _summed("log_density"), _summed("scaled_log_density")
+
+    def gathered(self, values: Sequence[np.ndarray]) -> np.ndarray:
+        """(.., n_params) numbers, of those (.., n) of each part."""
         result = np.empty((*np.shape(values[0])[:-1], sum(len(p) for p in self.positions)))
         for position, value in zip(self.positions, values, strict=True):
             result[..., position] = value
         return result
 
-    def _each(self, method, argument):
-        pairs = zip(self.parts, self.positions, strict=True)
-        return [getattr(part, method)(argument[..., position]) for part, position in pairs]
+    def of_each(self, name: str, values: np.ndarray) -> list[np.ndarray]:
+        """What the method `name` of each part returns of its own (.., n) among values (.., n_params)."""
+        values, pairs = np.asarray(values), zip(self.parts, self.positions, strict=True)
+        return [getattr(part, name)(values[..., position]) for part, position in pairs]
 
-    @property
-    def mean(self) -> np.ndarray:
-        """As :attr:`Prior.mean`."""
-        return self._gathered([part.mean for part in self.parts])
-
-    @property
-    def sd(self) -> np.ndarray:
-        """As :attr:`Prior.sd`."""
-        return self._gathered([part.sd for part in self.parts])
-
-    @property
-    def guess(self) -> np.ndarray:
-        """As :attr:`Prior.guess`."""
-        return self._gathered([part.guess for part in self.parts])
-
-    def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
-        return self._gathered(self._each("parameters", np.asarray(t)))
-
-    def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
-        return self._gathered(self._each("standard", np.asarray(parameters)))
-
-    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.chain`."""
-        pairs = zip(self.parts, self.positions, strict=True)
-        return self._gathered([part.chain(jacobian[..., p], t[p]) for part, p in pairs])
-
-    def scaled(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled`."""
-        return self._gathered(self._each("scaled", np.asarray(parameters)))
-
-    def unscaled(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.unscaled`."""
-        return self._gathered(self._each("unscaled", np.asarray(x)))
-
-    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled_chain`."""
-        pairs = zip(self.parts, self.positions, strict=True)
-        return self._gathered([part.scaled_chain(jacobian[..., p], x[p]) for part, p in pairs])
-
-    def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled_log_density`."""
-        return sum(self._each("scaled_log_density", np.asarray(x)))
-
-    def scaled_slope(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled_slope`."""
-        return self._gathered(self._each("scaled_slope", np.asarray(x)))
+    def quantiles(self, probability: float) -> np.ndarray:
+        """As :meth:`Prior.quantiles`."""
+        return self.gathered([part.quantiles(probability) for part in self.parts])
 
     def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """As :meth:`Prior.scaled_form`."""
@@ -343,20 +379,8 @@ class Joint(Prior):
         before = np.cumsum(n_groups) - n_groups
         numbered = [np.where(own < 0, own, own + first) for own, first in zip(groups, before, strict=True)]
         wide = [np.pad(each, ((0, 0), (0, n_scales.max() - each.shape[1])), constant_values=np.nan) for each in scales]
-        together = self._gathered(walls), self._gathered(stretches), self._gathered(numbered).astype(int)
+        together = self.gathered(walls), self.gathered(stretches), self.gathered(numbered).astype(int)
         return *together, np.concatenate(wide)
-
-    def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
-        return sum(self._each("log_density", np.asarray(parameters)))
-
-    def contraction(self, draws: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.contraction`."""
-        return self._gathered(self._each("contraction", draws))
-
-    def quantiles(self, probability: float) -> np.ndarray:
-        """As :meth:`Prior.quantiles`."""
-        return self._gathered([part.quantiles(probability) for part in self.parts])
 
 
 WHITE = Normal(np.zeros(1), np.ones(1))  # of white coordinates; one object, so that runs of them are found

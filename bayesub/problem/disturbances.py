@@ -343,7 +343,7 @@ class _Factor:
 
 @dataclass(frozen=True)
 class History:
-    """What of a problem the unknown histories of one trial are.
+    """What of a problem the unknown histories of one trial are: :class:`bayesub.inference.interface.LatentForces`.
 
     Attributes
     ----------
@@ -360,6 +360,11 @@ class History:
     columns: np.ndarray
     process: np.ndarray
     disturbances: Disturbances
+
+    @property
+    def wide_process(self) -> np.ndarray:
+        """(n_process,) values for searches, as :attr:`Disturbances.wide_process`."""
+        return np.array(list(self.disturbances.wide_process.values()))
 
     def factors(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Disturbances.factors`, of parameters (n_batch, n_params)."""

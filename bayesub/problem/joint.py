@@ -1,17 +1,19 @@
 """Several trials of one vehicle as one inference problem."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from itertools import accumulate
 
 import numpy as np
 
 from bayesub.io.errors import InputError
 from bayesub.model.linear_form import LinearSystem, stacked
-from bayesub.problem.base import Costs, PosteriorDensity
-from bayesub.problem.distributions import joined
+from bayesub.problem.base import Costs, PosteriorDensity, coefficient_names
+from bayesub.problem.distributions import Prior, joined
 from bayesub.problem.disturbances import History
 from bayesub.problem.mounting import of_place
 from bayesub.problem.nuisance import of_boat
-from bayesub.problem.trial_problem import TrialProblem, coefficient_names
+from bayesub.problem.trial_problem import TrialProblem
 
 
 class JointProblem(PosteriorDensity):
@@ -28,64 +30,55 @@ class JointProblem(PosteriorDensity):
     ----------
     problems : name of a trial -> Problem, of the same vehicle with the same `prior`
 
+    Raises
+    ------
+    InputError : without a trial, where trials have other vehicles, priors of coefficients, free parameters of the body
+        or values that are held, and where two give a parameter that they share different priors
+
     Attributes
     ----------
     problems : name of a trial -> its problem
     vehicle : of all trials
     spread : the prior of the coefficients as given
+    readings : (n_readings,) measured values, SI units, trial after trial
+    sds : (n_readings,) their standard deviations with rounding, SI units
+    rows : channel of a trial -> where its readings stand among the residuals
+    channels : channel of a trial -> channel and its noise model
+    duration : time of the last reading of the longest trial, s
+    heavy_tailed : whether any noise of any trial is
     """
 
     def __init__(self, problems: Mapping[str, TrialProblem]):
         self.problems = dict(problems)
-        if not self.problems:
-            raise InputError("a joint problem needs at least one trial", "missing", "problems")
-        first, *others = self.problems.values()
-        for problem in others:
-            if problem.vehicle is not first.vehicle or problem.spread != first.spread:
-                raise InputError(
-                    "the trials of a joint problem must have the same vehicle and the same prior",
-                    "conflict",
-                    "problems",
-                )
-            if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
-                raise InputError(
-                    "the trials of a joint problem must hold the same coefficients and free the same body",
-                    "conflict",
-                    "problems",
-                )
+        _check(list(self.problems.values()))
+        trials, (first, *_) = self.problems.values(), self.problems.values()
         self.vehicle, self.equations = first.vehicle, first.equations
         self.xi, self.spread = first.xi, first.spread
-        self.columns = np.unique(np.concatenate([p.columns for p in self.problems.values()]))
+        self.columns = np.unique(np.concatenate([trial.columns for trial in trials]))
         self.n_coefficients = len(self.columns)
         self.coefficient_prior = self.spread.on(self.columns, self.xi, self.equations)
-        self.nuisance_priors, names = {}, {}
-        for trial, problem in self.problems.items():
-            renamed = {
-                name: name if of_boat(name, problem.vehicle) else f"{name}[{trial}]" for name in problem.nuisance_priors
-            }
-            for name, prior in problem.nuisance_priors.items():
-                self.nuisance_priors.setdefault(renamed[name], prior)
-            names[trial] = [renamed.get(name, name) for name in problem.names]
+        self.nuisance_priors, renamed = _shared(self.problems)
         self.names = (*coefficient_names(self.equations, self.columns), *self.nuisance_priors)
         self.prior = joined(self.coefficient_prior, self.nuisance_priors)
-        self._places = {
-            trial: np.array([self.names.index(name) for name in renamed]) for trial, renamed in names.items()
+        places = {name: k for k, name in enumerate(self.names)}
+        self._places = {name: np.array([places[one] for one in names]) for name, names in renamed.items()}
+        self.readings = np.concatenate([trial.readings for trial in trials])
+        self.sds = np.concatenate([trial.sds for trial in trials])
+        self.duration = max(trial.duration for trial in trials)
+        self.heavy_tailed = any(trial.heavy_tailed for trial in trials)
+        self.channels = self._by_channel([trial.channels for trial in trials])
+        starts = accumulate((trial.n_rows for trial in trials), initial=0)
+        self._firsts = dict(zip(self.problems, starts, strict=False))  # the last start is the end of all
+        self.rows = {
+            f"{channel}[{name}]": _moved(part, self._firsts[name])
+            for name, trial in self.problems.items()
+            for channel, part in trial.rows.items()
         }
 
     @property
     def costs(self) -> Costs:
         """What the trials have computed so far: a simulation or a Jacobian of one trial counts as one."""
         return sum((problem.costs for problem in self.problems.values()), Costs())
-
-    @property
-    def readings(self) -> np.ndarray:
-        """(n_readings,) measured values, SI units."""
-        return np.concatenate([problem.readings for problem in self.problems.values()])
-
-    @property
-    def sds(self) -> np.ndarray:
-        """(n_readings,) their standard deviations with rounding, SI units."""
-        return np.concatenate([problem.sds for problem in self.problems.values()])
 
     @property
     def reference(self) -> np.ndarray:
@@ -113,25 +106,16 @@ class JointProblem(PosteriorDensity):
     @property
     def histories(self) -> tuple[History, ...]:
         """The forces with unknown histories of each trial that has them."""
-        histories, start = [], 0
-        for trial, problem in self.problems.items():
-            places = self._places[trial]
-            for history in problem.histories:
-                rows = slice(start + history.rows.start, start + history.rows.stop)
-                columns, process = places[history.columns], places[history.process]
-                histories.append(History(rows, columns, process, history.disturbances))
-            start += problem.n_rows
-        return tuple(histories)
-
-    @property
-    def rows(self) -> dict[str, slice]:
-        """Where the readings of each channel of each trial stand among the residuals."""
-        rows, start = {}, 0
-        for trial, problem in self.problems.items():
-            for channel, part in problem.rows.items():
-                rows[f"{channel}[{trial}]"] = slice(start + part.start, start + part.stop)
-            start += problem.n_rows
-        return rows
+        return tuple(
+            replace(
+                history,
+                rows=_moved(history.rows, self._firsts[name]),
+                columns=self._places[name][history.columns],
+                process=self._places[name][history.process],
+            )
+            for name, problem in self.problems.items()
+            for history in problem.histories
+        )
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_rows), trial after trial."""
@@ -163,39 +147,10 @@ class JointProblem(PosteriorDensity):
         systems = [problem.linear_systems(values) for _, problem, values in self.each_trial(parameters)]
         return stacked(systems, self.equations.names)
 
-    def smoothed(self, share: float) -> "JointProblem":
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.smoothed`."""
-        return JointProblem({trial: problem.smoothed(share) for trial, problem in self.problems.items()})
-
-    @property
-    def heavy_tailed(self) -> bool:
-        """Whether any noise of any trial is."""
-        return any(problem.heavy_tailed for problem in self.problems.values())
-
-    def widened(self, scale: float) -> "JointProblem":
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.widened`."""
-        return JointProblem({trial: problem.widened(scale) for trial, problem in self.problems.items()})
-
-    @property
-    def duration(self) -> float:
-        """Time of the last reading of the longest trial, s."""
-        return max(problem.duration for problem in self.problems.values())
-
-    def within(self, duration: float) -> "JointProblem":
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.within`, of each trial."""
-        return JointProblem({trial: problem.within(duration) for trial, problem in self.problems.items()})
-
-    def with_wide_process(self) -> "JointProblem":
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.with_wide_process`."""
-        return JointProblem({trial: problem.with_wide_process() for trial, problem in self.problems.items()})
-
-    def naive(self) -> "JointProblem":
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.naive`."""
-        return JointProblem({trial: problem.naive() for trial, problem in self.problems.items()})
-
-    def searchable(self) -> "JointProblem":
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.searchable`."""
-        return JointProblem({trial: problem.searchable() for trial, problem in self.problems.items()})
+    def of_trials(self, change: Callable[[TrialProblem], TrialProblem]) -> "JointProblem":
+        """As :meth:`bayesub.problem.views.Viewed.of_trials`."""
+        changed = {name: change(problem) for name, problem in self.problems.items()}
+        return self if all(changed[name] is self.problems[name] for name in changed) else JointProblem(changed)
 
     def without(self, trial: str) -> "JointProblem":
         """The joint problem of all other trials; InputError if there is none."""
@@ -210,11 +165,6 @@ class JointProblem(PosteriorDensity):
         pairs = zip(self.problems, contents, strict=True)
         return {f"{channel}[{trial}]": part for trial, parts in pairs for channel, part in parts.items()}
 
-    @property
-    def channels(self) -> dict:
-        """Channel of a trial, as ``yaw[first]`` -> channel and its noise model."""
-        return self._by_channel([problem.channels for problem in self.problems.values()])
-
     def quantile_residuals(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """(n_batch, n) quantile residuals of each channel of each trial, as ``yaw[first]``."""
         return self._by_channel(self._of_trials("quantile_residuals", parameters, rng))
@@ -222,6 +172,49 @@ class JointProblem(PosteriorDensity):
     def replicated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(n_batch, n_readings) readings that each member could have made, trial after trial."""
         return np.concatenate(self._of_trials("replicated", parameters, rng), axis=1)
+
+
+def _check(problems) -> None:
+    """Raise an InputError unless there are trials, of one boat with one prior."""
+    if not problems:
+        raise InputError("a joint problem needs at least one trial", "missing", "problems")
+    first, *others = problems
+    for problem in others:
+        if problem.vehicle is not first.vehicle or problem.spread != first.spread:
+            raise InputError(
+                "the trials of a joint problem must have the same vehicle and the same prior",
+                "conflict",
+                "problems",
+            )
+        if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
+            raise InputError(
+                "the trials of a joint problem must hold the same coefficients and free the same body",
+                "conflict",
+                "problems",
+            )
+
+
+def _shared(problems) -> tuple[dict[str, Prior], dict[str, list[str]]]:
+    """Prior of each nuisance parameter of all trials, and the names that the parameters of each trial have there."""
+    priors, names = {}, {}
+    for trial, problem in problems.items():
+        renamed = {
+            name: name if of_boat(name, problem.vehicle) else f"{name}[{trial}]" for name in problem.nuisance_priors
+        }
+        for name, prior in problem.nuisance_priors.items():
+            if priors.setdefault(renamed[name], prior) != prior:
+                raise InputError(
+                    f"nuisance '{name}': all trials share it, and '{trial}' has another prior of it than the "
+                    "trials before; give it once, or the same in each",
+                    "conflict",
+                    name,
+                )
+        names[trial] = [renamed.get(name, name) for name in problem.names]
+    return priors, names
+
+
+def _moved(rows: slice, first: int) -> slice:
+    return slice(first + rows.start, first + rows.stop)
 
 
 def _of_body(problem) -> set[str]:

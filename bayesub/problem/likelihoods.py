@@ -13,13 +13,11 @@ from bayesub.io.errors import InputError
 from bayesub.kernels import noise as kernel
 from bayesub.problem.noise import (
     Noise,
-    Value,
     aligned,
     ascending,
-    chosen,
     column,
+    each_member,
     not_negative,
-    of_members,
     positive,
     possible,
     standardised,
@@ -59,37 +57,28 @@ class Normal(Noise):
     def __post_init__(self):
         positive("sd", self.sd)
 
-    def log_density(
-        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None, sd: Value = None
-    ) -> np.ndarray:
+    def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
-        sd = of_members(chosen(sd, self.sd), len(predicted))
+        sd = each_member(self.sd, len(predicted))
         squares = kernel.sums_of_squares(predicted, readings)
         return possible(-0.5 * squares / sd**2 - len(readings) * (np.log(sd) + 0.5 * _LOG_2_PI))
 
-    def residuals(
-        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None, sd: Value = None
-    ) -> np.ndarray:
+    def residuals(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """(predicted - reading) / sd."""
-        return standardised(predicted, readings, times, chosen(sd, self.sd))
+        return standardised(predicted, readings, times, self.sd)
 
     def weigh(
-        self,
-        jacobian: np.ndarray,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray | None = None,
-        sd: Value = None,
+        self, jacobian: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None
     ) -> np.ndarray:
         """jacobian / sd, of which the expected and the observed information are the square."""
-        return jacobian / chosen(sd, self.sd)
+        return jacobian / self.sd
 
     def quantile_residuals(
-        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator, sd: Value = None
+        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
         """(reading - predicted) / sd."""
-        return -self.residuals(predicted, readings, times, sd)
+        return -self.residuals(predicted, readings, times)
 
     def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """As :meth:`Noise.sample`."""
@@ -172,59 +161,32 @@ class StudentT(Noise):
         positive("sd", self.sd)
         positive("dof", self.dof)
 
-    def log_density(
-        self,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray | None = None,
-        sd: Value = None,
-        dof: Value = None,
-    ) -> np.ndarray:
+    def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
-        sd, dof = (of_members(chosen(*pair), len(predicted)) for pair in ((sd, self.sd), (dof, self.dof)))
+        sd, dof = (each_member(value, len(predicted)) for value in (self.sd, self.dof))
         logarithms = kernel.student_t_logarithms(predicted, readings, sd, dof)
         half = 0.5 * (dof + 1.0)
         constant = gammaln(half) - gammaln(0.5 * dof) - 0.5 * np.log(math.pi * dof)
         return possible(len(readings) * (constant - np.log(sd)) - half * logarithms)
 
-    def residuals(
-        self,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray | None = None,
-        sd: Value = None,
-        dof: Value = None,
-    ) -> np.ndarray:
+    def residuals(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """(dof + 1) z / (dof + z^2) over the root of the expected information, z = (predicted - reading) / sd."""
-        z, dof = standardised(predicted, readings, times, chosen(sd, self.sd)), column(chosen(dof, self.dof))
+        z, dof = standardised(predicted, readings, times, self.sd), column(self.dof)
         return np.sqrt((dof + 1.0) * (dof + 3.0)) * z / (dof + z * z)
 
     def weigh(
-        self,
-        jacobian: np.ndarray,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray | None = None,
-        sd: Value = None,
-        dof: Value = None,
+        self, jacobian: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None
     ) -> np.ndarray:
         """jacobian times the root of the expected information, (dof + 1) / (dof + 3) / sd^2."""
-        dof = chosen(dof, self.dof)
-        return jacobian * (math.sqrt((dof + 1.0) / (dof + 3.0)) / chosen(sd, self.sd))
+        return jacobian * (math.sqrt((self.dof + 1.0) / (self.dof + 3.0)) / self.sd)
 
     def quantile_residuals(
-        self,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray,
-        rng: np.random.Generator,
-        sd: Value = None,
-        dof: Value = None,
+        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
         """Normal quantile of the t probability of what is below each reading, at most 37 in size."""
-        z = standardised(predicted, readings, times, chosen(sd, self.sd))
-        tails = stdtr(column(chosen(dof, self.dof)), -np.abs(z))
+        z = standardised(predicted, readings, times, self.sd)
+        tails = stdtr(column(self.dof), -np.abs(z))
         return -np.copysign(ndtri(np.maximum(tails, np.finfo(float).tiny)), z)
 
     def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -249,59 +211,30 @@ class AR1(Noise):
         positive("sd", self.sd)
         positive("correlation_time_s", self.correlation_time_s)
 
-    def log_density(
-        self,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray,
-        sd: Value = None,
-        correlation_time_s: Value = None,
-    ) -> np.ndarray:
+    def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray) -> np.ndarray:
         """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         times = ascending(times)
-        sd = of_members(chosen(sd, self.sd), len(predicted))
-        correlation_times = of_members(chosen(correlation_time_s, self.correlation_time_s), len(predicted))
+        sd = each_member(self.sd, len(predicted))
+        correlation_times = each_member(self.correlation_time_s, len(predicted))
         squares, logarithms = kernel.autoregressive_sums(predicted, readings, times, correlation_times).T
         return possible(-0.5 * (squares / sd**2 + logarithms) - len(readings) * (np.log(sd) + 0.5 * _LOG_2_PI))
 
-    def residuals(
-        self,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray,
-        sd: Value = None,
-        correlation_time_s: Value = None,
-    ) -> np.ndarray:
+    def residuals(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Innovations over their standard deviations: the inverse Cholesky factor of the covariance times the error."""
-        errors = standardised(predicted, readings, times, chosen(sd, self.sd))
-        rho, innovation_sd = self._transitions(times, column(chosen(correlation_time_s, self.correlation_time_s)))
+        errors = standardised(predicted, readings, times, self.sd)
+        rho, innovation_sd = self._transitions(times, column(self.correlation_time_s))
         return np.hstack([errors[:, :1], (errors[:, 1:] - rho * errors[:, :-1]) / innovation_sd])
 
-    def weigh(
-        self,
-        jacobian: np.ndarray,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray,
-        sd: Value = None,
-        correlation_time_s: Value = None,
-    ) -> np.ndarray:
+    def weigh(self, jacobian: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray) -> np.ndarray:
         """The inverse Cholesky factor of the covariance of the noise times jacobian."""
-        time = chosen(correlation_time_s, self.correlation_time_s)
-        return self.residuals(jacobian.T, np.zeros(len(jacobian)), times, sd, time).T
+        return self.residuals(jacobian.T, np.zeros(len(jacobian)), times).T
 
     def quantile_residuals(
-        self,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray,
-        rng: np.random.Generator,
-        sd: Value = None,
-        correlation_time_s: Value = None,
+        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
         """Innovations of (reading - predicted) over their standard deviations."""
-        return -self.residuals(predicted, readings, times, sd, correlation_time_s)
+        return -self.residuals(predicted, readings, times)
 
     @staticmethod
     def _transitions(times, correlation_time_s):

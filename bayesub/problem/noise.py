@@ -1,7 +1,8 @@
 """What the noise models share: their interface, and rows of residuals for their unknown attributes."""
 
+from copy import copy
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -10,16 +11,13 @@ from bayesub.io.errors import InputError
 _LOG_STEP = 1e-4  # of differences by logarithms: second ones are then good to 1e-8 of a log density
 _LEAST_INFORMATION = 1e-3  # next to a prior's, which is about one
 
-Value = np.ndarray | float | None  # of an attribute of the noise, by members, or that of the model
-
 
 class Noise:
     """Noise of the readings of one channel.
 
     In all methods `predicted` is (n_batch, n), the noise-free readings of each member, not a number where its
     simulation failed; `readings` and `times` (s) are (n,). Arrays that are contiguous are not copied. The attributes
-    that may be unknown are named in :attr:`SAMPLED`: given by name (`unknown`) as (n_batch,), or as numbers to
-    :meth:`weigh`, they take the place of the model's own; one that is not positive has density zero.
+    that may be unknown are named in :attr:`SAMPLED`; :meth:`of_members` gives each member its own.
 
     Attributes
     ----------
@@ -35,23 +33,23 @@ class Noise:
     has_density: ClassVar[bool] = True
     heavy_tailed: ClassVar[bool] = False
 
-    def log_density(
-        self,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray | None = None,
-        **unknown: np.ndarray | float,
-    ) -> np.ndarray:
+    def of_members(self, **values: np.ndarray | float) -> Self:
+        """The same noise, in which the named attributes are those of each member, (n_batch,), or of one, a number.
+
+        A value that is not positive is not refused: it has density zero.
+        """
+        if not values:
+            return self
+        members = copy(self)
+        for name, value in values.items():
+            object.__setattr__(members, name, value)  # past the check of a single model, which is frozen
+        return members
+
+    def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """(n_batch,) log densities of the readings, minus infinity for failed simulations."""
         raise NotImplementedError
 
-    def residuals(
-        self,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray | None = None,
-        **unknown: np.ndarray | float,
-    ) -> np.ndarray:
+    def residuals(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """(n_batch, n) residuals z.
 
         With the derivatives J of :meth:`weigh`, J'z is the gradient of minus the log density and J'J its expected or
@@ -60,23 +58,13 @@ class Noise:
         raise NotImplementedError
 
     def weigh(
-        self,
-        jacobian: np.ndarray,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray | None = None,
-        **unknown: np.ndarray | float,
+        self, jacobian: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None
     ) -> np.ndarray:
         """(n, p) weighed derivatives J, of the derivatives `jacobian` (n, p) of one member's predictions (n,)."""
         raise NotImplementedError
 
     def quantile_residuals(
-        self,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray,
-        rng: np.random.Generator,
-        **unknown: np.ndarray | float,
+        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
         """(n_batch, n) standard normal quantiles of the probability of what is below each reading, given those before.
 
@@ -99,25 +87,21 @@ class Noise:
         return replace(self, sd=scale * self.sd)
 
     def deviance(
-        self,
-        residuals: np.ndarray,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray,
-        **unknown: np.ndarray | float,
+        self, residuals: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, members: "Noise"
     ) -> np.ndarray:
         """(n_batch,) minus twice the log density less that of predictions that equal the readings.
 
-        The latter has no `unknown` attributes but the model's own, and if it has no bound nothing is taken off.
+        The latter has the attributes of the model itself, and if it has no bound nothing is taken off.
 
         Parameters
         ----------
         residuals : (n_batch, n) those of the predictions
+        members : the noise of the members (:meth:`of_members`), the model itself if nothing of it is inferred
         """
-        if self.is_normal and not unknown:
+        if self.is_normal and members is self:
             return np.einsum("ij,ij->i", residuals, residuals)
         most = np.nan_to_num(self.log_density(readings[None], readings, times), posinf=0.0)
-        return 2.0 * (most - self.log_density(predicted, readings, times, **unknown))
+        return 2.0 * (most - members.log_density(predicted, readings, times))
 
 
 def scale_rows(
@@ -143,7 +127,7 @@ def scale_rows(
 
     def density(offset):
         values = np.exp(logs + _LOG_STEP * np.array(offset))
-        return noise.log_density(predicted, readings, times, **dict(zip(names, values.T, strict=True)))
+        return noise.of_members(**dict(zip(names, values.T, strict=True))).log_density(predicted, readings, times)
 
     unit = np.eye(k)
     middle = density(np.zeros(k))
@@ -201,12 +185,7 @@ def aligned(predicted: np.ndarray, readings: np.ndarray, times: np.ndarray):
     return predicted, readings
 
 
-def chosen(value, default):
-    """The value, or where it is None the default."""
-    return default if value is None else value
-
-
-def of_members(value, n_batch):
+def each_member(value, n_batch):
     """(n_batch,) copies of a number, or the values themselves; not a number where one is not positive."""
     values = np.broadcast_to(np.asarray(value, dtype=float), (n_batch,))
     return np.where(values > 0, values, np.nan)

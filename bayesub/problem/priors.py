@@ -14,7 +14,7 @@ import numpy as np
 from bayesub.io.errors import InputError, nearest
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import Vehicle
-from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Prior, Uniform
+from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Prior, Uniform, same
 from bayesub.problem.shared_scale import SharedScale
 
 __all__ = [
@@ -45,6 +45,12 @@ SCALES = 4.0 ** np.linspace(-1.0, 1.0, 65)  # times the middle one, each as prob
 class CoefficientPrior:
     """A rule that gives any set of free coefficients its prior: a :class:`Spread`, or :class:`Given` values."""
 
+    def __eq__(self, other: object) -> bool:
+        return same(self, other) if type(other) is type(self) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(type(self))  # arrays have none
+
     def check(self, names: Sequence[str]) -> None:
         """Raise an InputError if the prior is of a coefficient that is not among the `names` of a set's."""
 
@@ -68,7 +74,7 @@ class CoefficientPrior:
         raise NotImplementedError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Spread(CoefficientPrior):
     """A prior for whatever coefficients are free, by their distance from a centre; see :func:`relative_normal`.
 
@@ -107,7 +113,7 @@ class Spread(CoefficientPrior):
         return (xi if self.centre is None else self.centre)[columns].copy()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Given(CoefficientPrior):
     """Priors of single coefficients, such as values from a towing tank, and a :class:`Spread` for all others.
 

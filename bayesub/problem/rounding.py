@@ -10,7 +10,7 @@ from scipy.special import log_ndtr, ndtri_exp
 
 from bayesub.io.errors import InputError
 from bayesub.kernels import noise as kernel
-from bayesub.problem.noise import Noise, Value, aligned, chosen, column, not_negative, of_members, positive, possible
+from bayesub.problem.noise import Noise, aligned, column, each_member, not_negative, positive, possible
 from bayesub.sensors.sensor import rounded
 
 
@@ -46,39 +46,30 @@ class Rounded(Noise):
         if self.resolution == 0:
             raise InputError("noise: resolution is zero; that is the noise Normal", "value", "resolution")
 
-    def log_density(
-        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None, sd: Value = None
-    ) -> np.ndarray:
+    def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
-        sd = of_members(chosen(sd, self.sd), len(predicted))
+        sd = each_member(self.sd, len(predicted))
         return possible(kernel.rounded_log_probabilities(predicted, readings, 0.5 * self.resolution, sd))
 
-    def residuals(
-        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None, sd: Value = None
-    ) -> np.ndarray:
+    def residuals(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """Derivative of minus log p by the prediction, over the root of the information; zero where that vanishes."""
-        slopes, roots = self._slopes(predicted, readings, times, sd)
+        slopes, roots = self._slopes(predicted, readings, times)
         return np.divide(slopes, roots, out=np.zeros_like(slopes), where=roots != 0)
 
     def weigh(
-        self,
-        jacobian: np.ndarray,
-        predicted: np.ndarray,
-        readings: np.ndarray,
-        times: np.ndarray | None = None,
-        sd: Value = None,
+        self, jacobian: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None
     ) -> np.ndarray:
         """jacobian times the root of the observed information."""
-        _, roots = self._slopes(np.asarray(predicted)[None], readings, times, sd)
-        return jacobian * (roots[0] / chosen(sd, self.sd))[:, None]
+        _, roots = self._slopes(np.asarray(predicted)[None], readings, times)
+        return jacobian * (roots[0] / self.sd)[:, None]
 
     def quantile_residuals(
-        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator, sd: Value = None
+        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
         """Draws from the standard normal distribution truncated to the interval of each reading."""
         predicted, readings = aligned(predicted, readings, times)
-        scale = column(chosen(sd, self.sd))
+        scale = column(self.sd)
         middle = (readings - predicted) / scale
         below = -np.abs(middle)  # reflected, as far tails are exact on the lower side only
         upper, lower = (log_ndtr(below + side * self.resolution / scale) for side in (0.5, -0.5))
@@ -86,9 +77,9 @@ class Rounded(Noise):
         drawn = ndtri_exp(upper + np.log(share + (1.0 - share) * np.exp(lower - upper)))
         return np.where(middle > 0, -drawn, drawn)
 
-    def _slopes(self, predicted, readings, times, sd):
+    def _slopes(self, predicted, readings, times):
         predicted, readings = aligned(predicted, readings, times)
-        sd = of_members(chosen(sd, self.sd), len(predicted))
+        sd = each_member(self.sd, len(predicted))
         slopes, information = kernel.rounded_slopes(predicted, readings, 0.5 * self.resolution, sd)
         return slopes, np.sqrt(information)
 
@@ -103,7 +94,7 @@ class SetMembership(Noise):
 
     The density is one if every prediction lies in the interval that rounds to its reading and zero otherwise. Having
     no gradient, it has for residuals the distances to the intervals in units of half the resolution: a least-squares
-    search that brings them to zero has found a feasible prediction. There is no sd to override.
+    search that brings them to zero has found a feasible prediction. There is no sd to infer.
     """
 
     has_density = False

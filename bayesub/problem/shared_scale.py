@@ -27,7 +27,7 @@ _DRAWS = 2000  # that say what the scale is
 _ITERATIONS = 4  # of Newton's method for its inverse
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SharedScale(Prior):
     """Log-normal prior about `median` (n_params,), not zero, with one unknown sd of the logarithm for all parameters.
 
@@ -56,54 +56,24 @@ class SharedScale(Prior):
         return np.sqrt(self.median**2 * np.mean(np.exp(2.0 * self.scales**2)) - self.mean**2)
 
     @cached_property
-    def _table(self):
-        """Radii r of t, increasing, and a spline of log(h(r) / r)."""
-        from scipy import interpolate, special
-
-        half = 0.5 * len(self.median)
-        shortest = max(_NEAR, np.sqrt(2.0 * special.gammaincinv(half, _RARE)))
-        at_zero = -0.5 * np.log(np.mean(self.scales ** (-2.0 * half))) / half
-        # Radii exceeded as often as these lengths of u; in the upper half the survival function has the digits.
-        lengths = np.geomspace(shortest * np.exp(at_zero), (np.sqrt(2.0 * half) + _FAR) * self.scales.max(), _KNOTS)
-        squares = 0.5 * (lengths[:, None] / self.scales) ** 2
-        below, above = (np.mean(f(half, squares), axis=1) for f in (special.gammainc, special.gammaincc))
-        radii = np.sqrt(
-            2.0 * np.where(below < 0.5, special.gammaincinv(half, below), special.gammainccinv(half, above))
-        )
-        logs = np.append(at_zero, np.log(lengths / radii))
-        radii = np.append(0.0, radii)
-        return radii, interpolate.make_interp_spline(radii, logs, k=5)
-
-    def _factor(self, r):
-        """h(r) / r, and its derivative by log r over itself."""
-        radii, logs = self._table
-        r = np.minimum(r, radii[-1])
-        return np.exp(logs(r)), r * logs(r, 1)
+    def _stretch(self) -> "_Stretch":
+        return _Stretch(len(self.median), self.scales)
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.parameters`."""
-        factor, _ = self._factor(np.linalg.norm(t, axis=-1, keepdims=True))
+        factor, _ = self._stretch.factor(np.linalg.norm(t, axis=-1, keepdims=True))
         return self.median * np.exp(t * factor)
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.standard`."""
-        u = self._logarithms(parameters)
-        length = np.linalg.norm(u, axis=-1, keepdims=True)
-        radii, logs = self._table
-        r = np.interp(length, radii * np.exp(logs(radii)), radii)
-        for _ in range(_ITERATIONS):
-            factor, slope = self._factor(r)
-            r = np.maximum(r + (length / factor - r) / (1.0 + slope), 0.0)
-        return u / self._factor(r)[0]
-
-    def _logarithms(self, parameters):
-        ratio = parameters / self.median
-        return np.log(np.where(ratio > 0.0, ratio, np.nan))
+        u = _logarithms(parameters, self.median)
+        r = self._stretch.radius(np.linalg.norm(u, axis=-1, keepdims=True))
+        return u / self._stretch.factor(r)[0]
 
     def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
         """As :meth:`Prior.chain`."""
         r = np.linalg.norm(t)
-        factor, slope = self._factor(r)
+        factor, slope = self._stretch.factor(r)
         by_u = jacobian * (self.median * np.exp(t * factor))
         towards = t / r if r > 0.0 else t
         return factor * (by_u + slope * np.outer(by_u @ towards, towards))
@@ -132,7 +102,7 @@ class SharedScale(Prior):
         """As :meth:`Prior.scaled_slope`."""
         parameters = self.unscaled(x)
         precision = self.scale_probabilities(parameters) @ self.scales**-2.0
-        return -self._unit * (self._logarithms(parameters) * precision[..., None] + 1.0) / parameters
+        return -self._unit * (_logarithms(parameters, self.median) * precision[..., None] + 1.0) / parameters
 
     def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """As :meth:`Prior.scaled_form`."""
@@ -148,7 +118,7 @@ class SharedScale(Prior):
 
     def _log_densities(self, parameters):
         """(.., n_scales) log densities of u given each scale."""
-        square = np.sum(self._logarithms(parameters) ** 2, axis=-1)[..., None]
+        square = np.sum(_logarithms(parameters, self.median) ** 2, axis=-1)[..., None]
         return -0.5 * square / self.scales**2 - len(self.median) * np.log(np.sqrt(2.0 * np.pi) * self.scales)
 
     def scale_probabilities(self, parameters: np.ndarray) -> np.ndarray:
@@ -176,3 +146,48 @@ class SharedScale(Prior):
         far = (abs(special.ndtri(probability)) + 1.0) * self.scales.max()
         u = optimize.brentq(lambda u: np.mean(special.ndtr(u / self.scales)) - probability, -far, far, xtol=1e-12)
         return self.median * np.exp(np.sign(self.median) * u)
+
+
+def _logarithms(parameters, median):
+    ratio = parameters / median
+    return np.log(np.where(ratio > 0.0, ratio, np.nan))
+
+
+class _Stretch:
+    """The stretch h along the radius of standard normal coordinates t, of n parameters with one of several scales.
+
+    Attributes
+    ----------
+    radii : of t, increasing
+    logs : spline of log(h(r) / r) over them
+    """
+
+    def __init__(self, n_params: int, scales: np.ndarray):
+        from scipy import interpolate, special
+
+        half = 0.5 * n_params
+        shortest = max(_NEAR, np.sqrt(2.0 * special.gammaincinv(half, _RARE)))
+        at_zero = -0.5 * np.log(np.mean(scales ** (-2.0 * half))) / half
+        # Radii exceeded as often as these lengths of u; in the upper half the survival function has the digits.
+        lengths = np.geomspace(shortest * np.exp(at_zero), (np.sqrt(2.0 * half) + _FAR) * scales.max(), _KNOTS)
+        squares = 0.5 * (lengths[:, None] / scales) ** 2
+        below, above = (np.mean(f(half, squares), axis=1) for f in (special.gammainc, special.gammaincc))
+        radii = np.sqrt(
+            2.0 * np.where(below < 0.5, special.gammaincinv(half, below), special.gammainccinv(half, above))
+        )
+        logs = np.append(at_zero, np.log(lengths / radii))
+        radii = np.append(0.0, radii)
+        self.radii, self.logs = radii, interpolate.make_interp_spline(radii, logs, k=5)
+
+    def factor(self, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """h(r) / r, and its derivative by log r over itself."""
+        r = np.minimum(r, self.radii[-1])
+        return np.exp(self.logs(r)), r * self.logs(r, 1)
+
+    def radius(self, length: np.ndarray) -> np.ndarray:
+        """The radius r of t with h(r) = length."""
+        r = np.interp(length, self.radii * np.exp(self.logs(self.radii)), self.radii)
+        for _ in range(_ITERATIONS):
+            factor, slope = self.factor(r)
+            r = np.maximum(r + (length / factor - r) / (1.0 + slope), 0.0)
+        return r

@@ -45,12 +45,14 @@ class UnseenTrial:
             (errors,) = problem.predicted(values) - problem.readings
             for name, part in problem.rows.items():
                 squares.setdefault(name, []).append(errors[part] ** 2)
-        noises = {
-            name: Normal(float(np.sqrt(np.concatenate(squares[name]).mean())))
-            for name, (_, noise) in self.problem.channels.items()
+        noises = tuple(
+            Normal(float(np.sqrt(np.concatenate(squares[name]).mean())))
             if isinstance(noise, UnknownSd) and name in squares
-        }
-        return replace(self, problem=self.problem.with_noises(noises)) if noises else self
+            else noise
+            for name, (_, noise) in self.problem.channels.items()
+        )
+        same = noises == self.problem.noises
+        return self if same else replace(self, problem=self.problem.view(noises=noises))
 
     def transferred(
         self, fitted: TrialProblem | JointProblem, draws: np.ndarray, rng: np.random.Generator

@@ -53,7 +53,7 @@ class StateSpaceModel(Protocol):
 
 
 class Innovations:
-    """The problem, in the interface of :class:`bayesub.inference.interface.InferenceProblem` as searches use it.
+    """The problem as searches know one, :class:`bayesub.inference.interface.Searchable`.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Innovations:
     Attributes
     ----------
     names, n_params, prior, costs
-        As those of the interface.
+        As those of such a problem.
     """
 
     def __init__(self, model: StateSpaceModel):

@@ -9,7 +9,7 @@ from bayesub.inference.baselines import gauss_newton
 from bayesub.model.coefficients import NAMES
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.problem.joint import JointProblem
-from bayesub.problem.priors import normal, relative_normal
+from bayesub.problem.priors import Given, normal, relative_normal
 
 FREE = ("Xuu", "Yuv", "Yuu_dr", "Nuv", "Nuu_dr", "Nur")
 NUISANCE = {"yaw0_deg": normal(0.0, 2.0), "Izz_kgm2": normal(6.5e9, 1e8)}
@@ -52,6 +52,24 @@ def test_likelihoods_multiply_and_information_adds(trials, rng):
     assert gradient[3] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-4)
 
 
+def test_equal_priors_are_equal_whether_or_not_they_are_one_object(trials, suboff):
+    """With a centre or values of single coefficients, which are arrays, and priors of nuisance parameters."""
+
+    def given(sd):
+        centre = relative_normal(0.25, suboff.xi)
+        nuisance = NUISANCE | {"Izz_kgm2": normal(6.5e9, sd)}
+        return {"free": FREE, "prior": Given(centre, {"Xuu": normal(-1e-3, 1e-4)}), "nuisance": nuisance, "dt": 1.0}
+
+    problems = {
+        name: bs.Problem(suboff, problem.manoeuvre, problem.record, **given(1e8)) for name, problem in trials.items()
+    }
+    assert JointProblem(problems).names == JointProblem(trials).names
+    zigzag = trials["zigzag"]
+    problems["zigzag"] = bs.Problem(suboff, zigzag.manoeuvre, zigzag.record, **given(2e8))
+    with refused("conflict", "Izz_kgm2"):
+        JointProblem(problems)
+
+
 def test_two_trials_know_more_than_one(trials):
     """The posterior of both is narrower than that of either, and agrees with the truth."""
     joint = JointProblem(trials)
@@ -70,7 +88,7 @@ def test_naive_and_failures(trials):
     worst = joint.prior.mean.copy()
     worst[0] = 0.1  # drag that accelerates
     assert joint.log_likelihood(worst)[0] == -np.inf
-    assert joint.failures["diverged"] == 2
+    assert joint.costs.failures["diverged"] == 2
 
 
 def test_trials_must_belong_together(trials, suboff, spiral):
@@ -117,9 +135,9 @@ def test_a_joint_problem_has_the_methods_of_a_problem(trials, rng):
             np.testing.assert_array_equal(residuals[:, joint.rows[f"{channel}[{trial}]"]], own)
     assert joint.replicated(parameters, rng).shape == (2, len(joint.readings))
     assert set(joint.linear_systems(parameters[0])) == {"X", "Y", "N"}
-    before = joint.jacobians, joint.evaluations
+    before = joint.costs.jacobians, joint.costs.simulations
     joint.jacobian(parameters[0])
     joint.naive().predicted(parameters[:, : len(FREE)])
-    assert (joint.jacobians, joint.evaluations) == (before[0] + 2, before[1] + 4)
+    assert (joint.costs.jacobians, joint.costs.simulations) == (before[0] + 2, before[1] + 4)
     assert list(joint.nuisance_priors) == ["yaw0_deg[spiral]", "Izz_kgm2", "yaw0_deg[zigzag]"]
     assert joint.coefficient_prior.mean.tolist() == trials["spiral"].coefficient_prior.mean.tolist()

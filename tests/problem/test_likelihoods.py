@@ -63,7 +63,7 @@ def test_log_densities_are_those_of_scipy(noise, truth, times, rng):
     expected = [slow(member, noise.sd) for member in predicted]
     np.testing.assert_allclose(noise.log_density(predicted, readings, times), expected, rtol=1e-10)
     expected = [slow(*pair) for pair in zip(predicted, sds, strict=True)]
-    np.testing.assert_allclose(noise.log_density(predicted, readings, times, sd=sds), expected, rtol=1e-10)
+    np.testing.assert_allclose(noise.of_members(sd=sds).log_density(predicted, readings, times), expected, rtol=1e-10)
 
 
 @pytest.mark.parametrize("noise", NOISES, ids=NAMES)
@@ -115,17 +115,17 @@ def test_sd_given_is_the_model_with_that_sd(noise, truth, times, rng):
     """Residuals and weights with another sd are those of another model."""
     other = type(noise)(**{**vars(noise), "sd": 0.7})
     readings, predicted, jacobian = truth + 0.1, truth[None] + 0.3, rng.standard_normal((40, 2))
-    given = noise.residuals(np.repeat(predicted, 2, 0), readings, times, sd=np.array([noise.sd, 0.7]))
+    given = noise.of_members(sd=np.array([noise.sd, 0.7])).residuals(np.repeat(predicted, 2, 0), readings, times)
     np.testing.assert_allclose(given[0], noise.residuals(predicted, readings, times)[0], rtol=1e-14)
     np.testing.assert_allclose(given[1], other.residuals(predicted, readings, times)[0], rtol=1e-14)
-    found = noise.weigh(jacobian, predicted[0], readings, times, sd=0.7)
+    found = noise.of_members(sd=0.7).weigh(jacobian, predicted[0], readings, times)
     np.testing.assert_allclose(found, other.weigh(jacobian, predicted[0], readings, times), rtol=1e-14)
 
 
 @pytest.mark.parametrize("noise", SMOOTH, ids=NAMES[:-1])
 def test_an_sd_that_is_not_positive_is_impossible(noise, truth, times):
     """A sampler that proposes one gets minus infinity, without a warning."""
-    found = noise.log_density(np.stack([truth] * 4), truth, times, sd=np.array([0.0, -1.0, np.nan, 1.0]))
+    found = noise.of_members(sd=np.array([0.0, -1.0, np.nan, 1.0])).log_density(np.stack([truth] * 4), truth, times)
     np.testing.assert_array_equal(np.isfinite(found), [False, False, False, True])
     assert (found[:3] == -np.inf).all()
 
@@ -198,10 +198,10 @@ def test_marginal_density_is_the_integral_over_sd(truth, rng):
     predicted = np.stack([truth, truth + 0.3])
     found = UnknownSd(1.0).log_density(predicted, readings)
     for member, value in zip(predicted, found, strict=True):
-        peak = noise.log_density(member[None], readings, sd=np.sqrt(np.mean((member - readings) ** 2)))[0]
+        peak = noise.of_members(sd=np.sqrt(np.mean((member - readings) ** 2))).log_density(member[None], readings)[0]
 
         def density(log_sd, member=member, peak=peak):
-            return np.exp(noise.log_density(member[None], readings, sd=np.exp(log_sd))[0] - peak)
+            return np.exp(noise.of_members(sd=np.exp(log_sd)).log_density(member[None], readings)[0] - peak)
 
         total, _ = integrate.quad(density, -6, 4, points=[-1.5, -1.0], epsabs=0, epsrel=1e-10)
         assert value == pytest.approx(np.log(total) + peak, abs=1e-8)
@@ -212,13 +212,13 @@ def test_correlation_time_of_each_member(truth, times, rng):
     readings = AR1(0.3, 2.5).sample(truth, times, rng)
     correlation_times = np.array([1e-3, 0.5, 20.0, 1e4])
     predicted = np.stack([truth] * 4)
-    found = AR1(0.3, 2.5).log_density(predicted, readings, times, correlation_time_s=correlation_times)
+    found = AR1(0.3, 2.5).of_members(correlation_time_s=correlation_times).log_density(predicted, readings, times)
     expected = [AR1(0.3, t).log_density(truth[None], readings, times)[0] for t in correlation_times]
     np.testing.assert_array_equal(found, expected)
     assert found[0] == pytest.approx(Normal(0.3).log_density(truth[None], readings)[0], rel=1e-12)
     dense = [stats.multivariate_normal.logpdf(readings, truth, covariance(AR1(0.3, t), times)) for t in (20.0, 1e4)]
     np.testing.assert_allclose(found[2:], dense, rtol=1e-7)  # condition number of the dense matrix times epsilon
-    assert AR1(0.3, 2.5).log_density(truth[None], readings, times, correlation_time_s=-1.0)[0] == -np.inf
+    assert AR1(0.3, 2.5).of_members(correlation_time_s=-1.0).log_density(truth[None], readings, times)[0] == -np.inf
 
 
 def test_whitened_autoregressive_noise_is_white(times):

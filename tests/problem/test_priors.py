@@ -1,5 +1,7 @@
 """Priors."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -44,6 +46,18 @@ DENSITIES = {
 @pytest.fixture(params=PRIORS)
 def kind(request):
     return request.param
+
+
+def test_copies_are_equal_and_others_are_not(kind):
+    """Their arrays are compared by number."""
+    prior = PRIORS[kind]
+    assert deepcopy(prior) == prior
+    assert hash(deepcopy(prior)) == hash(prior)
+    assert [name for name, other in PRIORS.items() if other == prior] == [kind]
+    centre = np.array([1.0, 2.0])
+    assert relative_normal(0.25, centre) == relative_normal(0.25, centre.copy())
+    assert relative_normal(0.25, centre) != relative_normal(0.25, centre[::-1])
+    assert relative_normal(0.25, centre) != relative_normal(0.25)
 
 
 def test_density(kind, rng):

@@ -63,12 +63,16 @@ def test_noise_at_the_truth_is_noise(problem):
 
 def test_failed_simulations_are_counted_and_impossible(problem, parameters):
     """A coefficient set that diverges has log probability -inf and is counted; its neighbours do not notice."""
-    before, failures, evaluations = problem.log_prob(parameters), dict(problem.failures), problem.evaluations
+    before, failures, evaluations = (
+        problem.log_prob(parameters),
+        dict(problem.costs.failures),
+        problem.costs.simulations,
+    )
     parameters[1, problem.names.index("Xuu")] = 0.1
     after = problem.log_prob(parameters)
     np.testing.assert_array_equal(after, [before[0], -np.inf, before[2]])
-    assert problem.failures == failures | {"diverged": failures["diverged"] + 1}
-    assert problem.evaluations == evaluations + 3
+    assert problem.costs.failures == failures | {"diverged": failures["diverged"] + 1}
+    assert problem.costs.simulations == evaluations + 3
     assert np.isnan(problem.predicted(parameters)[1]).all()  # also the readings before the failure
 
 
@@ -273,7 +277,7 @@ def test_views_share_one_counter(suboff, spiral, spiral_track, rng):
     worst = mean.copy()
     worst[problem.names.index("Xuu")] = 0.1
     naive.residuals(worst)
-    assert (problem.evaluations, problem.jacobians, problem.failures["diverged"]) == (4, 2, 1)
+    assert (problem.costs.simulations, problem.costs.jacobians, problem.costs.failures["diverged"]) == (4, 2, 1)
     assert smooth.smoothed(0.1) is smooth
 
 

@@ -2,7 +2,6 @@
 
 from copy import copy
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from bayesub.problem.priors import Normal
 
 
 class Toy:
-    """What inference needs of a problem (:class:`bayesub.inference.identifiability.InferenceProblem`), with unit noise.
+    """What inference needs of a problem (:mod:`bayesub.inference.interface`), with unit noise.
 
     A toy has `residuals(parameters)`, which counts its simulations, and `slopes(parameters)`, their derivatives. It has
     no equations, and so no null directions but those that are handed in.
@@ -21,6 +20,8 @@ class Toy:
 
     preferred_pivots = ()
     heavy_tailed = False
+    histories = ()
+    duration = 1.0
 
     def __init__(self, prior):
         self.prior = prior
@@ -55,6 +56,9 @@ class Toy:
         return self.residuals(parameters), self.log_likelihood(parameters)
 
     def smoothed(self, _):
+        return self
+
+    def within(self, _):
         return self
 
     def widened(self, scale):
@@ -173,8 +177,8 @@ class ToyHistory:
     process: np.ndarray
 
     @property
-    def disturbances(self):
-        return SimpleNamespace(wide_process={"s": 1.0} if len(self.process) else {})
+    def wide_process(self):
+        return np.ones(len(self.process))
 
     def factors(self, parameters):
         if not len(self.process):

@@ -17,7 +17,7 @@ import numpy as np
 
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.gauss_newton import gauss_newton
-from bayesub.inference.interface import InferenceProblem
+from bayesub.inference.interface import Sampled
 
 METHOD = "posterior mode by continuation"
 _FALL = 2.0  # of the scale of the noise from one search to the next
@@ -27,14 +27,13 @@ _HALVINGS, _MOST_HALVINGS = 3, 7  # of the record before the first search, and w
 _LAST = 200  # iterations of the last search
 
 
-def continuation(problem: InferenceProblem, start: np.ndarray | None = None) -> Estimate:
+def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
     """The posterior mode, followed from large noise and a short record to those of the problem.
 
     Parameters
     ----------
-    problem : InferenceProblem
-        One without the method ``within`` (:class:`bayesub.problem.trial_problem.TrialProblem`) has its whole record in
-        all searches.
+    problem : Sampled
+        One that is itself within any duration has its whole record in all searches.
     start : (n_params,) array, optional
         By default the middle of the prior.
 
@@ -58,7 +57,7 @@ def continuation(problem: InferenceProblem, start: np.ndarray | None = None) -> 
     return replace(estimate, method=METHOD, evaluations=simulations, jacobians=jacobians, seconds=seconds)
 
 
-def followed(problem: InferenceProblem, start: np.ndarray, *, max_iterations: int = 60) -> Estimate:
+def followed(problem: Sampled, start: np.ndarray, *, max_iterations: int = 60) -> Estimate:
     """The posterior mode, followed from noise with which the start (n_params,) would fit.
 
     Parameters
@@ -88,13 +87,14 @@ def followed(problem: InferenceProblem, start: np.ndarray, *, max_iterations: in
 
 def _parts(problem, values):
     """The problem of parts of the record, each twice as long as the one before, from one that is completed."""
-    if not hasattr(problem, "within"):
-        return [problem]
     parts = [problem]
     for halvings in range(1, _MOST_HALVINGS + 1):
         if halvings > _HALVINGS and np.isfinite(_deviance_a_row(parts[0], values)):
             break
-        parts.insert(0, problem.within(problem.duration / 2.0**halvings))
+        part = problem.within(problem.duration / 2.0**halvings)
+        if part is problem:
+            break
+        parts.insert(0, part)
     return parts
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.identifiability.linalg import complete_svd, triangle
-from bayesub.inference.interface import InferenceProblem
+from bayesub.inference.interface import Searchable
 
 _LONGEST = 1.0  # step of any coordinate; its prior sd is one, and the bounds of a prior are far away and flat
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
@@ -14,7 +14,7 @@ _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
 @np.errstate(over="ignore", invalid="ignore")  # what runs away has an infinite cost, from which a search steps back
 def gauss_newton(
-    problem: InferenceProblem,
+    problem: Searchable,
     start: np.ndarray | None = None,
     *,
     tolerance: float = 1e-3,

@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.inference.baselines.continuation import continuation, followed
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.gauss_newton import gauss_newton
-from bayesub.inference.interface import InferenceProblem
+from bayesub.inference.interface import Sampled
 from bayesub.io.errors import InputError
 
 SHARES = (0.1, 0.03, 0.01, 0.003, 0.001)  # sd of what smooths the ends of an interval, over its length
@@ -16,7 +16,7 @@ _SAME = 0.05  # difference of costs for each parameter that is none: posterior d
 _MISFIT = 2.0  # mean square of the residuals, one of a mode that fits, from which a mode is not trusted
 
 
-def posterior_mode(problem: InferenceProblem, *, rng: np.random.Generator) -> Estimate:
+def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     """The posterior mode by Gauss-Newton searches, with a finite log likelihood.
 
     A long track has local modes, thousands of standard deviations off. The searches start from the middle of the prior

@@ -8,7 +8,7 @@ from scipy import optimize
 
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.starts import Normalised, search_from
-from bayesub.inference.interface import InferenceProblem, Progress
+from bayesub.inference.interface import LeastSquares, Progress
 from bayesub.io.errors import InputError
 
 _STEP = float(np.sqrt(np.finfo(float).eps))  # of forward differences, in unknowns of order one
@@ -25,7 +25,7 @@ _REMEDIES = {
 
 
 def sqp(
-    problem: InferenceProblem,
+    problem: LeastSquares,
     *,
     rng: np.random.Generator,
     informed: Collection[str] = (),

@@ -10,7 +10,7 @@ import threadpoolctl
 
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.lockstep import together
-from bayesub.inference.interface import InferenceProblem
+from bayesub.inference.interface import LeastSquares
 
 _CHUNK = 512  # simulations a batch: enough to fill the lanes, few enough to keep their readings in memory
 _INFORMED = 0.25  # change of the unknown of an informed parameter for an sd of its prior
@@ -26,7 +26,7 @@ class Normalised:
     to 25 %, and t is a residual besides those of the readings: what is known before counts like a reading.
     """
 
-    problem: InferenceProblem
+    problem: LeastSquares
     informed: Collection[str] = ()
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks.prediction import Prediction, predict
 from bayesub.inference.identifiability.linalg import complete_svd
-from bayesub.inference.interface import InferenceProblem, TrialsInference
+from bayesub.inference.interface import Sampled, Searchable, TrialsInference
 
 N_DRAWS = 400
 TRUSTED = 0.7  # shape of the tail of importance weights up to which they are (Vehtari et al. 2017)
@@ -18,7 +18,7 @@ def leave_one_out(
     joint: TrialsInference,
     rng: np.random.Generator,
     *,
-    draw: Callable[[InferenceProblem, np.random.Generator, int], np.ndarray] | None = None,
+    draw: Callable[[Sampled, np.random.Generator, int], np.ndarray] | None = None,
     n_draws: int = N_DRAWS,
 ) -> dict[str, Prediction]:
     """Predict each trial of a :class:`bayesub.problem.joint.JointProblem` from the others.
@@ -88,7 +88,7 @@ def reweighted(joint: TrialsInference, draws: np.ndarray, trial: str) -> tuple[n
     return weights / weights.sum(), float(k_hat)
 
 
-def laplace(problem: InferenceProblem, rng: np.random.Generator, n: int, start: np.ndarray | None = None) -> np.ndarray:
+def laplace(problem: Searchable, rng: np.random.Generator, n: int, start: np.ndarray | None = None) -> np.ndarray:
     """(n, n_params) draws of the Laplace approximation at the mode, made where the prior is standard normal.
 
     The mode is searched from `start` (n_params,), left out from the middle of the prior.

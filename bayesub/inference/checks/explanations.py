@@ -125,7 +125,10 @@ def _expanded(left_out, method, fit, alone) -> _Fit:
 
 
 class _WithAmounts:
-    """The parameters, and after them amounts of given sizes as white coordinates, as a problem for searches."""
+    """The parameters, and after them amounts of given sizes as white coordinates, as a problem for searches.
+
+    It is :class:`bayesub.inference.interface.Searchable`.
+    """
 
     def __init__(self, left_out, n_params, roots):
         self._left_out, self._n, self._roots = left_out, n_params, roots

@@ -7,21 +7,21 @@ readings at once. What the log likelihood jumps by is proportional to the step.
 
 import numpy as np
 
-from bayesub.inference.interface import InferenceProblem
+from bayesub.inference.interface import Emulated
 
 NOTICEABLE = 1.0  # jump of a log likelihood by which walkers are held
 _SEGMENTS, _POINTS = 128, 16
 _SHARE = 1.0 / 8.0  # of the way from one draw to another, on which a log likelihood is a cubic but for jumps
 
 
-def largest_jump(problem: InferenceProblem, draws: np.ndarray, rng: np.random.Generator) -> float:
+def largest_jump(problem: Emulated, draws: np.ndarray, rng: np.random.Generator) -> float:
     """The largest difference of log likelihoods at neighbouring parameters that no cubic explains.
 
     Neighbours lie on short pieces of straight lines from one draw towards another, 2048 simulations in all.
 
     Parameters
     ----------
-    problem : InferenceProblem
+    problem : Emulated
     draws : (n, n_params) array
         From the posterior.
     rng : numpy.random.Generator

@@ -8,15 +8,15 @@ from bayesub.inference.identifiability.null_space import NullSpace, null_space
 from bayesub.inference.identifiability.profile import Profile, profile
 from bayesub.inference.identifiability.rank import AxisRank, held_fixed, rank
 from bayesub.inference.identifiability.structure import Structure, structure
-from bayesub.inference.interface import InferencePrior, InferenceProblem
+from bayesub.inference.interface import Identifiable, InferencePrior
 
 __all__ = [
     "AxisRank",
     "Cancellation",
     "Collinearity",
     "Contribution",
+    "Identifiable",
     "InferencePrior",
-    "InferenceProblem",
     "NullSpace",
     "Profile",
     "Spectrum",

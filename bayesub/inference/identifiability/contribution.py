@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bayesub.inference.interface import InferenceProblem, PointEstimate, parameter_vector
+from bayesub.inference.interface import Identifiable, PointEstimate, parameter_vector
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Contribution:
 
 
 def contribution(
-    problem: InferenceProblem, at: PointEstimate | ArrayLike, fractions: Sequence[float] = (0.25, 0.99)
+    problem: Identifiable, at: PointEstimate | ArrayLike, fractions: Sequence[float] = (0.25, 0.99)
 ) -> Contribution:
     """Move each coefficient to fractions of its value, the others staying, in one batch of simulations.
 

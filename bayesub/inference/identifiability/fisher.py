@@ -9,7 +9,7 @@ from scipy import optimize
 
 from bayesub.inference.identifiability.directions import null_basis, orthonormal, signed, split_svd
 from bayesub.inference.identifiability.null_space import null_vectors
-from bayesub.inference.interface import InferencePrior, InferenceProblem, PointEstimate, parameter_vector
+from bayesub.inference.interface import Identifiable, InferencePrior, PointEstimate, parameter_vector
 from bayesub.io.notebook import Displayed
 
 
@@ -137,7 +137,7 @@ class Spectrum(Displayed):
 
 
 def fisher(
-    problem: InferenceProblem, at: PointEstimate | ArrayLike, null: Iterable[dict[str, float]] | None = None
+    problem: Identifiable, at: PointEstimate | ArrayLike, null: Iterable[dict[str, float]] | None = None
 ) -> Spectrum:
     """Spectrum of a problem at a parameter vector, with its null directions last.
 
@@ -154,7 +154,7 @@ def fisher(
         taken at their word.
     """
     parameters = parameter_vector(at)
-    white = [history.columns for history in getattr(problem, "histories", ())]
+    white = [history.columns for history in problem.histories]
     whitened, sd = problem.jacobian(parameters) * problem.prior.sd, problem.prior.sd
     others = np.arange(problem.n_params)
     if white:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from bayesub.inference.identifiability.directions import null_basis
 from bayesub.inference.identifiability.rank import ACCURACY, AxisRank, rank
-from bayesub.inference.interface import InferenceProblem, PointEstimate, parameter_vector
+from bayesub.inference.interface import Identifiable, PointEstimate, parameter_vector
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class NullSpace:
         return null_basis(self.names, self.vectors, np.asarray(scale, dtype=float))
 
 
-def null_space(problem: InferenceProblem, at: PointEstimate | ArrayLike, *, accuracy: float = ACCURACY) -> NullSpace:
+def null_space(problem: Identifiable, at: PointEstimate | ArrayLike, *, accuracy: float = ACCURACY) -> NullSpace:
     """The null space of a problem.
 
     The coefficients of a problem are in it as far as they are free. Relations between coefficients and nuisance
@@ -65,7 +65,7 @@ def null_space(problem: InferenceProblem, at: PointEstimate | ArrayLike, *, accu
 
 
 def null_vectors(
-    problem: InferenceProblem, at: PointEstimate | ArrayLike, null: Iterable[dict[str, float]] | None
+    problem: Identifiable, at: PointEstimate | ArrayLike, null: Iterable[dict[str, float]] | None
 ) -> tuple[dict[str, float], ...]:
     """Null vectors that were handed in, or where `null` is None those of the null space of the problem."""
     return null_space(problem, at).vectors if null is None else tuple(null)

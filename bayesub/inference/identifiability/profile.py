@@ -9,7 +9,7 @@ from scipy import stats
 
 from bayesub.inference.identifiability.directions import null_basis, orthonormal, split_svd
 from bayesub.inference.identifiability.null_space import null_vectors
-from bayesub.inference.interface import InferenceProblem, PointEstimate, parameter_vector
+from bayesub.inference.interface import Identifiable, PointEstimate, parameter_vector
 
 LEVEL_95 = float(stats.chi2.ppf(0.95, 1))  # likelihood-ratio interval of one coefficient
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-6.0, 9.0, 1.5)])
@@ -61,7 +61,7 @@ class Profile:
 
 
 def profile(
-    problem: InferenceProblem,
+    problem: Identifiable,
     at: PointEstimate | ArrayLike,
     name: str,
     grid: ArrayLike,

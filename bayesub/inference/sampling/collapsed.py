@@ -29,6 +29,7 @@ import numpy as np
 from scipy import linalg
 
 from bayesub.inference.identifiability.fisher import integrated_out
+from bayesub.inference.interface import Forced, LatentForces
 
 _BATCH = 8  # members whose G'G are in memory at once in a thread
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
@@ -38,7 +39,7 @@ _ACTIVE = 0.15  # change of G for a posterior standard deviation of psi, in thos
 class _Part:
     """The history of one trial, expanded about the centre: in v, the white coordinates of the process there."""
 
-    def __init__(self, history, centre):
+    def __init__(self, history: LatentForces, centre):
         self.history, self.rows, self.columns = history, history.rows, history.columns
         (self.factors,) = history.factors(centre[None])
         self.n_axes, self.n_knots = self.factors.shape[:2]
@@ -94,11 +95,11 @@ class _Part:
 class Collapsed:
     """The other parameters of a problem with histories, as a problem for searches and samplers.
 
-    It has what :class:`bayesub.inference.interface.InferenceProblem` asks of a problem that is sampled.
+    It is what a surrogate is made of, :class:`bayesub.inference.interface.Emulated`.
 
     Parameters
     ----------
-    problem : InferenceProblem
+    problem : Forced
         With histories.
     centre : (n_all,) array
         Parameters near the mode.
@@ -113,7 +114,7 @@ class Collapsed:
         Of these.
     """
 
-    def __init__(self, problem, centre: np.ndarray, *, curved: bool = True):
+    def __init__(self, problem: Forced, centre: np.ndarray, *, curved: bool = True):
         self.problem, self.centre = problem, np.asarray(centre, dtype=float)
         columns = np.concatenate([history.columns for history in problem.histories])
         self.white = np.sort(columns)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.inference.interface import InferenceProblem
+from bayesub.inference.interface import LeastSquares
 
 _BATCH = 64  # simulations at once, as in a step of the sampler
 _REPEATS = 3  # of which the fastest counts
@@ -41,7 +41,7 @@ class Effort:
         return self.work / self.ess
 
 
-def jacobian_price(problem: InferenceProblem, parameters: np.ndarray) -> float:
+def jacobian_price(problem: LeastSquares, parameters: np.ndarray) -> float:
     """The time of a Jacobian over the time per simulation in a batch, on this machine.
 
     Parameters

@@ -9,7 +9,8 @@ from functools import partial
 import numpy as np
 import threadpoolctl
 
-from bayesub.inference.baselines import gauss_newton, posterior_mode
+from bayesub.inference.baselines import Estimate, gauss_newton, posterior_mode
+from bayesub.inference.interface import Forced
 from bayesub.inference.sampling.collapsed import Collapsed
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.moves import crank_nicolson
@@ -101,7 +102,7 @@ def _normal(y):
     return -0.5 * np.einsum("ij,ij->i", y, y)
 
 
-def with_process(problem, mode) -> np.ndarray:
+def with_process(problem: Forced, mode: Estimate) -> np.ndarray:
     """(n_all,) all parameters, of the mode (an estimate) of the problem with a wide process, and that process.
 
     There is no mode of the process and the histories together: with ever larger sds the latter need ever less. And with
@@ -111,12 +112,12 @@ def with_process(problem, mode) -> np.ndarray:
     places = {name: k for k, name in enumerate(problem.names)}
     values[[places[name] for name in mode.names]] = mode.values
     for history in problem.histories:
-        values[history.process] = list(history.disturbances.wide_process.values())
+        values[history.process] = history.wide_process
     return values
 
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")  # its threads wait for those that solve members
-def marginal_mode(problem, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
+def marginal_mode(problem: Forced, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
     """The collapsed problem, expanded near its own mode, and that (n_params,), from all parameters near the mode.
 
     Far from where it was expanded a collapsed density is wrong, and its mode may be far away. Therefore each place on
@@ -149,7 +150,7 @@ def _log_density(collapsed, x) -> float:
     return float((log_likelihood + collapsed.prior.scaled_log_density(x[None]))[0])
 
 
-def searched(problem, smooth, rng) -> tuple[Collapsed, np.ndarray]:
+def searched(problem: Forced, smooth: Forced, rng: np.random.Generator) -> tuple[Collapsed, np.ndarray]:
     """As :func:`marginal_mode` of the smooth problem, from the posterior mode of a problem with a wide process."""
     return marginal_mode(smooth, with_process(problem, posterior_mode(problem.with_wide_process(), rng=rng)))
 

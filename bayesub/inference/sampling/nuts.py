@@ -12,13 +12,13 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from bayesub.inference.checks import convergence
-from bayesub.inference.interface import InferenceProblem, Progress
+from bayesub.inference.interface import Progress, Sampled
 from bayesub.inference.sampling.effort import Effort
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import searched
 from bayesub.inference.sampling.moments import Moments
 from bayesub.inference.sampling.posterior import Posterior
-from bayesub.inference.sampling.sampler import SMOOTH, problem_histories, straightened
+from bayesub.inference.sampling.sampler import SMOOTH, straightened
 from bayesub.io.errors import InputError
 
 FALSE_ALARMS = 0.01  # probability that two samplers of one posterior are said to disagree
@@ -151,7 +151,7 @@ class CrossCheck:
 
 
 def cross_check(
-    problem: InferenceProblem,
+    problem: Sampled,
     posterior: Posterior,
     *,
     rng: np.random.Generator,
@@ -300,7 +300,7 @@ def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tu
 
 def _geometry(problem, rng, progress):
     """Sampling coordinates; with histories those whitened at the mode, in which they are nearly normal as it is."""
-    if not problem_histories(problem):
+    if not problem.histories:
         return straightened(problem, rng, progress)[0]
     smooth = problem.smoothed(SMOOTH)
     collapsed, others = searched(problem, smooth, rng)

@@ -14,7 +14,7 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines import posterior_mode
-from bayesub.inference.interface import InferenceProblem, Progress
+from bayesub.inference.interface import Progress, Sampled
 from bayesub.inference.sampling import checkpoint as store
 from bayesub.inference.sampling import histories
 from bayesub.inference.sampling.effort import jacobian_price
@@ -42,7 +42,7 @@ _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of
 @threadpoolctl.threadpool_limits.wrap(1, "blas")
 @np.errstate(over="ignore", invalid="ignore")  # far out densities overflow, and what is proposed there is refused
 def sample(
-    problem: InferenceProblem,
+    problem: Sampled,
     *,
     rng: np.random.Generator,
     n_ensembles: int = 4,
@@ -62,8 +62,8 @@ def sample(
 
     Parameters
     ----------
-    problem : :class:`bayesub.problem.problem.Problem`, :class:`bayesub.problem.joint.JointProblem` or anything else
-        with the interface
+    problem : anything with that interface, such as a problem of bayesub; one with histories of forces is
+        :class:`bayesub.inference.interface.Forced` too
     rng : source of all random numbers
     n_ensembles : independent ensembles, four or more for R-hat
     n_walkers : of each ensemble, 16 by default; they do not see each other
@@ -131,7 +131,7 @@ class _Run:
             self._check()
             self._mark()
         self._parameters = None  # of the walkers, if they cost a simulation
-        if problem_histories(problem):
+        if problem.histories:
             last = self.blocks[-1].chain[-1] if self.blocks else None
             self._parameters = self.geometry.evaluated(problem, self.state.coords)[1] if last is None else last
         self.thin = -(-self.state.coords.nbytes // STEP_BYTES)
@@ -262,7 +262,7 @@ def straightened(
         progress.update(0, 1, note="posterior mode")
     searches, surrogates = rng.spawn(2)
     smooth = problem.smoothed(SMOOTH)
-    if problem_histories(problem):
+    if problem.histories:
         return histories.straightened(*histories.searched(problem, smooth, searches), surrogates, progress)
     mode = posterior_mode(problem, rng=searches).values
     if examine is not None:
@@ -272,21 +272,16 @@ def straightened(
     return geometry, surrogate, draws
 
 
-def problem_histories(problem) -> tuple:
-    """The histories of a problem; most have none."""
-    return getattr(problem, "histories", ())
-
-
 def _centre(problem, geometry) -> np.ndarray:
     """(n_all,) parameters at the mode."""
-    if problem_histories(problem):
+    if problem.histories:
         return geometry.collapsed.centre
     return problem.prior.unscaled(geometry.mode)
 
 
 def _restored(problem, arrays):
     """Geometry and surrogate of a checkpoint."""
-    if problem_histories(problem):
+    if problem.histories:
         geometry = HistoryGeometry.restored(problem.smoothed(SMOOTH), arrays)
         return geometry, HistorySurrogate(Surrogate.restored(geometry.geometry, arrays))
     geometry = Geometry.restored(problem.prior, arrays)

@@ -29,7 +29,7 @@ import numba
 import numpy as np
 from scipy import linalg
 
-from bayesub.inference.interface import InferenceProblem, Progress
+from bayesub.inference.interface import Emulated, Progress
 from bayesub.inference.sampling.flights import bounced, log_densities, turned, with_gradients
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.polynomial import PLAIN, RICH, Polynomials, fitted, n_features
@@ -140,7 +140,7 @@ class _Simulations:
     changes : list of (n, k) residuals less those at the mode
     """
 
-    def __init__(self, problem: InferenceProblem, geometry: Geometry):
+    def __init__(self, problem: Emulated, geometry: Geometry):
         self.problem, self.geometry = problem, geometry
         self._mode = geometry.prior.unscaled(geometry.mode)
         (self.at_mode,), _ = problem.misfit_about(self._mode, self._mode[None])
@@ -187,7 +187,7 @@ def _span(changes):
 
 
 def learn(
-    problem: InferenceProblem, geometry: Geometry, rng: np.random.Generator, progress: Progress | None = None
+    problem: Emulated, geometry: Geometry, rng: np.random.Generator, progress: Progress | None = None
 ) -> tuple[Surrogate, np.ndarray]:
     """Find the active directions, straighten the geometry and fit a surrogate.
 
