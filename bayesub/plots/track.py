@@ -5,6 +5,7 @@ from itertools import cycle
 
 import numpy as np
 
+from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.logs.log_files import positions
 from bayesub.model.disturbance import unit
@@ -86,7 +87,7 @@ def labelled(channel) -> tuple[str, float]:
     """Name and unit for an axis, and the factor from SI to the unit."""
     header = log_files.HEADERS[channel.quantity]
     label = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
-    return style.with_unit(label), 1.0 / log_files.si_factor(header)
+    return with_unit(label), 1.0 / log_files.si_factor(header)
 
 
 def _draw_path(axis, record, tracks, truth):
@@ -177,7 +178,7 @@ def draw_actuators(axis, actuators, manoeuvre, times, log) -> None:
         for column, values, colour in others:
             largest = np.abs(values).max()
             right.plot(times, values / largest, color=colour)
-            axis.plot([], [], color=colour, label=f"{style.with_unit(column)} / {largest:.3g}")
+            axis.plot([], [], color=colour, label=f"{with_unit(column)} / {largest:.3g}")
 
 
 def _draw_forces(axis, forces):

@@ -5,6 +5,7 @@ from itertools import cycle
 import numpy as np
 
 from bayesub.io.toml_files import built_in
+from bayesub.io.words import powers
 from bayesub.logs.log_files import STATES, positions
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import load_vehicle
@@ -16,7 +17,7 @@ _COLOURS = (style.SQP, style.LINEAR, style.POSTERIOR, style.WEAK, style.READINGS
 
 
 def draw(path, card) -> None:
-    """One page of a :class:`bayesub.report.vehicle_card.VehicleCard`."""
+    """One page of a :class:`bayesub.findings.vehicle_card.VehicleCard`."""
     boat = card.vehicle
     with style.figure(path, 11.7, 8.3) as figure:
         flights, below = figure.subfigures(2, 1, height_ratios=[1.0, 1.55])
@@ -120,7 +121,7 @@ def _draw_coefficients(figure, boat):
         panel.set_ylim(bottom, top)
         panel.set_xlim(-0.7, len(rows) - 0.3)
         names = [
-            f"{term.name} ({style.powers(term.unit)})" if term.unit else term.name
+            f"{term.name} ({powers(term.unit)})" if term.unit else term.name
             for term in (equations.terms[k] for k in rows)
         ]
         panel.set_xticks(places, [style.plain(name) for name in names], rotation=90, fontsize=7.5)

@@ -4,11 +4,12 @@ import json
 from importlib import metadata
 from pathlib import Path
 
+from bayesub.findings import design_numbers
+from bayesub.findings.designed_trial import DesignedTrial
+from bayesub.findings.run_numbers import combination
 from bayesub.io import templates
 from bayesub.io.atomic import write_text, writing
-from bayesub.report import design_figures, design_numbers, drawings
-from bayesub.report.designed_trial import DesignedTrial
-from bayesub.report.findings import combination
+from bayesub.report import design_figures, drawings
 
 
 def write(folder: Path, design: DesignedTrial) -> dict:

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bayesub.findings.design_numbers import measure_label
 from bayesub.plots import design as plots
 from bayesub.plots.coefficients import labels
-from bayesub.report.design_numbers import measure_label
 from bayesub.report.report_figure import ReportFigure
 
 

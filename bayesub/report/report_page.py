@@ -1,16 +1,20 @@
 """The short page of a report in Markdown."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import metadata
 
-from bayesub.model.equations import EquationSet
-from bayesub.plots.style import rounded, uncertain
-from bayesub.report import findings
+from bayesub.findings.run_numbers import reference_word
+from bayesub.io.words import rounded, uncertain
 from bayesub.report.markdown import table
 from bayesub.report.study_page import StudyPage
 
 
-def markdown_page(numbers: dict, captions: Mapping[str, str], equations: EquationSet, commit: str | None = None) -> str:
+def markdown_page(
+    numbers: dict,
+    captions: Mapping[str, str],
+    coefficients: Sequence[Mapping[str, str]],
+    commit: str | None = None,
+) -> str:
     """The short page of a report, Markdown, for folders that are read where HTML is not shown.
 
     Parameters
@@ -19,8 +23,8 @@ def markdown_page(numbers: dict, captions: Mapping[str, str], equations: Equatio
         The content of ``numbers.json``.
     captions : mapping
         File of a figure -> caption.
-    equations : EquationSet
-        Whose coefficients they are.
+    coefficients : sequence of mappings
+        Of the equation set, as :func:`bayesub.findings.equation_card.glossary` has them.
     commit : str, optional
         Of the sources.
     """
@@ -55,7 +59,7 @@ def markdown_page(numbers: dict, captions: Mapping[str, str], equations: Equatio
     ]
     heads = (
         "name",
-        findings.reference_word(numbers),
+        reference_word(numbers),
         "prior, mean ± sd",
         "posterior, mean ± sd",
         "posterior / prior sd",
@@ -70,7 +74,7 @@ def markdown_page(numbers: dict, captions: Mapping[str, str], equations: Equatio
         pictures=captions,
         tables=[*table(("set-up", ""), numbers["set_up"].items()), "", *table(heads, rows)],
         method="\n\n".join(verdict[topic] for topic in topics if verdict.get(topic)),
-        equations=equations,
+        coefficients=coefficients,
         cost=f"{cost['evaluations']} simulations, {cost['jacobians']} Jacobians, {cost['sampling_seconds']:.0f} s.",
         code=f"Made by bayesub {metadata.version('bayesub')}{f', commit {commit}' if commit else ''}.",
     )

@@ -79,8 +79,3 @@ class Sheet:
                 pictures[figure.name] = shared.placed(figure.caption, image)
         values = {"sheet": self, "pictures": pictures, "glyphs": shared.shared, "version": metadata.version("bayesub")}
         write_text(file, templates.fill("bayesub.report", "sheet.html", **values))
-
-
-def cell(value: float | None, digits: int = 3) -> str:
-    """A number of so many digits, large ones without exponent; empty for what is not there."""
-    return "" if value is None else f"{float(f'{value:.{digits}g}'):.12g}"

@@ -1,10 +1,9 @@
 """The page of a study in Markdown: question, claim, answer, figures with captions, tables, coefficients, cost, code."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from bayesub.model.equations import EquationSet
 from bayesub.report.markdown import table
 
 _ROLE = re.compile(r":\w+:`~?([^`]+)`")
@@ -35,8 +34,9 @@ class StudyPage:
         Lines of Markdown.
     method : str
         How the answer was found.
-    equations : EquationSet or None
-        Whose coefficients the page explains.
+    coefficients : sequence of mappings
+        What the page explains those of them by that it names: name, label, regressor and meaning of each, as
+        :func:`bayesub.findings.equation_card.glossary` has them.
     cost : str
         What the study takes.
     code : str
@@ -52,7 +52,7 @@ class StudyPage:
     pictures: Mapping[str, str] = field(default_factory=dict)
     tables: Iterable[str] = ()
     method: str = ""
-    equations: EquationSet | None = None
+    coefficients: Sequence[Mapping[str, str]] = ()
     cost: str = ""
     code: str = ""
 
@@ -70,7 +70,7 @@ class StudyPage:
         parts += ["## Numbers", tables] if tables else []
         parts += ["## How", escaped(self.method)] if self.method else []
         words = " ".join([self.claim, self.answer, self.method, *self.pictures.values(), tables])
-        parts += glossary(self.equations, words) if self.equations else []
+        parts += glossary(self.coefficients, words)
         parts += ["## Cost and code"] if self.cost or self.code else []
         parts += [escaped(text) for text in (self.cost, self.code) if text]
         return "\n\n".join(parts) + "\n"
@@ -87,13 +87,16 @@ def alternative(caption: str) -> str:
     return re.sub(r"[\[\]\n<]", " ", first)
 
 
-def glossary(equations: EquationSet, words: str) -> list[str]:
+def glossary(coefficients: Sequence[Mapping[str, str]], words: str) -> list[str]:
     """The coefficients that a text names, with symbol, code name, regressor and meaning; empty if it names none."""
-    names = set(_WORD.findall(words)) & set(equations.names)
-    terms = [term for term in equations.terms if term.name in names]
-    if not terms:
+    names = set(_WORD.findall(words))
+    rows = [
+        (symbol(c["label"]), f"`{c['name']}`", f"`{c['regressor']}`".replace("|", "\\|"), c["meaning"])
+        for c in coefficients
+        if c["name"] in names
+    ]
+    if not rows:
         return []
-    rows = [(symbol(t.label), f"`{t.name}`", f"`{t.regressor}`".replace("|", "\\|"), t.meaning) for t in terms]
     return ["## Coefficients", "\n".join(table(("in figures", "in text and files", "multiplies", "meaning"), rows))]
 
 

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bayesub.plots import coefficients, posterior, style
+from bayesub.io.words import with_unit
+from bayesub.plots import coefficients, posterior
 from bayesub.plots.track import STRAIGHT, X, Y, Z, labelled
 from bayesub.report import symbols
 
@@ -20,7 +21,7 @@ def content(results, numbers: dict, reference, word: str) -> dict:
 
     Parameters
     ----------
-    results : bayesub.report.report.Results
+    results : bayesub.findings.results.Results
         Everything that the report is about.
     numbers : dict
         The content of ``numbers.json``.
@@ -120,7 +121,7 @@ def _pairs(results, reference, word: str) -> dict:
 
 def _labelled(name: str, units: dict) -> str:
     if name not in units:
-        return style.with_unit(name)
+        return with_unit(name)
     return f"{name} ({units[name]})" if units[name] else name
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from bayesub.io.words import powers, uncertain
 from bayesub.plots import posterior, style
 
 
@@ -25,12 +26,12 @@ from bayesub.plots import posterior, style
     ],
 )
 def test_two_digits_of_what_is_not_known(value, sd, text):
-    assert style.uncertain(value, sd) == text
+    assert uncertain(value, sd) == text
 
 
 def test_units_and_factors_are_written_as_in_print():
-    assert style.powers("kg m^2/s") == "kg m²/s"
-    assert style.powers("(rho/2) l^3 U^-1") == "(ρ/2) l³ U⁻¹"
+    assert powers("kg m^2/s") == "kg m²/s"
+    assert powers("(rho/2) l^3 U^-1") == "(ρ/2) l³ U⁻¹"
 
 
 @pytest.mark.parametrize(

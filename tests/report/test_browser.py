@@ -15,10 +15,11 @@ from support.browsing import PHONE, WIDE, asked_for, opened, violations
 from support.laplace import posterior_of, spiral_problem
 
 import bayesub as bs
+from bayesub.findings import derived
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
 from bayesub.plots import style
-from bayesub.report import derived, drawings, report
+from bayesub.report import drawings, report
 
 pytestmark = pytest.mark.browser
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from bayesub.findings.equation_card import glossary as entries
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.report.study_page import StudyPage, alternative, glossary
 from bayesub.report.symbols import html
@@ -12,13 +13,13 @@ def test_what_is_empty_is_left_out():
 
 
 def test_the_coefficients_that_a_text_names_are_explained_in_the_order_of_the_equations():
-    title, table = glossary(EQUATIONS, "Of Yv_absnu, `Xuu` and Nuvw only two are coefficients.")
+    title, table = glossary(entries(EQUATIONS), "Of Yv_absnu, `Xuu` and Nuvw only two are coefficients.")
     assert title == "## Coefficients"
     rows = table.splitlines()[2:]
     assert [row.split(" | ")[1] for row in rows] == ["`Xuu`", "`Yv_absnu`"]
     assert rows[1].startswith(r"| $Y'_{v\vert \nu\vert }$ |")
     assert {row.count("|") for row in table.splitlines()} == {5}
-    assert glossary(EQUATIONS, "None.") == []
+    assert glossary(entries(EQUATIONS), "None.") == []
 
 
 def test_the_first_sentence_stands_for_a_picture():
