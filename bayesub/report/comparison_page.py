@@ -9,8 +9,7 @@ from bayesub.findings.unseen import POSTERIOR
 from bayesub.io.words import cell, uncertain, with_unit
 from bayesub.plots import comparison as plots
 from bayesub.plots import motion as plots_of_motion
-from bayesub.report.report_figure import ReportFigure
-from bayesub.report.sheet import Sheet, Table, Verdict
+from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
 
 MOST = len(plots.COLOURS)  # runs that can be told apart
 FURTHEST = 5  # parameters that are named of a pair

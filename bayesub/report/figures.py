@@ -11,7 +11,7 @@ from bayesub.io.words import counted, listed
 from bayesub.plots import coefficients, corner, cross_check, fit, posterior, ranks, spectrum
 from bayesub.plots import derived as derived_plot
 from bayesub.report import trial_figures
-from bayesub.report.report_figure import ReportFigure
+from bayesub.report.page import ReportFigure
 
 FITS = 1.5  # chi-square per reading
 BASELINES = {

@@ -15,7 +15,7 @@ from bayesub.kernels import workspace
 from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
-from bayesub.report import symbols
+from bayesub.report import page
 
 ENTRIES = 5  # of a direction
 DIRECTIONS = 3  # of the stiffest and of the sloppiest
@@ -61,7 +61,7 @@ def _(shown: Posterior, path: Path) -> None:
 def _(shown: Vehicle) -> str:
     terms = shown.equations.terms
     rows = [
-        (Markup("{} <code>{}</code>").format(symbols.html(term.label), term.name), f"{value:.4g}",
+        (Markup("{} <code>{}</code>").format(page.symbol(term.label), term.name), f"{value:.4g}",
          f"{sd:.2g}" if np.isfinite(sd) else "", f"{term.scale} {term.regressor}", term.meaning)
         for term, value, sd in zip(terms, shown.xi, shown.sd, strict=True)
     ]  # fmt: skip

@@ -7,7 +7,7 @@ import numpy as np
 
 from bayesub.inference.sampling import Posterior
 from bayesub.io import words
-from bayesub.report import symbols
+from bayesub.report import page
 from bayesub.report.markdown import table
 
 HEADS = ("regressor", "prior", "posterior", "90 % interval", "sd / prior sd")
@@ -27,7 +27,7 @@ def markdown(posterior: Posterior, equations) -> str:
     """The table in Markdown; `equations` is the set whose coefficients they are."""
     lines = []
     for term, name, *numbers in _rows(posterior, equations):
-        symbol = name if term is None else f"{symbols.html(term.label)} `{name}`".replace("|", "&#124;")
+        symbol = name if term is None else f"{page.symbol(term.label)} `{name}`".replace("|", "&#124;")
         lines.append(
             (symbol, "" if term is None else f"{term.scale} · {term.regressor}", *_cells(numbers, "± ", _power))
         )

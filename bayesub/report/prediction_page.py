@@ -6,8 +6,7 @@ from bayesub.io.words import cell, with_unit
 from bayesub.plots import motion as plots
 from bayesub.plots import prediction as plot_of_readings
 from bayesub.plots import style
-from bayesub.report.report_figure import ReportFigure
-from bayesub.report.sheet import Sheet, Table, Verdict
+from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
 
 _GREY = "#808080"
 

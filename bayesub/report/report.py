@@ -16,12 +16,12 @@ from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
-from bayesub.io import templates
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.words import powers, rounded, uncertain
-from bayesub.report import contents, drawings, symbols, widgets
+from bayesub.report import page as pages
+from bayesub.report import widgets
 from bayesub.report.figures import figures
-from bayesub.report.report_page import markdown_page
+from bayesub.report.markdown import StudyPage, table
 
 _STREAM = 5  # of the study's seed; the run itself takes those before
 
@@ -103,13 +103,10 @@ def write_report(
     numbers["seconds"] = dict(seconds or {})
     numbers["set_up"] |= ({"seed": str(study.seed)} if study else {}) | dict(origin or {})
     reference, word = problem.reference[problem.others], reference_word(numbers)
-    suffixes = (".png", ".pdf") if pdf else (".png",)
     folder = Path(folder)
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        pictures = {}
-        for figure in figures(results, reference, word, numbers["baselines"]):
-            pictures[figure.name] = (figure.caption, drawings.drawn(figure, folder, suffixes))
+        pictures = pages.drawn(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         live = widgets.content(results, numbers, reference, word)
         write_text(folder / "report.html", page(numbers, pictures, commit, live))
@@ -134,14 +131,10 @@ def page(
     live : dict, optional
         What :func:`bayesub.report.widgets.content` gives; without it the page has figures that stand still.
     """
-    sheet = drawings.Sheet()
-    placed = {name: sheet.placed(*picture) for name, picture in pictures.items()}
-    text = templates.fill(
-        "bayesub.report",
+    text = pages.filled(
         "report.html",
+        pictures,
         numbers=numbers,
-        pictures=placed,
-        glyphs=sheet.shared,
         widgets=live,
         word=reference_word(numbers),
         interval=derived.in_words,
@@ -149,8 +142,79 @@ def page(
         uncertain=uncertain,
         powers=powers,
         percent=null_directions.percent,
-        symbol=symbols.html,
-        version=metadata.version("bayesub"),
+        symbol=pages.symbol,
         commit=commit,
     )
-    return contents.with_contents(text)
+    return pages.with_contents(text)
+
+
+def markdown_page(
+    numbers: dict,
+    captions: Mapping[str, str],
+    coefficients: Sequence[Mapping[str, str]],
+    commit: str | None = None,
+) -> str:
+    """The short page of a report, Markdown, for folders that are read where HTML is not shown.
+
+    Parameters
+    ----------
+    numbers : dict
+        The content of ``numbers.json``.
+    captions : mapping
+        File of a figure -> caption.
+    coefficients : sequence of mappings
+        Of the equation set, as :func:`bayesub.findings.equation_card.glossary` has them.
+    commit : str, optional
+        Of the sources.
+    """
+    verdict, convergence, cost = numbers["verdict"], numbers["convergence"], numbers["cost"]
+    shortcomings = "; ".join(convergence["shortcomings"])
+    converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
+    topics = (
+        "jumps",
+        "prediction",
+        "derived",
+        "conflict",
+        "guess",
+        "disturbance",
+        "prior",
+        "directions",
+        "null",
+        "trade_offs",
+        "normality",
+        "sqp",
+        "cross_check",
+    )
+    rows = [
+        (
+            f"`{row['name']}`",
+            rounded(row["reference"], row["sd"]),
+            uncertain(row["prior_mean"], row["prior_sd"]),
+            uncertain(row["mean"], row["sd"]),
+            f"{row['contraction']:.2g}",
+            row["hangs_on"],
+        )
+        for row in numbers["parameters"] + numbers["nuisance"]
+    ]
+    heads = (
+        "name",
+        reference_word(numbers),
+        "prior, mean ± sd",
+        "posterior, mean ± sd",
+        "posterior / prior sd",
+        "hangs on",
+    )
+    page = StudyPage(
+        name=numbers["name"],
+        question=numbers["question"] or f"What does the trial say of {numbers['vehicle']}?",
+        background=f"{numbers['vehicle']}, {numbers['manoeuvre']}: {numbers['n_readings']} readings.",
+        verdict=f"{converged} {verdict['fit']}",
+        answer=verdict["answer"],
+        pictures=captions,
+        tables=[*table(("set-up", ""), numbers["set_up"].items()), "", *table(heads, rows)],
+        method="\n\n".join(verdict[topic] for topic in topics if verdict.get(topic)),
+        coefficients=coefficients,
+        cost=f"{cost['evaluations']} simulations, {cost['jacobians']} Jacobians, {cost['sampling_seconds']:.0f} s.",
+        code=f"Made by bayesub {metadata.version('bayesub')}{f', commit {commit}' if commit else ''}.",
+    )
+    return page.text()

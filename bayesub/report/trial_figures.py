@@ -9,7 +9,7 @@ from bayesub.findings import disturbances
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import rounded
 from bayesub.plots import disturbance, fan, orders, prediction, track
-from bayesub.report.report_figure import ReportFigure
+from bayesub.report.page import ReportFigure
 
 TRACKS = 20  # draws whose motion is drawn
 

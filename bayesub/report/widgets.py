@@ -8,7 +8,7 @@ import numpy as np
 from bayesub.io.words import with_unit
 from bayesub.plots import coefficients, posterior
 from bayesub.plots.track import STRAIGHT, X, Y, Z, labelled
-from bayesub.report import symbols
+from bayesub.report import page
 
 DRAWS = 400  # of the posterior, in the scatter of a pair
 READINGS = 30_000  # of all trials; of more, every second, third ..
@@ -70,7 +70,7 @@ def _intervals(results, numbers, reference) -> dict:
     rows = [
         {
             "name": term.name,
-            "symbol": symbols.html(term.label) if term.label else "",
+            "symbol": page.symbol(term.label) if term.label else "",
             "axis": term.axis,
             "meaning": term.meaning,
             "unit": term.unit or "",

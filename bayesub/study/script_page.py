@@ -11,7 +11,7 @@ from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.model.equations import load_equations
 from bayesub.report import quoted
-from bayesub.report.study_page import StudyPage
+from bayesub.report.markdown import StudyPage
 
 PARTS = ("Question", "Claim", "Cost")  # of a docstring, each beginning a line
 

@@ -60,7 +60,7 @@ def problem():
 
 @pytest.fixture(scope="module")
 def results(problem):
-    return Results(problem)
+    return results_of(problem)
 
 
 @pytest.fixture(scope="module")
@@ -190,7 +190,7 @@ def test_a_history_that_comes_with_the_turns_is_largest_there(results):
 
 def test_each_trial_of_several_has_its_own_figure(tmp_path):
     joint = JointProblem({"first": posed(1), "second": posed(2)})
-    results = Results(joint)
+    results = results_of(joint)
     numbers = numbers_of(results)
     assert [trial["name"] for trial in numbers["disturbance"]["trials"]] == ["first", "second"]
     drawn = {figure.name: figure for figure in figures(results, joint.reference[joint.others], "truth", [])}

@@ -4,8 +4,8 @@ import pytest
 
 from bayesub.findings.equation_card import glossary as entries
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.report.study_page import StudyPage, alternative, glossary
-from bayesub.report.symbols import html
+from bayesub.report.markdown import StudyPage, alternative, glossary
+from bayesub.report.page import symbol as html
 
 
 def test_what_is_empty_is_left_out():

@@ -2,7 +2,7 @@
 
 import re
 
-from bayesub.report.contents import PLACE, with_contents
+from bayesub.report.page import PLACE, with_contents
 
 
 def test_headings_have_names_of_their_own_and_are_listed():
