@@ -5,10 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bayesub.findings import proposals, remedies
-from bayesub.inference.checks.explanations import explanations
 from bayesub.inference.checks.fit import criticise
-from bayesub.inference.sampling.sampler import SMOOTH
-from bayesub.problem.alternatives import LeftOut
 
 
 @dataclass(frozen=True)
@@ -53,10 +50,7 @@ def fit_of_mode(problem, mode: np.ndarray, rng: np.random.Generator) -> ModeFit:
     channel, worst = max(criticism.checks.items(), key=lambda item: item[1].spread)
     if criticism.fits:
         return ModeFit(worst.spread, channel)
-    reasons = []
-    if any("correlated" in check.faults for check in criticism.suspects.values()):
-        smooth = problem.smoothed(SMOOTH)
-        reasons = explanations(LeftOut(smooth), smooth.prior.standard(mode))
+    reasons = remedies.reasons(problem, criticism, mode)
     sentences = {"fit_of_the_mode": remedies.sentence(criticism, problem, reasons)}
     if reasons:
         sentences["lines_to_add"] = proposals.lines(reasons[0], problem)

@@ -2,24 +2,36 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from bayesub.findings import proposals
-from bayesub.inference.checks.explanations import Explanation
+from bayesub.inference.checks.explanations import Explanation, explanations
 from bayesub.inference.checks.fit import OUTLIER, Criticism, expected_outliers
+from bayesub.inference.sampling.sampler import SMOOTH
 from bayesub.logs import log_files
 from bayesub.problem import likelihoods
+from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.nuisance import CURRENTS
 
 _LISTED = 6  # channels in a sentence
 
 
-def sentence(criticism: Criticism, problem, explanations: Sequence[Explanation] = ()) -> str:
+def reasons(problem, criticism: Criticism, parameters: np.ndarray) -> list[Explanation]:
+    """Why the residuals of a problem are correlated at parameters (n_params,), best first; empty if they are not."""
+    if not any("correlated" in check.faults for check in criticism.suspects.values()):
+        return []
+    smooth = problem.smoothed(SMOOTH)
+    return explanations(LeftOut(smooth), smooth.prior.standard(parameters))
+
+
+def sentence(criticism: Criticism, problem, explained: Sequence[Explanation] = ()) -> str:
     """Whether the model of a problem fits, and if not what is wrong with which channels and what to do about it.
 
     Parameters
     ----------
     criticism : Criticism
     problem : Problem or JointProblem
-    explanations : sequence of Explanation
+    explained : sequence of Explanation
         Of correlated residuals, best first.
     """
     if not criticism.checks:
@@ -33,8 +45,8 @@ def sentence(criticism: Criticism, problem, explanations: Sequence[Explanation] 
     conclusion = "The noise is smaller than its model says, and the intervals are too wide"
     if suspects.keys() != {"small"}:
         conclusion = "The model does not fit, and then the intervals are too narrow"
-    if explanations and "correlated" in suspects:
-        details = [f"{_neighbours(suspects.pop('correlated'))}. {proposals.sentence(explanations)}"]
+    if explained and "correlated" in suspects:
+        details = [f"{_neighbours(suspects.pop('correlated'))}. {proposals.sentence(explained)}"]
     else:
         details = []
     details += [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]

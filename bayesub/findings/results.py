@@ -10,13 +10,11 @@ from bayesub.findings import derived, disturbances, proposals, remedies, run_num
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import jumps
-from bayesub.inference.checks.explanations import Explanation, explanations
+from bayesub.inference.checks.explanations import Explanation
 from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.inference.identifiability import NullSpace, Spectrum, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
-from bayesub.inference.sampling.sampler import SMOOTH
 from bayesub.model.quantities import Quantity
-from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
 
@@ -102,10 +100,7 @@ class Results:
     @cached_property
     def explanations(self) -> list[Explanation]:
         """Why residuals are correlated, best first; empty if they are not."""
-        if not any("correlated" in check.faults for check in self.criticism.suspects.values()):
-            return []
-        smooth = self.problem.smoothed(SMOOTH)
-        return explanations(LeftOut(smooth), smooth.prior.standard(self.posterior.best))
+        return remedies.reasons(self.problem, self.criticism, self.posterior.best)
 
     @cached_property
     def null_space(self) -> NullSpace:

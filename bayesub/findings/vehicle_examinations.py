@@ -4,15 +4,19 @@ Each takes a vehicle and gives its part of the card (:class:`bayesub.findings.ve
 the equations which coefficients act in straight flight; what the equations do not have is not examined.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from bayesub.findings.contributions import Contributions, forces, slopes
 from bayesub.findings.examination import CardWarning, Examination
 from bayesub.findings.flights import fly, growth, number_or_none, stability_indices, turning_circle
 from bayesub.findings.zeros import STEADY
 from bayesub.io.words import listed
 from bayesub.kernels import workspace
 from bayesub.logs import log_files
+from bayesub.logs.log_files import positions
+from bayesub.model.equations import AXES
+from bayesub.model.linear_motion import regressor_slopes, regressors, straight
 from bayesub.model.quantities import GLIDES, absence
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
@@ -31,6 +35,48 @@ VELOCITY = log_files.positions("u", "v", "w")  # among the states
 RUDDER, STERN_PLANE = "rudder_deg", "stern_plane_deg"
 PLANAR = "the equations have three degrees of freedom"
 THRUST = {"du", "uc", "duc"}  # those by which terms of an equation set balance thrust and resistance
+
+
+@dataclass(frozen=True)
+class Contributions:
+    """Hydrodynamic forces, or their slopes by one variable, in straight flight at the trial speed.
+
+    Attributes
+    ----------
+    names : dict of str to list of str
+        Axis -> coefficients that contribute, whatever their values.
+    values : dict of str to float
+        Axis -> sum, N and N m for a force, and that per unit of the variable for a slope.
+    """
+
+    names: dict[str, list[str]]
+    values: dict[str, float]
+
+    def of(self, *axes: str) -> list[str]:
+        """The coefficients that contribute to some axes."""
+        return [name for axis in axes for name in self.names[axis]]
+
+
+def forces(vehicle: Vehicle, speed_ratio: float = 1.0) -> Contributions:
+    """The forces of straight flight, at a ratio of the trial speed; the propeller keeps turning as at that speed."""
+    states, controls = straight(vehicle, 1)
+    states[0, positions("u")] *= speed_ratio
+    return _summed(vehicle, regressors(vehicle, states, controls)[0])
+
+
+def slopes(vehicle: Vehicle, variable: str) -> Contributions:
+    """The slopes by a velocity other than u (per m/s, rad/s), or by a control by its column (per rad)."""
+    return _summed(vehicle, regressor_slopes(vehicle, variable))
+
+
+def _summed(vehicle: Vehicle, regressors: np.ndarray) -> Contributions:
+    names, values = {}, {}
+    for axis in AXES:
+        positions_of_axis = vehicle.equations.columns(vehicle.equations.names_of_axis(axis))
+        used = positions_of_axis[regressors[positions_of_axis] != 0.0]
+        names[axis] = [vehicle.equations.names[k] for k in used]
+        values[axis] = float(vehicle.xi[used] @ regressors[used])
+    return Contributions(names, values)
 
 
 def balance(boat: Vehicle) -> Examination:

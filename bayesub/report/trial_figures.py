@@ -8,7 +8,7 @@ import numpy as np
 from bayesub.findings import disturbances
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import rounded
-from bayesub.plots import disturbance, fan, orders, prediction, track
+from bayesub.plots import disturbance, fan, prediction, track
 from bayesub.report.page import ReportFigure
 
 TRACKS = 20  # draws whose motion is drawn
@@ -17,9 +17,9 @@ TRACKS = 20  # draws whose motion is drawn
 def orders_figure(problem, parameters) -> ReportFigure:
     """What each trial was told to do."""
     trials = {name: (trial.manoeuvre, problem.vehicle.actuators) for name, trial, _ in problem.each_trial(parameters)}
-    some = f" of the first {orders.MOST} of {len(trials)} trials" if len(trials) > orders.MOST else ""
+    some = f" of the first {track.MOST_ORDERS} of {len(trials)} trials" if len(trials) > track.MOST_ORDERS else ""
     source = "as the actuators follow them" if _synthetic(problem, parameters) else "as the log has them"
-    return ReportFigure("orders", f"The orders{some}, {source}.", partial(orders.draw, trials=trials))
+    return ReportFigure("orders", f"The orders{some}, {source}.", partial(track.draw_orders, trials=trials))
 
 
 def track_figure(name: str, problem, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:

@@ -15,10 +15,9 @@ from support.fins import PORT, STARBOARD, fins, with_actuators
 
 import bayesub as bs
 from bayesub.findings.coefficient_examinations import negative, pairs, sizes_and_signs, typical_ranges
-from bayesub.findings.contributions import slopes
 from bayesub.findings.flights import fly, growth, stability_indices, turning_circle
 from bayesub.findings.vehicle_card import check
-from bayesub.findings.vehicle_examinations import balance, dive, turn
+from bayesub.findings.vehicle_examinations import balance, dive, slopes, turn
 from bayesub.io import toml_files
 from bayesub.kernels import workspace
 from bayesub.logs.log_files import VELOCITIES

@@ -1,8 +1,11 @@
-"""The list of contents: every heading once, with a link that leads there."""
+"""Pages in HTML: the list of contents, every heading once with a link that leads there, and symbols."""
 
 import re
 
-from bayesub.report.page import PLACE, with_contents
+import pytest
+
+from bayesub.model.coefficients import EQUATIONS
+from bayesub.report.page import PLACE, symbol, with_contents
 
 
 def test_headings_have_names_of_their_own_and_are_listed():
@@ -19,3 +22,20 @@ def test_headings_have_names_of_their_own_and_are_listed():
 
 def test_a_page_without_a_place_for_it_has_no_list():
     assert with_contents("<h2>One</h2>") == '<h2 id="one">One</h2>'
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("Nuv", "<i>N′</i><sub>uv</sub>"),
+        ("Yv_absnu", "<i>Y′</i><sub>v|ν|</sub>"),
+        ("Xuu_drdr", "<i>X′</i><sub>uuδrδr</sub>"),
+        ("Nrdot", "<i>N′</i><sub>ṙ</sub>"),
+    ],
+)
+def test_symbols_in_html(name, text):
+    assert symbol(EQUATIONS.label(name)) == text
+
+
+def test_every_symbol_of_the_set_is_written_without_latex():
+    assert not [name for name in EQUATIONS.names if set("\\${}") & set(symbol(EQUATIONS.label(name)))]

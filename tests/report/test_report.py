@@ -13,9 +13,9 @@ import bayesub as bs
 from bayesub.findings import conflicts, remedies, run_numbers
 from bayesub.findings.results import PREDICTIVE_DRAWS, Results, numbers_of
 from bayesub.inference import identifiability
-from bayesub.inference.checks import jumps
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks import fit as criticism
+from bayesub.inference.checks import jumps
 from bayesub.io.words import powers
 from bayesub.plots import fit as criticism_plot
 from bayesub.plots import ranks
