@@ -231,7 +231,7 @@ def _followed(problem, one: FollowedRegressor) -> dict:
 
 
 def sentences(numbers: dict) -> dict[str, str]:
-    """What is said of :func:`numbers`, by topic; of none nothing is said."""
+    """The sentences of :func:`numbers`, by topic; without numbers there is none."""
     if not numbers:
         return {}
     parts = [_trial_sentence(trial) for trial in numbers["trials"]]

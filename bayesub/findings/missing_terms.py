@@ -5,7 +5,7 @@ motion. With e = L^-1 x / sd the derivative of the log density of the readings b
 means, and its information is e' (1 - C) e, C the posterior covariance of w (Louis 1982): what the readings do not tell
 about the history, or give to free coefficients as well, is no information. The score over the root of the information
 is standard normal if the history is what the prior says, whatever else is inferred; the score over the information is
-the b that the readings ask for; and the correlation of two scores says whether they can be told apart.
+the b that the readings ask for; and the correlation of two scores says whether they can be distinguished.
 
 Where coefficients take up most of what x does, little information is left, and would be lost in Monte Carlo error. So C
 is that of the linearised problem, and the mean is of
@@ -27,7 +27,7 @@ from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.equations import AXES, Term
 
 FALSE_ALARMS = 0.01  # probability that a random history is said to follow any regressor
-ALIKE = 0.95  # correlation of scores that are not told apart
+ALIKE = 0.95  # correlation of scores that cannot be distinguished
 _STEP = 1e-3  # of differences of the log posterior, prior sd
 _SEEN = 0.05  # variance of a posterior mean over that of the prior that is more than Monte Carlo error
 _MOST = 3  # regressors that are named one after the other
@@ -87,7 +87,7 @@ class Scores:
 
     @property
     def alike(self) -> np.ndarray:
-        """(n, n) whether regressors are of one axis and not told apart."""
+        """(n, n) whether regressors are of one axis and cannot be distinguished."""
         scale = np.sqrt(np.diag(self.information))
         axes = np.array([candidate.axis for candidate in self.candidates])
         return (np.abs(self.information) >= ALIKE * np.outer(scale, scale)) & (axes[:, None] == axes)
@@ -96,12 +96,12 @@ class Scores:
         """Probability that the largest score of random histories is as large."""
         scale = np.sqrt(np.diag(self.covariance))
         values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
-        white = np.random.default_rng(0).standard_normal((_DRAWS, len(values)))
-        largest = np.abs(white @ (vectors * np.sqrt(np.clip(values, 0.0, None))).T).max(axis=1)
+        normal = np.random.default_rng(0).standard_normal((_DRAWS, len(values)))
+        largest = np.abs(normal @ (vectors * np.sqrt(np.clip(values, 0.0, None))).T).max(axis=1)
         return float((1 + np.count_nonzero(largest >= np.abs(self.z).max())) / (1 + _DRAWS))
 
     def given(self, k: int) -> Scores:
-        """The scores of what is then still told apart, if the factor of regressor k is free."""
+        """The scores of what can then still be distinguished, if the factor of regressor k is free."""
         onto = np.eye(len(self.values))
         onto[:, k] -= self.information[:, k] / self.information[k, k]
         information = onto @ self.information @ onto.T
@@ -181,8 +181,8 @@ def scores(problem, draws: np.ndarray) -> Scores:
             effect = effects.setdefault(candidate, np.zeros(problem.n_params))
             effect[columns[axis]] = linalg.solve_triangular(factors[axis], line, lower=True)
             squares.setdefault(candidate, []).append(np.mean(force**2))
-        for axis, own in zip(knots.axes, columns, strict=True):
-            members[axis] = np.append(members.get(axis, np.array([], dtype=int)), own)
+        for axis, of_axis in zip(knots.axes, columns, strict=True):
+            members[axis] = np.append(members.get(axis, np.array([], dtype=int)), of_axis)
     if not effects:  # of a current alone
         return Scores((), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0))
     matrix = np.array(list(effects.values()))

@@ -79,8 +79,8 @@ class PredictedTrial:
             flown = {by: one for by, one in self.readings.predictions.items() if one.is_flown}
             log["coverage_by"] = {by: unseen.by_percent(one.coverage) for by, one in flown.items()}
             if POSTERIOR in flown:
-                own = flown.pop(POSTERIOR).crps
-                log["crps_over"] = {by: unseen.mean_ratio(own, one.crps) for by, one in flown.items()}
+                scores = flown.pop(POSTERIOR).crps
+                log["crps_over"] = {by: unseen.mean_ratio(scores, one.crps) for by, one in flown.items()}
             result["predictions"] = [log]
         result["sentences"] = self._sentences(result)
         return result

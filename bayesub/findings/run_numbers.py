@@ -40,7 +40,7 @@ def collect(
     summary = posterior.part(problem.others)
     trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
     n = problem.n_coefficients
-    rows = _parameters(problem, summary, sensitivities.of(problem, posterior, summary.bulk_ess))
+    rows = _parameters(problem, summary, sensitivities.power_scaling(problem, posterior, summary.bulk_ess))
     coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
     return {
         "vehicle": problem.vehicle.name,

@@ -10,7 +10,7 @@ DRAWS, FLOWN_DRAWS = 10_000, 2000  # at most; where the log likelihood needs sim
 PRIOR, LIKELIHOOD, BOTH = "prior", "likelihood", "both"
 
 
-def of(problem, posterior, n_effective: np.ndarray) -> dict[str, np.ndarray]:
+def power_scaling(problem, posterior, n_effective: np.ndarray) -> dict[str, np.ndarray]:
     """Sensitivities to prior and likelihood, and what each parameter hangs on, forces at knots left out.
 
     The prior is scaled where it is standard normal, so that a uniform one is bent and has a sensitivity too. Of forces

@@ -106,10 +106,10 @@ def flown(
     trial: UnseenTrial, fitted: Problem | JointProblem, draws: Mapping[str, np.ndarray], rng: np.random.Generator
 ) -> Iterator[tuple[str, np.ndarray]]:
     """By whom, and parameters (.., n_params) of a trial: what draws do not tell is drawn given its warm-up."""
-    own = trial.own(fitted)
+    not_fitted = trial.own(fitted)
     for name, some in draws.items():
         parameters = trial.transferred(fitted, some, rng)
-        yield name, given_warm_up(trial.problem, parameters, rng, own, trial.warm_up_s)
+        yield name, given_warm_up(trial.problem, parameters, rng, not_fitted, trial.warm_up_s)
 
 
 def numbers(predictions: Sequence[TrialPrediction]) -> list[dict]:

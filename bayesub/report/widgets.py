@@ -75,13 +75,13 @@ def _intervals(results, numbers, reference) -> dict:
             "meaning": term.meaning,
             "unit": term.unit or "",
             "reference": value,
-            "prior": own,
+            "prior": prior_ends,
             "posterior": found,
             "contraction": row["contraction"],
             "si_factor": row.get("si_factor"),
             "si_unit": row.get("si_unit"),
         }
-        for term, value, own, found, row in zip(
+        for term, value, prior_ends, found, row in zip(
             terms, _rounded(reference[:n]), _rounded(prior), _rounded(quantiles), numbers["parameters"], strict=True
         )
     ]

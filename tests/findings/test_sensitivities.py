@@ -28,7 +28,7 @@ def told(prior, slopes, readings, rng, histories=()):
     posterior = Posterior(
         NAMES, draws.reshape(*shape, 3), log_prob.reshape(shape), prior.mean, prior.sd, 0, 0.5, 1, 1.0, {}
     )
-    return sensitivities.of(toy, posterior, np.full(3, 8000.0)), toy
+    return sensitivities.power_scaling(toy, posterior, np.full(3, 8000.0)), toy
 
 
 @pytest.mark.parametrize("first", ["normal", "uniform"])
@@ -61,7 +61,9 @@ def test_few_effective_draws_do_not_say_what_they_do_not_know(rng):
     log_prob = prior.scaled_log_density(draws)
     posterior = Posterior(tuple("c" * 40), draws, log_prob, prior.mean, prior.sd, 0, 0.5, 1, 1.0, {})
     problem = SimpleNamespace(histories=(), others=np.arange(40), prior_of_others=prior)
-    words = {n: list(sensitivities.of(problem, posterior, np.full(40, n))["hangs_on"]) for n in (20.0, 400.0)}
+    words = {
+        n: list(sensitivities.power_scaling(problem, posterior, np.full(40, n))["hangs_on"]) for n in (20.0, 400.0)
+    }
     assert words[20.0].count("prior") < 4
     assert words[400.0].count("prior") > 10
 
