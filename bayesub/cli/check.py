@@ -9,6 +9,7 @@ import re
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Protocol
 
 import click
 
@@ -17,7 +18,16 @@ from bayesub.cli.simulate import drawing
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.terminal import say
-from bayesub.report.card import Card, DrawnCard
+
+
+class Card(Protocol):
+    """What is said of a file: in words and as JSON."""
+
+    def lines(self) -> list[str]:
+        """The card in words."""
+
+    def to_json(self) -> dict:
+        """The card as JSON types."""
 
 
 @click.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
@@ -47,13 +57,15 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
         contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in findings.items()}
         click.echo(json.dumps(contents, indent=2, allow_nan=False))
     if card is not None:
-        cards = [c for _, c in findings.values() if isinstance(c, DrawnCard)]
-        if len(cards) != 1:
+        from bayesub.report import cards  # here, since it imports matplotlib
+
+        drawn = [c for _, c in findings.values() if cards.is_drawn(c)]
+        if len(drawn) != 1:
             raise InputError(
-                f"--card draws one vehicle or study, found {len(cards)} among the files", "conflict", "--card"
+                f"--card draws one vehicle or study, found {len(drawn)} among the files", "conflict", "--card"
             )
         with drawing(card):
-            cards[0].draw(card)
+            cards.draw(drawn[0], card)
 
 
 def examine(path: Path, vehicles: Sequence = ()) -> tuple[str, Card | None]:
@@ -83,7 +95,7 @@ def _vehicle(path: Path):
     from bayesub.model.vehicles import load_vehicle
 
     boat = load_vehicle(path)
-    from bayesub.report import vehicle_card
+    from bayesub.findings import vehicle_card
 
     used, n_sds = int((boat.xi != 0).sum()), int(np.isfinite(boat.sd).sum())
     text = (
@@ -95,8 +107,8 @@ def _vehicle(path: Path):
 
 
 def _equations(path: Path):
+    from bayesub.findings.equation_card import EquationCard
     from bayesub.model.equations import load_equations
-    from bayesub.report.equation_card import EquationCard
 
     equations = load_equations(path)
     freedom = f"{equations.degrees_of_freedom} degrees of freedom"
@@ -180,8 +192,8 @@ _OF_BOATS = re.compile(r"_command_\w+$|_(counts|percent|us)$|^(thrust_n|torque_n
 
 
 def _log(path: Path, vehicles):
+    from bayesub.findings import log_card
     from bayesub.logs import log_files
-    from bayesub.report import log_card
 
     # Without the boat too, what only a boat gives a meaning: commands, counts and the like, thrust and torque.
     header = [name.strip().strip('"') for name in toml_files.read_line(path).split(",")]
@@ -197,7 +209,7 @@ def _data_card(path: Path, setup):
     """The card of the data of a study; None if the boat of the prior means does not complete the trials."""
     import numpy as np
 
-    from bayesub.report import data_card
+    from bayesub.findings import data_card
 
     problem = setup.problem
     if not np.isfinite(problem.predicted(problem.prior.mean)).all():

@@ -22,12 +22,12 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     """
     from rich.table import Table
 
+    from bayesub.findings.zeros import rank_lines
     from bayesub.inference import identifiability
     from bayesub.model.linear_form import linear_systems
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.simulate import simulate
     from bayesub.model.vehicles import load_vehicle
-    from bayesub.report.zeros import rank_lines
 
     boat = load_vehicle(vehicle)
     history = load_manoeuvre(manoeuvre, boat)

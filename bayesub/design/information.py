@@ -11,6 +11,8 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
+SHARES = (0.05, 0.10, 0.25)  # of the value, to which coefficients are counted as known
+
 
 @dataclass(frozen=True)
 class Information:

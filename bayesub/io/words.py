@@ -1,6 +1,15 @@
-"""Enumerations and numbers in sentences."""
+"""Enumerations, numbers and units in sentences, tables and figures."""
 
+import re
 from collections.abc import Sequence
+
+import numpy as np
+
+_PLACES = 9  # after the point, beyond which numbers have a power of ten
+_LARGE = 1e5  # sd from which values have a power of ten
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_UNITS = {"mps": "m/s", "degps": "deg/s", "mps2": "m/s²", "degps2": "deg/s²", "kgm2": "kg m²", "n": "N"}
+_PLAIN_UNITS = ("m", "deg", "s", "kg")
 
 
 def listed(names: Sequence[str], otherwise: str = "") -> str:
@@ -12,3 +21,49 @@ def listed(names: Sequence[str], otherwise: str = "") -> str:
 def counted(n: int, noun: str) -> str:
     """A number of things, ``1 start`` or ``5 starts``."""
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+
+
+def with_unit(column: str) -> str:
+    """The label of a column or parameter whose name ends with its unit: ``yaw0_deg`` is ``yaw0 (deg)``.
+
+    The trial to which it belongs may follow in brackets, as in ``yaw0_deg[first]``.
+    """
+    name, bracket, trial = column.partition("[")
+    words, trial = name.split("_"), f" {bracket}{trial}" if bracket else ""
+    if len(words) > 1 and (words[-1] in _UNITS or words[-1] in _PLAIN_UNITS):
+        return f"{' '.join(words[:-1])} ({_UNITS.get(words[-1], words[-1])}){trial}"
+    return " ".join(words) + trial
+
+
+def powers(text: str) -> str:
+    """A unit or factor such as ``kg m^2`` or ``(rho/2) l^3 U^-1`` with raised powers and a Greek rho."""
+    return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(_RAISED), text).replace("rho", "ρ")
+
+
+def rounded(value: float, sd: float) -> str:
+    """A value to the second digit of its standard deviation, the only rounding of what has one.
+
+    Where that is beyond the ninth place after the point it has a power of ten, and without an sd four digits.
+    """
+    if not (0.0 < sd < np.inf and np.isfinite(value)) or value == 0.0:
+        return f"{value:.4g}"
+    places = 1 - int(f"{sd:.1e}".partition("e")[2])  # of sd as it is rounded: 0.0996 has those of 0.10
+    if places > _PLACES:
+        return f"{value:.{max(0, places + int(f'{value:e}'.partition('e')[2]))}e}"
+    return f"{round(value, places) + 0.0:.{max(0, places)}f}"  # adding zero leaves no -0
+
+
+def uncertain(value: float, sd: float) -> str:
+    """A value and its standard deviation, to two digits of the latter; with one power of ten where they are large."""
+    if not sd > 0.0:
+        return rounded(value, sd)
+    if not _LARGE <= sd < np.inf:
+        return f"{rounded(value, sd)} ± {rounded(sd, sd)}"
+    exponent = int(f"{max(abs(value), sd):e}".partition("e")[2])
+    value, sd = value / 10.0**exponent, sd / 10.0**exponent
+    return f"({rounded(value, sd)} ± {rounded(sd, sd)}) × 10{str(exponent).translate(_RAISED)}"
+
+
+def cell(value: float | None, digits: int = 3) -> str:
+    """A number of so many digits, large ones without exponent; empty for what is not there."""
+    return "" if value is None else f"{float(f'{value:.{digits}g}'):.12g}"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.io.words import counted
+from bayesub.io.words import counted, with_unit
 from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 
@@ -15,7 +15,7 @@ PRIOR_PROBABILITIES = np.linspace(0.001, 0.999, 400)
 
 def labels(names, equations: EquationSet) -> list[str]:
     """LaTeX labels of the coefficients of a set; other parameters by name and unit."""
-    return [equations.label(name) if name in equations.index else style.with_unit(name) for name in names]
+    return [equations.label(name) if name in equations.index else with_unit(name) for name in names]
 
 
 def borders(names, equations: EquationSet) -> list[int]:

@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from scipy import special
 
+from bayesub.io.words import uncertain
 from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import PRIOR_PROBABILITIES, labels, prior_density, ratios, starred
@@ -115,7 +116,7 @@ def draw(
         _draw_reference(axis, panels, np.ones(n))
         _draw_points(axis, panels, points)
         titles = [
-            f"{name}\n{style.uncertain(value, sd)}"
+            f"{name}\n{uncertain(value, sd)}"
             for name, value, sd in zip(names, draws.mean(axis=0), draws.std(axis=0), strict=True)
         ]
         _label(axis, panels, starred(names, reference[chosen], equations), titles)

@@ -7,7 +7,7 @@ from bayesub.plots.coefficients import labels
 
 
 def draw(path, card) -> None:
-    """One page of a :class:`bayesub.report.data_card.DataCard`."""
+    """One page of a :class:`bayesub.findings.data_card.DataCard`."""
     n_rows, n_params = len(card.channels) + 1, len(card.names)
     width, row = max(11.7, 0.21 * n_params + 4.0), 0.27 * n_rows
     with style.figure(path, width, 2 * row + 3.2) as figure:

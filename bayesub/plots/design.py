@@ -5,12 +5,13 @@ from itertools import cycle
 
 import numpy as np
 
+from bayesub.design.information import SHARES
+from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.logs.log_files import positions
 from bayesub.plots import style
 
 X, Y, Z = positions("x", "y", "z")
-SHARES = (0.05, 0.10, 0.25)  # of the value, to which coefficients are counted as known
 COLOURS = (style.POSTERIOR, style.LINEAR, style.SQP, style.NULL, style.WEAK)
 BEYOND = 50.0  # per cent of a limit beyond it, where the axis ends
 _ROW = 0.145  # inches of a coefficient
@@ -68,7 +69,7 @@ def draw_manoeuvre(path, times, orders: Mapping[str, np.ndarray], flights, band=
 
 
 def _label(column: str) -> str:
-    name, _, unit = style.with_unit(column).rpartition(" ")
+    name, _, unit = with_unit(column).rpartition(" ")
     return f"{name}\n{unit}" if name else unit
 
 
@@ -148,7 +149,7 @@ def draw_margins(path, margins: Sequence[Sequence]) -> None:
 
 
 def _row_name(k, margin, n_manoeuvres) -> str:
-    name = f"{style.with_unit(margin.key)}: {margin.limit:.4g}"
+    name = f"{with_unit(margin.key)}: {margin.limit:.4g}"
     return f"{k + 1}: {name}" if n_manoeuvres > 1 else name
 
 

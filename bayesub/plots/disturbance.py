@@ -18,7 +18,7 @@ def draw(path, forces) -> None:
     path
         One or several, as :func:`bayesub.plots.style.figure` takes them.
     forces
-        :class:`bayesub.report.disturbances.InferredForces` of one trial.
+        :class:`bayesub.findings.disturbances.InferredForces` of one trial.
     """
     n_axes = len(forces.axes)
     margins = (0.85, 0.15, 0.5, 0.62)

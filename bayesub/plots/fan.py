@@ -1,4 +1,4 @@
-"""What the prior foretold of a trial, and what the posterior says of it: fans of tracks and of readings."""
+"""A trial by the prior predictive and by the posterior predictive distribution: fans of tracks and of readings."""
 
 import numpy as np
 

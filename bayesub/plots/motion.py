@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.collections import PolyCollection
 
+from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.plots import style
 from bayesub.plots.track import STRAIGHT, X, Y, Z, draw_actuators
@@ -27,7 +28,7 @@ class Drawn:
     Attributes
     ----------
     label, colour : str
-    motion : bayesub.report.predicted_motion.PredictedMotion
+    motion : bayesub.findings.predicted_motion.PredictedMotion
     probabilities : tuple of float
         Of its bands, widest first; of none it is a line.
     is_framed : bool
@@ -94,7 +95,7 @@ def draw_states(
                 _limit(axis, np.concatenate(ends))
                 if warm_up:
                     axis.axvspan(0.0, warm_up, color=style.PRIOR, alpha=0.4, lw=0)
-            left.set_ylabel(style.with_unit(log_files.HEADERS[name]))
+            left.set_ylabel(with_unit(log_files.HEADERS[name]))
             if name == "z":
                 left.invert_yaxis()
         rows[0, 0].set_title("states; grey ground: warm-up" if warm_up else "states", fontsize=9)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.io.words import with_unit
 from bayesub.model.equations import EquationSet
 from bayesub.plots import style
 from bayesub.plots.coefficients import PRIOR_PROBABILITIES, borders, labels, prior_density
@@ -55,7 +56,7 @@ def draw_nuisance(path, posterior, prior, reference, n_coefficients: int) -> Non
             panel.set_xlim(limits)
             panel.set_ylim(0, max(panel.get_ylim()[1], 1.1 * density.max()))
             panel.axvline(reference[k], color=style.SQP, lw=1.0, label="reference")
-            panel.set_xlabel(style.with_unit(posterior.names[k]))
+            panel.set_xlabel(with_unit(posterior.names[k]))
             panel.set_yticks([])
             panel.ticklabel_format(axis="x", useOffset=False, scilimits=(-3, 4), useMathText=True)
             panel.locator_params(axis="x", nbins=4)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.plots import style
 
@@ -52,7 +53,7 @@ def draw(path, channels, predictions: dict, warm_up: float) -> None:
                 axis.plot(times, factor * (readings - base), ".", ms=2.5, color=style.TRUTH, label="reading")
             _limit(left, factor * np.concatenate([readings, *bands[0.9][:, part]]))
             _limit(right, factor * np.concatenate([readings - mean, *(bands[0.9][:, part] - mean)]))
-            left.set_ylabel(style.with_unit(log_files.HEADERS[channel.quantity]))
+            left.set_ylabel(with_unit(log_files.HEADERS[channel.quantity]))
         rows[0, 0].set_title(
             "readings and prediction; grey: warm-up" if warm_up else "readings and prediction", fontsize=9
         )

@@ -1,6 +1,5 @@
 """One look for all figures: colours that colour-blind readers tell apart (Okabe & Ito 2008), sizes for a page."""
 
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,9 +23,6 @@ VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 _COLOURS, _EXACT = 256, 64  # of a PNG, and those among them that keep their value
 NAMES = 10.0  # size of the names of coefficients
 _PARSERS = {}  # one for all PNGs: what one has set in a size the next need not parse
-_PLACES = 9  # after the point, beyond which numbers have a power of ten
-_LARGE = 1e5  # sd from which values have a power of ten
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _COMPRESSION = 8  # level 9 takes twice as long and saves a twentieth
 _SETTINGS = {
     "font.size": 9.0,
@@ -43,21 +39,6 @@ _SETTINGS = {
     "svg.hashsalt": "bayesub",  # names within an SVG that are the same in every run
 }
 
-_UNITS = {"mps": "m/s", "degps": "deg/s", "mps2": "m/s²", "degps2": "deg/s²", "kgm2": "kg m²", "n": "N"}
-_PLAIN_UNITS = ("m", "deg", "s", "kg")
-
-
-def with_unit(column: str) -> str:
-    """The label of a column or parameter whose name ends with its unit: ``yaw0_deg`` is ``yaw0 (deg)``.
-
-    The trial to which it belongs may follow in brackets, as in ``yaw0_deg[first]``.
-    """
-    name, bracket, trial = column.partition("[")
-    words, trial = name.split("_"), f" {bracket}{trial}" if bracket else ""
-    if len(words) > 1 and (words[-1] in _UNITS or words[-1] in _PLAIN_UNITS):
-        return f"{' '.join(words[:-1])} ({_UNITS.get(words[-1], words[-1])}){trial}"
-    return " ".join(words) + trial
-
 
 def legend_column(labels: Sequence[str]) -> float:
     """Width of a column of a legend of size 8, inches."""
@@ -69,38 +50,9 @@ def legend_columns(labels: Sequence[str], width: float) -> int:
     return min(4, max(1, int(width / legend_column(labels))))
 
 
-def powers(text: str) -> str:
-    """A unit or factor such as ``kg m^2`` or ``(rho/2) l^3 U^-1`` with raised powers and a Greek rho."""
-    return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(_RAISED), text).replace("rho", "ρ")
-
-
 def plain(text: str) -> str:
     """A text of a user's, none of which is a formula."""
     return text.replace("$", r"\$")
-
-
-def rounded(value: float, sd: float) -> str:
-    """A value to the second digit of its standard deviation, the only rounding of what has one.
-
-    Where that is beyond the ninth place after the point it has a power of ten, and without an sd four digits.
-    """
-    if not (0.0 < sd < np.inf and np.isfinite(value)) or value == 0.0:
-        return f"{value:.4g}"
-    places = 1 - int(f"{sd:.1e}".partition("e")[2])  # of sd as it is rounded: 0.0996 has those of 0.10
-    if places > _PLACES:
-        return f"{value:.{max(0, places + int(f'{value:e}'.partition('e')[2]))}e}"
-    return f"{round(value, places) + 0.0:.{max(0, places)}f}"  # adding zero leaves no -0
-
-
-def uncertain(value: float, sd: float) -> str:
-    """A value and its standard deviation, to two digits of the latter; with one power of ten where they are large."""
-    if not sd > 0.0:
-        return rounded(value, sd)
-    if not _LARGE <= sd < np.inf:
-        return f"{rounded(value, sd)} ± {rounded(sd, sd)}"
-    exponent = int(f"{max(abs(value), sd):e}".partition("e")[2])
-    value, sd = value / 10.0**exponent, sd / 10.0**exponent
-    return f"({rounded(value, sd)} ± {rounded(sd, sd)}) × 10{str(exponent).translate(_RAISED)}"
 
 
 def power(value: float) -> str:

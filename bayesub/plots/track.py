@@ -5,6 +5,7 @@ from itertools import cycle
 
 import numpy as np
 
+from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.logs.log_files import positions
 from bayesub.model.disturbance import unit
@@ -14,6 +15,7 @@ X, Y, Z, PHI, THETA = positions("x", "y", "z", "phi", "theta")
 VELOCITY = positions("u", "v", "w")
 STRAIGHT = 1e-3  # of its length: a track that moves less to the side is not drawn from above
 GAP = 5.0  # intervals without a reading
+MOST_ORDERS = 6  # trials whose orders are drawn
 _NAMES = {"x": "north", "y": "east", "z": "depth"}
 
 
@@ -86,7 +88,7 @@ def labelled(channel) -> tuple[str, float]:
     """Name and unit for an axis, and the factor from SI to the unit."""
     header = log_files.HEADERS[channel.quantity]
     label = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
-    return style.with_unit(label), 1.0 / log_files.si_factor(header)
+    return with_unit(label), 1.0 / log_files.si_factor(header)
 
 
 def _draw_path(axis, record, tracks, truth):
@@ -177,7 +179,28 @@ def draw_actuators(axis, actuators, manoeuvre, times, log) -> None:
         for column, values, colour in others:
             largest = np.abs(values).max()
             right.plot(times, values / largest, color=colour)
-            axis.plot([], [], color=colour, label=f"{style.with_unit(column)} / {largest:.3g}")
+            axis.plot([], [], color=colour, label=f"{with_unit(column)} / {largest:.3g}")
+
+
+def draw_orders(path, trials) -> None:
+    """The orders of manoeuvres, what rudder, planes and propeller were told or what a log says; a panel a trial.
+
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.plots.style.figure` takes them.
+    trials
+        Name -> :class:`bayesub.model.manoeuvres.Manoeuvre` and Actuators.
+    """
+    shown = dict(list(trials.items())[:MOST_ORDERS])
+    with style.figure(path, 5.2, 0.5 + 1.5 * len(shown)) as figure:
+        panels = figure.subplots(len(shown), 1, squeeze=False)[:, 0]
+        for panel, (name, (manoeuvre, actuators)) in zip(panels, shown.items(), strict=True):
+            draw_actuators(panel, actuators, manoeuvre, manoeuvre.times, manoeuvre.log)
+            panel.set_title(style.plain(f"{name}: {manoeuvre.name}" if name else manoeuvre.name), fontsize=9)
+            if panel.get_legend_handles_labels()[0]:
+                panel.legend(fontsize=8, ncols=3, loc="best")
+        panels[-1].set_xlabel("time (s)")
 
 
 def _draw_forces(axis, forces):

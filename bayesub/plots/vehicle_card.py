@@ -5,25 +5,28 @@ from itertools import cycle
 import numpy as np
 
 from bayesub.io.toml_files import built_in
+from bayesub.io.words import powers
 from bayesub.logs.log_files import STATES, positions
+from bayesub.model.actuators import Actuators
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import load_vehicle
-from bayesub.plots import style, tail_sketch
+from bayesub.plots import style
 
+_HULL, _TIP = 1.0, 2.1  # radii of the sketch of the tail
 SMALLEST, LARGEST = 1e-10, 1e4  # sizes drawn; beyond them a coefficient sits at the edge
 _MARKERS = "s^oDv<>p"  # of built-in vehicles, in the order of their names and of the colours of _COLOURS
 _COLOURS = (style.SQP, style.LINEAR, style.POSTERIOR, style.WEAK, style.READINGS, style.NULL)
 
 
 def draw(path, card) -> None:
-    """One page of a :class:`bayesub.report.vehicle_card.VehicleCard`."""
+    """One page of a :class:`bayesub.findings.vehicle_card.VehicleCard`."""
     boat = card.vehicle
     with style.figure(path, 11.7, 8.3) as figure:
         flights, below = figure.subfigures(2, 1, height_ratios=[1.0, 1.55])
-        tail = ["tail"] * tail_sketch.has_tail(boat.actuators)
+        tail = ["tail"] * _has_tail(boat.actuators)
         axes = flights.subplot_mosaic([["turn", "yaw", "pitch", *tail], ["turn", "speed", "depth", *tail]])
         if tail:
-            tail_sketch.draw(axes["tail"], boat.actuators)
+            _draw_tail(axes["tail"], boat.actuators)
         _draw_turn(axes, card)
         _draw_dive(axes, card)
         _draw_coefficients(below, boat)
@@ -31,6 +34,32 @@ def draw(path, card) -> None:
         count = "no warnings" if n == 0 else f"{n} warning{'s' if n > 1 else ''}"
         title = f"{style.plain(boat.name)}: {boat.length_m:g} m at {boat.speed_mps:g} m/s, {count}"
         figure.suptitle(title, fontsize=11)
+
+
+def _has_tail(actuators: Actuators) -> bool:
+    """Whether it is known where any fin stands."""
+    return any(actuator.angle_deg is not None for actuator in actuators.members)
+
+
+def _draw_tail(axis, actuators: Actuators) -> None:
+    """Draw the hull, the fins with their names, and an arrow towards which the trailing edge goes if positive."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 101)
+    axis.fill(_HULL * np.sin(turn), _HULL * np.cos(turn), color=style.PRIOR, lw=0)
+    for actuator in actuators.members:
+        if actuator.angle_deg is None:
+            continue
+        angle = np.radians(actuator.angle_deg)
+        outwards, clockwise = np.array([np.sin(angle), np.cos(angle)]), np.array([np.cos(angle), -np.sin(angle)])
+        axis.plot(*np.outer(outwards, [_HULL, _TIP]), color=style.POSTERIOR, lw=3, solid_capstyle="butt")
+        label = f"{style.plain(actuator.name)}\n{actuator.angle_deg:g} deg"
+        axis.text(*(1.38 * _TIP * outwards), label, ha="center", va="center", fontsize=8)
+        if actuator.turns:
+            foot = 0.5 * (_HULL + _TIP) * outwards
+            arrow = {"arrowstyle": "->", "color": style.TRUTH}
+            axis.annotate("", foot - 0.7 * actuator.turns * clockwise, foot, arrowprops=arrow)
+    axis.set(xlim=(-3.6, 3.6), ylim=(-3.6, 3.6), aspect="equal")
+    axis.set_title("tail from astern, positive angles", fontsize=9)
+    axis.axis("off")
 
 
 def _way(card, key) -> np.ndarray:
@@ -120,7 +149,7 @@ def _draw_coefficients(figure, boat):
         panel.set_ylim(bottom, top)
         panel.set_xlim(-0.7, len(rows) - 0.3)
         names = [
-            f"{term.name} ({style.powers(term.unit)})" if term.unit else term.name
+            f"{term.name} ({powers(term.unit)})" if term.unit else term.name
             for term in (equations.terms[k] for k in rows)
         ]
         panel.set_xticks(places, [style.plain(name) for name in names], rotation=90, fontsize=7.5)

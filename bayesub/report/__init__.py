@@ -1,1 +1,1 @@
-"""The report of a run, and the cards of a vehicle and of the data of a study."""
+"""Pages and figures of findings: reports of runs, predictions, comparisons and designed trials, and cards."""

@@ -4,13 +4,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from bayesub.findings.comparison import Comparison
+from bayesub.findings.unseen import POSTERIOR
+from bayesub.io.words import cell, uncertain, with_unit
 from bayesub.plots import comparison as plots
 from bayesub.plots import motion as plots_of_motion
-from bayesub.plots import style
-from bayesub.report.comparison import Comparison
-from bayesub.report.report_figure import ReportFigure
-from bayesub.report.sheet import Sheet, Table, Verdict, cell
-from bayesub.report.unseen import POSTERIOR
+from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
 
 MOST = len(plots.COLOURS)  # runs that can be told apart
 FURTHEST = 5  # parameters that are named of a pair
@@ -110,7 +109,7 @@ def sheet(comparison: Comparison, **about) -> Sheet:
 def _runs_table(comparison: Comparison) -> Table:
     runs = comparison.numbers["runs"]
     about = dict.fromkeys(key for run in comparison.runs for key in run.about)
-    rows = [[key, *(_told(run.get(key)) for run in runs.values())] for key in about]
+    rows = [[key, *(_shown(run.get(key)) for run in runs.values())] for key in about]
     rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
     rows.append(["converged", *("yes" if run["converged"] else "NO" for run in runs.values())])
     rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
@@ -149,19 +148,19 @@ def _predictions_table(comparison: Comparison) -> Table:
         for column, by in motion["states"].items():
             values = by[POSTERIOR]
             halves_of = [cell(values[key]) for key in ("half_width_at_end", "half_width")]
-            rows.append([label, style.with_unit(column), cell(values["median_at_end"], 4), *halves_of])
+            rows.append([label, with_unit(column), cell(values["median_at_end"], 4), *halves_of])
     heads = ["run", "state", "median at the end", "half of 90 % band there", "at its widest"]
     return Table(f"Predictions of {comparison.manoeuvre}", heads, rows, ["state"])
 
 
 def _parameters_table(comparison: Comparison) -> Table:
     rows = [
-        [name, label, style.uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}"]
+        [name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}"]
         for name, runs in comparison.numbers["parameters"].items()
         for label, one in runs.items()
     ]
     return Table("Every parameter", ["parameter", "run", "mean ± sd", "posterior / prior sd"], rows, ["run"])
 
 
-def _told(value) -> str:
+def _shown(value) -> str:
     return cell(value, 4) if isinstance(value, float) else "" if value is None else str(value)

@@ -27,7 +27,7 @@ class Drawing(NamedTuple):
     content: Markup
 
 
-class Sheet:
+class Shared:
     """The drawings of one page, and what they share."""
 
     def __init__(self):
@@ -101,7 +101,7 @@ def drawn(figure, folder: Path, suffixes: Sequence[str] = (".png",)) -> bytes:
 def smaller(png: bytes, svg: bytes) -> bytes:
     """That of two pictures which takes less of a page, glyphs and styles that drawings share not counted."""
     most = 4 * len(png) // 3
-    if len(svg) > _DENSER * most or len(Sheet().inlined(svg.decode("utf-8")).content) > most:
+    if len(svg) > _DENSER * most or len(Shared().inlined(svg.decode("utf-8")).content) > most:
         return png
     return svg
 

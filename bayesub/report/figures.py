@@ -5,11 +5,13 @@ from functools import partial
 
 import numpy as np
 
+from bayesub.findings import derived
+from bayesub.findings.run_numbers import UNTOUCHED
 from bayesub.io.words import counted, listed
 from bayesub.plots import coefficients, corner, cross_check, fit, posterior, ranks, spectrum
-from bayesub.report import derived, trial_figures
-from bayesub.report.findings import UNTOUCHED
-from bayesub.report.report_figure import ReportFigure
+from bayesub.plots import derived as derived_plot
+from bayesub.report import trial_figures
+from bayesub.report.page import ReportFigure
 
 FITS = 1.5  # chi-square per reading
 BASELINES = {
@@ -24,7 +26,7 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
 
     Parameters
     ----------
-    results : bayesub.report.report.Results
+    results : bayesub.findings.results.Results
         Everything that a report is about.
     reference : ndarray of shape (n_others,)
         Values that ratios refer to, histories of forces left out.
@@ -46,7 +48,7 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
     )
     for trial in problem.each_trial(results.draws):
         yield trial_figures.track_figure(*trial, synthetic=word == "truth")
-    both = zip(problem.each_trial(results.foretold), problem.each_trial(results.draws), strict=True)
+    both = zip(problem.each_trial(results.prior_predictive), problem.each_trial(results.draws), strict=True)
     for (*trial, before), (*_, after) in both:
         yield from trial_figures.fan_figure(*trial, before, after)
     for forces in results.forces:
@@ -213,7 +215,19 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
     if boats.roots:
         parts.append("Roots of small motions, to the left of the dotted line if the boat is stable.")
     found = derived.numbers(boats)
-    return ReportFigure("derived", "".join(parts).strip(), lambda path: derived.draw(path, boats, found, word))
+    return ReportFigure("derived", "".join(parts).strip(), lambda path: draw_derived(path, boats, found, word))
+
+
+def draw_derived(path, boats: derived.Derived, found: dict, word: str) -> None:
+    """Draw quantities that follow from the coefficients, of which the numbers are `found`."""
+    rows = [
+        row
+        | {"words": " to ".join(derived.in_words(row["posterior"]["q5"], row["posterior"]["q95"]))}
+        | {"prior_words": derived.in_words(row["prior"]["q5"], row["prior"]["q95"])}
+        for row in found["quantities"]
+        if row["width_ratio"] is not None
+    ]
+    derived_plot.draw(path, rows, boats.spiral, boats.roots, word)
 
 
 def _fit(baseline: dict) -> str:

@@ -10,12 +10,12 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import Posterior
 from bayesub.io.notebook import draw, html
+from bayesub.io.words import rounded
 from bayesub.kernels import workspace
 from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
-from bayesub.plots import style
-from bayesub.report import symbols
+from bayesub.report import page
 
 ENTRIES = 5  # of a direction
 DIRECTIONS = 3  # of the stiffest and of the sloppiest
@@ -23,9 +23,10 @@ DIRECTIONS = 3  # of the stiffest and of the sloppiest
 
 @draw.register
 def _(shown: Vehicle, path: Path) -> None:
-    from bayesub.report import vehicle_card
+    from bayesub.findings.vehicle_card import check
+    from bayesub.plots import vehicle_card
 
-    vehicle_card.check(shown).draw(path)
+    vehicle_card.draw(path, check(shown))
 
 
 @draw.register
@@ -60,7 +61,7 @@ def _(shown: Posterior, path: Path) -> None:
 def _(shown: Vehicle) -> str:
     terms = shown.equations.terms
     rows = [
-        (Markup("{} <code>{}</code>").format(symbols.html(term.label), term.name), f"{value:.4g}",
+        (Markup("{} <code>{}</code>").format(page.symbol(term.label), term.name), f"{value:.4g}",
          f"{sd:.2g}" if np.isfinite(sd) else "", f"{term.scale} {term.regressor}", term.meaning)
         for term, value, sd in zip(terms, shown.xi, shown.sd, strict=True)
     ]  # fmt: skip
@@ -140,7 +141,7 @@ def _(shown: Posterior) -> str:
 
 def _with_sd(value, sd) -> tuple[str, str]:
     """A value to the second digit of its sd, and the sd; of a value without, four digits."""
-    return style.rounded(value, sd), style.rounded(sd, sd) if sd > 0.0 else ""
+    return rounded(value, sd), rounded(sd, sd) if sd > 0.0 else ""
 
 
 def _page(title: str, sentences: Iterable[str], body: Markup) -> str:

@@ -6,10 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from bayesub.inference.sampling import Posterior
-from bayesub.model.equations import EquationSet
-from bayesub.model.equations.equation_set import Term
-from bayesub.plots import style
-from bayesub.report import symbols
+from bayesub.io import words
+from bayesub.report import page
 from bayesub.report.markdown import table
 
 HEADS = ("regressor", "prior", "posterior", "90 % interval", "sd / prior sd")
@@ -22,22 +20,22 @@ def rounded(values, sd: float) -> tuple[list[str], int]:
     size = max(float(np.abs(values).max()), sd)
     power = int(np.floor(np.log10(size))) if size > 0.0 else 0
     power = 0 if power in _PLAIN else power
-    return [style.rounded(value / 10.0**power, sd / 10.0**power) for value in values], power
+    return [words.rounded(value / 10.0**power, sd / 10.0**power) for value in values], power
 
 
-def markdown(posterior: Posterior, equations: EquationSet) -> str:
-    """The table in Markdown."""
+def markdown(posterior: Posterior, equations) -> str:
+    """The table in Markdown; `equations` is the set whose coefficients they are."""
     lines = []
     for term, name, *numbers in _rows(posterior, equations):
-        symbol = name if term is None else f"{symbols.html(term.label)} `{name}`".replace("|", "&#124;")
+        symbol = name if term is None else f"{page.symbol(term.label)} `{name}`".replace("|", "&#124;")
         lines.append(
             (symbol, "" if term is None else f"{term.scale} · {term.regressor}", *_cells(numbers, "± ", _power))
         )
     return "\n".join(table(("parameter", *HEADS), lines)) + "\n"
 
 
-def latex(posterior: Posterior, equations: EquationSet) -> str:
-    """The table in LaTeX, which needs the package booktabs."""
+def latex(posterior: Posterior, equations) -> str:
+    """The table in LaTeX, which needs the package booktabs; `equations` as of :func:`markdown`."""
     heads = " & ".join(("", *HEADS)).replace("%", r"\%").replace("regressor", "multiplies")
     lines = [r"% \usepackage{booktabs}", r"\begin{tabular}{llrrrr}", r"\toprule", rf"{heads} \\", r"\midrule"]
     for term, name, *numbers in _rows(posterior, equations):
@@ -78,7 +76,7 @@ def _power_latex(power: int) -> str:
     return rf" \times 10^{{{power}}}"
 
 
-def _factor_latex(term: Term) -> str:
+def _factor_latex(term) -> str:
     """What makes the coefficient dimensional."""
     if term.unit is not None:
         return r"\mathrm{" + term.unit.replace(" ", r"\,") + "}"

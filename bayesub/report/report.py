@@ -2,47 +2,27 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from importlib import metadata
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
+from bayesub.findings import derived, null_directions
+from bayesub.findings.equation_card import glossary
+from bayesub.findings.results import AnyProblem, Quantity, Results, numbers_of
+from bayesub.findings.run_numbers import reference_word
+from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
-from bayesub.inference.checks import jumps
-from bayesub.inference.checks.explanations import Explanation, explanations
-from bayesub.inference.checks.fit import Criticism, criticise
-from bayesub.inference.identifiability import NullSpace, Spectrum, null_space
+from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
-from bayesub.inference.sampling.sampler import SMOOTH
-from bayesub.io import templates
 from bayesub.io.atomic import write_text, writing
-from bayesub.model.quantities import Quantity
-from bayesub.plots.style import powers, rounded, uncertain
-from bayesub.problem.alternatives import LeftOut
-from bayesub.problem.joint import JointProblem
-from bayesub.problem.problem import Problem
-from bayesub.report import (
-    contents,
-    derived,
-    disturbances,
-    drawings,
-    findings,
-    null_directions,
-    proposals,
-    remedies,
-    set_up,
-    symbols,
-    unseen,
-    widgets,
-)
+from bayesub.io.words import powers, rounded, uncertain
+from bayesub.report import page as pages
+from bayesub.report import widgets
 from bayesub.report.figures import figures
-from bayesub.report.report_page import markdown_page
-from bayesub.report.unseen import TrialPrediction
+from bayesub.report.markdown import StudyPage, table
 
-PREDICTIVE_DRAWS = 100
 _STREAM = 5  # of the study's seed; the run itself takes those before
 
 
@@ -54,100 +34,9 @@ class ReportedStudy(Protocol):
     seed: int
 
 
-@dataclass(frozen=True)
-class Results:
-    """Everything that a report is about.
-
-    Attributes
-    ----------
-    problem : Problem or JointProblem
-        What was solved.
-    estimates : sequence of Estimate
-        By the baselines.
-    spectrum : Spectrum
-        With its null directions last.
-    posterior : Posterior
-        What was sampled.
-    check : CrossCheck or None
-        The comparison with another sampler.
-    predictions : sequence of TrialPrediction
-        Of trials that were not fitted.
-    rng : numpy.random.Generator
-        Chooses the draws at which motions and residuals are looked at, and boats of the prior; nothing else in a report
-        is random.
-    quantities : sequence of Quantity
-        That follow from the coefficients, besides the built-in ones.
-    """
-
-    problem: Problem | JointProblem
-    estimates: Sequence[Estimate]
-    spectrum: Spectrum
-    posterior: Posterior
-    check: CrossCheck | None
-    rng: np.random.Generator
-    predictions: Sequence[TrialPrediction] = ()
-    quantities: Sequence[Quantity] = ()
-
-    @cached_property
-    def summary(self) -> Posterior:
-        """The posterior of the parameters that tables and figures are of."""
-        return self.posterior.part(self.problem.others)
-
-    @cached_property
-    def draws(self) -> np.ndarray:
-        """(PREDICTIVE_DRAWS, n_params) of the posterior, at which motions and residuals are looked at."""
-        return self.posterior.draws[self.rng.choice(len(self.posterior.draws), PREDICTIVE_DRAWS)]
-
-    @cached_property
-    def foretold(self) -> np.ndarray:
-        """(PREDICTIVE_DRAWS, n_params) of the prior, which are drawn beside those of the posterior."""
-        return self.problem.prior.sample(self.rng.spawn(1)[0], PREDICTIVE_DRAWS)
-
-    @cached_property
-    def forces(self) -> list[disturbances.InferredForces]:
-        """Histories of unmodelled forces, of each trial that has them."""
-        return list(disturbances.inferred_forces(self.problem, self.posterior.draws))
-
-    @cached_property
-    def derived(self) -> derived.Derived:
-        """What follows from the coefficients, of the prior and of the posterior."""
-        (rng,) = self.rng.spawn(1)
-        return derived.derive(self.problem, self.posterior.draws, rng, self.quantities)
-
-    @cached_property
-    def residuals(self) -> dict[str, np.ndarray]:
-        """Channel -> quantile residuals (PREDICTIVE_DRAWS, n_readings)."""
-        return self.problem.quantile_residuals(self.draws, self.rng)
-
-    @cached_property
-    def times(self) -> dict[str, np.ndarray]:
-        """Channel -> times (n_readings,) of its residuals, s."""
-        return {name: self.problem.channels[name][0].times for name in self.residuals}
-
-    @cached_property
-    def criticism(self) -> Criticism:
-        """What the residuals say of the model."""
-        return criticise(self.residuals, self.times)
-
-    @cached_property
-    def explanations(self) -> list[Explanation]:
-        """Why residuals are correlated, best first; empty if they are not."""
-        if not any("correlated" in check.faults for check in self.criticism.suspects.values()):
-            return []
-        smooth = self.problem.smoothed(SMOOTH)
-        return explanations(LeftOut(smooth), smooth.prior.standard(self.posterior.best))
-
-    @cached_property
-    def null_space(self) -> NullSpace:
-        """The directions that leave the motion the same, where the spectrum was taken."""
-        at = self.posterior.best.copy()
-        at[self.problem.others] = self.spectrum.values
-        return null_space(self.problem, at)
-
-
 def write_report(
     folder: str | Path,
-    problem: Problem | JointProblem,
+    problem: AnyProblem,
     estimates: Sequence[Estimate],
     spectrum: Spectrum,
     posterior: Posterior,
@@ -213,51 +102,16 @@ def write_report(
     numbers["question"] = study.question if study else ""
     numbers["seconds"] = dict(seconds or {})
     numbers["set_up"] |= ({"seed": str(study.seed)} if study else {}) | dict(origin or {})
-    reference, word = problem.reference[problem.others], findings.reference_word(numbers)
-    suffixes = (".png", ".pdf") if pdf else (".png",)
+    reference, word = problem.reference[problem.others], reference_word(numbers)
     folder = Path(folder)
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        pictures = {}
-        for figure in figures(results, reference, word, numbers["baselines"]):
-            pictures[figure.name] = (figure.caption, drawings.drawn(figure, folder, suffixes))
+        pictures = pages.drawn(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         live = widgets.content(results, numbers, reference, word)
         write_text(folder / "report.html", page(numbers, pictures, commit, live))
         captions = {f"{name}.png": caption for name, (caption, _) in pictures.items()}
-        write_text(folder / "report.md", markdown_page(numbers, captions, problem.equations, commit))
-    return numbers
-
-
-def numbers_of(results: Results) -> dict:
-    """Every number of a report and its sentences, as JSON types, without those of the study that asked."""
-    numbers = findings.collect(
-        results.problem, results.estimates, results.spectrum, results.posterior, results.null_space
-    )
-    numbers["set_up"] = set_up.rows(results.problem)
-    numbers["criticism"] = results.criticism.to_json()
-    reasons = results.explanations
-    numbers["criticism"]["explanations"] = [reason.to_json() for reason in reasons]
-    numbers["disturbance"] = disturbances.numbers(results.problem, results.posterior.draws, results.forces)
-    numbers["predictions"] = unseen.numbers(results.predictions)
-    numbers["derived"] = derived.numbers(results.derived)
-    trials = [trial for _, trial, _ in results.problem.each_trial(results.posterior.best)]
-    n_logs = sum(trial.record.truth is None for trial in trials)
-    numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs, len(trials)) | {
-        "fit": remedies.sentence(results.criticism, results.problem, reasons)
-    }
-    if reasons:
-        numbers["verdict"]["lines_to_add"] = proposals.lines(reasons[0], results.problem)
-    numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | findings.sentences(numbers)
-    numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
-    if not results.posterior.converged:
-        jump = jumps.largest_jump(results.problem, results.posterior.draws, results.rng.spawn(1)[0])
-        numbers["convergence"]["largest_jump"] = jump
-        if said := jumps.sentence(jump, numbers["step_s"]):
-            numbers["verdict"]["jumps"] = said
-    if results.check is not None:
-        numbers["cross_check"] = results.check.to_json()
-        numbers["verdict"]["cross_check"] = results.check.sentence
+        write_text(folder / "report.md", markdown_page(numbers, captions, glossary(problem.equations), commit))
     return numbers
 
 
@@ -277,23 +131,90 @@ def page(
     live : dict, optional
         What :func:`bayesub.report.widgets.content` gives; without it the page has figures that stand still.
     """
-    sheet = drawings.Sheet()
-    placed = {name: sheet.placed(*picture) for name, picture in pictures.items()}
-    text = templates.fill(
-        "bayesub.report",
+    text = pages.filled(
         "report.html",
+        pictures,
         numbers=numbers,
-        pictures=placed,
-        glyphs=sheet.shared,
         widgets=live,
-        word=findings.reference_word(numbers),
+        word=reference_word(numbers),
         interval=derived.in_words,
         rounded=rounded,
         uncertain=uncertain,
         powers=powers,
         percent=null_directions.percent,
-        symbol=symbols.html,
-        version=metadata.version("bayesub"),
+        symbol=pages.symbol,
         commit=commit,
     )
-    return contents.with_contents(text)
+    return pages.with_contents(text)
+
+
+def markdown_page(
+    numbers: dict,
+    captions: Mapping[str, str],
+    coefficients: Sequence[Mapping[str, str]],
+    commit: str | None = None,
+) -> str:
+    """The short page of a report, Markdown, for folders that are read where HTML is not shown.
+
+    Parameters
+    ----------
+    numbers : dict
+        The content of ``numbers.json``.
+    captions : mapping
+        File of a figure -> caption.
+    coefficients : sequence of mappings
+        Of the equation set, as :func:`bayesub.findings.equation_card.glossary` has them.
+    commit : str, optional
+        Of the sources.
+    """
+    verdict, convergence, cost = numbers["verdict"], numbers["convergence"], numbers["cost"]
+    shortcomings = "; ".join(convergence["shortcomings"])
+    converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
+    topics = (
+        "jumps",
+        "prediction",
+        "derived",
+        "conflict",
+        "guess",
+        "disturbance",
+        "prior",
+        "directions",
+        "null",
+        "trade_offs",
+        "normality",
+        "sqp",
+        "cross_check",
+    )
+    rows = [
+        (
+            f"`{row['name']}`",
+            rounded(row["reference"], row["sd"]),
+            uncertain(row["prior_mean"], row["prior_sd"]),
+            uncertain(row["mean"], row["sd"]),
+            f"{row['contraction']:.2g}",
+            row["hangs_on"],
+        )
+        for row in numbers["parameters"] + numbers["nuisance"]
+    ]
+    heads = (
+        "name",
+        reference_word(numbers),
+        "prior, mean ± sd",
+        "posterior, mean ± sd",
+        "posterior / prior sd",
+        "hangs on",
+    )
+    page = StudyPage(
+        name=numbers["name"],
+        question=numbers["question"] or f"What does the trial say of {numbers['vehicle']}?",
+        background=f"{numbers['vehicle']}, {numbers['manoeuvre']}: {numbers['n_readings']} readings.",
+        verdict=f"{converged} {verdict['fit']}",
+        answer=verdict["answer"],
+        pictures=captions,
+        tables=[*table(("set-up", ""), numbers["set_up"].items()), "", *table(heads, rows)],
+        method="\n\n".join(verdict[topic] for topic in topics if verdict.get(topic)),
+        coefficients=coefficients,
+        cost=f"{cost['evaluations']} simulations, {cost['jacobians']} Jacobians, {cost['sampling_seconds']:.0f} s.",
+        code=f"Made by bayesub {metadata.version('bayesub')}{f', commit {commit}' if commit else ''}.",
+    )
+    return page.text()

@@ -5,12 +5,11 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.plots import disturbance, fan, orders, prediction, track
-from bayesub.plots.style import rounded
-from bayesub.problem.problem import Problem
-from bayesub.report import disturbances
-from bayesub.report.report_figure import ReportFigure
-from bayesub.report.unseen import SQP, TrialPrediction
+from bayesub.findings import disturbances
+from bayesub.findings.unseen import SQP, TrialPrediction
+from bayesub.io.words import rounded
+from bayesub.plots import disturbance, fan, prediction, track
+from bayesub.report.page import ReportFigure
 
 TRACKS = 20  # draws whose motion is drawn
 
@@ -18,12 +17,12 @@ TRACKS = 20  # draws whose motion is drawn
 def orders_figure(problem, parameters) -> ReportFigure:
     """What each trial was told to do."""
     trials = {name: (trial.manoeuvre, problem.vehicle.actuators) for name, trial, _ in problem.each_trial(parameters)}
-    some = f" of the first {orders.MOST} of {len(trials)} trials" if len(trials) > orders.MOST else ""
+    some = f" of the first {track.MOST_ORDERS} of {len(trials)} trials" if len(trials) > track.MOST_ORDERS else ""
     source = "as the actuators follow them" if _synthetic(problem, parameters) else "as the log has them"
-    return ReportFigure("orders", f"The orders{some}, {source}.", partial(orders.draw, trials=trials))
+    return ReportFigure("orders", f"The orders{some}, {source}.", partial(track.draw_orders, trials=trials))
 
 
-def track_figure(name: str, problem: Problem, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
+def track_figure(name: str, problem, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
     """The track of a trial of name "" or several."""
 
     def draw(path):
@@ -38,7 +37,7 @@ def track_figure(name: str, problem: Problem, draws: np.ndarray, *, synthetic: b
     )
 
 
-def _band(problem: Problem, draws: np.ndarray) -> str:
+def _band(problem, draws: np.ndarray) -> str:
     """How wide the posterior of the readings is beside their noise, by the channels where it is most and least so."""
     share = problem.predicted(draws).std(axis=0) / problem.sds
     ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
@@ -52,7 +51,7 @@ def _band(problem: Problem, draws: np.ndarray) -> str:
     )
 
 
-def fan_figure(name: str, problem: Problem, before: np.ndarray, after: np.ndarray) -> Iterator[ReportFigure]:
+def fan_figure(name: str, problem, before: np.ndarray, after: np.ndarray) -> Iterator[ReportFigure]:
     """A trial by draws from before and after it; no figure if most draws of the prior do not complete it."""
     prior, posterior = problem.predicted(before), problem.predicted(after)
     flown = np.isfinite(prior).all(axis=1)

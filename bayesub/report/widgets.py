@@ -5,9 +5,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bayesub.plots import coefficients, posterior, style
+from bayesub.io.words import with_unit
+from bayesub.plots import coefficients, posterior
 from bayesub.plots.track import STRAIGHT, X, Y, Z, labelled
-from bayesub.report import symbols
+from bayesub.report import page
 
 DRAWS = 400  # of the posterior, in the scatter of a pair
 READINGS = 30_000  # of all trials; of more, every second, third ..
@@ -20,7 +21,7 @@ def content(results, numbers: dict, reference, word: str) -> dict:
 
     Parameters
     ----------
-    results : bayesub.report.report.Results
+    results : bayesub.findings.results.Results
         Everything that the report is about.
     numbers : dict
         The content of ``numbers.json``.
@@ -69,18 +70,18 @@ def _intervals(results, numbers, reference) -> dict:
     rows = [
         {
             "name": term.name,
-            "symbol": symbols.html(term.label) if term.label else "",
+            "symbol": page.symbol(term.label) if term.label else "",
             "axis": term.axis,
             "meaning": term.meaning,
             "unit": term.unit or "",
             "reference": value,
-            "prior": own,
+            "prior": prior_ends,
             "posterior": found,
             "contraction": row["contraction"],
             "si_factor": row.get("si_factor"),
             "si_unit": row.get("si_unit"),
         }
-        for term, value, own, found, row in zip(
+        for term, value, prior_ends, found, row in zip(
             terms, _rounded(reference[:n]), _rounded(prior), _rounded(quantiles), numbers["parameters"], strict=True
         )
     ]
@@ -120,7 +121,7 @@ def _pairs(results, reference, word: str) -> dict:
 
 def _labelled(name: str, units: dict) -> str:
     if name not in units:
-        return style.with_unit(name)
+        return with_unit(name)
     return f"{name} ({units[name]})" if units[name] else name
 
 

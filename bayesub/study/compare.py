@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from bayesub.findings.comparison import ComparedRun, Comparison
+from bayesub.findings.unseen import POSTERIOR
 from bayesub.inference.checks.prediction import N_DRAWS
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_csv, write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.report import comparison_page
-from bayesub.report.comparison import ComparedRun, Comparison
-from bayesub.report.unseen import POSTERIOR
 from bayesub.study.finished_run import FinishedRun, finished_run
 from bayesub.study.predict import predicted_by
 from bayesub.study.provenance import copies, of_request, settings

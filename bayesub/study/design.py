@@ -10,12 +10,12 @@ from bayesub.campaign import executors
 from bayesub.campaign.executors import Executor
 from bayesub.design.plan import Budget, Plan, best
 from bayesub.design.search import Found
+from bayesub.findings.designed_trial import DesignedTrial
 from bayesub.io.atomic import replacing, write_text
 from bayesub.io.terminal import SILENT, Progress, duration
 from bayesub.logs.log_files import write_log
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.report import design as report
-from bayesub.report.designed_trial import DesignedTrial
 from bayesub.study.design_question import Question, Request, pose
 from bayesub.study.provenance import CODE, copies
 from bayesub.study.run import interruptions

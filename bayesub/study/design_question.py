@@ -10,11 +10,11 @@ from bayesub.design.families import Family
 from bayesub.design.judge import Judge
 from bayesub.design.limits import N_DRAWS, Limits, Range, load_limits, usual_limits
 from bayesub.design.plan import families, refuse_uninformed, tried
+from bayesub.findings.designed_trial import Asked, structural
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.model import quantities
 from bayesub.model.vehicles import load_vehicle
-from bayesub.report.designed_trial import Asked, structural
 from bayesub.study.design_file import PRIOR_SD, read_design, usual_sensors
 from bayesub.study.known_before import KnownBefore, known_before
 from bayesub.study.provenance import of_request

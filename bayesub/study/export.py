@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from bayesub.findings import simulator_conventions
 from bayesub.io.atomic import replacing, write_csv, write_text, writing
 from bayesub.io.errors import InputError, nearest
-from bayesub.report import parameter_tables, simulator_conventions
+from bayesub.report import parameter_tables
 from bayesub.study import passed_on
 from bayesub.study.finished_run import FinishedRun, finished_run
 

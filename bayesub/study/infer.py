@@ -7,6 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.campaign.executors import Executor
+from bayesub.findings.mode_fit import fit_of_mode
+from bayesub.findings.suspect_columns import suspect
+from bayesub.findings.unseen import TrialPrediction, predicted_trial, predicts
 from bayesub.inference import baselines, identifiability
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.inference.sampling import cross_check as compare_with_nuts
@@ -14,10 +17,7 @@ from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import duration
 from bayesub.model.linear_form import linear_systems, stacked
-from bayesub.report.early import fit_of_mode
 from bayesub.report.report import write_report
-from bayesub.report.suspect_columns import suspect
-from bayesub.report.unseen import TrialPrediction, predicted_trial, predicts
 from bayesub.study import leave_out as others
 from bayesub.study.misread_columns import refuse_misread
 from bayesub.study.prepare import Setup

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from bayesub.findings import log_card
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.logs import log_files
 from bayesub.logs.finding import Finding
 from bayesub.model.prescribed import STATES
-from bayesub.report import log_card
 from bayesub.sensors import QUANTITIES
 from bayesub.study.prepare import Setup
 from bayesub.study.run_folder import TimedProgress

@@ -7,16 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
+from bayesub.findings import unseen
+from bayesub.findings.predicted_motion import PredictedMotion, predicted_motion, table
+from bayesub.findings.predicted_trial import PredictedTrial, readings_table
+from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.checks.prediction import N_DRAWS, predict
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_csv, write_text, writing
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.simulator import OF_MANOEUVRE
 from bayesub.problem.trial_problem import TrialProblem
-from bayesub.report import unseen
-from bayesub.report.predicted_motion import PredictedMotion, predicted_motion, table
-from bayesub.report.prediction_page import PredictedTrial, readings_table
-from bayesub.report.unseen import TrialPrediction
+from bayesub.report import prediction_page
 from bayesub.sensors.current import over_ground
 from bayesub.study.finished_run import FinishedRun, finished_run
 from bayesub.study.provenance import copies, of_request
@@ -115,7 +116,7 @@ def predict_by_run(
             if trial.readings.predictions:
                 write_csv(folder / "readings.csv", readings_table(trial.readings))
             write_text(folder / NUMBERS, json.dumps(numbers, indent=1))
-            trial.sheet(commit=config["commit"], seed=request.seed).write(folder / PAGE, pdf=pdf)
+            prediction_page.sheet(trial, commit=config["commit"], seed=request.seed).write(folder / PAGE, pdf=pdf)
     return numbers
 
 

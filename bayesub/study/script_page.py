@@ -6,11 +6,12 @@ from fnmatch import translate
 from pathlib import Path
 from types import ModuleType
 
+from bayesub.findings.equation_card import glossary
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.model.equations import load_equations
 from bayesub.report import quoted
-from bayesub.report.study_page import StudyPage
+from bayesub.report.markdown import StudyPage
 
 PARTS = ("Question", "Claim", "Cost")  # of a docstring, each beginning a line
 
@@ -38,7 +39,7 @@ def write(
         The sentence of the claim that failed.
     """
     first, parts, rest = docstring_parts(module.__doc__)
-    glossary = getattr(module, "GLOSSARY", None)
+    equations = getattr(module, "GLOSSARY", None)
     files = [file.name for file in sorted(folder.glob("*.png"))]
     page = StudyPage(
         name=config["name"],
@@ -50,7 +51,7 @@ def write(
         pictures=captioned(files, getattr(module, "FIGURES", {})),
         tables=tables,
         method=rest,
-        equations=load_equations(glossary) if glossary else None,
+        coefficients=glossary(load_equations(equations)) if equations else (),
         cost=parts["Cost"],
         code=code(config),
     )

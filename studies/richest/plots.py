@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.io.words import with_unit
 from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.model.vehicles import load_vehicle
 from bayesub.plots import style
@@ -185,7 +186,7 @@ def draw_manoeuvre(path, vehicle: str, arrays: dict, sensors: str = "log") -> No
     label = f"{vehicle}/{sensors} optimised"
     times, orders, states = (arrays[f"{label}/{key}"].astype(float) for key in ("times", "orders", "states"))
     shorts = [control.short for control in load_vehicle(vehicle).equations.controls]
-    names = [style.with_unit(HEADERS.get(short, short)) for short in shorts]
+    names = [with_unit(HEADERS.get(short, short)) for short in shorts]
     with style.figure(path, 7.5, 4.9) as figure:
         panels = figure.subplots(4, 1, sharex=True)
         colours = (style.POSTERIOR, style.LINEAR, style.SQP)

@@ -20,7 +20,6 @@ from bayesub.plots import (
     data_card,
     fan,
     fit,
-    orders,
     posterior,
     ranks,
     spectrum,
@@ -248,9 +247,9 @@ def test_tracks(tmp_path, drawings, spiral_track):
     check(drawings, tmp_path, ("north (m)", "depth (m)", "yaw (deg)", "time (s)"))
     drawings.clear()
     simulator = spiral_track.simulator
-    trials = {str(k): (simulator.manoeuvre, simulator.vehicle.actuators) for k in range(orders.MOST + 2)}
-    orders.draw(paths, trials)
-    assert len(drawings[0].axes) == orders.MOST
+    trials = {str(k): (simulator.manoeuvre, simulator.vehicle.actuators) for k in range(track.MOST_ORDERS + 2)}
+    track.draw_orders(paths, trials)
+    assert len(drawings[0].axes) == track.MOST_ORDERS
     check(drawings, tmp_path, ("plane (deg)", "time (s)"))
     drawings.clear()
     track.draw_simulated(paths, spiral_track, "spiral")

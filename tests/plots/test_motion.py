@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from bayesub.findings.predicted_motion import STATES, predicted_motion
 from bayesub.plots import comparison, motion, style
-from bayesub.report.predicted_motion import STATES, predicted_motion
 
 NAMES = ["short", "a_name_of_a_run_that_is_as_long_as_people_make_them", *(f"another_run_{k}" for k in range(5))]
 

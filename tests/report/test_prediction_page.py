@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import bayesub as bs
+from bayesub.findings import unseen
+from bayesub.findings.predicted_motion import STATES, predicted_motion
+from bayesub.findings.predicted_trial import PredictedTrial
+from bayesub.findings.unseen import POSTERIOR, PRIOR
 from bayesub.inference.sampling.posterior import Posterior
 from bayesub.problem.unseen import UnseenTrial
-from bayesub.report import unseen
-from bayesub.report.predicted_motion import STATES, predicted_motion
-from bayesub.report.prediction_page import PredictedTrial
-from bayesub.report.unseen import POSTERIOR, PRIOR
+from bayesub.report import prediction_page
 
 TIMES = np.linspace(0.0, 10.0, 5)
 
@@ -40,6 +41,6 @@ def test_a_boat_that_does_not_complete_it_has_no_figures_and_says_so(suboff, rea
     assert json.loads(json.dumps(numbers, allow_nan=False)) == numbers
     assert numbers["sentences"]["motion"] == "With most draws of the posterior the boat does not complete second."
     assert "NOT PREDICTED" in numbers["sentences"]["prediction"]
-    assert trial.figures() == []
-    trial.sheet().write(tmp_path / "page.html")
+    assert prediction_page.figures(trial) == []
+    prediction_page.sheet(trial).write(tmp_path / "page.html")
     assert "does not complete second" in (tmp_path / "page.html").read_text()

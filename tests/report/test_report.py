@@ -10,15 +10,18 @@ from support.laplace import posterior_of
 from support.pages import Page
 
 import bayesub as bs
+from bayesub.findings import conflicts, remedies, run_numbers
+from bayesub.findings.results import PREDICTIVE_DRAWS, Results, numbers_of
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks import fit as criticism
+from bayesub.inference.checks import jumps
+from bayesub.io.words import powers
 from bayesub.plots import fit as criticism_plot
 from bayesub.plots import ranks
-from bayesub.plots.style import powers
 from bayesub.problem import likelihoods
 from bayesub.problem.joint import JointProblem
-from bayesub.report import conflicts, findings, remedies, report
+from bayesub.report import report
 from bayesub.report.figures import figures
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr")
@@ -53,12 +56,12 @@ def results(problem):
     posterior = posterior_of(problem, np.random.default_rng(1))
     estimates = [bs.baselines.sqp(problem.naive(), rng=np.random.default_rng(3), n_starts=1)]
     spectrum = identifiability.fisher(problem, posterior.best)
-    return report.Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
+    return Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
 
 
 @pytest.fixture(scope="module")
 def numbers(results):
-    return report.numbers_of(results) | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
+    return numbers_of(results) | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
 
 
 def page_of(numbers, words=""):
@@ -216,12 +219,12 @@ def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
 def test_the_caption_of_the_fan_says_how_much_narrower_the_posterior_is(results):
     """By hand from the draws of both; prior draws that fail would be counted."""
     problem = results.problem
-    assert len(results.foretold) == report.PREDICTIVE_DRAWS
+    assert len(results.prior_predictive) == PREDICTIVE_DRAWS
     caption = captions_of(results)["fan"]
     assert "left out" not in caption
     found = re.search(r"half of the 90 % band shrinks: north from ([\d.]+) to ([\d.]+) m", caption)
     last = len(problem.record.channels[0].times) - 1
-    for draws, width in zip((results.foretold, results.draws), found.groups(), strict=True):
+    for draws, width in zip((results.prior_predictive, results.draws), found.groups(), strict=True):
         low, high = np.quantile(problem.predicted(draws)[:, last], [0.05, 0.95])
         assert float(width) == pytest.approx(0.5 * (high - low), rel=0.05)
 
@@ -230,7 +233,7 @@ def test_a_report_again_has_the_same_random_numbers_whatever_figures_it_draws(re
     """Draws of the prior come from a stream of their own."""
     again = dataclasses.replace(results, rng=np.random.default_rng(7))
     other = dataclasses.replace(results, rng=np.random.default_rng(7))
-    assert again.foretold.shape == (report.PREDICTIVE_DRAWS, results.problem.n_params)
+    assert again.prior_predictive.shape == (PREDICTIVE_DRAWS, results.problem.n_params)
     np.testing.assert_array_equal(again.draws, other.draws)
 
 
@@ -312,8 +315,8 @@ def test_null_directions_are_those_of_the_equations(spiral_track):
     problem = posed(spiral_track, free=bs.coefficients.HORIZONTAL)
     posterior = posterior_of(problem, np.random.default_rng(1))
     spectrum = identifiability.fisher(problem, posterior.best)
-    results = report.Results(problem, [], spectrum, posterior, None, np.random.default_rng(0))
-    numbers = report.numbers_of(results)
+    results = Results(problem, [], spectrum, posterior, None, np.random.default_rng(0))
+    numbers = numbers_of(results)
     vectors = [vector for rank in numbers["ranks"].values() for vector in rank["null_vectors"]]
     assert numbers["spectrum"]["n_null"] == len(vectors) == len(numbers["null_contraction"]) > 0
     assert numbers["null_contraction"] == pytest.approx(np.ones(len(vectors)), abs=0.15)
@@ -327,7 +330,7 @@ def test_trade_offs_are_of_coefficients_and_nuisance_parameters_are_named_as_suc
     assert len(numbers["trade_offs"]) == 10
     assert len(numbers["nuisance_trade_offs"]) == 5
     planted = {"trade_offs": [], "nuisance_trade_offs": [{"pair": ["Xuu", "yaw0_deg"], "correlation": -0.97}]}
-    assert findings.sentences(numbers | planted)["trade_offs"] == (
+    assert run_numbers.sentences(numbers | planted)["trade_offs"] == (
         "No two coefficients are correlated by more than 0.9 in the posterior. "
         "With nuisance parameters: Xuu with yaw0_deg (-0.97)."
     )
@@ -341,7 +344,7 @@ def test_a_normal_posterior_is_said_to_be_normal_and_a_bent_one_not(results, num
     posterior, (by, moved) = results.posterior, map(FREE.index, ("Yuv", "Nuv"))
     chain = posterior.chain.copy()
     chain[..., moved] += posterior.sd[moved] * ((chain[..., by] - posterior.mean[by]) / posterior.sd[by]) ** 2
-    bent = report.numbers_of(dataclasses.replace(results, posterior=dataclasses.replace(posterior, chain=chain)))
+    bent = numbers_of(dataclasses.replace(results, posterior=dataclasses.replace(posterior, chain=chain)))
     assert not bent["normality"]["close"]
     assert bent["verdict"]["normality"].startswith("The posterior is not normal in Nuv: ")
     assert "fit the next trial together with this one" in Page(page_of(numbers | bent)).text
@@ -359,7 +362,7 @@ def test_an_effective_sample_costs_its_jacobians_too(problem):
     posterior = posterior_of(problem, np.random.default_rng(1))
     counted = dataclasses.replace(posterior, jacobians=3, jacobian_price=20.0)
     costs = [
-        findings.collect(problem, [], spectrum, p, identifiability.null_space(problem, p.best))["cost"]
+        run_numbers.collect(problem, [], spectrum, p, identifiability.null_space(problem, p.best))["cost"]
         for p in (posterior, counted)
         for spectrum in [identifiability.fisher(problem, p.best)]
     ]
@@ -397,8 +400,8 @@ def test_units_are_where_values_are(problem, numbers, page):
     problem = posed(bs.simulate(boat, turn, dt=0.05), **given)
     posterior = posterior_of(problem, np.random.default_rng(1))
     spectrum = identifiability.fisher(problem, posterior.best)
-    results = report.Results(problem, [], spectrum, posterior, None, np.random.default_rng(1))
-    dimensional = report.numbers_of(results) | {"name": "turn", "question": "", "seconds": {}}
+    results = Results(problem, [], spectrum, posterior, None, np.random.default_rng(1))
+    dimensional = numbers_of(results) | {"name": "turn", "question": "", "seconds": {}}
     assert [row["unit"] for row in dimensional["parameters"]] == ["kg/m", "kg/m", "kg"]
     words = page_of(dimensional)
     assert "<td>Nuv (kg)</td>" in words
@@ -408,10 +411,10 @@ def test_units_are_where_values_are(problem, numbers, page):
 @pytest.mark.parametrize(("jump", "said"), [(4.0, True), (0.0, False)])
 def test_a_posterior_that_has_not_converged_says_why_if_its_density_jumps(results, jump, said, monkeypatch):
     """With steps to try; of one that converges nothing is asked."""
-    monkeypatch.setattr(report.jumps, "largest_jump", lambda *_: jump)
+    monkeypatch.setattr(jumps, "largest_jump", lambda *_: jump)
     short = dataclasses.replace(results.posterior, criteria=bs.Criteria(ess=1e9))
     unfinished = dataclasses.replace(results, posterior=short, rng=np.random.default_rng(1))
-    numbers = report.numbers_of(unfinished) | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
+    numbers = numbers_of(unfinished) | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}
     assert numbers["convergence"]["largest_jump"] == jump
     assert ("Try dt_s = 0.2 in place of 1." in page_of(numbers)) == said
-    assert "largest_jump" not in report.numbers_of(results)["convergence"]
+    assert "largest_jump" not in numbers_of(results)["convergence"]

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from support.laplace import posterior_of, spiral_problem
 
+from bayesub.findings import derived
+from bayesub.findings.results import Results, numbers_of
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
-from bayesub.report import derived, report, widgets
+from bayesub.report import report, widgets
 
 
 def unpacked(packed):
@@ -25,14 +27,14 @@ def results(spiral_track):
     posterior = posterior_of(problem, np.random.default_rng(1))
     estimates = [sqp(problem.naive(), rng=np.random.default_rng(3), n_starts=2)]
     spectrum = identifiability.fisher(problem, posterior.best)
-    return report.Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
+    return Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
 
 
 @pytest.fixture(scope="module")
 def numbers(results):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(derived, "N_DRAWS", 16)
-        return report.numbers_of(results)
+        return numbers_of(results)
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bayesub.report import study_page
+from bayesub.report import markdown
 from bayesub.study import script, script_page
 
 ROOT = Path(__file__).parents[2]
@@ -49,8 +49,8 @@ def test_every_picture_of_a_script_has_a_caption_and_the_answer_is_that_of_the_n
     assert [file for file, caption in captioned.items() if caption == default_caption(file)] == []
     text, numbers = page_of(folder), json.loads((folder / "numbers.json").read_text())
     for caption in captioned.values():
-        assert study_page.escaped(caption) in text
-    assert study_page.escaped(script_page.answer(study.ANSWER, numbers, quick=False)) in text
+        assert markdown.escaped(caption) in text
+    assert markdown.escaped(script_page.answer(study.ANSWER, numbers, quick=False)) in text
 
 
 def default_caption(file):

@@ -5,8 +5,9 @@ from dataclasses import replace
 import pytest
 from support.small_study import leave_empty
 
+from bayesub.findings import derived
 from bayesub.plots import style
-from bayesub.report import derived, report
+from bayesub.report import report
 
 
 @pytest.fixture

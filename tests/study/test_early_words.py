@@ -8,11 +8,11 @@ from support import small_study
 from support.refusals import refused
 
 import bayesub as bs
+from bayesub.findings.mode_fit import fit_of_mode
+from bayesub.findings.suspect_columns import suspect
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.sampling.posterior import Posterior
 from bayesub.logs import log_files
-from bayesub.report.early import fit_of_mode
-from bayesub.report.suspect_columns import suspect
 from bayesub.study.misread_columns import refuse_misread
 from bayesub.study.prepare import prepare
 from bayesub.study.run import run

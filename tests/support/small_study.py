@@ -80,7 +80,8 @@ def leave_empty(paths) -> None:
 
 def run(study: Path | bs.Study, folder: Path) -> bs.StudyResult:
     """Run a study with a report whose figures are empty and whose derived quantities are of few boats."""
-    from bayesub.report import derived, report  # loads Matplotlib
+    from bayesub.findings import derived  # loads Matplotlib
+    from bayesub.report import report  # loads Matplotlib
 
     figures = report.figures
     with pytest.MonkeyPatch.context() as patch:

@@ -1,0 +1,243 @@
+"""Several posteriors side by side: intervals, contractions, distances, and what each predicts, in numbers."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bayesub.findings import derived
+from bayesub.findings.predicted_trial import PredictedTrial
+from bayesub.findings.unseen import POSTERIOR
+from bayesub.inference.checks.distance import halves, hellinger, wasserstein
+from bayesub.inference.sampling import Posterior
+from bayesub.io.words import cell
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem.nuisance import of_boat
+
+QUANTILES = tuple(derived.QUANTILES.values())
+LONGEST = 200  # characters of a setting in a table
+
+
+@dataclass(frozen=True)
+class ComparedRun:
+    """A run among others.
+
+    Attributes
+    ----------
+    label : str
+        Unlike that of the others.
+    vehicle : Vehicle
+    posterior : Posterior
+    about : dict of str to str or float
+        What there is to say of the run: study, trial, equations, version.
+    settings : dict
+        The entries of its configuration by which runs may differ.
+    prediction : PredictedTrial or None
+        Of the common manoeuvre.
+    why_not : str
+        Why there is no prediction.
+    """
+
+    label: str
+    vehicle: Vehicle
+    posterior: Posterior
+    about: dict
+    settings: dict
+    prediction: PredictedTrial | None = None
+    why_not: str = ""
+
+    @cached_property
+    def places(self) -> dict[tuple, int]:
+        """What a parameter of the boat is -> its position in the posterior.
+
+        Coefficients are the same if their terms are, and what these refer to.
+        """
+        equations = self.vehicle.equations
+        keys = {}
+        for k, name in enumerate(self.posterior.names):
+            if name in equations.index:
+                term = equations.term(name)
+                scale = term.length_power, term.speed_power, term.unit
+                keys[(name, term.axis, term.regressor, *scale, equations.speed, equations.rigid_body_terms)] = k
+            elif of_boat(name, self.vehicle):
+                keys[(name,)] = k
+        return keys
+
+    def reference(self, name: str) -> float:
+        """The value of a coefficient in the vehicle file; zero of what is none."""
+        equations = self.vehicle.equations
+        return float(self.vehicle.xi[equations.index[name]]) if name in equations.index else 0.0
+
+    @cached_property
+    def quantiles(self) -> np.ndarray:
+        """(5, n_params) of the posterior."""
+        return self.posterior.quantiles(QUANTILES)
+
+    def numbers(self, k: int) -> dict:
+        """Of one parameter, as JSON types."""
+        posterior, quantiles = self.posterior, self.quantiles[:, k].tolist()
+        words = [f"q{100 * p:g}" for p in QUANTILES]
+        return {
+            "mean": float(posterior.mean[k]),
+            "sd": float(posterior.sd[k]),
+            **dict(zip(words, quantiles, strict=True)),
+            "prior_mean": float(posterior.prior_mean[k]),
+            "prior_sd": float(posterior.prior_sd[k]),
+            "contraction": float(posterior.contraction[k]),
+        }
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Several posteriors.
+
+    Attributes
+    ----------
+    runs : tuple of ComparedRun
+        Two at least.
+    manoeuvre : str
+        That all predict.
+    """
+
+    runs: tuple[ComparedRun, ...]
+    manoeuvre: str
+
+    @cached_property
+    def parameters(self) -> dict[str, dict[str, int]]:
+        """Name -> label of a run -> position of the parameter; with the equation set where another has the name too."""
+        keys: dict[tuple, dict[str, int]] = {}
+        for run in self.runs:
+            for key, k in run.places.items():
+                keys.setdefault(key, {})[run.label] = k
+        named: dict[str, dict[str, int]] = {}
+        by_label = {run.label: run for run in self.runs}
+        for key, places in keys.items():
+            equations = by_label[next(iter(places))].vehicle.equations.name
+            named[key[0] if key[0] not in named else f"{key[0]} ({equations})"] = places
+        return named
+
+    def shared(self, *labels: str) -> list[str]:
+        """The parameters that all of some runs have."""
+        return [name for name, places in self.parameters.items() if all(label in places for label in labels)]
+
+    def _draws(self, run: ComparedRun, names: Sequence[str]) -> np.ndarray:
+        return run.posterior.draws[:, [self.parameters[name][run.label] for name in names]]
+
+    @cached_property
+    def numbers(self) -> dict:
+        """Everything there is to say, as JSON types."""
+        result = {
+            "runs": {run.label: self._of_run(run) for run in self.runs},
+            "differences": self.differences,
+            "parameters": {
+                name: {run.label: run.numbers(places[run.label]) for run in self.runs if run.label in places}
+                for name, places in self.parameters.items()
+            },
+            "pairs": [self._pair(*pair) for pair in itertools.combinations(self.runs, 2)],
+            "manoeuvre": self.manoeuvre,
+            "predictions": {
+                run.label: run.prediction.numbers["motion"] if run.prediction else {"why_not": run.why_not}
+                for run in self.runs
+            },
+        }
+        result["sentences"] = self._sentences(result)
+        return result
+
+    def _of_run(self, run: ComparedRun) -> dict:
+        chain = run.posterior.chain[..., list(run.places.values())]
+        apart = halves(chain)
+        return run.about | {
+            "converged": run.posterior.converged,
+            "shortcomings": list(run.posterior.shortcomings),
+            "n_parameters": len(run.places),
+            "halves": apart if np.isfinite(apart) else None,
+        }
+
+    @cached_property
+    def differences(self) -> dict[str, dict[str, str]]:
+        """Setting -> label of a run -> its value, of those that are not the same in all runs."""
+        keys = sorted(set().union(*(run.settings for run in self.runs)))
+        values = {key: [run.settings.get(key) for run in self.runs] for key in keys}
+        return {
+            key: {run.label: _short(value) for run, value in zip(self.runs, some, strict=True)}
+            for key, some in values.items()
+            if any(value != some[0] for value in some)
+        }
+
+    def _pair(self, first: ComparedRun, second: ComparedRun) -> dict:
+        names = self.shared(first.label, second.label)
+        pair = {"first": first.label, "second": second.label, "n_shared": len(names)}
+        if not names:
+            return pair | {"hellinger": None, "furthest": "", "wasserstein": {}}
+        one, other = self._draws(first, names), self._draws(second, names)
+        distances = dict(zip(names, wasserstein(one, other).tolist(), strict=True))
+        furthest = max(distances, key=lambda name: distances[name])
+        return pair | {"hellinger": hellinger(one, other), "furthest": furthest, "wasserstein": distances}
+
+    def _sentences(self, numbers: dict) -> dict[str, str]:
+        """What is to be said, by topic."""
+        labels = [run.label for run in self.runs]
+        shared = self.shared(*labels)
+        sentences = {
+            "shared": f"The {len(labels)} runs have {len(shared)} coefficients and parameters of the boat in common."
+        }
+        if shared:
+            sds = {name: {label: numbers["parameters"][name][label]["sd"] for label in labels} for name in shared}
+            best = [min(of, key=lambda label, of=of: of[label]) for of in sds.values()]
+            counts = ", ".join(f"{best.count(label)} by {label}" for label in labels)
+            sentences["known"] = f"Known best (smallest sd): {counts}."
+        pairs = [pair for pair in numbers["pairs"] if pair["n_shared"]]
+        if pairs:
+            apart = max(pairs, key=lambda pair: pair["hellinger"])
+            floors = [numbers["runs"][apart[key]]["halves"] for key in ("first", "second")]
+            chance = max((floor for floor in floors if floor is not None), default=None)
+            of = f" (two halves of one run: {cell(chance, 2)})" if chance is not None else ""
+            name = apart["furthest"]
+            sentences["distance"] = (
+                f"Furthest apart are {apart['first']} and {apart['second']}: Hellinger distance "
+                f"{cell(apart['hellinger'], 2)} of {apart['n_shared']} parameters{of}, and most of all {name}, moved "
+                f"by {cell(apart['wasserstein'][name], 2)} pooled sds."
+            )
+        flown = {label: p for label, p in numbers["predictions"].items() if p.get("is_flown")}
+        if flown:
+            places = [f"{cell(p['distance_m'][POSTERIOR]['at_end'], 2)} m ({label})" for label, p in flown.items()]
+            sentences["prediction"] = (
+                f"At the end of {self.manoeuvre} the boat is with 90 % probability within {', '.join(places)} of where "
+                "each expects it."
+            )
+        missing = [f"{run.label}: {run.why_not}" for run in self.runs if run.why_not]
+        if missing:
+            sentences["not predicted"] = "; ".join(missing)
+        return sentences
+
+    def coefficient_rows(self) -> list[dict]:
+        """A row for each parameter and run, for a CSV."""
+        return [
+            {"parameter": name, "run": label} | values
+            for name, runs in self.numbers["parameters"].items()
+            for label, values in runs.items()
+        ]
+
+    def distance_rows(self) -> list[dict]:
+        """A row for each shared parameter and pair of runs, for a CSV."""
+        return [
+            {"parameter": name, "first": pair["first"], "second": pair["second"], "wasserstein_pooled_sd": distance}
+            for pair in self.numbers["pairs"]
+            for name, distance in pair["wasserstein"].items()
+        ]
+
+
+def _in_words(value) -> str:
+    """A setting as it is shown: ``kind track, interval_s 1``, sections separated by semicolons."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_in_words(item)}" for key, item in value.items())
+    if isinstance(value, list):
+        return ("; " if any(isinstance(item, dict) for item in value) else " ").join(map(_in_words, value))
+    return "" if value is None else str(value)
+
+
+def _short(value) -> str:
+    text = _in_words(value)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]} .."

@@ -1,0 +1,247 @@
+"""The card of a study's data: what every channel covers in time, what looks wrong in it, and what it informs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub.findings import zeros
+from bayesub.inference.checks import convergence
+from bayesub.inference.identifiability.fisher import correlation_factor, integrated_out
+from bayesub.io.errors import InputError
+from bayesub.logs import log_files
+from bayesub.model.equations import EquationSet
+
+GAP = 3.0  # median intervals between two readings, beyond which readings are missing rather than dropped
+FALSE_ALARMS = 0.01  # probability that a channel of smooth motion and normal noise has a candidate for an outlier
+NAMED = 5  # coefficients that a line names
+
+
+@dataclass(frozen=True)
+class ChannelCard:
+    """One channel of one trial.
+
+    Attributes
+    ----------
+    name : str
+        That of the channel, with the trial in brackets if there are several.
+    column : str
+        In its file.
+    times : ndarray of shape (n,)
+        s.
+    interval_s : float
+        The median between two readings.
+    gaps : tuple of (float, float)
+        Start and end in s of each time without readings.
+    outliers : ndarray
+        Times in s of readings unlike their neighbours.
+    n_directions : int
+        Of parameter space in which this channel alone is sharper than the prior.
+    contraction : ndarray of shape (n_params,)
+        Posterior sd over prior sd by this channel alone, as the Fisher information at the prior centre has it.
+    """
+
+    name: str
+    column: str
+    times: np.ndarray
+    interval_s: float
+    gaps: tuple[tuple[float, float], ...]
+    outliers: np.ndarray
+    n_directions: int
+    contraction: np.ndarray
+
+    def line(self, names) -> str:
+        """The card of the channel in words, with the names (n_params,) of the parameters."""
+        gaps = ", ".join(f"{start:.4g} to {end:.4g}" for start, end in self.gaps[:3]) + (" .." if self.gaps[3:] else "")
+        faults = [f"{len(self.gaps)} gap{'s'[: len(self.gaps) != 1]}" + (f" ({gaps} s)" if gaps else "")]
+        if len(self.outliers):
+            at = ", ".join(f"{time:.4g}" for time in self.outliers[:5]) + (" .." if len(self.outliers) > 5 else "")
+            faults.append(f"outliers? at {at} s")
+        best = [k for k in np.argsort(self.contraction) if self.contraction[k] < 0.5][:NAMED]
+        known = ", ".join(f"{names[k]} {self.contraction[k]:.2g}" for k in best)
+        information = f"alone {known} of the prior sd" if known else "alone halves no prior sd"
+        return (
+            f"{self.name}: {len(self.times)} readings from {self.times[0]:.4g} to {self.times[-1]:.4g} s, every "
+            f"{self.interval_s:.3g} s, {', '.join(faults)}; {self.n_directions} of {len(names)} "
+            f"directions, {information}"
+        )
+
+
+@dataclass(frozen=True)
+class DataCard:
+    """What the data of a study are like.
+
+    Attributes
+    ----------
+    title : str
+        Study and vehicle.
+    equations : EquationSet
+        Of the vehicle.
+    names : tuple of str
+        The n_params parameters, forces at knots not among them.
+    n_coefficients : int
+        How many of them are coefficients; they come first.
+    channels : tuple of ChannelCard
+        Of all trials.
+    durations : dict of str to float
+        Name of a trial ("" for the only one) -> seconds covered by its controls.
+    n_directions : int
+        As that of a channel, by all of them together.
+    contraction : ndarray of shape (n_params,)
+        As that of a channel, by all of them together.
+    zeros : list of dict
+        Coefficients that are known only with zeros of actuators, as of :func:`bayesub.findings.zeros.together`.
+    advice : str
+        What the study should infer besides; empty if nothing.
+    """
+
+    title: str
+    equations: EquationSet
+    names: tuple[str, ...]
+    n_coefficients: int
+    channels: tuple[ChannelCard, ...]
+    durations: dict[str, float]
+    n_directions: int
+    contraction: np.ndarray
+    zeros: list[dict]
+    advice: str
+
+    def lines(self) -> list[str]:
+        """The card in words, a line a channel, and what trades off with zeros of actuators."""
+        together = f"together: {self.n_directions} of {len(self.names)} directions sharper than the prior"
+        lines = [*(channel.line(self.names) for channel in self.channels), together]
+        lines += [zeros.sentence(self.zeros)] if self.zeros else []
+        return [*lines, f"advice: {self.advice}"] if self.advice else lines
+
+    def to_json(self) -> dict:
+        """Everything but the times of the readings."""
+        channels = [
+            {
+                "name": c.name,
+                "column": c.column,
+                "n_readings": len(c.times),
+                "first_s": float(c.times[0]),
+                "last_s": float(c.times[-1]),
+                "interval_s": c.interval_s,
+                "gaps_s": [list(gap) for gap in c.gaps],
+                "outlier_candidates_s": c.outliers.tolist(),
+                "n_directions": c.n_directions,
+                "contraction": dict(zip(self.names, c.contraction.tolist(), strict=True)),
+            }
+            for c in self.channels
+        ]
+        together = dict(zip(self.names, self.contraction.tolist(), strict=True))
+        of_zeros = {"zeros": self.zeros, "advice": self.advice}
+        return {"channels": channels, "n_directions": self.n_directions, "contraction": together} | of_zeros
+
+
+def check(problem, title: str) -> DataCard:
+    """The card of a problem of one trial or several, at the centre of its prior.
+
+    Parameters
+    ----------
+    problem : Problem or JointProblem
+        With its readings.
+    title : str
+        Study and vehicle.
+
+    Raises
+    ------
+    InputError
+        If the simulation fails there, or readings weigh more than can be squared.
+    """
+    channels, rows, durations = [], [], {}
+    positions, others = np.arange(problem.n_params), problem.others
+    factor = correlation_factor(problem.prior, others)
+    for trial, part, places in problem.each_trial(positions):
+        with np.errstate(over="ignore", invalid="ignore"):
+            whitened = part.jacobian(problem.prior.mean[places]) * problem.prior.sd[places]
+            size = np.sum(whitened**2)
+        if not np.isfinite(size):
+            raise InputError(
+                f"{title}: the boat of the prior centre does not complete the trial, or a sensor has an sd of next to "
+                "nothing; check the vehicle and the sensors",
+                "model",
+            )
+        whole = np.zeros((len(whitened), problem.n_params))
+        whole[:, places] = whitened
+        rows.append(whole)
+        durations[trial] = part.manoeuvre.duration
+        for channel in part.record.channels:
+            name = f"{channel.name}[{trial}]" if trial else channel.name
+            channels.append(_channel(name, channel, whole[part.rows[channel.name]], others, factor))
+    whitened = _without_forces(np.concatenate(rows), others)
+    informed = _information(whitened, factor)
+    steps = problem.prior.sd[others, None] * factor
+    covariance = steps @ np.linalg.solve(np.eye(len(others)) + (whitened @ factor).T @ (whitened @ factor), steps.T)
+    n, names = problem.n_coefficients, tuple(problem.names[k] for k in others)
+    of_zeros = zeros.together(names, covariance, problem.vehicle), zeros.advice(problem)
+    return DataCard(title, problem.equations, names, n, tuple(channels), durations, *informed, *of_zeros)
+
+
+def _channel(name, channel, whitened, others, factor) -> ChannelCard:
+    times = channel.times
+    steps = np.diff(times)
+    interval = float(np.median(steps)) if len(steps) else 0.0
+    gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
+    outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
+    column = log_files.HEADERS[channel.quantity]
+    informed = _information(_without_forces(whitened, others), factor)
+    return ChannelCard(name, column, times, interval, gaps, outliers, *informed)
+
+
+def _without_forces(whitened, others) -> np.ndarray:
+    """Columns `others` of a whitened Jacobian; the rest are of forces at knots, which are integrated out."""
+    if len(others) < whitened.shape[1]:
+        return integrated_out(whitened[:, others], np.delete(whitened, others, axis=1))
+    return whitened
+
+
+def _information(whitened, factor) -> tuple[int, np.ndarray]:
+    """Directions sharper than the prior, and posterior sd over prior sd (n_others,).
+
+    They are of a Jacobian by parameters in prior sds, whose correlations have the factor (n_others, n_others).
+    """
+    _, s, vt = np.linalg.svd(whitened @ factor, full_matrices=False)
+    gained = (vt @ factor.T) ** 2 * (s**2 / (1.0 + s**2))[:, None]
+    return int(np.count_nonzero(s > 1.0)), np.sqrt(np.clip(1.0 - gained.sum(axis=0), 0.0, 1.0))
+
+
+def outlier_candidates(times, values, sd: float) -> np.ndarray:
+    """Positions of single readings that are far from the cubic through the two on either side.
+
+    Far is beyond what normal noise does once in a hundred channels, in standard deviations of `sd` or of the robust
+    spread of the channel itself (1.4826 median absolute deviations), if that is larger; of neighbours that are far only
+    the farthest counts. Where readings are missing none is a candidate. Motion that bends between readings,
+    as after a step of the rudder, makes candidates too if the sensor is that good.
+
+    Parameters
+    ----------
+    times : ndarray of shape (n,)
+        s, ascending.
+    values : ndarray of shape (n,)
+        Readings.
+    sd : float
+        Of their noise, in their unit.
+
+    Returns
+    -------
+    ndarray of int
+        Positions among the readings.
+    """
+    if len(times) < 5:
+        return np.empty(0, dtype=int)
+    inner = np.arange(2, len(times) - 2)
+    stencil = inner[:, None] + np.array([-2, -1, 1, 2])
+    at, nodes = times[inner, None], times[stencil]
+    weights = np.ones_like(nodes)
+    for j in range(4):
+        others = [k for k in range(4) if k != j]
+        weights[:, j] = np.prod((at - nodes[:, others]) / (nodes[:, [j]] - nodes[:, others]), axis=1)
+    scale = np.sqrt(1.0 + np.sum(weights**2, axis=1))
+    off = np.abs(values[inner] - np.sum(weights * values[stencil], axis=1)) / scale
+    whole = nodes[:, 3] - nodes[:, 0] <= 2.0 * GAP * np.median(np.diff(times))
+    off = np.where(whole, off, 0.0)
+    spread = max(sd, 1.4826 * np.median(off))
+    padded = np.pad(off, 2)
+    largest = off >= np.max([padded[k : k + len(off)] for k in range(5)], axis=0)
+    return inner[largest & (off > spread * convergence.threshold(len(off), FALSE_ALARMS))]

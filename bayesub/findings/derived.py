@@ -1,0 +1,235 @@
+"""Quantities that follow from the coefficients, of boats drawn from the prior and from the posterior, side by side."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bayesub.io.words import listed, rounded, with_unit
+from bayesub.kernels import workspace
+from bayesub.model.boats import Boats
+from bayesub.model.linear_motion import PLANES, roots
+from bayesub.model.quantities import QUANTITIES, Quantity, absence
+from bayesub.model.standard_manoeuvres import RUDDER, spiral_curve
+from bayesub.problem.joint import JointProblem
+from bayesub.problem.problem import Problem
+
+N_DRAWS = 400  # from the prior, and from the posterior
+QUANTILES = {"q5": 0.05, "q25": 0.25, "median": 0.5, "q75": 0.75, "q95": 0.95}
+SAME = 1e-9  # of its size, the spread of a quantity that does not follow from what is inferred
+HELD, CONFINED = "it follows from nothing that is inferred", "the trials were confined to the other plane"
+HEADLINES = ("tactical_diameter_m", "zigzag_overshoot_deg", "dive_depth_m")
+STABILITIES = {"straight_line_stability": "on a straight course", "vertical_stability": "in the vertical plane"}
+
+
+@dataclass(frozen=True)
+class Derived:
+    """Boats of a prior and of a posterior, and what is measured of them.
+
+    Attributes
+    ----------
+    reference, prior, posterior : Boats
+        The boat that ratios of coefficients refer to, and draws.
+    quantities : tuple of Quantity
+        The built-in ones, and after them those of a study.
+    planes : dict of str to str
+        Plane, or "" of quantities without one -> why nothing is measured there, or an empty text.
+    """
+
+    reference: Boats
+    prior: Boats
+    posterior: Boats
+    quantities: tuple[Quantity, ...]
+    planes: dict[str, str]
+
+    @cached_property
+    def absent(self) -> dict[str, str]:
+        """Quantity that the boat does not have -> why."""
+        vehicle = self.reference.vehicle
+        reasons = {q.name: q.reason(vehicle) or self.planes[q.subproblem] for q in self.quantities}
+        return {name: reason for name, reason in reasons.items() if reason}
+
+    @cached_property
+    def values(self) -> dict[str, dict[str, np.ndarray]]:
+        """Quantity -> values (n,) of the reference, the prior and the posterior, of those that are not absent."""
+        return {
+            quantity.name: {
+                "reference": quantity.of(self.reference),
+                "prior": quantity.of(self.prior),
+                "posterior": quantity.of(self.posterior),
+            }
+            for quantity in self.quantities
+            if quantity.name not in self.absent
+        }
+
+    @cached_property
+    def spiral(self) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:
+        """Rates of turn (m,), rad/s, and the rudder (n, m), rad, of reference, prior and posterior; None without."""
+        if self.planes["horizontal"] or absence(self.reference.vehicle, RUDDER):
+            return None
+        curves = {name: boats.once(spiral_curve) for name, boats in self._boats}
+        return curves["posterior"][0], {name: rudder for name, (_, rudder) in curves.items()}
+
+    @cached_property
+    def roots(self) -> dict[str, dict[str, np.ndarray]]:
+        """Plane -> roots (n, k), 1/s, of reference, prior and posterior, where anything that is inferred has a part."""
+        return {
+            plane: {name: boats.once(roots, plane) for name, boats in self._boats}
+            for plane in PLANES
+            if plane in self.planes and not self.planes[plane]
+        }
+
+    @property
+    def _boats(self) -> Iterator[tuple[str, Boats]]:
+        return zip(("reference", "prior", "posterior"), (self.reference, self.prior, self.posterior), strict=True)
+
+
+def derive(
+    problem: Problem | JointProblem,
+    draws: np.ndarray,
+    rng: np.random.Generator,
+    quantities: Sequence[Quantity] = (),
+) -> Derived:
+    """The boats of a problem's prior and of its posterior, from which quantities follow.
+
+    Of several trials the boat is the same. What is inferred of its body and of its actuators counts, but for lags,
+    which are those of its file; an order is what a log would have. What is inferred of sensors, water and starts is not
+    of the boat and is left out.
+
+    Parameters
+    ----------
+    problem : Problem or JointProblem
+        What was solved.
+    draws : (n, n_params) array
+        From the posterior.
+    rng : numpy.random.Generator
+        Of the draws from the prior, and of the choice among those of the posterior.
+    quantities : sequence of Quantity
+        Besides the built-in ones.
+    """
+    flown = {trial.simulator.subproblem for _, trial, _ in problem.each_trial(draws[:1])}
+    chosen = draws[rng.choice(len(draws), N_DRAWS)]
+    samples = problem.reference[None], problem.prior.sample(rng, N_DRAWS), chosen
+    reference, prior, posterior = (_boats(problem, some, in_six=None in flown) for some in samples)
+    names = set(problem.names[: problem.n_coefficients])
+    if prior.body_changes is not None:
+        names |= {key for key, changes in zip(workspace.BODY, prior.body_changes.T, strict=True) if changes.any()}
+    planes = {"": ""}
+    for plane in prior.vehicle.equations.subproblems:
+        confined = "" if flown & {None, plane} else CONFINED
+        planes[plane] = confined or ("" if names - prior.vehicle.idle(plane) or prior.varied(plane) else HELD)
+    return Derived(reference, prior, posterior, (*QUANTITIES.values(), *quantities), planes)
+
+
+def _boats(problem, parameters, *, in_six) -> Boats:
+    """The boats of parameters (n, n_params)."""
+    _, trial, values = next(iter(problem.each_trial(parameters)))
+    xi, nuisances = trial.arguments(values)
+    vehicle, unknown = trial.forward.vehicle, trial.forward.nuisances
+    body, amounts = unknown.body(nuisances), unknown.amounts(nuisances)
+    changes = None if body is None else body - vehicle.restricted(trial.simulator.subproblem).body
+    kinds = vehicle.actuators.parameters
+    of_actuators = {} if amounts is None else dict(zip(unknown.varied, amounts.T, strict=True))
+    of_actuators = {name: amount for name, amount in of_actuators.items() if kinds[name][1] != "lag"}
+    return Boats(vehicle, xi, changes, in_six, of_actuators)
+
+
+def numbers(derived: Derived) -> dict:
+    """Everything that a report says of derived quantities, as JSON types."""
+    rows, same = [], {}
+    for quantity in derived.quantities:
+        if quantity.name in derived.absent:
+            continue
+        values = derived.values[quantity.name]
+        intervals = {name: _interval(values[name]) for name in ("prior", "posterior")}
+        spreads = [np.ptp(some[np.isfinite(some)]) for some in values.values() if np.isfinite(some).any()]
+        (reference,) = values["reference"].tolist()
+        if spreads and max(spreads) <= SAME * abs(reference) and intervals["posterior"]["share"] == 1.0:
+            same[quantity.name] = f"{HELD}: {reference:.4g}"
+            continue
+        rows.append(
+            {
+                "name": quantity.name,
+                "label": label(quantity),
+                "unit": quantity.unit,
+                "meaning": quantity.meaning,
+                "none": quantity.none,
+                "reference": reference if np.isfinite(reference) else None,
+                **intervals,
+                "width_ratio": _width_ratio(**intervals),
+            }
+        )
+    reasons, labels = derived.absent | same, {quantity.name: label(quantity) for quantity in derived.quantities}
+    absent = [{"name": name, "label": labels[name], "reason": reason} for name, reason in reasons.items()]
+    found = {"n_draws": len(derived.posterior), "quantities": rows, "absent": absent}
+    found["stable"] = {
+        name: {which: float(np.mean(derived.values[name][which] < 0.0)) for which in ("prior", "posterior")}
+        for name in STABILITIES
+        if name in derived.values
+    }
+    if derived.spiral is not None:
+        rates, rudder = derived.spiral
+        found["spiral"] = {"rate_degps": _short(np.degrees(rates))} | {
+            name: {key: _short(_quantile(np.degrees(some), q)) for key, q in QUANTILES.items() if key in _BAND}
+            for name, some in rudder.items()
+            if name != "reference"
+        }
+    return found
+
+
+_BAND = ("q5", "median", "q95")
+
+
+def label(quantity: Quantity) -> str:
+    """The name of a quantity in words, with its unit."""
+    words = with_unit(quantity.name)
+    return words if not quantity.unit or "(" in words else f"{words} ({quantity.unit})"
+
+
+def _interval(values) -> dict:
+    """Quantiles of the values (n,) that exist, None without any, and the share of those that do."""
+    finite = values[np.isfinite(values)]
+    quantiles = np.quantile(finite, list(QUANTILES.values())).tolist() if finite.size else [None] * len(QUANTILES)
+    return dict(zip(QUANTILES, quantiles, strict=True)) | {"share": finite.size / len(values)}
+
+
+def _width_ratio(prior, posterior) -> float | None:
+    """Width of the posterior's 90 % over that of the prior's."""
+    if prior["q5"] is None or posterior["q5"] is None or prior["q95"] == prior["q5"]:
+        return None
+    return (posterior["q95"] - posterior["q5"]) / (prior["q95"] - prior["q5"])
+
+
+def _quantile(values, probability) -> np.ndarray:
+    """(m,) quantiles of the finite among values (n, m); not a number of columns without any."""
+    quantiles = np.full(values.shape[1], np.nan)
+    whole = np.isfinite(values).any(axis=0)
+    quantiles[whole] = np.nanquantile(values[:, whole], probability, axis=0)
+    return quantiles
+
+
+def _short(values) -> list[float | None]:
+    """Five significant digits of values (m,), None for what is not finite."""
+    return [float(f"{value:.5g}") if np.isfinite(value) else None for value in values]
+
+
+def in_words(low: float, high: float) -> tuple[str, str]:
+    """The ends of an interval, to two digits of its width."""
+    return rounded(low, high - low), rounded(high, high - low)
+
+
+def sentence(found: dict) -> str:
+    """What the posterior says of the boat as a sailor meets it; empty if nothing follows from what is inferred."""
+    rows = {row["name"]: row for row in found["quantities"]}
+    parts = []
+    for row in (rows[name] for name in HEADLINES if name in rows and rows[name]["width_ratio"] is not None):
+        prior, posterior = (" to ".join(in_words(row[w]["q5"], row[w]["q95"])) for w in ("prior", "posterior"))
+        words, unit = row["label"].partition(" (")[0], row["unit"]
+        parts.append(f"{words} {posterior} {unit} (before {prior})")
+    text = f"With 90 % probability: {'; '.join(parts)}." if parts else ""
+    stable = []
+    for name in filter(rows.get, STABILITIES):
+        after, before = (100.0 * found["stable"][name][which] for which in ("posterior", "prior"))
+        stable.append(f"{STABILITIES[name]} with {after:.3g} % (before {before:.3g} %)")
+    return f"{text} Stable {listed(stable)}.".strip() if stable else text

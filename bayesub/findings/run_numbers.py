@@ -1,0 +1,355 @@
+"""What a run found: every number that its report quotes, and the sentences that say what they mean."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bayesub.findings import conflicts, null_directions, sensitivities, set_up, zeros
+from bayesub.findings.equation_card import glossary
+from bayesub.inference.baselines import Estimate
+from bayesub.inference.checks import normality
+from bayesub.inference.identifiability import NullSpace, Spectrum
+from bayesub.inference.sampling import Posterior
+from bayesub.io.words import counted, rounded
+
+KNOWN = 0.05  # posterior sd relative to the posterior mean
+UNTOUCHED = 0.9  # posterior sd relative to the prior sd
+STRONG = 0.9  # correlation
+LISTED = 20  # strongest trade-offs among the numbers
+QUOTED = 8  # of them in a sentence
+
+
+def collect(
+    problem, estimates: Sequence[Estimate], spectrum: Spectrum, posterior: Posterior, null_space: NullSpace
+) -> dict:
+    """Every number that the report quotes, as JSON types.
+
+    Parameters
+    ----------
+    problem : Problem or JointProblem
+        What was solved.
+    estimates : sequence of Estimate
+        By the baselines.
+    spectrum : Spectrum
+        With its null directions last.
+    posterior : Posterior
+        What was sampled.
+    null_space : NullSpace
+        That of the spectrum, axis by axis.
+    """
+    summary = posterior.part(problem.others)
+    trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
+    n = problem.n_coefficients
+    rows = _parameters(problem, summary, sensitivities.power_scaling(problem, posterior, summary.bulk_ess))
+    coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
+    return {
+        "vehicle": problem.vehicle.name,
+        "coefficients": _units(problem.equations),
+        "glossary": glossary(problem.equations, posterior.names[:n]),
+        "manoeuvre": ", ".join(trial["manoeuvre"] for trial in trials),
+        "reference_is_truth": all(trial.record.truth is not None for _, trial, _ in problem.each_trial(posterior.best)),
+        "n_readings": len(problem.readings),
+        "step_s": max(trial["step_s"] for trial in trials),
+        "trials": trials,
+        "convergence": _convergence(posterior),
+        "cost": _cost(posterior),
+        "parameters": [row | own for row, own in zip(rows, set_up.dimensional(problem), strict=False)],
+        "nuisance": [{key: row[key] for key in row if key not in ("unit", "relative_sd")} for row in rows[n:]],
+        "spectrum": {
+            "singular_values": spectrum.singular_values.tolist(),
+            "n_null": spectrum.n_null,
+            "n_sharpened": spectrum.n_informed,
+        },
+        "ranks": {axis: rank.summary() for axis, rank in null_space.ranks.items()},
+        "null_directions": null_directions.numbers(
+            null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))
+        ),
+        "null_contraction": _null_contraction(spectrum, summary),
+        "normality": normality.of_posterior(summary.part(np.arange(n))).to_json(),
+        "trade_offs": coefficient_pairs,
+        "nuisance_trade_offs": nuisance_pairs,
+        "baselines": [_baseline(problem, estimate) for estimate in estimates],
+        "chi_square_per_reading": _chi_squares(problem, posterior.best[None])[0],
+        "zeros": zeros.together(summary.names, np.atleast_2d(np.cov(summary.draws.T)), problem.vehicle),
+        "advice": zeros.advice(problem),
+        "conflict": conflicts.numbers(problem, summary),
+    }
+
+
+def _units(equations) -> str:
+    """What the coefficients of a set are called as a whole."""
+    dimensional = any(term.unit for term in equations.terms)
+    return "coefficients in their units" if dimensional else "non-dimensional coefficients"
+
+
+def _parameters(problem, posterior, sensitivity) -> list[dict]:
+    """A row for each parameter; the unit is that of a dimensional coefficient, or None."""
+    units = {term.name: term.unit for term in problem.equations.terms}
+    q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
+    columns = {
+        "reference": problem.reference[problem.others],
+        "prior_mean": posterior.prior_mean,
+        "prior_sd": posterior.prior_sd,
+        "mean": posterior.mean,
+        "sd": posterior.sd,
+        "q5": q5,
+        "median": q50,
+        "q95": q95,
+        "contraction": problem.prior_of_others.contraction(posterior.draws),
+        "relative_sd": posterior.sd / np.abs(posterior.mean),
+        **sensitivity,
+        "rhat": posterior.rhat,
+        "bulk_ess": posterior.bulk_ess,
+        "tail_ess": posterior.tail_ess,
+        "tau_steps": posterior.tau.max(axis=0),
+    }
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [
+        {"name": name, "unit": units.get(name)} | dict(zip(columns, row, strict=True))
+        for name, row in zip(posterior.names, values, strict=True)
+    ]
+
+
+def _trial(name, problem, best) -> dict:
+    return {
+        "name": name,
+        "manoeuvre": problem.manoeuvre.name,
+        "duration_s": problem.manoeuvre.duration,
+        "n_readings": problem.record.n_readings,
+        "step_s": problem.simulator.step,
+        "chi_square_per_reading": _chi_squares(problem, best[None])[0],
+    }
+
+
+def _convergence(posterior) -> dict:
+    return {
+        "converged": posterior.converged,
+        "n_parameters": len(posterior.names),
+        "shortcomings": list(posterior.shortcomings),
+        "criteria": vars(posterior.criteria),
+        "max_rhat": float(posterior.rhat.max()),
+        "min_bulk_ess": float(posterior.bulk_ess.min()),
+        "min_tail_ess": float(posterior.tail_ess.min()),
+        "max_tau_steps": float(posterior.tau.max()),
+        "min_length_in_taus": float(posterior.n_steps / posterior.tau.max()),
+        "n_ensembles": len(posterior.chain),
+        "n_walkers": posterior.chain.shape[2],
+        "n_warmup_steps": posterior.n_warmup,
+        "n_kept_steps": posterior.n_steps,
+        "acceptance": posterior.acceptance,
+    }
+
+
+def _cost(posterior) -> dict:
+    """What sampling took; an effective sample costs simulations and Jacobians, these at their measured price."""
+    in_jacobians = posterior.jacobians * posterior.jacobian_price if posterior.jacobians else 0.0
+    return {
+        "evaluations": posterior.evaluations,
+        "jacobians": posterior.jacobians,
+        "jacobian_price_simulations": posterior.jacobian_price if posterior.jacobians else None,
+        "sampling_seconds": posterior.seconds,
+        "simulation_seconds": posterior.simulation_seconds if np.isfinite(posterior.simulation_seconds) else None,
+        "evaluations_per_second": posterior.evaluations / posterior.seconds,
+        "evaluations_per_effective_sample": (posterior.evaluations + in_jacobians) / float(posterior.bulk_ess.min()),
+        "failed_simulations": posterior.failures,
+    }
+
+
+def _chi_squares(problem, parameters) -> list[float]:
+    """Chi-square per reading of each member of parameters (n_batch, n_params), with the total sd of every channel."""
+    return np.mean(((problem.predicted(parameters) - problem.readings) / problem.sds) ** 2, axis=1).tolist()
+
+
+def _null_contraction(spectrum, posterior) -> list[float]:
+    """Posterior sd over prior sd along each null direction of the spectrum."""
+    standardised = (posterior.draws - posterior.prior_mean) / posterior.prior_sd
+    null_rows = spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
+    return np.std(standardised @ null_rows.T, axis=0).tolist()
+
+
+def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], list[dict]]:
+    """Pairs of coefficients, and pairs with a nuisance parameter, by the size of their correlation."""
+    rows, columns = np.triu_indices(len(posterior.names), 1)
+    values = posterior.correlation[rows, columns]
+    order = np.argsort(-np.abs(values))
+    of_coefficients = columns[order] < n_coefficients
+    names = posterior.names
+    return tuple(
+        [{"pair": [names[rows[k]], names[columns[k]]], "correlation": float(values[k])} for k in group[:LISTED]]
+        for group in (order[of_coefficients], order[~of_coefficients])
+    )
+
+
+def _baseline(problem, estimate) -> dict:
+    plain = problem.searchable()
+    if not set(plain.names) <= set(estimate.names):
+        plain = problem.naive()
+    n = plain.n_coefficients
+    found = estimate.solutions[:, [estimate.names.index(name) for name in plain.names]]
+    solutions, reference = found[:, :n], problem.reference[:n]
+    errors = np.abs(solutions - reference)
+    guess_errors = np.abs(plain.prior.guess[:n] - reference)
+    return {
+        "method": estimate.method,
+        "costs": estimate.costs.tolist(),
+        "statuses": sorted(set(estimate.statuses)),
+        "n_starts": len(solutions),
+        "evaluations": estimate.evaluations,
+        "seconds": estimate.seconds,
+        "further_than_guess": np.count_nonzero(errors > guess_errors, axis=1).tolist(),
+        "n_params": len(reference),
+        "nuisance": dict(zip(plain.names[n:], found[:, n:].T.tolist(), strict=True)),
+        "chi_square_per_reading": _chi_squares(plain, found),
+        "ratios": [
+            [x / r if r else None for x, r in zip(solution, reference.tolist(), strict=True)]
+            for solution in solutions.tolist()
+        ],
+    }
+
+
+def sentences(numbers: dict) -> dict[str, str]:
+    """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
+    return (
+        _answer(numbers)
+        | conflicts.sentences(numbers)
+        | _knowledge(numbers)
+        | _sensitivity(numbers)
+        | _directions(numbers)
+        | _strong_trade_offs(numbers)
+        | _normality(numbers)
+        | _zeros(numbers)
+        | _nuisance(numbers)
+        | _search(numbers)
+    )
+
+
+def _zeros(numbers) -> dict[str, str]:
+    parts = [zeros.sentence(numbers["zeros"])] if numbers["zeros"] else []
+    if numbers["advice"]:
+        parts.append(f"{numbers['advice']}.")
+    return {"zeros": " ".join(parts)} if parts else {}
+
+
+def _answer(numbers) -> dict[str, str]:
+    """What the trial says, in one sentence."""
+    rows, n_null = numbers["parameters"], numbers["spectrum"]["n_null"]
+    untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
+    known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
+    null = {0: "no combination leaves", 1: "one combination leaves"}.get(n_null, f"{n_null} combinations leave")
+    return {
+        "answer": f"Of {len(rows)} coefficients {known} are known to {100 * KNOWN:.0f} %, "
+        f"{len(rows) - known - untouched} better than before the trial, and {untouched} by the prior alone; {null} the "
+        "motion exactly the same."
+    }
+
+
+def _knowledge(numbers) -> dict[str, str]:
+    rows = sorted(numbers["parameters"], key=lambda row: row["relative_sd"])
+    narrowed = [row for row in rows if row["contraction"] < UNTOUCHED]  # not what the prior has known as well before
+    known = [f"{row['name']} ({100 * row['relative_sd']:.2g} %)" for row in narrowed if row["relative_sd"] < KNOWN]
+    rows = sorted(numbers["parameters"], key=lambda row: row["contraction"])
+    sharper = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED]
+    untouched = [row["name"] for row in rows if row["contraction"] >= UNTOUCHED]
+    result = {"known": f"The data make no coefficient known to better than {100 * KNOWN:.0f} %."}
+    if known:
+        result["known"] = f"To better than {100 * KNOWN:.0f} % (posterior sd over mean): {', '.join(known)}."
+    if sharper:
+        result["sharper"] = f"More than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
+    if untouched:
+        result["untouched"] = (
+            f"Known by the prior alone (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
+            f"{', '.join(untouched)}."
+        )
+    return result
+
+
+def _sensitivity(numbers) -> dict[str, str]:
+    text = sensitivities.sentence(numbers["parameters"])
+    return {"prior": text} if text else {}
+
+
+def _directions(numbers) -> dict[str, str]:
+    n = len(numbers["parameters"]) + len(numbers["nuisance"])
+    n_null, n_sharpened = map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
+    space = "parameter" if numbers["nuisance"] else "coefficient"
+    result = {
+        "directions": f"Of {n} directions in {space} space the data sharpen {n_sharpened} and leave "
+        f"{n - n_sharpened - n_null} to the prior; {n_null} leave the motion exactly the same, so that no sensor on "
+        "this manoeuvre can tell."
+    }
+    if words := null_directions.sentence(numbers["null_directions"]):
+        pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
+        result["null"] = (
+            f"The motion stays the same with changes of {words} (of their values; any multiple does as little). "
+            f"Holding {', '.join(pivots)} fixed makes the rest unique."
+        )
+    return result
+
+
+def _normality(numbers) -> dict[str, str]:
+    """How normal the posterior of the coefficients is, and what of it the next trial can start from."""
+    found = numbers["normality"]
+    passed_on = "A vehicle file by bayesub export, which is a normal distribution, "
+    passed_on += "holds it." if found["close"] else "loses that: fit the next trial together with this one."
+    return {"normality": f"{found['sentence']} {passed_on}"}
+
+
+def _nuisance(numbers) -> dict[str, str]:
+    intervals = [
+        f"{row['name']} {rounded(row['q5'], row['sd'])} to {rounded(row['q95'], row['sd'])}"
+        for row in numbers["nuisance"]
+    ]
+    return {"nuisance": f"{', '.join(intervals)} (90 % intervals)."} if intervals else {}
+
+
+def _strong_trade_offs(numbers) -> dict[str, str]:
+    pairs = _strong_pairs(numbers["trade_offs"])
+    text = f"No two coefficients are correlated by more than {STRONG:g} in the posterior."
+    if pairs:
+        text = f"{pairs} (posterior correlation)."
+    if pairs := _strong_pairs(numbers["nuisance_trade_offs"]):
+        text += f" With nuisance parameters: {pairs}."
+    return {"trade_offs": text}
+
+
+def _strong_pairs(trade_offs) -> str:
+    strong = [t for t in trade_offs if abs(t["correlation"]) >= STRONG][:QUOTED]
+    return ", ".join(
+        f"{first} with {second} ({t['correlation']:+.2f})" for t in strong for first, second in [t["pair"]]
+    )
+
+
+def _search(numbers) -> dict[str, str]:
+    searches = [baseline for baseline in numbers["baselines"] if baseline["method"] == "SQP"]
+    if not searches:
+        return {}
+    search = searches[-1]
+    fits = sorted({f"{fit:.3f}" for fit in search["chi_square_per_reading"]}, key=float)
+    held = ""
+    if names := search.get("nuisance"):
+        held = f", which searches {', '.join(names)} with their priors as readings,"
+    elif numbers["nuisance"]:
+        held = ", which holds nuisance parameters at their prior means,"
+    if numbers.get("disturbance"):
+        held = ", which knows no other force than those of the equations,"
+    return {
+        "sqp": f"SQP{held} from {counted(search['n_starts'], 'start')} reaches a chi-square per reading of "
+        f"{' to '.join(dict.fromkeys((fits[0], fits[-1])))}, the best draw of the posterior "
+        f"{numbers['chi_square_per_reading']:.3f}; {_range(search['further_than_guess'])} of its {search['n_params']} "
+        f"coefficients end further from the {reference_word(numbers)} than the guess was."
+    }
+
+
+def reference_word(numbers: dict) -> str:
+    """What ratios refer to."""
+    return "truth" if numbers["reference_is_truth"] else "vehicle file"
+
+
+def _range(values) -> str:
+    return f"{min(values)}" if min(values) == max(values) else f"{min(values)} to {max(values)}"
+
+
+def combination(vector: dict[str, float], least: float = 0.0) -> str:
+    """A null vector in words, such as ``+1 Yv_absnu +0.43 Yvdot ..``, entries of at least `least` in size."""
+    entries = [f"{value:+.2g} {name}" for name, value in vector.items() if abs(value) >= least]
+    return " ".join(entries) + (" .." if len(entries) < len(vector) else "")

@@ -1,0 +1,247 @@
+"""How a posterior predicts logs that were not fitted, beside other estimates: numbers, sentences, a verdict."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub.inference.baselines import Estimate
+from bayesub.inference.checks.prediction import FALSE_ALARMS, INTERVALS, N_DRAWS, Prediction, given_warm_up, predict
+from bayesub.inference.sampling import Posterior
+from bayesub.io.words import with_unit
+from bayesub.logs import log_files
+from bayesub.problem.joint import JointProblem
+from bayesub.problem.problem import Problem
+from bayesub.problem.unseen import UnseenTrial
+
+POSTERIOR, MODE, SQP, PRIOR, PRIOR_MEAN = "posterior", "posterior mode", "SQP", "prior", "prior mean"
+N_OTHERS = 200  # draws of an estimate that the posterior is compared with
+MOST_READINGS = 8_000_000  # of all draws, which then take 64 MB; of a long log there are fewer draws
+FEW = 0.7  # of the readings within 90 % bands, below which a log that is predicted is in doubt
+
+
+@dataclass(frozen=True)
+class TrialPrediction:
+    """An unseen trial as it is predicted.
+
+    Attributes
+    ----------
+    trial : UnseenTrial
+    predictions : dict of str to Prediction
+        By whom: the posterior, and what it is compared with.
+    converged : bool
+        Whether the posterior is.
+    """
+
+    trial: UnseenTrial
+    predictions: dict[str, Prediction]
+    converged: bool
+
+    @property
+    def posterior(self) -> Prediction:
+        """That of the posterior."""
+        return self.predictions[POSTERIOR]
+
+
+def predicted_trial(
+    trial: UnseenTrial,
+    fitted: Problem | JointProblem,
+    posterior: Posterior,
+    estimates: Sequence[Estimate],
+    rng: np.random.Generator,
+) -> TrialPrediction:
+    """Predict a trial by a posterior, its mode, its prior, the middle of that, and the best solution of SQP.
+
+    What the fitted trials do not tell is drawn given the warm-up of the trial, by each of them for itself.
+
+    Parameters
+    ----------
+    trial : UnseenTrial
+    fitted : Problem or JointProblem
+        Of the trials that were fitted.
+    posterior : Posterior
+        Of their parameters.
+    estimates : sequence of Estimate
+        Of the same trials; SQP is looked for among them.
+    rng : numpy.random.Generator
+        Chooses draws, and is the source of noise.
+    """
+    trial = trial.with_fitted_noise(fitted, posterior.best)
+    draws = drawn(fitted, posterior, estimates, rng, number_of_draws(len(trial.problem.readings)))
+    predictions = {
+        name: predict(trial.problem, parameters, rng, warm_up=trial.warm_up_s).without_draws()
+        for name, parameters in flown(trial, fitted, draws, rng)
+    }
+    return TrialPrediction(trial, predictions, posterior.converged)
+
+
+def number_of_draws(n_numbers: int, most: int = N_DRAWS) -> int:
+    """How many draws are predicted by, `most` of them unless so many numbers of each fill the memory."""
+    return int(np.clip(MOST_READINGS // n_numbers, min(N_OTHERS, most), most))
+
+
+def drawn(
+    fitted: Problem | JointProblem,
+    posterior: Posterior,
+    estimates: Sequence[Estimate],
+    rng: np.random.Generator,
+    n: int,
+) -> dict[str, np.ndarray]:
+    """By whom -> draws (.., n_fitted) of the fitted parameters, `n` of posterior and prior; the others are points."""
+    draws = {
+        POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)],
+        PRIOR: fitted.prior.sample(rng, n),
+    }
+    points = {MODE: posterior.best, PRIOR_MEAN: fitted.prior.mean}
+    for estimate in estimates:
+        if estimate.method == SQP:
+            points[SQP] = fitted.prior.mean.copy()
+            known = {name: k for k, name in enumerate(estimate.names) if name in fitted.names}
+            places = [fitted.names.index(name) for name in known]
+            points[SQP][places] = estimate.values[list(known.values())]
+    return draws | {name: np.repeat(point[None], N_OTHERS, axis=0) for name, point in points.items()}
+
+
+def flown(
+    trial: UnseenTrial, fitted: Problem | JointProblem, draws: Mapping[str, np.ndarray], rng: np.random.Generator
+) -> Iterator[tuple[str, np.ndarray]]:
+    """By whom, and parameters (.., n_params) of a trial: what draws do not tell is drawn given its warm-up."""
+    not_fitted = trial.own(fitted)
+    for name, some in draws.items():
+        parameters = trial.transferred(fitted, some, rng)
+        yield name, given_warm_up(trial.problem, parameters, rng, not_fitted, trial.warm_up_s)
+
+
+def numbers(predictions: Sequence[TrialPrediction]) -> list[dict]:
+    """What there is to say of each trial, as JSON types; errors in the unit of the column.
+
+    False alarms are shared among the trials (Bonferroni).
+    """
+    trials = [_numbers(prediction, FALSE_ALARMS / len(predictions)) for prediction in predictions]
+    return [trial | {"sentence": (_success if trial["predicts"] else _failure)(trial)} for trial in trials]
+
+
+def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
+    trial, posterior = prediction.trial, prediction.posterior
+    problem = trial.problem
+    result = {
+        "name": trial.name,
+        "kind": "left out" if trial.is_left_out else "check",
+        "log": problem.manoeuvre.name,
+        "converged": prediction.converged,
+        "first_s": trial.warm_up_s,
+        "last_s": float(problem.times.max()),
+        "n_readings": posterior.n_readings,
+        "failed_draws": {name: one.n_failed for name, one in prediction.predictions.items()},
+        "predicts": posterior.predicts(false_alarms),
+        "p_value": posterior.p_value,
+        "false_alarms": false_alarms,
+        "coverage": {},
+        "channels": {},
+    }
+    if not posterior.is_flown:
+        return result
+    flown = {name: one for name, one in prediction.predictions.items() if one.is_flown}
+    result["coverage"] = by_percent(posterior.coverage)
+    result["worst"] = posterior.worst
+    result["crps_over_prior"] = mean_ratio(posterior.crps, flown[PRIOR].crps) if PRIOR in flown else None
+    half_widths = posterior.of_channel(0.5 * np.diff(posterior.bands[0.9], axis=0)[0])
+    held = {p: posterior.of_channel(held) for p, held in posterior.held.items()}
+    for name in posterior.rms:
+        column = log_files.HEADERS[problem.channels[name][0].quantity]
+        factor = 1.0 / log_files.si_factor(column)
+        result["channels"][name] = {
+            "column": column,
+            "n_readings": len(half_widths[name]),
+            "coverage": by_percent({p: float(values[name].mean()) for p, values in held.items()}),
+            "half_width": factor * float(half_widths[name].mean()),
+            "rms": {by: factor * one.rms[name] for by, one in flown.items()},
+            "crps": {by: factor * one.crps[name] for by, one in flown.items()},
+        }
+    return result
+
+
+def by_percent(coverage: Mapping[float, float]) -> dict[str, float]:
+    """Coverage with its probabilities in words."""
+    return {f"{100 * probability:g} %": share for probability, share in coverage.items()}
+
+
+def mean_ratio(first: Mapping[str, float], second: Mapping[str, float]) -> float:
+    """Geometric mean over the channels."""
+    return float(np.exp(np.mean([np.log(first[name] / second[name]) for name in first])))
+
+
+def predicts(trials: Sequence[dict]) -> bool:
+    """Whether every trial is predicted, of :func:`numbers`; true if there is none."""
+    return all(trial["predicts"] for trial in trials)
+
+
+def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str, str]:
+    """What is to be said of prediction, by topic: of what was predicted, or that nothing was.
+
+    Parameters
+    ----------
+    trials : sequence of dict
+        Of :func:`numbers`.
+    n_logs : int
+        Number of logs among the fitted trials; of simulated ones nothing need be said.
+    n_trials : int
+        Number of fitted trials.
+    """
+    if trials:
+        text = " ".join(trial["sentence"] for trial in sorted(trials, key=lambda trial: trial["predicts"]))
+        n_left_out = sum(trial["kind"] == "left out" for trial in trials)
+        if 0 < n_left_out < n_trials:
+            text += f" Of {n_trials} trials {n_left_out} have been left out."
+        if not predicts(trials):
+            text += (
+                " The coefficients hold for the fitted log at best, whatever its residuals say: fit both together "
+                "([[trials]]), or look for what differs between them (a zero of the rudder: bias_rudder_deg)."
+            )
+        return {"prediction": text}
+    if n_logs > 1:
+        return {
+            "prediction": f"None was tried: fitted on {n_logs} logs, no log left out; run again with --resume "
+            "--leave-out, which fits the others for each of them, or name a log that is not fitted in [[check]]."
+        }
+    if n_logs:
+        return {
+            "prediction": "None was tried: the only log is fitted. A fit may pass every test and predict nothing; name "
+            'a second log in the study: [[check]] data = "other.csv".'
+        }
+    return {}
+
+
+def _named(trial: dict) -> str:
+    return f"{trial['name']}{' (left out)' if trial['kind'] == 'left out' else ''}"
+
+
+def _of_readings(trial: dict) -> str:
+    shares = [
+        f"{100 * trial['coverage'][key]:.0f} % within {key} bands" for key in by_percent(dict.fromkeys(INTERVALS))
+    ]
+    return f"{trial['n_readings']} readings to {trial['last_s']:.4g} s, {' and '.join(shares)}"
+
+
+def _success(trial: dict) -> str:
+    ratio = trial["crps_over_prior"]
+    against = "" if ratio is None else f"; score (CRPS) {ratio:.2g} of the prior's"
+    if ratio is not None and ratio > 0.95:
+        against = "; no better than the prior, whose bands are as wide"
+    unconverged = "" if trial["converged"] else " (by draws that have not converged)"
+    in_doubt = trial["p_value"] < FALSE_ALARMS or trial["coverage"]["90 %"] < FEW
+    word = "is in doubt, its errors are rare but possible" if in_doubt else "is predicted"
+    return f"{_named(trial)} {word}{unconverged}: {_of_readings(trial)} (p {trial['p_value']:.2g}){against}."
+
+
+def _failure(trial: dict) -> str:
+    if not trial["channels"]:
+        return f"{_named(trial)} is NOT PREDICTED: with most draws of the posterior the boat does not complete it."
+    channel = trial["channels"][trial["worst"]]
+    unit = with_unit(channel["column"]).partition("(")[2].rstrip(")")
+    others = ", ".join(f"{by} {value:.2g}" for by, value in channel["rms"].items() if by != POSTERIOR)
+    return (
+        f"{_named(trial)} is NOT PREDICTED: {trial['worst']} is off by {channel['rms'][POSTERIOR]:.2g} {unit} rms "
+        f"({others}), and its 90 % bands are +-{channel['half_width']:.2g} {unit}; {_of_readings(trial)} "
+        f"(p {trial['p_value']:.2g})."
+    )

@@ -1,0 +1,174 @@
+"""The card of a vehicle, which says whether its file describes a boat."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub.findings import actuator_examination
+from bayesub.findings.actuator_examination import actuators
+from bayesub.findings.coefficient_examinations import inertia, sizes_and_signs
+from bayesub.findings.examination import CardWarning
+from bayesub.findings.vehicle_examinations import (
+    GROWTH,
+    balance,
+    dive,
+    hydrostatics,
+    stability,
+    straight_flight,
+    turn,
+)
+from bayesub.model.trajectory import Trajectory
+from bayesub.model.vehicles import Vehicle
+
+EXAMINATIONS = (balance, straight_flight, stability, turn, dive, inertia, hydrostatics, sizes_and_signs, actuators)
+
+
+@dataclass(frozen=True)
+class VehicleCard:
+    """Balance, stability and first answers to the planes of a vehicle, in the field's words.
+
+    Attributes
+    ----------
+    vehicle : Vehicle
+        Of the file.
+    numbers : dict
+        Section -> name -> number (None where there is none), word or list; the unit is in the name. The section
+        "skipped" says why the equations of the vehicle leave others out.
+    warnings : tuple of CardWarning
+        What is unlike a boat.
+    flights : dict of str to Trajectory
+        "straight", "turn", "dive", as far as the vehicle can be flown.
+    """
+
+    vehicle: Vehicle
+    numbers: dict
+    warnings: tuple[CardWarning, ...]
+    flights: dict[str, Trajectory]
+
+    def lines(self) -> list[str]:
+        """The card in words: a line a subject, then the warnings, each with its remedy."""
+        return _lines(self.numbers, self.warnings)
+
+    def to_json(self) -> dict:
+        """Numbers and warnings as JSON types."""
+        return {"vehicle": self.vehicle.name, **self.numbers, "warnings": [vars(w) for w in self.warnings]}
+
+
+def check(vehicle: Vehicle) -> VehicleCard:
+    """Examine a vehicle on paper and in three short flights; whatever the numbers, the answer is a card."""
+    with np.errstate(all="ignore"):
+        examinations = [examine(vehicle) for examine in EXAMINATIONS]
+    numbers = {section: numbers for e in examinations for section, numbers in e.numbers.items()}
+    if skipped := {section: reason for e in examinations for section, reason in e.skipped.items()}:
+        numbers["skipped"] = skipped
+    return VehicleCard(
+        vehicle,
+        numbers,
+        tuple(warning for e in examinations for warning in e.warnings),
+        {name: trajectory for e in examinations for name, trajectory in e.flights.items()},
+    )
+
+
+def _lines(numbers: dict, warnings: Sequence[CardWarning]) -> list[str]:
+    """The card as text: a line a subject, then the warnings, each with its remedy."""
+    sections = {
+        "thrust": ("thrust_over_drag", _thrust_line),
+        "straight flight": ("straight_flight", _straight_line),
+        "stability": ("stability", _stability_line),
+        "turning circle": ("turning_circle", _turn_line),
+        "stern planes": ("stern_plane", _dive_line),
+        "mass matrix": ("mass_matrix", _mass_line),
+        "hydrostatics": ("hydrostatics", _hydrostatics_line),
+    }
+    skipped = numbers.get("skipped", {})
+    texts = {
+        subject: f"not examined: {skipped[section]}" if section in skipped else line(numbers)
+        for subject, (section, line) in sections.items()
+    }
+    texts |= actuator_examination.lines(numbers)
+    texts |= {f"zero in {axis}": " ".join(names) or "none" for axis, names in numbers["zero_coefficients"].items()}
+    remedies = [f"  warning: {warning.text}; {warning.remedy}" for warning in warnings]
+    return [*(f"  {subject:<17} {text}" for subject, text in texts.items()), *(remedies or ["  no warnings"])]
+
+
+def _formatted(value: float | None, form: str = "z.3g") -> str:
+    return "undefined" if value is None else format(value, form)
+
+
+def _thrust_line(numbers):
+    if None in numbers["thrust_over_drag"].values():
+        return "no drag to balance it"
+    above, below = (_formatted(ratio, ".4g") for ratio in numbers["thrust_over_drag"].values())
+    return f"{above} times the drag at self-propulsion" + ("" if above == below else f", {below} just below it")
+
+
+def _straight_line(numbers):
+    flight = numbers["straight_flight"]
+    if flight is None:
+        return "not flown to the end"
+    deeper = "depth_change_lengths"  # absent, as roll and pitch, with three degrees of freedom
+    angles = ", ".join(
+        f"{name} {_formatted(flight[f'{name}_deg'], 'z.1f')} deg"
+        for name in ("roll", "pitch", "heading")
+        if f"{name}_deg" in flight
+    )
+    percent = None if flight["speed_ratio"] is None else 100.0 * flight["speed_ratio"]
+    return f"after {flight['lengths']:g} ship lengths {_formatted(percent, '.4g')} % of the speed, {angles}" + (
+        f", {_formatted(flight[deeper], 'z.2f')} ship lengths deeper" if deeper in flight else ""
+    )
+
+
+def _stability_line(numbers):
+    indices = numbers["stability"]
+    rate = indices["growth_per_length"]
+    fate = "undefined" if rate is None else f"{'grows' if rate > GROWTH else 'decays'} by {abs(rate):.2g} a ship length"
+    values = ", ".join(
+        f"{key.partition('_')[2]} = {_formatted(index, 'z.2f')}"
+        for key, index in indices.items()
+        if key != "growth_per_length"
+    )
+    return f"{values} (above 0: stable without righting moment); the slowest disturbance {fate}"
+
+
+def _turn_line(numbers):
+    turn = numbers["turning_circle"]
+    if turn is None:
+        return "not flown to the end"
+    if turn["diameter_lengths"] is None:
+        return f"{turn['rudder_deg']:g} deg of rudder do not turn it"
+    percent = None if turn["speed_ratio"] is None else 100.0 * turn["speed_ratio"]
+    return (
+        f"{turn['rudder_deg']:g} deg of rudder: diameter {_formatted(turn['diameter_lengths'])} ship lengths "
+        f"(tactical {_formatted(turn['tactical_diameter_lengths'])}), {_formatted(percent)} % of the speed, drift "
+        f"{_formatted(turn['drift_angle_deg'])} deg; positive rudder turns {turn['positive_rudder_turns']}"
+    )
+
+
+def _dive_line(numbers):
+    dive = numbers["stern_plane"]
+    if dive is None:
+        return "not flown to the end"
+    return (
+        f"{dive['angle_deg']:+g} deg: {dive['positive_angle_pitches'] or 'no answer in pitch'}, pitch "
+        f"{_formatted(dive['pitch_after_two_lengths_deg'], '+z.2g')} deg after two ship lengths"
+    )
+
+
+def _mass_line(numbers):
+    mass = numbers["mass_matrix"]
+    pairs = {pair: difference for pair, difference in mass["added_mass_differences"].items() if difference > 0.01}
+    differ = ", ".join(
+        f"{pair.replace('-', ' and ')} by {100 * difference:.0f} %" for pair, difference in pairs.items()
+    )
+    definite = "positive definite" if mass["positive_definite"] else "NOT positive definite"
+    return f"{definite}; added mass {f'not symmetric: {differ}' if differ else 'symmetric'}"
+
+
+def _hydrostatics_line(numbers):
+    balance = numbers["hydrostatics"]
+    ratio = balance["buoyancy_over_weight"]
+    percent = _formatted(None if ratio is None else 100.0 * ratio, ".5g")
+    return (
+        f"buoyancy {percent} % of the weight, centre of gravity {_formatted(balance['BG_m'])} m below that of buoyancy"
+    )

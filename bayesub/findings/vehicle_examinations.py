@@ -1,0 +1,354 @@
+"""The examinations of a vehicle in flight: its balance, stability and first answers to the planes.
+
+Each takes a vehicle and gives its part of the card (:class:`bayesub.findings.vehicle_card.VehicleCard`). They ask
+the equations which coefficients act in straight flight; what the equations do not have is not examined.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayesub.findings.examination import CardWarning, Examination
+from bayesub.findings.flights import fly, growth, number_or_none, stability_indices, turning_circle
+from bayesub.findings.zeros import STEADY
+from bayesub.io.words import listed
+from bayesub.kernels import workspace
+from bayesub.logs import log_files
+from bayesub.logs.log_files import positions
+from bayesub.model.equations import AXES
+from bayesub.model.linear_motion import regressor_slopes, regressors, straight
+from bayesub.model.quantities import GLIDES, absence
+from bayesub.model.trajectory import Trajectory
+from bayesub.model.vehicles import Vehicle
+
+RUDDER_DEG = 15.0
+PLANE_DEG = 5.0
+STRAIGHT, TURN, DIVE = 20.0, 60.0, 10.0  # ship lengths travelled at the trial speed
+
+SPEED_TOLERANCE = 0.01  # of the trial speed, and of the drag for the thrust
+STRAY_DEG = 1.0  # heading, pitch and roll of straight flight
+STRAY_LENGTHS = 0.1  # depth, in ship lengths
+GROWTH = 1e-3  # per ship length: round-off and motions that neither grow nor decay stay below
+DIAMETERS = (1.0, 20.0)  # of turning circles with 15 degrees of rudder, ship lengths
+
+VELOCITY = log_files.positions("u", "v", "w")  # among the states
+RUDDER, STERN_PLANE = "rudder_deg", "stern_plane_deg"
+PLANAR = "the equations have three degrees of freedom"
+THRUST = {"du", "uc", "duc"}  # those by which terms of an equation set balance thrust and resistance
+
+
+@dataclass(frozen=True)
+class Contributions:
+    """Hydrodynamic forces, or their slopes by one variable, in straight flight at the trial speed.
+
+    Attributes
+    ----------
+    names : dict of str to list of str
+        Axis -> coefficients that contribute, whatever their values.
+    values : dict of str to float
+        Axis -> sum, N and N m for a force, and that per unit of the variable for a slope.
+    """
+
+    names: dict[str, list[str]]
+    values: dict[str, float]
+
+    def of(self, *axes: str) -> list[str]:
+        """The coefficients that contribute to some axes."""
+        return [name for axis in axes for name in self.names[axis]]
+
+
+def forces(vehicle: Vehicle, speed_ratio: float = 1.0) -> Contributions:
+    """The forces of straight flight, at a ratio of the trial speed; the propeller keeps turning as at that speed."""
+    states, controls = straight(vehicle, 1)
+    states[0, positions("u")] *= speed_ratio
+    return _summed(vehicle, regressors(vehicle, states, controls)[0])
+
+
+def slopes(vehicle: Vehicle, variable: str) -> Contributions:
+    """The slopes by a velocity other than u (per m/s, rad/s), or by a control by its column (per rad)."""
+    return _summed(vehicle, regressor_slopes(vehicle, variable))
+
+
+def _summed(vehicle: Vehicle, regressors: np.ndarray) -> Contributions:
+    names, values = {}, {}
+    for axis in AXES:
+        positions_of_axis = vehicle.equations.columns(vehicle.equations.names_of_axis(axis))
+        used = positions_of_axis[regressors[positions_of_axis] != 0.0]
+        names[axis] = [vehicle.equations.names[k] for k in used]
+        values[axis] = float(vehicle.xi[used] @ regressors[used])
+    return Contributions(names, values)
+
+
+def balance(boat: Vehicle) -> Examination:
+    """Thrust over drag at n' = 1 on both branches: b1 + b2 + b3 = b4 + b5 + b6 = -Xuu (model manual, section 5).
+
+    Propellers among the actuators push with the revolutions of their file.
+    """
+    body = dict(zip(workspace.BODY, map(float, boat.body), strict=True))
+    pushed = boat.actuators.wrenches(boat.actuators.rest[None], None)[0, [0, 6]] @ [1.0, boat.speed_mps]
+    thrusts = {
+        " + ".join(branch): sum(body[key] for key in branch) * boat.speed_mps**2 + pushed
+        for branch in (("b1", "b2", "b3"), ("b4", "b5", "b6"))
+    }
+    if not any(thrusts.values()) and _thrust_terms(boat):
+        reason = "thrust and resistance are terms of the equations"
+        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reason})
+    if not any(thrusts.values()) and boat.actuators.weigh:
+        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": GLIDES})
+    straight = forces(boat)
+    drag, symbol = -straight.values["X"], "" if pushed else _drag_symbol(boat, straight)
+    ratios = [number_or_none(thrust / drag) if drag else None for thrust in thrusts.values()]
+    warnings = []
+    if not drag:
+        sums = " = ".join(thrusts)
+        zero = f": {listed(straight.names['X'])} is zero" if straight.names["X"] else ""
+        remedy = (
+            f"set {symbol}, and {sums} = -{symbol} with it" if symbol else "set its drag, and a thrust to balance it"
+        )
+        warnings.append(CardWarning(f"the boat has no drag{zero}", remedy))
+    branches = thrusts if symbol or ratios[0] != ratios[1] else list(thrusts)[:1]  # the same without their names
+    for ratio, names in zip(ratios, branches, strict=False):
+        if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
+            text = f"at self-propulsion the thrust is {ratio:.3g} times the drag"
+            if symbol:
+                xuu = float(boat.xi[boat.equations.index[symbol]])
+                text += f": {names} = {ratio * -xuu:.4g}, -{symbol} = {-xuu:.4g}"
+                remedy = f"scale b so that {names} = -{symbol}, or change rpm_per_mps, to which b refers"
+            else:
+                text += f" of {drag:.4g} N"
+                remedy = "scale the thrust (b or thrust_n), or change the propeller speed to which it refers"
+                remedy = "change rpm of the propellers" if pushed else remedy
+            warnings.append(CardWarning(text, remedy))
+    both = {"above_self_propulsion": ratios[0], "below_self_propulsion": ratios[1]}
+    return Examination({"thrust_over_drag": both}, warnings)
+
+
+def _thrust_terms(boat: Vehicle) -> list[str]:
+    """The coefficients by which an equation set balances thrust and resistance itself."""
+    terms = boat.equations.terms
+    return [t.name for t in terms if t.axis == "X" and t.symbols <= STEADY and t.symbols & THRUST]
+
+
+def _drag_symbol(boat: Vehicle, straight: Contributions) -> str:
+    """The coefficient that is the drag on (rho/2) l^2 U^2, as b1 .. b9 are; empty if there is none."""
+    names = straight.names["X"]
+    term = boat.equations.term(names[0]) if len(names) == 1 else None
+    return term.name if term and (term.unit, term.length_power, term.speed_power) == (None, 2, 0) else ""
+
+
+def _flight(
+    boat: Vehicle, lengths: float, orders: dict[str, float], subproblem: str | None, what: str
+) -> tuple[Trajectory | None, np.ndarray | None, list[CardWarning]]:
+    """A flight, its states (n, 12) unless it failed, and a warning if it did."""
+    trajectory = fly(boat, lengths, orders, subproblem)
+    if trajectory is None:
+        text = f"{what} is not simulated: a ship length at trial speed takes no sensible time"
+        return None, None, [CardWarning(text, "check the units of length_m, speed_mps and rpm_per_mps")]
+    if trajectory.status[0] == "ok":
+        return trajectory, trajectory.states[0], []
+    end = trajectory.times[np.isnan(trajectory.states[0, :, 0]).argmax()]
+    reason = {"diverged": "speeds grow without bound", "left_envelope": "pitch passes 85 degrees"}[trajectory.status[0]]
+    text = f"{what} fails after {end * boat.speed_mps / boat.length_m:.2g} ship lengths: {reason}"
+    remedy = "look at the stability indices, the mass matrix and the signs of damping"
+    return trajectory, None, [CardWarning(text, remedy)]
+
+
+def straight_flight(boat: Vehicle) -> Examination:
+    """Speed, depth and attitude at the end of a flight with controls amidships; of a ship speed and heading."""
+    if balance(boat).skipped.get("thrust_over_drag") == GLIDES:
+        return Examination({"straight_flight": None}, skipped={"straight_flight": GLIDES})
+    trajectory, states, warnings = _flight(boat, STRAIGHT, {}, None, "straight flight")
+    flights = {} if trajectory is None else {"straight": trajectory}
+    if states is None:
+        return Examination({"straight_flight": None}, warnings, flights)
+    end, z = states[-1], log_files.STATES.index("z")
+    ratio = number_or_none(np.linalg.norm(end[VELOCITY]) / boat.speed_mps)
+    strays, angles, planar = {}, {"heading": "psi"}, boat.equations.degrees_of_freedom == 3
+    if not planar:
+        strays["depth_change_lengths"] = number_or_none((end[z] - states[0, z]) / boat.length_m)
+        angles = {"roll": "phi", "pitch": "theta"} | angles
+    for name, state in angles.items():
+        strays[f"{name}_deg"] = number_or_none(np.degrees(end[log_files.STATES.index(state)]))
+    own = _thrust_terms(boat) if "thrust_over_drag" in balance(boat).skipped else []
+    if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
+        warnings.append(
+            CardWarning(
+                f"straight flight does not hold its speed: {100 * ratio:.3g} % of it after {STRAIGHT:g} ship lengths",
+                f"look at {listed(own)}" if own else "balance thrust and drag; see the line 'thrust'",
+            )
+        )
+    limits = {
+        "depth_change_lengths": (STRAY_LENGTHS, "ship lengths deeper"),
+        "roll_deg": (STRAY_DEG, "deg of roll"),
+        "pitch_deg": (STRAY_DEG, "deg of pitch"),
+        "heading_deg": (STRAY_DEG, "deg of heading"),
+    }
+    off = [f"{stray:.3g} {limits[key][1]}" for key, stray in strays.items() if abs(stray or 0.0) > limits[key][0]]
+    if off:
+        causes = forces(boat).of(*"ZMYNK")
+        if not planar:
+            causes = ["trim (weight and buoyancy, their centres)", *causes, "thrust line", "torque"]
+        warnings.append(
+            CardWarning(
+                f"with {'rudder' if planar else 'planes'} amidships the boat does not "
+                f"{'run' if planar else 'fly'} straight: {', '.join(off)} after {STRAIGHT:g} ship lengths",
+                f"look at {listed(causes, 'the forces of straight flight')}",
+            )
+        )
+    numbers = {"lengths": STRAIGHT, "speed_ratio": ratio, **strays}
+    return Examination({"straight_flight": numbers}, warnings, flights)
+
+
+def stability(boat: Vehicle) -> Examination:
+    """Indices of stability in the planes that the equations have, and the growth of small disturbances."""
+    indices, rate, warnings = stability_indices(boat), growth(boat), []
+    grows = rate > GROWTH
+    righted = "which does not suffice at trial speed" if grows else "which suffices at trial speed"
+    planes = {
+        "horizontal_G_h": ("v", "r", "YN", "and it holds no course with the rudder amidships"),
+        "vertical_G_v": ("w", "q", "ZM", f"but for the righting moment, {righted}"),
+    }
+    less = " (less the moment of the mass)" if boat.equations.rigid_body_terms == "separate" else ""
+    unstable = False
+    for key, index in indices.items():
+        across, rotation, (force, moment), what = planes[key]
+        drift, turning = slopes(boat, across), slopes(boat, rotation)
+        symbol = key.partition("_")[2]
+        damping = listed([*drift.of(force), *turning.of(moment)], "the damping derivatives")
+        if index is None:
+            warnings.append(
+                CardWarning(
+                    f"{symbol} is undefined: {damping}{less} are not both negative",
+                    f"set {damping} from captive tests or a similar boat",
+                )
+            )
+        elif index <= 0.0:
+            munk = listed(drift.of(moment), f"the slope of {moment} by {across}")
+            warnings.append(
+                CardWarning(
+                    f"{symbol} = {index:.2f}: straight flight is unstable {what}",
+                    f"check {munk} (the Munk moment, which stern fins reduce), and {damping}",
+                )
+            )
+        unstable |= index is None or index <= 0.0
+    if grows and not unstable:
+        warnings.append(
+            CardWarning(
+                f"small disturbances of straight flight grow {np.exp(min(rate, 50.0)):.3g}-fold a ship length",
+                f"check {_roll_terms(boat)}the mass matrix",
+            )
+        )
+    return Examination({"stability": {**indices, "growth_per_length": number_or_none(rate)}}, warnings)
+
+
+def _roll_terms(boat: Vehicle) -> str:
+    """What makes roll grow besides the mass matrix, as words before it; empty for equations without roll."""
+    if boat.equations.degrees_of_freedom == 3:
+        return ""
+    damping = slopes(boat, "p").of("K")
+    coupling = slopes(boat, "v").of("K") + [
+        t.name for t in boat.equations.terms if (t.axis, t.regressor) == ("K", "vdot")
+    ]
+    words = ("damping in roll", damping), ("the coupling of roll with sway", coupling)
+    texts = (what + (f" ({', '.join(names)})" if names else "") for what, names in words)
+    return f"{', '.join(texts)} and "
+
+
+def _angle(boat: Vehicle, column: str, largest: float) -> float:
+    """An angle in degrees to which the actuators can bring a control."""
+    return min(largest, float(np.degrees(boat.actuators.limits[boat.equations.control(column, "check")])))
+
+
+def turn(boat: Vehicle) -> Examination:
+    """The turning circle."""
+    if reason := absence(boat, RUDDER):
+        return Examination({"turning_circle": None}, skipped={"turning_circle": reason})
+    rudder = _angle(boat, RUDDER, RUDDER_DEG)
+    orders = {RUDDER: np.radians(rudder)}
+    trajectory, states, warnings = _flight(boat, TURN, orders, "horizontal", "the turning circle")
+    flights = {} if trajectory is None else {"turn": trajectory}
+    if states is None:
+        return Examination({"turning_circle": None}, warnings, flights)
+    circle, effect = turning_circle(boat, states, rudder), slopes(boat, RUDDER)
+    diameter = circle["diameter_lengths"]
+    if diameter is None:
+        remedy = f"set {listed(effect.of('Y', 'N'), 'coefficients of the rudder')}"
+        warnings.append(CardWarning("the boat does not answer its rudder", remedy))
+    elif not DIAMETERS[0] <= diameter <= DIAMETERS[1]:
+        damping = listed([*slopes(boat, "r").of("N"), *slopes(boat, "v").of("N")], "the damping in yaw")
+        warnings.append(
+            CardWarning(
+                f"with {rudder:g} deg of rudder it turns in {diameter:.3g} ship lengths, where boats need "
+                f"{DIAMETERS[0]:g} to {DIAMETERS[1]:g}",
+                f"check {listed(effect.of('N', 'Y'), 'the rudder')} (per radian), {damping}",
+            )
+        )
+    if effect.values["Y"] * effect.values["N"] > 0.0:
+        names = listed(effect.of("Y", "N"))
+        warnings.append(
+            CardWarning(f"the rudder acts ahead of the centre: {names} have the same sign", "check both signs")
+        )
+    return Examination({"turning_circle": circle}, warnings, flights)
+
+
+def dive(boat: Vehicle) -> Examination:
+    """The answer to the stern planes."""
+    if reason := PLANAR if boat.equations.degrees_of_freedom == 3 else absence(boat, STERN_PLANE):
+        return Examination({"stern_plane": None}, skipped={"stern_plane": reason})
+    plane = _angle(boat, STERN_PLANE, PLANE_DEG)
+    trajectory, states, warnings = _flight(boat, DIVE, {STERN_PLANE: np.radians(plane)}, "vertical", "the dive")
+    flights = {} if trajectory is None else {"dive": trajectory}
+    if states is None:
+        return Examination({"stern_plane": None}, warnings, flights)
+    # The planes act against straight flight, which may itself pitch.
+    still = fly(boat, DIVE, {}, "vertical").states[0]
+    ahead, theta, z = len(states) // 5, log_files.STATES.index("theta"), log_files.STATES.index("z")
+    pitch = np.degrees(states[ahead, theta] - still[ahead, theta])
+    answers = np.isfinite(pitch) and abs(pitch) > 1e-3 * plane
+    numbers = {
+        "angle_deg": plane,
+        "pitch_after_two_lengths_deg": number_or_none(pitch),
+        "positive_angle_pitches": ("bow up" if pitch > 0.0 else "bow down") if answers else None,
+        "depth_change_lengths": number_or_none((states[-1, z] - states[0, z]) / boat.length_m),
+    }
+    effect = slopes(boat, STERN_PLANE)
+    names = listed(effect.of("Z", "M"), "coefficients of the stern planes")
+    if not answers and np.isfinite(pitch):
+        warnings.append(CardWarning("the boat does not answer its stern planes", f"set {names}"))
+    elif answers and pitch > 0.0:
+        warnings.append(
+            CardWarning(
+                "a positive stern plane pitches the bow up; manoeuvres expect bow down",
+                f"change the signs of {names} (trailing edge down is positive)",
+            )
+        )
+    if effect.values["Z"] * effect.values["M"] < 0.0:
+        warnings.append(
+            CardWarning(f"the stern planes act ahead of the centre: {names} differ in sign", "check both signs")
+        )
+    return Examination({"stern_plane": numbers}, warnings, flights)
+
+
+def hydrostatics(boat: Vehicle) -> Examination:
+    """Buoyancy over weight, and the righting arm."""
+    if boat.equations.degrees_of_freedom == 3:
+        return Examination({"hydrostatics": None}, skipped={"hydrostatics": PLANAR})
+    body, warnings = dict(zip(workspace.BODY, map(float, boat.body), strict=True)), []
+    ratio, arm = body["buoyancy"] / body["weight"], body["zG"] - body["zB"]
+    if abs(ratio - 1.0) > SPEED_TOLERANCE:
+        warnings.append(
+            CardWarning(
+                f"buoyancy is {100 * ratio:.4g} % of the weight",
+                "check buoyancy_n; neutrally_buoyant = true equals both",
+            )
+        )
+    if not arm > 0.0:
+        height = f"{-arm:.3g} m above" if arm else "at the height of"
+        warnings.append(
+            CardWarning(
+                f"no righting moment: the centre of gravity lies {height} that of buoyancy",
+                "z points down: zG of centre_of_gravity_m must exceed zB of centre_of_buoyancy_m",
+            )
+        )
+    numbers = {"buoyancy_over_weight": number_or_none(ratio), "BG_m": number_or_none(arm)}
+    return Examination({"hydrostatics": numbers}, warnings)
