@@ -16,7 +16,7 @@ from scipy.optimize import minimize
 import bayesub as bs
 from bayesub.kernels import workspace
 from bayesub.plots import glider as plots
-from bayesub.study.trial_log import read_trial
+from bayesub.study.schema.trial_log import read_trial
 from bayesub.thesis.glider_casts import LOG, SOUND_MPS, find_casts, mean_density, peer, shown, sparse
 
 SEED, N_DRAWS = 36, 400

@@ -26,7 +26,7 @@ from bayesub.model.linear_form import stacked
 from bayesub.plots import style
 from bayesub.report.markdown import columns
 from bayesub.sensors.measured_motion import Motion
-from bayesub.study.trial_log import read_trial
+from bayesub.study.schema.trial_log import read_trial
 
 FOLDER = Path(__file__).parent
 FITTED = ("10_10_P", "10_10_S", "20_10_P", "20_10_S")

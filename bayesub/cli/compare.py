@@ -31,8 +31,8 @@ def compare(
 
     Exit status 1 if a posterior has not converged.
     """
-    from bayesub.study.compare import PAGE, Request
-    from bayesub.study.compare import compare as compare_runs
+    from bayesub.study.after.compare import PAGE, Request
+    from bayesub.study.after.compare import compare as compare_runs
 
     with Bars() as bars:
         numbers = compare_runs(Request(runs, manoeuvre, draws, seed), output, force=force, pdf=pdf, progress=bars)

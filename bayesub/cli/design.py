@@ -94,9 +94,9 @@ def design(
     track, margins to the limits, what each coefficient will be known to, and what stays out of reach whatever is flown.
     A first answer is written within a minute.
     """
-    from bayesub.study.design import design as design_trial
-    from bayesub.study.design_question import DEFAULT, MINUTES, Request
-    from bayesub.study.run import RunInterrupted
+    from bayesub.study.after.design import design as design_trial
+    from bayesub.study.after.design_question import DEFAULT, MINUTES, Request
+    from bayesub.study.run.run import RunInterrupted
 
     if resume and force:
         raise InputError("--resume and --force exclude each other", "conflict", "--force")

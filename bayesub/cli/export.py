@@ -25,8 +25,8 @@ def export(run: Path, output: Path, wanted: str | None) -> None:
 
     Exit status 1 if the posterior has not converged.
     """
-    from bayesub.study import export as exports
-    from bayesub.study import passed_on
+    from bayesub.study.after import export as exports
+    from bayesub.study.after import passed_on
 
     with Bars() as bars:
         bars.stage("read the run and write")

@@ -64,14 +64,14 @@ def _logs() -> dict[str, str]:
 
 def _studies() -> dict[str, str]:
     """File -> question of the studies in the folder `studies`; of one that cannot be read, why not."""
-    from bayesub.study import runs
+    from bayesub.study.run import runs
 
     folder = Path("studies")
     return {str(path): _question(path) for path in runs.study_files(folder)}
 
 
 def _question(path: Path) -> str:
-    from bayesub.study import script
+    from bayesub.study.run import script
 
     try:
         if path.suffix == ".py":

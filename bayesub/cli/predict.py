@@ -63,7 +63,7 @@ def predict(
 
     Exit status 1 if the posterior has not converged, or does not predict the log or complete the manoeuvre.
     """
-    from bayesub.study.predict import PAGE, Request, predict_by_run
+    from bayesub.study.after.predict import PAGE, Request, predict_by_run
 
     options = {"sample_s": sample, "draws": draws, "seed": seed} | plane(subproblem)
     if (current_north_mps, current_east_mps) != (None, None):

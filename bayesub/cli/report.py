@@ -23,8 +23,8 @@ def report(folder: Path, pdf: bool, study: Path | None) -> None:
 
     If DIR is a folder of runs of the thesis's studies, write its README.md: their numbers beside the thesis's.
     """
-    from bayesub.study.redraw import redraw
-    from bayesub.study.run_folder import CONFIG
+    from bayesub.study.after.redraw import redraw
+    from bayesub.study.run.run_folder import CONFIG
 
     if not (folder / CONFIG).exists():
         from bayesub.thesis import page

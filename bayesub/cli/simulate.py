@@ -77,8 +77,8 @@ def simulate(
     from bayesub.model.vehicles import load_vehicle
     from bayesub.problem import priors
     from bayesub.sensors import observe
-    from bayesub.study.disturbance_section import in_words
-    from bayesub.study.trial_section import read_instruments
+    from bayesub.study.schema.disturbance_section import in_words
+    from bayesub.study.schema.trial_section import read_instruments
 
     instruments = None if sensors is None else read_instruments(sensors)
     section = _disturbance(disturbance, instruments)
@@ -123,7 +123,7 @@ def simulate(
 
 def _disturbance(path: Path | None, instruments):
     """The section of a file, or that of the truth in the file of the instruments; None if there is none."""
-    from bayesub.study.disturbance_section import read_disturbance
+    from bayesub.study.schema.disturbance_section import read_disturbance
 
     of_truth = None if instruments is None else instruments.truth.disturbance
     if path is None:

@@ -36,7 +36,7 @@ import bayesub as bs
 from bayesub.inference.baselines import sqp
 from bayesub.design import families, goals, judge, limits
 from bayesub.design.search import Cost, search
-from bayesub.study.script import load
+from bayesub.study.run.script import load
 from bayesub.thesis import cases
 
 CALIBRATION = load(Path({studies!r}) / "calibration.py")

@@ -21,8 +21,8 @@ import bayesub as bs
 from bayesub.cli import app
 from bayesub.inference.sampling.posterior import Criteria
 from bayesub.io.atomic import LOCK
-from bayesub.study.prepare import prepare
-from bayesub.study.study_file import load_study
+from bayesub.study.run.prepare import prepare
+from bayesub.study.schema.study_file import load_study
 
 pytestmark = pytest.mark.slow
 

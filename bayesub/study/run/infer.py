@@ -1,0 +1,195 @@
+"""The work of a study in TOML: baselines, sampling, cross-check, predictions, report."""
+
+import json
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.campaign.executors import Executor
+from bayesub.inference import baselines, identifiability
+from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
+from bayesub.inference.sampling import cross_check as compare_with_nuts
+from bayesub.io.atomic import write_text
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import duration
+from bayesub.model.linear_form import linear_systems, stacked
+from bayesub.report.early import fit_of_mode
+from bayesub.report.report import write_report
+from bayesub.report.suspect_columns import suspect
+from bayesub.report.unseen import TrialPrediction, predicted_trial, predicts
+from bayesub.study.provenance import commit, origin
+from bayesub.study.run import leave_out as others
+from bayesub.study.run.misread_columns import refuse_misread
+from bayesub.study.run.prepare import Setup
+from bayesub.study.run.result import StudyResult, verdict_on
+from bayesub.study.run.run_folder import CROSS_CHECK, TimedProgress, saved_config
+
+POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
+_STREAM_OF_MODE, _STREAM_OF_PREDICTIONS = 6, 7  # of the study's seed; a report takes the fifth
+
+
+def infer(
+    setup: Setup,
+    folder: Path,
+    *,
+    cross_check: bool,
+    leave_out: bool = False,
+    pdf: bool,
+    progress: TimedProgress,
+    executor: Executor | None = None,
+) -> StudyResult:
+    """Do the work of a study in an opened folder.
+
+    Parameters
+    ----------
+    setup : Setup
+        The study made ready.
+    folder : Path
+        Where everything is written.
+    cross_check : bool
+        Sample with NUTS too and compare.
+    leave_out : bool
+        Fit all trials but one, for each of them, and predict it.
+    pdf : bool
+        Draw every figure as PDF too.
+    progress : TimedProgress
+        To report to.
+    executor : Executor
+        What fits all trials but one; left out, processes of this machine.
+
+    Returns
+    -------
+    StudyResult
+    """
+    progress.stage("simulate or read the trials")
+    refuse_misread(setup, progress)
+    problem = setup.problem
+    for name, trial in setup.trials.items():
+        trial.record.save(folder / (f"record_{name}.csv" if name else "record.csv"))
+    for unseen in setup.unseen:
+        unseen.problem.record.save(folder / f"check_{unseen.name}.csv")
+    problem.predicted(np.repeat(problem.prior.mean[None], 16, axis=0))  # compiles, so that nothing below does
+    seconds = {"simulation and compilation": progress.seconds}
+    estimates = _baselines(setup, progress)
+    seconds |= {estimate.method: estimate.seconds for estimate in estimates}
+
+    progress.stage("sample the posterior")
+    sampler = setup.study.sampler
+    posterior = sample(
+        problem,
+        rng=setup.sampler_rng,
+        n_ensembles=sampler.n_ensembles,
+        n_walkers=sampler.n_walkers,
+        max_steps=sampler.max_steps,
+        criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
+        checkpoint=folder / "chain",
+        progress=progress,
+        examine=partial(_examine, setup, folder, progress),
+    )
+    seconds["sampling"] = posterior.seconds
+    posterior_file.save(posterior, folder / POSTERIOR)
+    write_text(folder / ESTIMATES, json.dumps([estimate.to_json() for estimate in estimates], indent=1))
+    check = None
+    if cross_check:
+        progress.stage("cross-check with NUTS")
+        check = compare_with_nuts(problem, posterior, rng=setup.check_rng, progress=progress)
+        write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
+    if leave_out:
+        others.fit(setup, folder, progress, executor)
+    progress.stage("predictions, figures and report")
+    seconds["all before the report"] = progress.seconds
+    return conclude(setup, folder, estimates, posterior, check, seconds=seconds, pdf=pdf, commit=commit())
+
+
+def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate]:
+    """The estimates that the study asks for."""
+    study, problem, estimates = setup.study, setup.problem, []
+    truths = [trial.truth for trial in setup.trials.values()]
+    if study.baselines.linear_least_squares and all(truths):  # a log has no noise-free motion
+        progress.stage("linear least squares")
+        plain = problem.naive()
+        systems = [linear_systems(truth, free=plain.names) for truth in truths]
+        systems = stacked(systems, plain.equations.names)
+        guess = dict(zip(plain.names, plain.prior.guess, strict=True))
+        estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
+    if n_starts := study.baselines.sqp_starts:
+        progress.stage("SQP")
+        plain = problem.searchable()
+        others = plain.names[plain.n_coefficients :]
+        estimates.append(baselines.sqp(plain, rng=setup.sqp_rng, informed=others, n_starts=n_starts, progress=progress))
+    return estimates
+
+
+def _examine(setup: Setup, folder: Path, progress: TimedProgress, mode: np.ndarray) -> None:
+    """Say before anything is sampled how the mode fits; InputError if it does not at all."""
+    sampler, seed = setup.study.sampler, np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM_OF_MODE,))
+    fit = fit_of_mode(setup.problem, mode, np.random.default_rng(seed))
+    values = dict(zip(setup.problem.names, mode.tolist(), strict=True))
+    write_text(folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
+    for topic, sentence in fit.sentences.items():
+        gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
+        progress.remark(f"{topic.replace('_', ' ')}:{gap}{sentence}")
+    if fit.misfit > sampler.max_misfit:
+        column = suspect(setup.problem, mode)
+        likely = f"likely {column}; if not, " if column else ""
+        raise InputError(
+            f"{setup.study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' by "
+            f"{fit.misfit:.3g} times its noise: {likely}look for a wrong column, sign or unit with bayesub check, free "
+            f"more coefficients, or raise the sd; to sample all the same give [sampler] max_misfit above that",
+            "data",
+            fit.channel,
+        )
+
+
+def conclude(
+    setup: Setup,
+    folder: Path,
+    estimates: list[baselines.Estimate],
+    posterior: Posterior,
+    check: CrossCheck | None,
+    *,
+    seconds: dict[str, float],
+    pdf: bool,
+    commit: str,
+) -> StudyResult:
+    """Write figures, numbers and report of a posterior; what it says is the result."""
+    study = setup.study
+    predictions = _predictions(setup, folder, estimates, posterior)
+    spectrum = identifiability.fisher(setup.problem, posterior.best)
+    taken = seconds.get("all before the report", sum(seconds.values()))
+    numbers = write_report(
+        folder,
+        setup.problem,
+        estimates,
+        spectrum,
+        posterior,
+        study=study,
+        seconds=seconds,
+        check=check,
+        predictions=predictions,
+        quantities=setup.quantities,
+        pdf=pdf,
+        commit=commit,
+        origin=origin(saved_config(folder) or {}) | {"time taken": duration(taken)},
+    )
+    return StudyResult(
+        name=study.name,
+        question=study.question,
+        verdict=verdict_on(posterior, check, predictions_hold=predicts(numbers["predictions"])),
+        folder=str(folder),
+        sentences=numbers["verdict"],
+        shortcomings=tuple(posterior.shortcomings),
+    )
+
+
+def _predictions(
+    setup: Setup, folder: Path, estimates: list[baselines.Estimate], posterior: Posterior
+) -> list[TrialPrediction]:
+    """Those of the logs that are not fitted, and of the trials that have been left out."""
+    rng = np.random.default_rng(np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM_OF_PREDICTIONS,)))
+    predictions = [predicted_trial(trial, setup.problem, posterior, estimates, rng) for trial in setup.unseen]
+    if left_out := others.posteriors(setup, folder):
+        trials = others.unseen_trials(setup)
+        predictions += [predicted_trial(trials[name], *fit, [], rng) for name, fit in left_out.items()]
+    return predictions
