@@ -9,6 +9,7 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.inference.baselines import gauss_newton
+from bayesub.logs import log_files
 from bayesub.study.run.prepare import prepare
 from bayesub.study.schema.study_file import load_study
 
@@ -108,9 +109,9 @@ def test_a_rudder_in_counts_from_a_guess(tmp_path):
         record = bs.observe(track, instruments, rng)
         record.save(tmp_path / "log.csv", track)
         # What acts is 0.05 deg (scale (counts - 500) + bias).
-        log = bs.io.log_files.read_log(tmp_path / "log.csv")
+        log = log_files.read_log(tmp_path / "log.csv")
         log["rudder_counts"] = (np.degrees(log.pop("delta_r")) / 0.05 - bias) / scale + 500.0
-        bs.io.log_files.write_log(tmp_path / "log.csv", log)
+        log_files.write_log(tmp_path / "log.csv", log)
         problem = percent(tmp_path / "study.toml", controls, zeros | speed).problem
         fit = gauss_newton(problem)
         places = [problem.names.index(name) for name in ("bias_rudder_counts", "scale_rudder")]
