@@ -23,7 +23,6 @@ def report(folder: Path, pdf: bool, study: Path | None) -> None:
 
     If DIR is a folder of runs of the thesis's studies, write its README.md: their numbers beside the thesis's.
     """
-    from bayesub.study.after.redraw import redraw
     from bayesub.study.run.run_folder import CONFIG
 
     if not (folder / CONFIG).exists():
@@ -32,6 +31,8 @@ def report(folder: Path, pdf: bool, study: Path | None) -> None:
         if written := page.write(folder):
             say(f"beside the thesis: {written}")
             return
+    from bayesub.study.after.redraw import redraw
+
     result = redraw(folder, study=study, pdf=pdf)
     tell(result)
     if not result.good:

@@ -17,7 +17,7 @@ from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.inference.identifiability import NullSpace, Spectrum, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.inference.sampling.sampler import SMOOTH
-from bayesub.io import templates
+from bayesub.io import seeds, templates
 from bayesub.io.atomic import write_text, writing
 from bayesub.model.quantities import Quantity
 from bayesub.plots.style import powers, rounded, uncertain
@@ -43,7 +43,6 @@ from bayesub.report.report_page import markdown_page
 from bayesub.report.unseen import TrialPrediction
 
 PREDICTIVE_DRAWS = 100
-_STREAM = 5  # of the study's seed; the run itself takes those before
 
 
 class ReportedStudy(Protocol):
@@ -205,8 +204,7 @@ def write_report(
     InputError
         If the folder cannot be written to.
     """
-    seed = np.random.SeedSequence(study.seed if study else 0, spawn_key=(_STREAM,))
-    rng = np.random.default_rng(seed)
+    rng = seeds.generator(study.seed if study else 0, seeds.REPORT)
     results = Results(problem, estimates, spectrum, posterior, check, rng, predictions, quantities)
     numbers = numbers_of(results)
     numbers["name"] = study.name if study else problem.vehicle.name

@@ -1,18 +1,16 @@
 """Figures and report of a finished run, made again from what its folder keeps."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
-from bayesub.io import toml_files
+from bayesub.inference.sampling import CrossCheck, posterior_file
 from bayesub.io.errors import InputError
-from bayesub.study.provenance import COMPUTED, copy_name, file_digest
+from bayesub.study.after.finished_run import config_of_study, read_back, saved_estimates, saved_study
 from bayesub.study.run import script
+from bayesub.study.run.infer import POSTERIOR, conclude
+from bayesub.study.run.prepare import prepare
 from bayesub.study.run.result import StudyResult, load_result
-from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, saved_config
-from bayesub.study.schema.study_file import Study
-
-OTHERS = {"design": "design with --resume", "prediction": "predict with --force", "comparison": "compare with --force"}
+from bayesub.study.run.run_folder import CROSS_CHECK, RunContext
 
 
 def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = False) -> StudyResult:
@@ -38,12 +36,7 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
         For a folder that lacks something, which it names, and for a file that has changed since the run.
     """
     folder = Path(folder)
-    config = saved_config(folder)
-    if config is None:
-        raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing", "state", CONFIG)
-    for key, remedy in OTHERS.items():
-        if key in config:
-            raise InputError(f"{folder}: is a {key}; bayesub {remedy} writes its page again", "state", key)
+    config = config_of_study(folder, "bayesub {} writes its page again")
     if "script_sha256" in config:
         result = script.redraw(folder, config, study and Path(study), pdf=pdf)
     elif study is not None:
@@ -62,45 +55,16 @@ def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
             "state",
             "numbers.json",
         )
-    if not (folder / "posterior.nc").exists():
+    if not (folder / POSTERIOR).exists():
         raise InputError(
-            f"{folder}: posterior.nc is missing: without the draws neither figures nor report can be drawn again "
+            f"{folder}: {POSTERIOR} is missing: without the draws neither figures nor report can be drawn again "
             "(numbers.json and the figures that are there are those of the run); run the study again to have them",
             "state",
-            "posterior.nc",
+            POSTERIOR,
         )
     study = saved_study(folder, config)
-    from bayesub.inference import baselines
-    from bayesub.inference.sampling import CrossCheck, posterior_file
-    from bayesub.study.run.infer import ESTIMATES, conclude
-    from bayesub.study.run.prepare import prepare
-
-    posterior = posterior_file.load(folder / "posterior.nc")
-    try:
-        estimates = [baselines.Estimate.from_json(e) for e in json.loads((folder / ESTIMATES).read_text())]
-        seconds = json.loads((folder / "numbers.json").read_text())["seconds"]
-        check_file = folder / CROSS_CHECK
-        check = CrossCheck.from_json(json.loads(check_file.read_text())) if check_file.exists() else None
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(
-            f"{folder}: {ESTIMATES}, {CROSS_CHECK} or numbers.json is damaged ({error}); run the study again",
-            "format",
-            ESTIMATES,
-        ) from None
-    options = {"seconds": seconds, "pdf": pdf, "commit": config["commit"]}
-    return conclude(prepare(study), folder, estimates, posterior, check, **options)
-
-
-def saved_study(folder: Path, config: dict) -> Study:
-    """The study of a run, whose files are the copies in its folder, or for a run of before 0.2 the files themselves."""
-    source = folder / CONFIG
-    content = {key: value for key, value in config.items() if key not in COMPUTED}
-    study = toml_files.validate(content, Study, str(source))
-    digests, places = config.get("files_sha256", {}), {}
-    for name in dict.fromkeys((*study.files, *digests)):
-        digest = digests.get(name, "")
-        copy = folder / copy_name(name, digest)
-        places[name] = copy if "sources_sha256" in config else Path(name)
-        if file_digest(places[name]) != digest:
-            raise InputError(f"{folder}: {places[name]} has changed since the run; run the study again", "state")
-    return study.located(source, places, quick=config["quick_run"])
+    posterior, estimates = posterior_file.load(folder / POSTERIOR), saved_estimates(folder)
+    seconds = read_back(folder / "numbers.json", lambda numbers: numbers["seconds"])
+    check = read_back(folder / CROSS_CHECK, CrossCheck.from_json) if (folder / CROSS_CHECK).exists() else None
+    context = RunContext(folder, pdf, commit=config["commit"])
+    return conclude(prepare(study), context, estimates, posterior, check, seconds=seconds)

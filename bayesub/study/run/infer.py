@@ -1,67 +1,57 @@
 """The work of a study in TOML: baselines, sampling, cross-check, predictions, report."""
 
 import json
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from bayesub.campaign.executors import Executor
 from bayesub.inference import baselines, identifiability
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.inference.sampling import cross_check as compare_with_nuts
+from bayesub.io import seeds, toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
-from bayesub.io.terminal import duration
+from bayesub.io.terminal import Progress, duration
+from bayesub.logs import log_files
+from bayesub.logs.finding import Finding
 from bayesub.model.linear_form import linear_systems, stacked
+from bayesub.model.prescribed import STATES
+from bayesub.report import log_card
 from bayesub.report.early import fit_of_mode
 from bayesub.report.report import write_report
 from bayesub.report.suspect_columns import suspect
 from bayesub.report.unseen import TrialPrediction, predicted_trial, predicts
-from bayesub.study.provenance import commit, origin
+from bayesub.sensors import QUANTITIES
+from bayesub.study.provenance import origin
 from bayesub.study.run import leave_out as others
-from bayesub.study.run.misread_columns import refuse_misread
 from bayesub.study.run.prepare import Setup
 from bayesub.study.run.result import StudyResult, verdict_on
-from bayesub.study.run.run_folder import CROSS_CHECK, TimedProgress, saved_config
+from bayesub.study.run.run_folder import CROSS_CHECK, RunContext, saved_config
 
 POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
-_STREAM_OF_MODE, _STREAM_OF_PREDICTIONS = 6, 7  # of the study's seed; a report takes the fifth
 
 
-def infer(
-    setup: Setup,
-    folder: Path,
-    *,
-    cross_check: bool,
-    leave_out: bool = False,
-    pdf: bool,
-    progress: TimedProgress,
-    executor: Executor | None = None,
-) -> StudyResult:
+def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bool = False) -> StudyResult:
     """Do the work of a study in an opened folder.
 
     Parameters
     ----------
     setup : Setup
         The study made ready.
-    folder : Path
-        Where everything is written.
+    context : RunContext
+        Of the run.
     cross_check : bool
         Sample with NUTS too and compare.
     leave_out : bool
         Fit all trials but one, for each of them, and predict it.
-    pdf : bool
-        Draw every figure as PDF too.
-    progress : TimedProgress
-        To report to.
-    executor : Executor
-        What fits all trials but one; left out, processes of this machine.
 
     Returns
     -------
     StudyResult
     """
+    folder, progress = context.folder, context.progress
     progress.stage("simulate or read the trials")
     refuse_misread(setup, progress)
     problem = setup.problem
@@ -85,7 +75,7 @@ def infer(
         criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
         checkpoint=folder / "chain",
         progress=progress,
-        examine=partial(_examine, setup, folder, progress),
+        examine=partial(_examine, setup, context),
     )
     seconds["sampling"] = posterior.seconds
     posterior_file.save(posterior, folder / POSTERIOR)
@@ -96,13 +86,54 @@ def infer(
         check = compare_with_nuts(problem, posterior, rng=setup.check_rng, progress=progress)
         write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
     if leave_out:
-        others.fit(setup, folder, progress, executor)
+        others.fit(setup, context)
     progress.stage("predictions, figures and report")
     seconds["all before the report"] = progress.seconds
-    return conclude(setup, folder, estimates, posterior, check, seconds=seconds, pdf=pdf, commit=commit())
+    return conclude(setup, context, estimates, posterior, check, seconds=seconds)
 
 
-def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate]:
+def refuse_misread(setup: Setup, progress: Progress) -> None:
+    """Say what contradicts what in the logs of a study, of the columns that it uses.
+
+    Raises
+    ------
+    InputError
+        If a column holds something else than its name says, and the trial does not say ``trust_log``.
+    """
+    for path, is_trusted, findings in _logs(setup):
+        misread = [finding for finding in findings if finding.misread]
+        if misread and not is_trusted:
+            others = f" ({len(misread) - 1} more: bayesub check {path})" if len(misread) > 1 else ""
+            raise InputError(
+                f"{path}: {misread[0].line()}{others}; if the log is right all the same, give trust_log = true",
+                "data",
+                ", ".join(misread[0].columns),
+            )
+        for finding in findings:
+            progress.remark(f"{path}: {finding.line()}")
+
+
+def _logs(setup) -> Iterator[tuple[Path, bool, list[Finding]]]:
+    """Each log, whether it is trusted, and what is wrong with the columns that are used."""
+    study, fins = setup.study, setup.vehicle.actuators.log_columns
+    trials = [(section, setup.trials[name].record) for name, section, _ in study.each_trial()]
+    unseen = {trial.name: trial.problem.record for trial in setup.unseen}
+    trials += [(section, unseen[section.name]) for section, _ in study.each_check()]
+    for section, record in trials:
+        if section.data is None:
+            continue
+        path = toml_files.find_log(study.path(section.data))
+        log = log_files.read_log(path, fins, ascending=False)
+        headers = [header for header in log_files.headers(path, fins) if header not in (section.ignore or ())]
+        names = {header: log_files.short_name(header) for header in headers}
+        log = {name: log[name] for name in ("time", *names.values()) if name in log}
+        read = {channel.quantity for channel in record.channels} | {STATES[a][0] for a in section.prescribed or ()}
+        unused = {header for header, name in names.items() if name in QUANTITIES and name not in read}
+        findings = log_card.check(log, headers, fins, setup.vehicle).findings
+        yield path, bool(section.trust_log), [one for one in findings if not unused.issuperset(one.columns)]
+
+
+def _baselines(setup: Setup, progress: Progress) -> list[baselines.Estimate]:
     """The estimates that the study asks for."""
     study, problem, estimates = setup.study, setup.problem, []
     truths = [trial.truth for trial in setup.trials.values()]
@@ -121,15 +152,15 @@ def _baselines(setup: Setup, progress: TimedProgress) -> list[baselines.Estimate
     return estimates
 
 
-def _examine(setup: Setup, folder: Path, progress: TimedProgress, mode: np.ndarray) -> None:
+def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
     """Say before anything is sampled how the mode fits; InputError if it does not at all."""
-    sampler, seed = setup.study.sampler, np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM_OF_MODE,))
-    fit = fit_of_mode(setup.problem, mode, np.random.default_rng(seed))
+    sampler = setup.study.sampler
+    fit = fit_of_mode(setup.problem, mode, seeds.generator(setup.study.seed, seeds.MODE))
     values = dict(zip(setup.problem.names, mode.tolist(), strict=True))
-    write_text(folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
+    write_text(context.folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
     for topic, sentence in fit.sentences.items():
         gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
-        progress.remark(f"{topic.replace('_', ' ')}:{gap}{sentence}")
+        context.progress.remark(f"{topic.replace('_', ' ')}:{gap}{sentence}")
     if fit.misfit > sampler.max_misfit:
         column = suspect(setup.problem, mode)
         likely = f"likely {column}; if not, " if column else ""
@@ -144,17 +175,15 @@ def _examine(setup: Setup, folder: Path, progress: TimedProgress, mode: np.ndarr
 
 def conclude(
     setup: Setup,
-    folder: Path,
-    estimates: list[baselines.Estimate],
+    context: RunContext,
+    estimates: Sequence[baselines.Estimate],
     posterior: Posterior,
     check: CrossCheck | None,
     *,
-    seconds: dict[str, float],
-    pdf: bool,
-    commit: str,
+    seconds: Mapping[str, float],
 ) -> StudyResult:
     """Write figures, numbers and report of a posterior; what it says is the result."""
-    study = setup.study
+    study, folder = setup.study, context.folder
     predictions = _predictions(setup, folder, estimates, posterior)
     spectrum = identifiability.fisher(setup.problem, posterior.best)
     taken = seconds.get("all before the report", sum(seconds.values()))
@@ -169,8 +198,8 @@ def conclude(
         check=check,
         predictions=predictions,
         quantities=setup.quantities,
-        pdf=pdf,
-        commit=commit,
+        pdf=context.pdf,
+        commit=context.commit,
         origin=origin(saved_config(folder) or {}) | {"time taken": duration(taken)},
     )
     return StudyResult(
@@ -184,10 +213,10 @@ def conclude(
 
 
 def _predictions(
-    setup: Setup, folder: Path, estimates: list[baselines.Estimate], posterior: Posterior
+    setup: Setup, folder: Path, estimates: Sequence[baselines.Estimate], posterior: Posterior
 ) -> list[TrialPrediction]:
     """Those of the logs that are not fitted, and of the trials that have been left out."""
-    rng = np.random.default_rng(np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM_OF_PREDICTIONS,)))
+    rng = seeds.generator(setup.study.seed, seeds.PREDICTIONS)
     predictions = [predicted_trial(trial, setup.problem, posterior, estimates, rng) for trial in setup.unseen]
     if left_out := others.posteriors(setup, folder):
         trials = others.unseen_trials(setup)

@@ -4,22 +4,20 @@ from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from bayesub.campaign import executors
 from bayesub.campaign.campaign import complete
-from bayesub.campaign.executors import Executor
 from bayesub.campaign.piece import is_remote
 from bayesub.inference.sampling import Criteria, Posterior, posterior_file, sample
+from bayesub.io import seeds
 from bayesub.io.errors import InputError
+from bayesub.io.terminal import Progress
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.unseen import UnseenTrial
 from bayesub.study.run.prepare import Setup
-from bayesub.study.run.run_folder import TimedProgress
+from bayesub.study.run.run_folder import RunContext
 from bayesub.study.schema.check_section import warm_up
 
 LEFT_OUT = "left_out"
-_STREAM = 6  # of the study's seed, with one for each trial
 
 
 def check(setup: Setup) -> None:
@@ -47,17 +45,18 @@ def unseen_trials(setup: Setup) -> dict[str, UnseenTrial]:
     return trials
 
 
-def fit(setup: Setup, folder: Path, progress: TimedProgress, executor: Executor | None = None) -> None:
+def fit(setup: Setup, context: RunContext) -> None:
     """Sample the posterior of the others for each trial that has no converged one in the folder.
 
     A fit that was stopped continues from its checkpoint. Of one that finds no mode, or accepts nothing, progress tells
     why, and the others go on.
     """
+    folder, progress = context.folder, context.progress
     (folder / LEFT_OUT).mkdir(exist_ok=True)
     store = _Fits(setup, folder, progress)
     names = {name: (k, name) for k, name in enumerate(setup.trials) if name not in store.results}
     progress.stage("leave out")
-    executor = executor or executors.local()
+    executor = context.executor or executors.local()
     failures = folder / LEFT_OUT / "failures.txt"
     complete(
         executor, partial(_without, setup, folder), names, store, failures=failures, progress=progress, unit="trials"
@@ -76,7 +75,7 @@ def _without(setup: Setup, folder: Path, trial: tuple[int, str]) -> Posterior | 
     try:
         return sample(
             setup.problem.without(name),
-            rng=np.random.default_rng(np.random.SeedSequence(setup.study.seed, spawn_key=(_STREAM, k))),
+            rng=seeds.generator(setup.study.seed, seeds.LEFT_OUT, k),
             n_ensembles=sampler.n_ensembles,
             n_walkers=sampler.n_walkers,
             max_steps=sampler.max_steps,
@@ -90,7 +89,7 @@ def _without(setup: Setup, folder: Path, trial: tuple[int, str]) -> Posterior | 
 class _Fits:
     """The fits in a run folder; those that have converged by the criteria of the study are done."""
 
-    def __init__(self, setup: Setup, folder: Path, progress: TimedProgress):
+    def __init__(self, setup: Setup, folder: Path, progress: Progress):
         self.folder, self.progress, self.results = folder, progress, {}
         for name in setup.trials:
             place = _place(folder, name)

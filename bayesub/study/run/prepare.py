@@ -1,6 +1,6 @@
 """A study made ready: its trials simulated or read, the problem that they pose, and logs to predict."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from bayesub.io import seeds
 from bayesub.io.errors import InputError, error_source
+from bayesub.io.seeds import generator
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.quantities import Quantity
 from bayesub.model.simulator import Simulator
@@ -25,6 +27,7 @@ from bayesub.study.schema.control_section import with_columns
 from bayesub.study.schema.prior_section import noise_models
 from bayesub.study.schema.study_file import Study
 from bayesub.study.schema.trial_log import Trial
+from bayesub.study.schema.trial_section import TrialKeys
 
 
 @dataclass(frozen=True)
@@ -78,16 +81,55 @@ def prepare(study: Study) -> Setup:
         return _prepare(study)
 
 
+@dataclass(frozen=True)
+class _Flight:
+    """A trial, or a log that is not fitted, on its way from its section to its problem.
+
+    Attributes
+    ----------
+    name : str
+    label : str
+        In error messages.
+    section : TrialKeys
+    sensors : tuple of SensorSection
+    trial : Trial
+        One that is simulated is not flown before it is posed.
+    problem : Problem or None
+        As soon as it is posed.
+    """
+
+    name: str
+    label: str
+    section: TrialKeys
+    sensors: tuple
+    trial: Trial
+    problem: Problem | None = None
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether it is no log to predict."""
+        return not isinstance(self.section, CheckSection)
+
+    def posed(
+        self, vehicle: Vehicle, pose: Callable[..., Problem], noise: dict, dt: float | None, rng: np.random.Generator
+    ) -> "_Flight":
+        """The same, flown, with its problem; `rng` is of the noise of its readings."""
+        with error_source(self.label):
+            trial = self.trial
+            if not self.is_fitted:
+                trial = _with_own_unknowns(trial, self.section, vehicle, noise)
+            given = {"nuisance": trial.nuisance, "noise": noise}
+            if dt is None:  # the longest that the sensors do not notice, whatever they are going to read
+                dt = pose(trial.manoeuvre, trial.record, **given).simulator.step
+            trial = self.section.flown(trial, vehicle, self.sensors, dt, rng)
+            return replace(self, trial=trial, problem=pose(trial.manoeuvre, trial.record, dt=dt, **given))
+
+
 def _prepare(study: Study) -> Setup:
-    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(study.seed).spawn(5)]
-    data_rng, guess_rng, *others = streams
+    data_rng, guess_rng = (generator(study.seed, stream) for stream in (seeds.DATA, seeds.GUESS))
     vehicle = with_columns(load_vehicle(study.vehicle, study.path), study.controls)
     quantities = tuple(section.build(vehicle, study.path) for section in study.derived)
-    trials = {}
-    for name, trial, sections in study.each_trial():
-        with error_source(_label(name)):
-            trials[name] = trial.build(vehicle, sections, study.nuisance | trial.nuisance, study.path)
-    checks = {check.name: _built(check, vehicle, sections, study) for check, sections in study.each_check()}
+    flights = [*_fitted(study, vehicle), *_unfitted(study, vehicle)]
     centre = vehicle.xi
     if study.prior.centre == "perturbed":
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
@@ -95,44 +137,59 @@ def _prepare(study: Study) -> Setup:
     xi = vehicle.xi.copy()
     xi[vehicle.equations.columns(fixed)] = list(fixed.values())
     free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
-    disturbance = _disturbance(study, vehicle, trials)
-    records = [trial.record for trial in (*trials.values(), *checks.values())]
-    noises = noise_models(study.noise, [record.channels for record in records])
+    disturbance = _disturbance(study, vehicle, [flight.trial.manoeuvre for flight in flights if flight.is_fitted])
+    noises = noise_models(study.noise, [flight.trial.record.channels for flight in flights])
     pose = partial(Problem, vehicle, free=free, prior=prior, xi=xi, disturbance=disturbance)
-
-    def posed(section, trial, sensors, noise):
-        given, step = {"nuisance": trial.nuisance, "noise": noise}, study.dt_s
-        if step is None:  # the longest that the sensors do not notice, whatever they are going to read
-            step = pose(trial.manoeuvre, trial.record, **given).simulator.step
-        trial = section.flown(trial, vehicle, sensors, step, data_rng)
-        return trial, pose(trial.manoeuvre, trial.record, dt=step, **given)
-
-    problems = {}
-    for (name, section, sensors), noise in zip(study.each_trial(), noises, strict=False):
-        with error_source(_label(name)):
-            trials[name], problems[name] = posed(section, trials[name], sensors, noise)
-    problem = problems[""] if study.trials is None else JointProblem(problems)
+    asked = zip(flights, noises, strict=True)
+    flights = [flight.posed(vehicle, pose, noise, study.dt_s, data_rng) for flight, noise in asked]
+    fitted = {flight.name: flight for flight in flights if flight.is_fitted}
+    problem = fitted[""].problem if study.trials is None else JointProblem({n: f.problem for n, f in fitted.items()})
     unseen = []
-    for (check, sensors), noise in zip(study.each_check(), noises[len(trials) :], strict=True):
-        with error_source(_check_label(check)):
-            trial = _with_own_unknowns(checks[check.name], check, vehicle, noise)
-            unseen.append(check.posed(posed(check, trial, sensors, noise)[1], problem))
-    return Setup(study, vehicle, trials, problem, tuple(unseen), quantities, pose, *others)
+    for flight in flights[len(fitted) :]:
+        with error_source(flight.label):
+            unseen.append(flight.section.posed(flight.problem, problem))
+    return Setup(
+        study,
+        vehicle,
+        {name: flight.trial for name, flight in fitted.items()},
+        problem,
+        tuple(unseen),
+        quantities,
+        pose,
+        *(generator(study.seed, stream) for stream in (seeds.SQP, seeds.SAMPLER, seeds.CROSS_CHECK)),
+    )
 
 
-def _built(check: CheckSection, vehicle: Vehicle, sections, study: Study) -> Trial:
-    """The trial of a log that is not fitted; InputError for one that is fitted too."""
-    with error_source(_check_label(check)):
-        for name, fitted, _ in study.each_trial():
-            logs = [section.data and file_digest(Path(study.path(section.data))) for section in (check, fitted)]
-            if check.data is not None and logs[0] == logs[1]:
-                where = f"in trial '{name}'" if name else "by this study"
-                raise InputError(
-                    f"{check.data} is fitted {where} and says nothing about prediction; give a log that is not fitted",
-                    "conflict",
-                    "check.data",
-                )
-        return check.build(vehicle, sections, check.nuisances(study.nuisance), study.path)
+def _fitted(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
+    """The trials of a study, not flown yet."""
+    for name, section, sensors in study.each_trial():
+        label = f"trial '{name}'" if name else ""
+        with error_source(label):
+            trial = section.build(vehicle, sensors, study.nuisance | section.nuisance, study.path)
+        yield _Flight(name, label, section, sensors, trial)
+
+
+def _unfitted(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
+    """The logs that are not fitted; InputError for one that is fitted too."""
+    for check, sensors in study.each_check():
+        label = f"check '{check.name}'"
+        with error_source(label):
+            _refuse_fitted(check, study)
+            trial = check.build(vehicle, sensors, check.nuisances(study.nuisance), study.path)
+        yield _Flight(check.name, label, check, sensors, trial)
+
+
+def _refuse_fitted(check: CheckSection, study: Study) -> None:
+    """InputError for a log that is fitted too."""
+    for name, fitted, _ in study.each_trial():
+        logs = [section.data and file_digest(Path(study.path(section.data))) for section in (check, fitted)]
+        if check.data is not None and logs[0] == logs[1]:
+            where = f"in trial '{name}'" if name else "by this study"
+            raise InputError(
+                f"{check.data} is fitted {where} and says nothing about prediction; give a log that is not fitted",
+                "conflict",
+                "check.data",
+            )
 
 
 def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, noise: dict) -> Trial:
@@ -154,20 +211,8 @@ def present(nuisance: dict, vehicle: Vehicle, manoeuvre: Manoeuvre, channels=(),
     return unknown
 
 
-def _disturbance(study: Study, vehicle: Vehicle, trials: dict[str, Trial]) -> UnknownDisturbance | None:
+def _disturbance(study: Study, vehicle: Vehicle, manoeuvres: Sequence[Manoeuvre]) -> UnknownDisturbance | None:
     """The unmodelled forces that a study infers, of which shares are of the forces of the hull in all trials."""
     if study.disturbance is None:
         return None
-    at_start = np.zeros(1)
-    simulators = [Simulator(vehicle, trial.manoeuvre, at_start, dt=study.dt_s) for trial in trials.values()]
-    return study.disturbance.build(simulators)
-
-
-def _check_label(check: CheckSection) -> str:
-    """A log that is not fitted, in error messages."""
-    return f"check '{check.name}'"
-
-
-def _label(name: str) -> str:
-    """A trial in error messages."""
-    return f"trial '{name}'" if name else ""
+    return study.disturbance.build([Simulator(vehicle, one, np.zeros(1), dt=study.dt_s) for one in manoeuvres])

@@ -12,9 +12,10 @@ from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import SILENT, Progress
+from bayesub.study.provenance import commit
 from bayesub.study.run import script
 from bayesub.study.run.result import RESULT, StudyResult
-from bayesub.study.run.run_folder import TimedProgress, open_folder
+from bayesub.study.run.run_folder import RunContext, TimedProgress, open_folder
 from bayesub.study.run.script import Script
 from bayesub.study.schema.study_file import Study, load_study
 
@@ -90,7 +91,7 @@ def run(
     with open_folder(folder, study.config(), study.copies(), **options), interruptions(folder):
         (folder / RESULT).unlink(missing_ok=True)
         clock = TimedProgress(folder, progress)
-        result = work(folder, pdf=pdf, progress=clock, executor=executor)
+        result = work(RunContext(folder, pdf, clock, executor, commit()))
         clock.save()
         result = replace(result, seconds=clock.seconds)
         result.save()
@@ -98,7 +99,7 @@ def run(
 
 
 def _work(study: Study | Script, cross_check: bool, leave_out: bool):
-    """The work of a study: a function of its folder, whether figures are drawn as PDF too, progress and executor."""
+    """The work of a study, a function of its context."""
     if isinstance(study, Script):
         if cross_check:
             raise InputError(

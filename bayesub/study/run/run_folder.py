@@ -5,14 +5,16 @@ import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import tomli_w
 
+from bayesub.campaign.executors import Executor
 from bayesub.io import toml_files
 from bayesub.io.atomic import LOCK, PARTIAL, locked, write_text, writing
 from bayesub.io.errors import InputError
-from bayesub.io.terminal import Progress
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.provenance import CODE, code_change, study_change
 
 CONFIG = "config.toml"
@@ -157,6 +159,36 @@ class TimedProgress:
     def remark(self, sentence: str) -> None:
         """As :meth:`bayesub.io.terminal.Progress.remark`."""
         self.progress.remark(sentence)
+
+
+@dataclass(frozen=True)
+class RunContext:
+    """What a run works with, whatever it asks: where it writes, to whom it reports, and who works for it.
+
+    Attributes
+    ----------
+    folder : Path
+        The run folder, opened.
+    pdf : bool
+        Whether every figure is drawn as PDF too.
+    progress : Progress
+        To report to; of a run that is not only drawn again it is a :class:`TimedProgress`.
+    executor : Executor or None
+        What does independent parts; None for processes of this machine.
+    commit : str
+        Of the sources that make the run, for the foot of its page.
+    """
+
+    folder: Path
+    pdf: bool = False
+    progress: Progress = SILENT
+    executor: Executor | None = None
+    commit: str = "unknown"
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        """Suffixes of figures."""
+        return (".png", ".pdf") if self.pdf else (".png",)
 
 
 def _read_seconds(file: Path) -> float:

@@ -37,6 +37,7 @@ from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.provenance import environment, file_digest
 from bayesub.study.run import script_page
 from bayesub.study.run.result import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED, StudyResult
+from bayesub.study.run.run_folder import RunContext
 
 COPY = "study.py"  # of the script, in its run folder
 NUMBERS = "numbers.json"
@@ -251,16 +252,13 @@ def load(path: Path) -> ModuleType:
     return module
 
 
-def run(
-    script: Script, folder: Path, *, pdf: bool = False, progress: Progress = SILENT, executor: Executor | None = None
-) -> StudyResult:
+def run(script: Script, context: RunContext) -> StudyResult:
     """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
-    given = {"quick": script.is_quick, "progress": progress, "formats": _formats(pdf), "executor": executor}
-    study = ScriptRun(script.name, folder, **given)
+    study = _script_run(script.name, context, quick=script.is_quick)
     module = load(script.path)
     text = as_json(_shortened(module.compute(study)), "compute()")
-    write_text(folder / NUMBERS, text)
-    progress.stage("figures")
+    write_text(context.folder / NUMBERS, text)
+    context.progress.stage("figures")
     return _conclude(module, study, json.loads(text), script.question, script.config())
 
 
@@ -302,12 +300,13 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
         numbers = json.loads(toml_files.read_text(numbers_file))
     except ValueError as error:
         raise InputError(f"{numbers_file}: is damaged ({error}); run the study again", "format", NUMBERS) from None
-    study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=_formats(pdf))
+    study = _script_run(config["name"], RunContext(folder, pdf), quick=config["quick_run"])
     return _conclude(load(path), study, numbers, check(path), config)
 
 
-def _formats(pdf: bool) -> tuple[str, ...]:
-    return (".png", ".pdf") if pdf else (".png",)
+def _script_run(name: str, context: RunContext, *, quick: bool) -> ScriptRun:
+    given = {"progress": context.progress, "formats": context.formats, "executor": context.executor}
+    return ScriptRun(name, context.folder, quick=quick, **given)
 
 
 def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str, config: dict) -> StudyResult:

@@ -13,7 +13,7 @@ from bayesub.inference.sampling.posterior import Posterior
 from bayesub.logs import log_files
 from bayesub.report.early import fit_of_mode
 from bayesub.report.suspect_columns import suspect
-from bayesub.study.run.misread_columns import refuse_misread
+from bayesub.study.run.infer import refuse_misread
 from bayesub.study.run.prepare import prepare
 from bayesub.study.run.run import run
 from bayesub.study.schema.study_file import load_study
