@@ -1,6 +1,5 @@
 """Several finished runs side by side, in a folder that explains itself."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,19 +8,18 @@ import numpy as np
 
 from bayesub.inference.checks.prediction import N_DRAWS
 from bayesub.io import toml_files
-from bayesub.io.atomic import write_csv, write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.report import comparison_page
 from bayesub.report.comparison import ComparedRun, Comparison
 from bayesub.report.unseen import POSTERIOR
+from bayesub.study.after.answer import open_answer, write_answer
 from bayesub.study.after.finished_run import FinishedRun, finished_run
 from bayesub.study.after.predict import predicted_by
 from bayesub.study.after.unseen_manoeuvre import Asked, asked
-from bayesub.study.provenance import copies, of_request, settings
-from bayesub.study.run.run_folder import open_folder
+from bayesub.study.provenance import of_request, settings
 
-PAGE, NUMBERS = "comparison.html", "numbers.json"
+PAGE = "comparison.html"
 USUAL = "zigzag_20_20"  # manoeuvre, if the first run is of a log
 _UNTOLD = ("begun", "question", "quick", "files_sha256", "name", "vehicle", "manoeuvre", "data", "commit")  # elsewhere
 _DIGITS = 12  # of digests
@@ -94,7 +92,7 @@ def compare(
     if request.manoeuvre is not None and len(refusals) == len(runs):
         raise refusals[0]
     config = request.config(manoeuvre, dict(pair for run in runs for pair in run.files.items()) | files)
-    with open_folder(folder, config, copies(files, config["files_sha256"]), force=force):
+    with open_answer(folder, config, files, force=force):
         compared = []
         for label, run, question in zip(labels, runs, questions, strict=True):
             progress.stage(f"{label} on {Path(manoeuvre).stem}")
@@ -102,11 +100,9 @@ def compare(
         comparison = Comparison(tuple(compared), Path(manoeuvre).stem)
         progress.stage("figures and page")
         numbers = comparison.numbers | {"seed": request.seed}
-        with writing(folder):
-            write_csv(folder / "coefficients.csv", comparison.coefficient_rows())
-            write_csv(folder / "distances.csv", comparison.distance_rows())
-            write_text(folder / NUMBERS, json.dumps(numbers, indent=1))
-            comparison_page.sheet(comparison, commit=config["commit"], seed=request.seed).write(folder / PAGE, pdf=pdf)
+        tables = {"coefficients.csv": comparison.coefficient_rows(), "distances.csv": comparison.distance_rows()}
+        sheet = comparison_page.sheet(comparison, commit=config["commit"], seed=request.seed)
+        write_answer(folder, PAGE, sheet, numbers, tables, pdf=pdf)
     return numbers
 
 

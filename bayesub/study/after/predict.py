@@ -1,6 +1,5 @@
 """A finished run predicts a manoeuvre or a log that it has not seen, into a folder that explains itself."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,6 @@ import numpy as np
 
 from bayesub.inference.checks.prediction import N_DRAWS, predict
 from bayesub.io import toml_files
-from bayesub.io.atomic import write_csv, write_text, writing
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.simulator import OF_MANOEUVRE
 from bayesub.problem.trial_problem import TrialProblem
@@ -18,12 +16,12 @@ from bayesub.report.predicted_motion import PredictedMotion, predicted_motion, t
 from bayesub.report.prediction_page import PredictedTrial, readings_table
 from bayesub.report.unseen import TrialPrediction
 from bayesub.sensors.current import over_ground
+from bayesub.study.after.answer import open_answer, write_answer
 from bayesub.study.after.finished_run import FinishedRun, finished_run
 from bayesub.study.after.unseen_manoeuvre import Asked, asked
-from bayesub.study.provenance import copies, of_request
-from bayesub.study.run.run_folder import open_folder
+from bayesub.study.provenance import of_request
 
-PAGE, NUMBERS = "prediction.html", "numbers.json"
+PAGE = "prediction.html"
 BATCH = 100  # draws between two words of progress
 
 
@@ -105,17 +103,16 @@ def predict_by_run(
     question = asked(run, request.source, **options)
     files = request.own_files
     config = request.config(run.files | files)
-    with open_folder(folder, config, copies(files, config["files_sha256"]), force=force):
+    with open_answer(folder, config, files, force=force):
         rng = np.random.default_rng(request.seed)
         trial = predicted_by(run, question, rng, request.draws, progress)
         progress.stage("figures and page")
         numbers = trial.numbers | {"seed": request.seed, "unread_columns": list(question.unread)}
-        with writing(folder):
-            write_csv(folder / "states.csv", table(_with_bands(trial.motions), trial.states))
-            if trial.readings.predictions:
-                write_csv(folder / "readings.csv", readings_table(trial.readings))
-            write_text(folder / NUMBERS, json.dumps(numbers, indent=1))
-            trial.sheet(commit=config["commit"], seed=request.seed).write(folder / PAGE, pdf=pdf)
+        tables = {"states.csv": table(_with_bands(trial.motions), trial.states)}
+        if trial.readings.predictions:
+            tables["readings.csv"] = readings_table(trial.readings)
+        sheet = trial.sheet(commit=config["commit"], seed=request.seed)
+        write_answer(folder, PAGE, sheet, numbers, tables, pdf=pdf)
     return numbers
 
 
