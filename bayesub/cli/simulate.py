@@ -52,16 +52,13 @@ def simulate(
     vehicle: str,
     manoeuvre: str,
     output: Path,
-    dt: float | None,
-    sample: float | None,
-    controls: str,
     subproblem: str | None,
-    attitude: str,
     plot: Path | None,
     sensors: str | None,
     perturb: float | None,
     disturbance: Path | None,
     seed: int,
+    **options: float | str | None,
 ) -> None:
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
 
@@ -86,7 +83,6 @@ def simulate(
     history = load_manoeuvre(manoeuvre, boat)
     rng = np.random.default_rng(seed)
     xi = boat.xi if perturb is None else priors.perturbed(boat.xi, perturb, rng)
-    options = {"dt": dt, "sample": sample, "controls": controls, "attitude": attitude}
     options["actuators"] = None if instruments is None else instruments.truth.actuators
     trajectory = simulate_trial(boat, history, xi=xi, **options, **plane(subproblem))
     forces = ""
