@@ -414,6 +414,16 @@ def test_a_run_of_the_former_version_is_drawn_again_while_its_files_are_there(co
         redraw(folder)
 
 
+def test_a_damaged_file_of_a_run_is_named(copied):
+    for name in ("estimates.json", "numbers.json"):
+        file = copied.parent / "run" / name
+        whole = file.read_text()
+        file.write_text(whole[:20])
+        with refusals.refused("format", name):
+            redraw(file.parent)
+        file.write_text(whole)
+
+
 def test_the_problem_is_prepared_once(stopped):
     """And the verdict is not read from a file that was just written."""
     home, result, n_posed = stopped
