@@ -68,7 +68,7 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     sampler = setup.study.sampler
     posterior = sample(
         problem,
-        rng=setup.sampler_rng,
+        rng=setup.generator(seeds.SAMPLER),
         n_ensembles=sampler.n_ensembles,
         n_walkers=sampler.n_walkers,
         max_steps=sampler.max_steps,
@@ -83,7 +83,7 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     check = None
     if cross_check:
         progress.stage("cross-check with NUTS")
-        check = compare_with_nuts(problem, posterior, rng=setup.check_rng, progress=progress)
+        check = compare_with_nuts(problem, posterior, rng=setup.generator(seeds.CROSS_CHECK), progress=progress)
         write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
     if leave_out:
         others.fit(setup, context)
@@ -148,14 +148,15 @@ def _baselines(setup: Setup, progress: Progress) -> list[baselines.Estimate]:
         progress.stage("SQP")
         plain = problem.searchable()
         others = plain.names[plain.n_coefficients :]
-        estimates.append(baselines.sqp(plain, rng=setup.sqp_rng, informed=others, n_starts=n_starts, progress=progress))
+        rng = setup.generator(seeds.SQP)
+        estimates.append(baselines.sqp(plain, rng=rng, informed=others, n_starts=n_starts, progress=progress))
     return estimates
 
 
 def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
     """Say before anything is sampled how the mode fits; InputError if it does not at all."""
     sampler = setup.study.sampler
-    fit = fit_of_mode(setup.problem, mode, seeds.generator(setup.study.seed, seeds.MODE))
+    fit = fit_of_mode(setup.problem, mode, setup.generator(seeds.MODE))
     values = dict(zip(setup.problem.names, mode.tolist(), strict=True))
     write_text(context.folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
     for topic, sentence in fit.sentences.items():
@@ -216,7 +217,7 @@ def _predictions(
     setup: Setup, folder: Path, estimates: Sequence[baselines.Estimate], posterior: Posterior
 ) -> list[TrialPrediction]:
     """Those of the logs that are not fitted, and of the trials that have been left out."""
-    rng = seeds.generator(setup.study.seed, seeds.PREDICTIONS)
+    rng = setup.generator(seeds.PREDICTIONS)
     predictions = [predicted_trial(trial, setup.problem, posterior, estimates, rng) for trial in setup.unseen]
     if left_out := others.posteriors(setup, folder):
         trials = others.unseen_trials(setup)

@@ -75,7 +75,7 @@ def _without(setup: Setup, folder: Path, trial: tuple[int, str]) -> Posterior | 
     try:
         return sample(
             setup.problem.without(name),
-            rng=seeds.generator(setup.study.seed, seeds.LEFT_OUT, k),
+            rng=setup.generator(seeds.LEFT_OUT, k),
             n_ensembles=sampler.n_ensembles,
             n_walkers=sampler.n_walkers,
             max_steps=sampler.max_steps,

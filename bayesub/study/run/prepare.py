@@ -10,7 +10,6 @@ import numpy as np
 
 from bayesub.io import seeds
 from bayesub.io.errors import InputError, error_source
-from bayesub.io.seeds import generator
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.quantities import Quantity
 from bayesub.model.simulator import Simulator
@@ -51,8 +50,6 @@ class Setup:
     pose : callable
         Poses the problem of another trial of the boat, of a manoeuvre and a record: a Problem with its free
         coefficients, its prior and its disturbance.
-    sqp_rng, sampler_rng, check_rng : numpy.random.Generator
-        Independent streams of the study's seed.
     """
 
     study: Study
@@ -62,9 +59,10 @@ class Setup:
     unseen: tuple[UnseenTrial, ...]
     quantities: tuple[Quantity, ...]
     pose: Callable[..., Problem]
-    sqp_rng: np.random.Generator
-    sampler_rng: np.random.Generator
-    check_rng: np.random.Generator
+
+    def generator(self, stream: int, *members: int) -> np.random.Generator:
+        """Random numbers of a stream of the study's seed (:mod:`bayesub.io.seeds`), from their beginning."""
+        return seeds.generator(self.study.seed, stream, *members)
 
 
 def prepare(study: Study) -> Setup:
@@ -126,12 +124,13 @@ class _Flight:
 
 
 def _prepare(study: Study) -> Setup:
-    data_rng, guess_rng = (generator(study.seed, stream) for stream in (seeds.DATA, seeds.GUESS))
+    data_rng = seeds.generator(study.seed, seeds.DATA)
     vehicle = with_columns(load_vehicle(study.vehicle, study.path), study.controls)
     quantities = tuple(section.build(vehicle, study.path) for section in study.derived)
     flights = [*_fitted(study, vehicle), *_unfitted(study, vehicle)]
     centre = vehicle.xi
     if study.prior.centre == "perturbed":
+        guess_rng = seeds.generator(study.seed, seeds.GUESS)
         centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
     prior, fixed = study.prior.build(centre, vehicle, study.path)
     xi = vehicle.xi.copy()
@@ -148,16 +147,8 @@ def _prepare(study: Study) -> Setup:
     for flight in flights[len(fitted) :]:
         with error_source(flight.label):
             unseen.append(flight.section.posed(flight.problem, problem))
-    return Setup(
-        study,
-        vehicle,
-        {name: flight.trial for name, flight in fitted.items()},
-        problem,
-        tuple(unseen),
-        quantities,
-        pose,
-        *(generator(study.seed, stream) for stream in (seeds.SQP, seeds.SAMPLER, seeds.CROSS_CHECK)),
-    )
+    trials = {name: flight.trial for name, flight in fitted.items()}
+    return Setup(study, vehicle, trials, problem, tuple(unseen), quantities, pose)
 
 
 def _fitted(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
