@@ -15,8 +15,8 @@ from pathlib import Path
 
 SLOW = 20.0  # s
 IMPORTS = [
-    "bayesub.study.run",
-    "bayesub.study.runs",
+    "bayesub.study.run.run",
+    "bayesub.study.run.runs",
     "bayesub.report.report",
     "bayesub.inference.sampling",
 ]

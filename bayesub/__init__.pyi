@@ -19,10 +19,10 @@ from .inference import baselines, identifiability
 from .inference.checks.cross_validation import leave_one_out
 from .inference.sampling import CrossCheck, Criteria, Posterior, cross_check, sample
 from .report.report import write_report
-from .study.export import export
-from .study.result import StudyResult
-from .study.run import run
-from .study.study_file import Study, load_study
+from .study.after.export import export
+from .study.run.result import StudyResult
+from .study.run.run import run
+from .study.schema.study_file import Study, load_study
 
 __version__: str
 

@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 
 import bayesub as bs
 from bayesub.kernels import workspace
-from bayesub.study.trial_log import read_trial
+from bayesub.study.schema.trial_log import read_trial
 from glider import plots
 from glider.flight import LOG, SOUND_MPS, find_casts, mean_density, peer, shown, sparse
 

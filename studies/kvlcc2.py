@@ -25,7 +25,7 @@ from bayesub.logs import log_files
 from bayesub.model.linear_form import stacked
 from bayesub.plots import style
 from bayesub.report.markdown import columns
-from bayesub.study.trial_log import read_trial
+from bayesub.study.schema.trial_log import read_trial
 from thesis.measured_motion import Motion
 
 FOLDER = Path(__file__).parent

@@ -1,1 +1,1 @@
-"""The command line: a module for a command that does more than call one function."""
+"""The command line: commands in modules that are imported when one is called for."""

@@ -22,12 +22,12 @@ COMMANDS = {
     "design": "bayesub.cli.design:design",
     "run": "bayesub.cli.run:run",
     "report": "bayesub.cli.report:report",
-    "export": "bayesub.cli.export:export",
-    "predict": "bayesub.cli.predict:predict",
-    "compare": "bayesub.cli.compare:compare",
+    "export": "bayesub.cli.finished:export",
+    "predict": "bayesub.cli.finished:predict",
+    "compare": "bayesub.cli.finished:compare",
     "manual": "bayesub.cli.manual:manual",
     "bench": "bayesub.cli.speed:bench",
-    "completion": "bayesub.cli.completion:completion",
+    "completion": "bayesub.cli.listing:completion",
 }
 
 

@@ -71,7 +71,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 def examine(path: Path, vehicles: Sequence = ()) -> tuple[str, Card | None]:
     """What a file is, and its card, which not all kinds of files have; a log may be of the last of the vehicles."""
     if path.suffix == ".py":
-        from bayesub.study import script
+        from bayesub.study.run import script
 
         return f"study script: {script.check(path)}", None
     if path.name.lower().endswith((".csv", ".csv.gz")):
@@ -117,10 +117,10 @@ def _equations(path: Path):
 
 
 def _study(path: Path):
-    from bayesub.study.study_file import load_study
+    from bayesub.study.schema.study_file import load_study
 
     study = load_study(path)
-    from bayesub.study.prepare import prepare
+    from bayesub.study.run.prepare import prepare
 
     setup = prepare(study)
     return _cost(setup), _data_card(path, setup)
@@ -142,10 +142,10 @@ def _manoeuvre(path: Path):
 
 def _instruments(path: Path):
     from bayesub.sensors import flat
-    from bayesub.study.trial_section import read_instruments
+    from bayesub.study.schema.trial_section import read_instruments
 
     if toml_files.read_toml_table(path).keys() & {"free", "prior", "nuisance", "noise", "disturbance"}:
-        from bayesub.study.design_file import read_design as read_instruments
+        from bayesub.study.schema.design_file import read_design as read_instruments
     file = read_instruments(path)
     channels = flat([section.build() for section in file.sensors])
     return f"instruments that read {', '.join(sensor.column for sensor in channels)}", None
@@ -167,7 +167,7 @@ def _limits(path: Path):
 
 
 def _disturbance_file(path: Path):
-    from bayesub.study.disturbance_section import read_disturbance
+    from bayesub.study.schema.disturbance_section import read_disturbance
 
     section = read_disturbance(path)
     return f"disturbance on {' '.join(section.axes)}, correlation time {section.correlation_time_s:g} s", None
@@ -265,7 +265,7 @@ def _truth(truth) -> str:
 def _disturbance(problem) -> str:
     """The unmodelled forces that a study infers: sds in units of force and as shares, time and knots; or nothing."""
     from bayesub.model.hull_forces import hull_force_rms
-    from bayesub.study.disturbance_section import central, in_words
+    from bayesub.study.schema.disturbance_section import central, in_words
 
     trials = [p for _, p, _ in problem.each_trial(problem.prior.mean)]
     if trials[0].forward.disturbances is None:

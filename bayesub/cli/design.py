@@ -73,20 +73,13 @@ from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
 def design(
     vehicle: str,
     output: Path,
-    sensors: Path | None,
-    limits: Path | None,
     wanted: tuple[str, ...],
-    after: Path | None,
-    families: tuple[str, ...],
-    trials: int,
-    boats: int,
     minutes: float | None,
     judgements: int | None,
-    seed: int,
-    subproblem: str | None,
     resume: bool,
     force: bool,
     dask: str,
+    **asked: Path | str | int | tuple[str, ...] | None,
 ) -> None:
     """Design a trial of a VEHICLE (built-in name or TOML): the manoeuvre that tells most, within limits.
 
@@ -94,18 +87,16 @@ def design(
     track, margins to the limits, what each coefficient will be known to, and what stays out of reach whatever is flown.
     A first answer is written within a minute.
     """
-    from bayesub.study.design import design as design_trial
-    from bayesub.study.design_question import DEFAULT, MINUTES, Request
-    from bayesub.study.run import RunInterrupted
+    from bayesub.study.after.design import design as design_trial
+    from bayesub.study.after.design_question import DEFAULT, MINUTES, Request
+    from bayesub.study.run.run import RunInterrupted
 
     if resume and force:
         raise InputError("--resume and --force exclude each other", "conflict", "--force")
     if minutes is not None and judgements is not None:
         raise InputError("--minutes and --judgements exclude each other", "conflict", "--minutes")
-    request = Request(
-        vehicle, wanted or (DEFAULT,), sensors, limits, after, families, trials, minutes or MINUTES, judgements, seed,
-        subproblem, boats,
-    )  # fmt: skip
+    asked |= {"wanted": wanted or (DEFAULT,), "minutes": minutes or MINUTES, "judgements": judgements}
+    request = Request(vehicle, **asked)
     try:
         with executor_of(dask) as executor, Bars() as bars:
             design_trial(request, output, resume=resume, force=force, progress=bars, executor=executor)

@@ -1,9 +1,10 @@
-"""The command `list`."""
+"""The commands `list` and `completion`, of what is built in."""
 
 import json
 from pathlib import Path
 
 import click
+from click import shell_completion
 from rich.table import Table
 
 from bayesub.io import toml_files
@@ -64,14 +65,14 @@ def _logs() -> dict[str, str]:
 
 def _studies() -> dict[str, str]:
     """File -> question of the studies in the folder `studies`; of one that cannot be read, why not."""
-    from bayesub.study import runs
+    from bayesub.study.run import runs
 
     folder = Path("studies")
     return {str(path): _question(path) for path in runs.study_files(folder)}
 
 
 def _question(path: Path) -> str:
-    from bayesub.study import script
+    from bayesub.study.run import script
 
     try:
         if path.suffix == ".py":
@@ -79,3 +80,15 @@ def _question(path: Path) -> str:
         return str(toml_files.read_toml_table(path).get("question", ""))
     except InputError as error:
         return f"cannot be read: {str(error).removeprefix(f'{path}: ')}"
+
+
+@click.command(epilog="Example: bayesub completion bash >> ~/.bashrc")
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.pass_context
+def completion(context: click.Context, shell: str) -> None:
+    """Print what makes a SHELL complete commands, options, files and the names of what is built in.
+
+    For bash and zsh append it to ~/.bashrc or ~/.zshrc, for fish write it to ~/.config/fish/completions/bayesub.fish.
+    """
+    make = shell_completion.get_completion_class(shell)
+    click.echo(make(context.find_root().command, {}, "bayesub", "_BAYESUB_COMPLETE").source())

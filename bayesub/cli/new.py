@@ -20,10 +20,10 @@ def new() -> None:
 @click.option("--from", "source", **EQUATIONS, help="Start from a copy of this set (built-in name or TOML).")
 def equations(name: str, output: Path | None, source: str | None) -> None:
     """Write an equation file with every key and a short set as an example."""
-    from bayesub.study import new_equations
+    from bayesub.study.new import files
 
     path = output or Path(f"{name}.toml")
-    text = new_equations.copied(name, source, path) if source else new_equations.template(name)
+    text = files.copied_equations(name, source, path) if source else files.equations(name)
     _write(path, text, f"bayesub check says what it has; then bayesub new vehicle NAME --equations {path}")
 
 
@@ -40,16 +40,16 @@ def vehicle(name: str, output: Path | None, source: str | None, geometry: Path |
     """
     from bayesub.model.equations.files import DEFAULT
     from bayesub.model.hulls import load_hull
-    from bayesub.study import new_vehicle
+    from bayesub.study.new import files
 
     for option, value in (("--geometry", geometry), ("--equations", equations)):
         if source and value:
             raise InputError(f"--from and {option} exclude each other", "conflict", option)
     path = output or Path(f"{name}.toml")
     if source:
-        text = new_vehicle.copied(name, source, path)
+        text = files.copied_vehicle(name, source, path)
     else:
-        text = new_vehicle.vehicle(name, geometry and load_hull(geometry), equations or DEFAULT, path)
+        text = files.vehicle(name, geometry and load_hull(geometry), equations or DEFAULT, path)
     _write(path, text, "bayesub check says what it lacks")
 
 
@@ -58,10 +58,10 @@ def vehicle(name: str, output: Path | None, source: str | None, geometry: Path |
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME_hull.toml if left out.")
 def geometry(name: str, output: Path | None) -> None:
     """Write a hull geometry file, to be filled in and given to `bayesub new vehicle --geometry`."""
-    from bayesub.study import new_vehicle
+    from bayesub.study.new import files
 
     path = output or Path(f"{name}_hull.toml")
-    _write(path, new_vehicle.geometry(name), f"fill it in, then bayesub new vehicle {name} --geometry {path}")
+    _write(path, files.geometry(name), f"fill it in, then bayesub new vehicle {name} --geometry {path}")
 
 
 @new.command("map", epilog="Example: bayesub new map ros --data run1.mcap -o map.toml")
@@ -70,12 +70,10 @@ def geometry(name: str, output: Path | None) -> None:
 @click.option("--data", type=PATH, metavar="LOG", help="List the signals of this log in it.")
 def map_(kind: str, output: Path | None, data: Path | None) -> None:
     """Write a map for `bayesub convert KIND`: which signal of a vehicle's log becomes which column, with an example."""
-    from bayesub.study import new_map
+    from bayesub.study.new import files
 
     path = output or Path(f"{kind}_map.toml")
-    _write(
-        path, new_map.example(kind, path, data), f"change it, then bayesub convert {kind} FILE -o log.csv --map {path}"
-    )
+    _write(path, files.map_of(kind, path, data), f"change it, then bayesub convert {kind} FILE -o log.csv --map {path}")
 
 
 @new.command(epilog="Example: bayesub new study mytrial --vehicle myboat.toml --data trial.csv")
@@ -88,7 +86,7 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
     """Write a study file, of a simulated manoeuvre or of a log, with a sensor for each of its columns."""
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.vehicles import load_vehicle
-    from bayesub.study import new_study
+    from bayesub.study.new.study import of_log, simulated
 
     if (manoeuvre is None) == (data is None):
         raise InputError(
@@ -98,9 +96,9 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
     boat = load_vehicle(vehicle)
     if data is None:
         load_manoeuvre(manoeuvre, boat)
-        text = new_study.simulated(name, path, vehicle, manoeuvre)
+        text = simulated(name, path, vehicle, manoeuvre)
     else:
-        text = new_study.of_log(name, path, vehicle, data)
+        text = of_log(name, path, vehicle, data)
     _write(path, text, f"look through it, then bayesub check {path} --card card.png")
 
 
@@ -108,14 +106,14 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; limits.toml if left out.")
 def limits(output: Path | None) -> None:
     """Write the limits of boat, crew and range for `bayesub design`, with every key."""
-    from bayesub.study import new_limits
+    from bayesub.study.new import files
 
     path = output or Path("limits.toml")
-    _write(path, new_limits.template(path), f"change it, then bayesub design VEHICLE --limits {path} -o DIR")
+    _write(path, files.limits(path), f"change it, then bayesub design VEHICLE --limits {path} -o DIR")
 
 
 def _write(path: Path, text: str, advice: str) -> None:
-    from bayesub.study.new_files import write_new
+    from bayesub.study.new.files import write_new
 
     write_new(path, text)
     say(f"{path}: {advice}")

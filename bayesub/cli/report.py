@@ -20,7 +20,7 @@ from bayesub.io.terminal import FAILED
 )
 def report(folder: Path, pdf: bool, study: Path | None) -> None:
     """Draw figures and report of the run in DIR again, from what its folder keeps; it may be a copy from elsewhere."""
-    from bayesub.study.redraw import redraw
+    from bayesub.study.after.redraw import redraw
 
     result = redraw(folder, study=study, pdf=pdf)
     tell(result)

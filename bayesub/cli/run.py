@@ -97,7 +97,7 @@ def run(source: Path, output: Path | None, as_json: bool, **given: bool | str) -
 
 def run_file(file: Path, output: Path | None, options: Options, executor=None):
     """Run a study into its folder, ``runs/NAME`` if none is given, and say what came of it."""
-    from bayesub.study.run import read
+    from bayesub.study.run.run import read
 
     study = read(file, quick=options.quick)
     folder = output or Path("runs") / study.name
@@ -107,8 +107,8 @@ def run_file(file: Path, output: Path | None, options: Options, executor=None):
 
 def _run(study, folder: Path, options: Options, again: list[str], executor):
     """Run a study with a bar for each stage; Ctrl-C ends it with the command that continues."""
-    from bayesub.study.run import RunInterrupted
-    from bayesub.study.run import run as run_study
+    from bayesub.study.run.run import RunInterrupted
+    from bayesub.study.run.run import run as run_study
 
     flags = {"resume": options.resume, "force": options.force, "keep_stale": options.keep_stale, "pdf": options.pdf}
     try:
@@ -138,7 +138,7 @@ def tell(result) -> None:
 
 def run_folder(source: Path, output: Path, options: Options, executor=None) -> list:
     """Run the studies of a folder, each into a folder of its own under `output`, and list them on a page there."""
-    from bayesub.study import runs
+    from bayesub.study.run import runs
 
     again = ["bayesub", "run", str(source), "-o", str(output), *options.words()]
     folders, results = runs.folders(runs.studies_in(source), output), []
@@ -153,7 +153,7 @@ def run_folder(source: Path, output: Path, options: Options, executor=None) -> l
 
 def _run_or_skip(file: Path, folder: Path, options: Options, again: list[str], executor):
     """The result of a study of a folder; one that fails says why and does not stop the others."""
-    from bayesub.study.result import FAILED, StudyResult
+    from bayesub.study.run.result import FAILED, StudyResult
 
     try:
         return _run_unless_done(file, folder, options, again, executor)
@@ -166,11 +166,11 @@ def _run_or_skip(file: Path, folder: Path, options: Options, again: list[str], e
 
 
 def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str], executor):
-    from bayesub.study import runs
-    from bayesub.study.leave_out import is_done
-    from bayesub.study.run import read
-    from bayesub.study.run_folder import CROSS_CHECK
-    from bayesub.study.study_file import Study
+    from bayesub.study.run import runs
+    from bayesub.study.run.leave_out import is_done
+    from bayesub.study.run.run import read
+    from bayesub.study.run.run_folder import CROSS_CHECK
+    from bayesub.study.schema.study_file import Study
 
     study = read(file, quick=options.quick)
     cross_check = options.cross_check and isinstance(study, Study)
@@ -196,7 +196,7 @@ def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str
 def _summarise(results: list, output: Path) -> None:
     from rich.table import Table
 
-    from bayesub.study import runs
+    from bayesub.study.run import runs
 
     table = Table("verdict", "study", "time", "folder", box=None, pad_edge=False)
     for result in results:

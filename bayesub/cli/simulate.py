@@ -52,16 +52,13 @@ def simulate(
     vehicle: str,
     manoeuvre: str,
     output: Path,
-    dt: float | None,
-    sample: float | None,
-    controls: str,
     subproblem: str | None,
-    attitude: str,
     plot: Path | None,
     sensors: str | None,
     perturb: float | None,
     disturbance: Path | None,
     seed: int,
+    **options: float | str | None,
 ) -> None:
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
 
@@ -77,8 +74,8 @@ def simulate(
     from bayesub.model.vehicles import load_vehicle
     from bayesub.problem import priors
     from bayesub.sensors import observe
-    from bayesub.study.disturbance_section import in_words
-    from bayesub.study.trial_section import read_instruments
+    from bayesub.study.schema.disturbance_section import in_words
+    from bayesub.study.schema.trial_section import read_instruments
 
     instruments = None if sensors is None else read_instruments(sensors)
     section = _disturbance(disturbance, instruments)
@@ -86,7 +83,6 @@ def simulate(
     history = load_manoeuvre(manoeuvre, boat)
     rng = np.random.default_rng(seed)
     xi = boat.xi if perturb is None else priors.perturbed(boat.xi, perturb, rng)
-    options = {"dt": dt, "sample": sample, "controls": controls, "attitude": attitude}
     options["actuators"] = None if instruments is None else instruments.truth.actuators
     trajectory = simulate_trial(boat, history, xi=xi, **options, **plane(subproblem))
     forces = ""
@@ -123,7 +119,7 @@ def simulate(
 
 def _disturbance(path: Path | None, instruments):
     """The section of a file, or that of the truth in the file of the instruments; None if there is none."""
-    from bayesub.study.disturbance_section import read_disturbance
+    from bayesub.study.schema.disturbance_section import read_disturbance
 
     of_truth = None if instruments is None else instruments.truth.disturbance
     if path is None:

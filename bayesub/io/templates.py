@@ -29,7 +29,7 @@ def fill(package: str, name: str, /, **values) -> str:
     Parameters
     ----------
     package : str
-        The package that holds the template, such as ``bayesub.study``.
+        The package that holds the template, such as ``bayesub.study.new``.
     name : str
         File name; in ``.html`` the values are escaped.
     **values

@@ -6,8 +6,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Protocol
 
-import numpy as np
-
 from bayesub.findings import derived, null_directions
 from bayesub.findings.equation_card import glossary
 from bayesub.findings.results import AnyProblem, Quantity, Results, numbers_of
@@ -16,14 +14,13 @@ from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
+from bayesub.io import seeds
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.words import powers, rounded, uncertain
 from bayesub.report import page as pages
 from bayesub.report import widgets
 from bayesub.report.figures import figures
 from bayesub.report.markdown import StudyPage, table
-
-_STREAM = 5  # of the study's seed; the run itself takes those before
 
 
 class ReportedStudy(Protocol):
@@ -94,8 +91,7 @@ def write_report(
     InputError
         If the folder cannot be written to.
     """
-    seed = np.random.SeedSequence(study.seed if study else 0, spawn_key=(_STREAM,))
-    rng = np.random.default_rng(seed)
+    rng = seeds.generator(study.seed if study else 0, seeds.REPORT)
     results = Results(problem, estimates, spectrum, posterior, check, rng, predictions, quantities)
     numbers = numbers_of(results)
     numbers["name"] = study.name if study else problem.vehicle.name

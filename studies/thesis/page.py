@@ -8,7 +8,7 @@ from bayesub.io import toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.report.markdown import table
-from bayesub.study import gallery
+from bayesub.study.run import gallery
 from thesis import counterparts
 from thesis.counterparts import NONE, NOT_KEPT, NOT_RUN, NUMBERS, Row, TableSection
 

@@ -36,8 +36,8 @@ import bayesub as bs
 from bayesub.inference.baselines import sqp
 from bayesub.design import families, goals, judge, limits
 from bayesub.design.search import Cost, search
-from bayesub.study.script import load
 from thesis import cases
+from bayesub.study.run.script import load
 
 CALIBRATION = load(Path({studies!r}) / "calibration.py")
 CALIBRATION.MAX_STEPS = 300

@@ -10,7 +10,7 @@ from support import refusals
 import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.model.equations.files import AxesSection, EquationFile, TermSection
-from bayesub.study import new_equations
+from bayesub.study.new import files
 
 
 @pytest.fixture(autouse=True)
@@ -126,7 +126,7 @@ def test_a_changed_set_is_read_again_through_those_that_extend_it(tmp_path):
 @pytest.mark.parametrize("name", ["1st", "my set", "a.b", ""])
 def test_names_that_are_no_names_of_sets(name):
     with refusals.refused("value", "name"):
-        new_equations.template(name)
+        files.equations(name)
 
 
 @pytest.mark.parametrize("name", toml_files.built_in("equations"))

@@ -10,8 +10,8 @@ from support import refusals
 from support.fins import BOW, PORT, STARBOARD, X_TAIL, fins, with_actuators
 
 from bayesub.logs import log_files
-from bayesub.study.prepare import prepare
-from bayesub.study.study_file import load_study
+from bayesub.study.run.prepare import prepare
+from bayesub.study.schema.study_file import load_study
 
 COLUMNS = [*(f"fin_{k}_deg" for k in range(1, 5)), "port_rpm", "starboard_rpm", "bow_thruster_n"]
 

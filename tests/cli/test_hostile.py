@@ -17,8 +17,8 @@ from bayesub.logs import log_files
 from bayesub.model.equations import load_equations
 from bayesub.model.hulls import load_hull
 from bayesub.model.manoeuvre_files import read_manoeuvre
-from bayesub.study.disturbance_section import read_disturbance
-from bayesub.study.study_file import load_study
+from bayesub.study.schema.disturbance_section import read_disturbance
+from bayesub.study.schema.study_file import load_study
 
 READERS = {
     "vehicle": bs.load_vehicle,

@@ -20,9 +20,10 @@ from support.refusals import refused
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.inference.sampling.posterior import Criteria
+from bayesub.io import seeds
 from bayesub.io.atomic import LOCK
-from bayesub.study.prepare import prepare
-from bayesub.study.study_file import load_study
+from bayesub.study.run.prepare import prepare
+from bayesub.study.schema.study_file import load_study
 
 pytestmark = pytest.mark.slow
 
@@ -59,7 +60,9 @@ def sampled(file, checkpoint):
     sampler = setup.study.sampler
     options = {"n_ensembles": sampler.n_ensembles, "n_walkers": sampler.n_walkers, "max_steps": sampler.max_steps}
     criteria = Criteria(sampler.rhat, sampler.ess, sampler.taus)
-    return bs.sample(setup.problem, rng=setup.sampler_rng, criteria=criteria, checkpoint=checkpoint, **options)
+    return bs.sample(
+        setup.problem, rng=setup.generator(seeds.SAMPLER), criteria=criteria, checkpoint=checkpoint, **options
+    )
 
 
 def held(folder) -> bool:

@@ -14,8 +14,8 @@ from bayesub.inference.checks.explanations import Explanation, explanations
 from bayesub.inference.checks.fit import criticise
 from bayesub.inference.sampling.histories import marginal_mode
 from bayesub.problem.alternatives import LeftOut
-from bayesub.study.prepare import prepare
-from bayesub.study.study_file import load_study
+from bayesub.study.run.prepare import prepare
+from bayesub.study.schema.study_file import load_study
 
 FREE = '[free]\ncoefficients = ["Xuu", "Yuv", "Yur", "Nuv", "Nur", "Nuu_dr"]\n'
 

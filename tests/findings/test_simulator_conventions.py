@@ -9,7 +9,7 @@ import pytest
 
 import bayesub as bs
 from bayesub.findings import simulator_conventions as conventions
-from bayesub.study.knowledge import of_moments
+from bayesub.study.after.knowledge import of_moments
 
 KNOWN = of_moments(("Xuu", "Nuv"), np.array([-0.0011, -0.013]), np.diag([1e-5, 1e-3]) ** 2)
 

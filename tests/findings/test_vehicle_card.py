@@ -24,7 +24,7 @@ from bayesub.logs.log_files import VELOCITIES
 from bayesub.model.coefficients import EQUATIONS, INDEX, NAMES
 from bayesub.plots import style
 from bayesub.plots import vehicle_card as vehicle_plot
-from bayesub.study import new_equations, new_vehicle
+from bayesub.study.new import files
 
 
 def changed(vehicle, **values):
@@ -393,11 +393,9 @@ def test_the_card_of_a_boat_with_units():
 def test_a_control_that_the_equations_do_not_have_is_not_tried(tmp_path):
     """The flights are left out in words, before anything is flown."""
     path = tmp_path / "few.toml"
-    path.write_text(
-        new_equations.template("few").replace("rudder_deg", "fin_deg").replace("stern_plane_deg", "tab_deg")
-    )
+    path.write_text(files.equations("few").replace("rudder_deg", "fin_deg").replace("stern_plane_deg", "tab_deg"))
     boat_file = tmp_path / "boat.toml"
-    boat_file.write_text(new_vehicle.vehicle("boat", equations=str(path), path=boat_file))
+    boat_file.write_text(files.vehicle("boat", equations=str(path), path=boat_file))
     boat = bs.load_vehicle(boat_file)
     assert turn(boat).skipped == {"turning_circle": "the equations 'few' know no rudder_deg"}
     assert dive(boat).skipped == {"stern_plane": "the equations 'few' know no stern_plane_deg"}

@@ -8,8 +8,8 @@ from support import small_study
 import bayesub as bs
 from bayesub.findings import data_card, zeros
 from bayesub.inference.baselines import gauss_newton
-from bayesub.study.prepare import prepare
-from bayesub.study.study_file import load_study
+from bayesub.study.run.prepare import prepare
+from bayesub.study.schema.study_file import load_study
 
 STUDY = small_study.SUBOFF | {
     "manoeuvre": "zigzag_20_20",

@@ -20,7 +20,7 @@ import bayesub as bs
 from bayesub.campaign.connection import cluster_file
 from bayesub.cli import manual
 from bayesub.io import toml_files
-from bayesub.study.study_file import Study
+from bayesub.study.schema.study_file import Study
 
 pytestmark = pytest.mark.docs
 

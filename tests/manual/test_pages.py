@@ -32,9 +32,9 @@ from bayesub.model.hull_files import HullFile
 from bayesub.model.manoeuvre_files import KINDS
 from bayesub.model.quantities import QUANTITIES
 from bayesub.model.vehicle_files import VehicleFile
-from bayesub.study.disturbance_section import DisturbanceFile
-from bayesub.study.study_file import Study
-from bayesub.study.trial_section import InstrumentsFile
+from bayesub.study.schema.disturbance_section import DisturbanceFile
+from bayesub.study.schema.study_file import Study
+from bayesub.study.schema.trial_section import InstrumentsFile
 
 HEAVY = ("numba", "scipy", "matplotlib", "arviz", "pandas")
 LONGEST = 150

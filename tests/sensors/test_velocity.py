@@ -113,7 +113,7 @@ def test_a_course_is_compared_modulo_one_turn(tmp_path, suboff, spiral, spiral_t
 
 def test_the_start_is_from_speed_and_course(tmp_path, suboff, spiral, spiral_track):
     """Without a compass or a log the boat starts about where a receiver says that it goes."""
-    from bayesub.study.trial_log import read_trial
+    from bayesub.study.schema.trial_log import read_trial
 
     instruments = GPS(sd_m=1.0, sd_mps=0.05, sd_deg=1.0, channels=("x", "y", "speed_over_ground", "course_over_ground"))
     record = bs.observe(spiral_track, instruments, np.random.default_rng(0))

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from bayesub.study import script
-from bayesub.study.run_folder import saved_config
+from bayesub.study.run import script
+from bayesub.study.run.run_folder import saved_config
 from thesis.cases import CASES
 from thesis.optimisers import mean_with_error, shares_further
 

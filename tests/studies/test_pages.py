@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bayesub.report import markdown
-from bayesub.study import script, script_page
+from bayesub.study.run import script, script_page
 
 ROOT = Path(__file__).parents[2]
 FIGURES = ROOT / "figures"

@@ -12,7 +12,7 @@ from support.refusals import refused
 import bayesub as bs
 from bayesub.campaign import beside
 from bayesub.campaign.executors import Processes
-from bayesub.study import script, script_modules
+from bayesub.study.run import script, script_modules
 
 STUDY = '''"""Are modules found?
 

@@ -33,8 +33,8 @@ from bayesub.io.errors import InputError
 from bayesub.logs import log_files
 from bayesub.model.equations import load_equations
 from bayesub.model.equations.generate import source
-from bayesub.study.prepare import prepare
-from bayesub.study.study_file import load_study
+from bayesub.study.run.prepare import prepare
+from bayesub.study.schema.study_file import load_study
 
 SECONDS, BYTES, LONGEST = 10.0, 2 << 30, 600
 DEFECTS = ("unclear", "absurd", "traceback", "hang", "crash")

@@ -8,9 +8,9 @@ import tomli_w
 from support import fins, user_set
 
 from bayesub.io import toml_files
-from bayesub.study import new_vehicle
+from bayesub.study.new import files
 
-TORPEDO = new_vehicle.geometry("boat")
+TORPEDO = files.geometry("boat")
 ELLIPSOID = '[hull]\nshape = "ellipsoid"\nlength_m = 8.0\nbeam_m = 1.2\nheight_m = 1.0\n'
 OFFSETS = (
     "origin_m = 3.1\n[hull]\nshape = 'offsets'\nstation_m = [0.0, 0.5, 4.0, 6.0]\nradius_m = [0.0, 0.4, 0.4, 0.05]\n"

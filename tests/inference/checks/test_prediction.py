@@ -14,7 +14,7 @@ from bayesub.inference.checks.prediction import Prediction, given_warm_up, predi
 from bayesub.problem.disturbances import force_scales
 from bayesub.problem.priors import Normal
 from bayesub.problem.unseen import UnseenTrial
-from bayesub.study.trial_log import read_trial
+from bayesub.study.schema.trial_log import read_trial
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Yuu_dr", "Nuu_dr")
 SENSOR = bs.sensors.Track(0.3, 0.3, interval_s=2.0, channels=("x", "y", "yaw"))

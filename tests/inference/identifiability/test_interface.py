@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bayesub.inference.baselines.innovations import Innovations
 from support.toys import Banana, Pushed, Toy
 
 import bayesub as bs
-from bayesub.inference.baselines.innovations import Innovations
 from bayesub.inference.checks.explanations import _WithAmounts
 from bayesub.inference.interface import (
     CostCounter,

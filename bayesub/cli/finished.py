@@ -1,0 +1,150 @@
+"""The commands that take up finished runs: `export`, `predict` and `compare`."""
+
+from pathlib import Path
+
+import click
+
+from bayesub.cli.arguments import (
+    MANOEUVRE,
+    PATH,
+    draws_option,
+    force_option,
+    page_folder,
+    pdf_option,
+    plane,
+    seed_option,
+)
+from bayesub.cli.arguments import subproblem as subproblem_option
+from bayesub.io.terminal import FAILED, Bars, say
+
+FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json", "pvs")
+
+
+@click.command(epilog="Example: bayesub export runs/quickstart -o known.toml")
+@click.argument("run", type=PATH, metavar="RUN")
+@click.option(
+    "-o", "--output", type=PATH, required=True, metavar="FILE", help="File to write; one that is there is replaced."
+)
+@click.option("--as", "wanted", type=click.Choice(FORMATS), help="Format; if left out, by the suffix of FILE.")
+def export(run: Path, output: Path, wanted: str | None) -> None:
+    """Write the posterior of the run in the folder RUN for others.
+
+    .toml is a vehicle file with standard deviations and correlations, which [prior] kind = "vehicle" of another study
+    takes as its prior. .csv, .nc (ArviZ) and .parquet are draws, .tex and .md a table. .m and .json are coefficients as
+    Fossen's MSS names them, .py what his PythonVehicleSimulator takes.
+
+    Exit status 1 if the posterior has not converged.
+    """
+    from bayesub.study.after import export as exports
+    from bayesub.study.after import passed_on
+
+    with Bars() as bars:
+        bars.stage("read the run and write")
+        finished = exports.export(run, output, wanted)
+    kind = exports.FORMATS[exports.format_of(output, wanted)]
+    say(f"{output}: {kind.meaning}, of {finished.vehicle.name} by the study '{finished.study.name}'")
+    say(passed_on.normality_of(finished).sentence)
+    for shortcoming in finished.posterior.shortcomings:
+        say(f"NOT CONVERGED: {shortcoming}")
+    if not finished.posterior.converged:
+        raise click.exceptions.Exit(FAILED)
+
+
+@click.command(epilog="Example: bayesub predict runs/quickstart zigzag_20_20 -o predicted")
+@click.argument("run", type=PATH, metavar="RUN")
+@click.argument("manoeuvre", metavar="MANOEUVRE|LOG", shell_complete=MANOEUVRE["shell_complete"])
+@page_folder
+@click.option(
+    "--sensors",
+    metavar="NAME",
+    help="Instruments of the log: a preset, or a TOML file with [[sensors]]; if left out, those of the run.",
+)
+@subproblem_option
+@click.option(
+    "--sample", "sample_s", type=click.FloatRange(0.0, min_open=True), metavar="S", help="Output interval, s."
+)
+@click.option(
+    "--current-north-mps",
+    type=float,
+    metavar="C",
+    help="Known current to the north in which a manoeuvre is flown, m/s; still water if left out. That of a log is "
+    "unknown, and its warm-up tells it.",
+)
+@click.option("--current-east-mps", type=float, metavar="C", help="The same to the east.")
+@draws_option
+@seed_option
+@pdf_option
+@force_option
+def predict(
+    run: Path,
+    manoeuvre: str,
+    output: Path,
+    subproblem: str | None,
+    current_north_mps: float | None,
+    current_east_mps: float | None,
+    pdf: bool,
+    force: bool,
+    **asked: str | float | None,
+) -> None:
+    """Predict a manoeuvre that the run in the folder RUN has not seen, with bands of every state.
+
+    It is a built-in name, TOML, or a control history in CSV. A log, a CSV with more columns than those of controls, is
+    predicted with its readings held back, but for those of a warm-up, from which start and current are taken; the
+    prediction is then judged by them, beside SQP and the prior.
+
+    Exit status 1 if the posterior has not converged, or does not predict the log or complete the manoeuvre.
+    """
+    from bayesub.study.after.predict import PAGE, Request, predict_by_run
+
+    if (current_north_mps, current_east_mps) != (None, None):
+        asked["current_mps"] = (current_north_mps or 0.0, current_east_mps or 0.0)
+    request = Request(run, manoeuvre, **asked, **plane(subproblem))
+    with Bars() as bars:
+        numbers = predict_by_run(request, output, force=force, pdf=pdf, progress=bars)
+    if numbers["unread_columns"]:
+        say(f"not read: {', '.join(numbers['unread_columns'])}; the run has no sensor of these, --sensors names others")
+    for topic, sentence in numbers["sentences"].items():
+        say(f"{topic}: {sentence}")
+    say(f"page: {output / PAGE}")
+    for shortcoming in numbers["shortcomings"]:
+        say(f"NOT CONVERGED: {shortcoming}")
+    predicts = numbers["motion"]["is_flown"] and all(log["predicts"] for log in numbers["predictions"])
+    if not (numbers["converged"] and predicts):
+        raise click.exceptions.Exit(FAILED)
+
+
+@click.command(epilog="Example: bayesub compare runs/quickstart runs/longer -o compared")
+@click.argument("runs", type=PATH, metavar="RUN RUN ..", nargs=-1, required=True)
+@page_folder
+@click.option(
+    "--manoeuvre",
+    metavar="MANOEUVRE",
+    shell_complete=MANOEUVRE["shell_complete"],
+    help="That all predict; if left out, that of the first run, or zigzag_20_20.",
+)
+@draws_option
+@seed_option
+@pdf_option
+@force_option
+def compare(
+    runs: tuple[Path, ...], output: Path, manoeuvre: str | None, draws: int, seed: int, pdf: bool, force: bool
+) -> None:
+    """Set the posteriors of finished runs side by side: intervals, contractions, distances and predictions.
+
+    The runs may be of other vehicles, manoeuvres, sensors, equation sets or versions of bayesub; coefficients are
+    compared where their terms are the same.
+
+    Exit status 1 if a posterior has not converged.
+    """
+    from bayesub.study.after.compare import PAGE, Request
+    from bayesub.study.after.compare import compare as compare_runs
+
+    with Bars() as bars:
+        numbers = compare_runs(Request(runs, manoeuvre, draws, seed), output, force=force, pdf=pdf, progress=bars)
+    for topic, sentence in numbers["sentences"].items():
+        say(f"{topic}: {sentence}")
+    say(f"page: {output / PAGE}")
+    unconverged = [label for label, run in numbers["runs"].items() if not run["converged"]]
+    if unconverged:
+        say(f"NOT CONVERGED: {', '.join(unconverged)}")
+        raise click.exceptions.Exit(FAILED)

@@ -1,0 +1,32 @@
+"""The streams of random numbers of a study's seed, each with its own number: the one place where these are given.
+
+Two of the same number and members are the same numbers, so that a new stream takes the next number, and a number is
+never given again.
+"""
+
+import numpy as np
+
+DATA = 0  # noise of simulated readings, and true disturbances, trial after trial
+GUESS = 1  # the centre of a prior that is a perturbed truth
+SQP = 2  # starts of the searches
+SAMPLER = 3
+CROSS_CHECK = 4  # with NUTS
+REPORT = 5  # draws at which motions and residuals are looked at, and boats of the prior
+MODE = 6  # where in its rounding interval a reading was, before anything is sampled
+LEFT_OUT = 6  # with the number of the trial as its member, which makes it another stream than that of the mode
+PREDICTIONS = 7  # of trials that are not fitted
+
+
+def generator(seed: int, stream: int, *members: int) -> np.random.Generator:
+    """The random numbers of a stream of a seed.
+
+    Parameters
+    ----------
+    seed : int
+        Of a study.
+    stream : int
+        One of the numbers of this module.
+    members : int
+        Which of the streams of that number, if there are several.
+    """
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(stream, *members)))

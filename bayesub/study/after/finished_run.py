@@ -1,0 +1,158 @@
+"""A finished run of a study in TOML, as other commands take it up: its study, its posterior and its estimates."""
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+from bayesub.inference.baselines import Estimate
+from bayesub.inference.sampling import Posterior, posterior_file
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError, error_source
+from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.study.provenance import COMPUTED, copy_name, file_digest
+from bayesub.study.run.infer import ESTIMATES, POSTERIOR
+from bayesub.study.run.prepare import Setup, prepare
+from bayesub.study.run.result import load_result
+from bayesub.study.run.run_folder import CONFIG, saved_config
+from bayesub.study.schema.check_section import CheckSection
+from bayesub.study.schema.control_section import with_columns
+from bayesub.study.schema.study_file import Study
+
+OTHERS = {"design": "design with --resume", "prediction": "predict with --force", "comparison": "compare with --force"}
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """A run that came to its end.
+
+    Attributes
+    ----------
+    folder : Path
+    config : dict
+        The content of its ``config.toml``.
+    study : Study
+        Whose files are the copies in the folder.
+    verdict : str
+        On the run (:class:`bayesub.study.run.result.StudyResult`).
+    posterior : Posterior
+    estimates : tuple of Estimate
+        By the baselines.
+    """
+
+    folder: Path
+    config: dict
+    study: Study
+    verdict: str
+    posterior: Posterior
+    estimates: tuple[Estimate, ...]
+
+    @cached_property
+    def vehicle(self) -> Vehicle:
+        """The boat of the study, with the columns that its actuators have in logs."""
+        return with_columns(load_vehicle(self.study.vehicle, self.study.path), self.study.controls)
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """What a prediction by this run depends on: name -> file."""
+        return {f"{self.folder}/{name}": self.folder / name for name in (CONFIG, POSTERIOR, ESTIMATES)}
+
+    def setup(self, checks: Sequence[CheckSection] = ()) -> Setup:
+        """The study made ready again, with other logs to predict than it had.
+
+        Raises
+        ------
+        InputError
+            For a log that does not fit, and if the problem is not the one that the posterior is of.
+        """
+        study = self.study.model_copy(update={"check": tuple(checks)})
+        setup = prepare(study)
+        if setup.problem.names != self.posterior.names:
+            raise InputError(
+                f"{self.folder}: was made by a version of bayesub that posed another problem of the same study; run "
+                "the study again",
+                "state",
+            )
+        return setup
+
+
+def finished_run(folder: str | Path) -> FinishedRun:
+    """Read the run of a study in TOML; it may have been copied from elsewhere.
+
+    Raises
+    ------
+    InputError
+        For a folder that is no such run, a run that has not finished, one of a version of bayesub before 0.2, and one
+        that lacks its draws.
+    """
+    folder = Path(folder)
+    config = config_of_study(folder)
+    if "script_sha256" in config:
+        raise InputError(f"{folder}: is the run of a script; give that of a study in TOML", "state")
+    if "sources_sha256" not in config:
+        raise InputError(f"{folder}: was made by a version of bayesub before 0.2; run its study again", "state")
+    if (result := load_result(folder)) is None:
+        raise InputError(f"{folder}: the run has not finished; continue it with bayesub run .. --resume", "state")
+    if not (folder / POSTERIOR).exists():
+        raise InputError(f"{folder}: {POSTERIOR} is missing; run the study again", "state", POSTERIOR)
+    posterior = posterior_file.load(folder / POSTERIOR)
+    estimates = saved_estimates(folder)
+    with error_source(str(folder)):
+        study = saved_study(folder, config)
+    return FinishedRun(folder, config, study, result.verdict, posterior, estimates)
+
+
+def config_of_study(folder: Path, advice: str = "give the folder of the run of a study") -> dict:
+    """The configuration of the run of a study.
+
+    Parameters
+    ----------
+    folder : Path
+    advice : str
+        What to do about a folder of something else, in which ``{}`` is the command that writes its page again.
+
+    Raises
+    ------
+    InputError
+        For a folder of something else.
+    """
+    config = saved_config(folder)
+    if config is None:
+        raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing", "state", CONFIG)
+    for key, command in OTHERS.items():
+        if key in config:
+            raise InputError(f"{folder}: is a {key}; {advice.format(command)}", "state", key)
+    return config
+
+
+def saved_estimates(folder: Path) -> tuple[Estimate, ...]:
+    """What the baselines of a run have found; InputError for a damaged file."""
+    return read_back(folder / ESTIMATES, lambda content: tuple(map(Estimate.from_json, content)))
+
+
+def read_back(file: Path, made: Callable[[Any], T]) -> T:
+    """What is made of the JSON of a file in a run folder; InputError for a damaged one."""
+    try:
+        return made(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"{file.parent}: {file.name} is damaged ({error}); run the study again", "format", file.name
+        ) from None
+
+
+def saved_study(folder: Path, config: dict) -> Study:
+    """The study of a run, whose files are the copies in its folder, or for a run of before 0.2 the files themselves."""
+    source = folder / CONFIG
+    content = {key: value for key, value in config.items() if key not in COMPUTED}
+    study = toml_files.validate(content, Study, str(source))
+    digests, places = config.get("files_sha256", {}), {}
+    for name in dict.fromkeys((*study.files, *digests)):
+        digest = digests.get(name, "")
+        copy = folder / copy_name(name, digest)
+        places[name] = copy if "sources_sha256" in config else Path(name)
+        if file_digest(places[name]) != digest:
+            raise InputError(f"{folder}: {places[name]} has changed since the run; run the study again", "state")
+    return study.located(source, places, quick=config["quick_run"])

@@ -1,0 +1,212 @@
+"""A manoeuvre or a log that somebody asks a finished run to predict, as a trial that it has not seen."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError, error_source
+from bayesub.logs import log_files
+from bayesub.model.manoeuvres import load_manoeuvre
+from bayesub.model.simulator import OF_MANOEUVRE
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem.disturbances import of_process
+from bayesub.problem.nuisance import MOVING, of_boat
+from bayesub.problem.unseen import UnseenTrial
+from bayesub.sensors import Channel, Record, flat
+from bayesub.sensors.sensor import MAX_READINGS
+from bayesub.study.after.finished_run import FinishedRun
+from bayesub.study.run.prepare import Setup, present
+from bayesub.study.schema.check_section import CheckSection
+from bayesub.study.schema.sensor_section import FAULTS
+from bayesub.study.schema.trial_section import TrialKeys, read_instruments
+
+POSITION_SD_M, ATTITUDE_SD_DEG = 0.5, 1.0  # of the track to whose tenth the step of a manoeuvre is good
+SAMPLES = 500  # output times of a manoeuvre, about
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A trial to predict, and the run made ready for it.
+
+    Attributes
+    ----------
+    setup : Setup
+    trial : UnseenTrial
+    has_readings : bool
+        Whether it is a log, with readings by which the prediction is judged.
+    held : tuple of str
+        Coefficients that act on it and that the run does not infer, at the values of the vehicle file.
+    unread : tuple of str
+        Columns of the log that no sensor of the run reads.
+    current_mps : (float, float) or None
+        North and east, that of a manoeuvre if it is known; None is still water, or what a log tells.
+    """
+
+    setup: Setup
+    trial: UnseenTrial
+    has_readings: bool
+    held: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
+    current_mps: tuple[float, float] | None = None
+
+
+def asked(
+    run: FinishedRun,
+    source: str,
+    *,
+    sensors: str | None = None,
+    subproblem: str | None = OF_MANOEUVRE,
+    sample_s: float | None = None,
+    current_mps: tuple[float, float] | None = None,
+) -> Asked:
+    """Pose a manoeuvre or a log to a finished run.
+
+    Parameters
+    ----------
+    run : FinishedRun
+    source : str
+        Built-in name of a manoeuvre or a log, a manoeuvre in TOML, a control history or a log in CSV. A CSV that has a
+        column besides time and controls is a log.
+    sensors : str, optional
+        Instruments of the log (:func:`bayesub.study.schema.trial_section.read_instruments`); by default those of the
+        first fitted trial all of whose columns it has.
+    subproblem : str or None
+        Plane of the motion; by default that of the manoeuvre, of a CSV that of the first fitted trial.
+    sample_s : float, optional
+        Output interval of a manoeuvre.
+    current_mps : (float, float), optional
+        Known current of a manoeuvre, north and east; by default still water.
+
+    Raises
+    ------
+    InputError
+        For a source that does not fit the run.
+    """
+    columns = _read_columns(source, run.vehicle)
+    if columns is None:
+        if sensors is not None:
+            raise InputError(f"{source}: --sensors are of a log; a manoeuvre has no readings", "conflict", "--sensors")
+        setup = run.setup()
+        with error_source(source):
+            trial = _flown(setup, source, subproblem, sample_s)
+            _check_current(trial, current_mps)
+        return Asked(setup, trial, False, _held(setup, trial), current_mps=current_mps)
+    if current_mps is not None:
+        raise InputError(
+            f"{source}: --current-north-mps and --current-east-mps are of a manoeuvre; that of a log is unknown, and "
+            "its warm-up tells it",
+            "conflict",
+            "--current-north-mps",
+        )
+    if sample_s is not None:
+        raise InputError(
+            f"{source}: --sample is of a manoeuvre; a log is predicted at the times of its readings",
+            "conflict",
+            "--sample",
+        )
+    check, unread = _check(run, source, columns, sensors, subproblem)
+    setup = run.setup([check])
+    (trial,) = setup.unseen
+    return Asked(setup, trial, True, _held(setup, trial), unread)
+
+
+def _read_columns(source: str, vehicle: Vehicle) -> list[str] | None:
+    """The columns of a log besides time and controls; None for what is a manoeuvre."""
+    path = toml_files.find_log(source)
+    if source in toml_files.built_in("manoeuvres") or not path.name.lower().endswith((".csv", ".csv.gz")):
+        return None
+    own = vehicle.actuators.log_columns
+    controls = {log_files.short_name(name) for name in (*log_files.CONTROL_COLUMNS, *own, "time_s")}
+    return [name for name in log_files.headers(path, own) if log_files.short_name(name) not in controls] or None
+
+
+def _check(run, source, columns, sensors, subproblem) -> tuple[CheckSection, tuple[str, ...]]:
+    """The log as a [[check]] of the study, read like the fitted trial whose sensors it has; columns that are not read.
+
+    What is of that trial alone is not taken over: its window, its start, and faults of its sensors.
+    """
+    shorts = {log_files.short_name(name) for name in columns}
+
+    def reads(sections):
+        return [sensor.quantity for sensor in flat([section.build() for section in sections])]
+
+    trials = list(run.study.each_trial())
+    _, like, sections = next((one for one in trials if shorts.issuperset(reads(one[2]))), trials[0])
+    sections = sections if sensors is None else read_instruments(sensors).sensors
+    unread = tuple(name for name in columns if log_files.short_name(name) not in reads(sections))
+    plane = like.subproblem
+    if like.data is None:
+        plane = load_manoeuvre(run.study.path(like.manoeuvre), run.vehicle).subproblem
+    keys = {key: getattr(like, key) for key in TrialKeys.OF_DATA if key != "window_s"}
+    keys |= {"subproblem": plane if subproblem == OF_MANOEUVRE else subproblem, "ignore": unread}
+    name = source if source in toml_files.built_in("logs") else str(Path(source).resolve())
+    content = {key: value for key, value in keys.items() if value is not None}
+    check = CheckSection(data=name, **content)
+    nuisance = {} if like is run.study else CheckSection.nuisances(check, like.nuisance)
+    sections = tuple(map(_without_faults, sections))
+    return check.model_copy(update={"sensors": sections, "nuisance": nuisance}), unread
+
+
+def _without_faults(section):
+    """The section of a sensor that reads a log."""
+    fields = type(section).model_fields
+    return section.model_copy(update={key: fields[key].default for key in FAULTS if key in fields})
+
+
+def _flown(setup: Setup, source: str, subproblem: str | None, sample_s: float | None) -> UnseenTrial:
+    """A manoeuvre through the water, with the boat, its actuators and the disturbance of the run."""
+    manoeuvre = load_manoeuvre(source, setup.vehicle)
+    if subproblem == OF_MANOEUVRE and source.lower().endswith(".csv"):
+        _, fitted, _ = next(setup.problem.each_trial(setup.problem.prior.mean))
+        subproblem = fitted.manoeuvre.subproblem
+    if subproblem != OF_MANOEUVRE:
+        manoeuvre = replace(manoeuvre, subproblem=subproblem)
+    interval = manoeuvre.duration / SAMPLES if sample_s is None else sample_s
+    n = manoeuvre.duration / interval
+    if not 1.0 <= n <= MAX_READINGS:
+        raise InputError(
+            f"--sample must be between {manoeuvre.duration / MAX_READINGS:.2g} s and the duration", "value", "--sample"
+        )
+    times = np.minimum(np.arange(int(n * (1 + 1e-12)) + 1) * interval, manoeuvre.duration)
+    moving = MOVING.get(setup.vehicle.equations.subproblem(manoeuvre.subproblem), log_files.STATES)
+    sds = dict.fromkeys("xyz", POSITION_SD_M) | dict.fromkeys(log_files.ANGLES, np.radians(ATTITUDE_SD_DEG))
+    unread = np.full(len(times), np.nan)
+    record = Record(tuple(Channel(name, times, unread, sd) for name, sd in sds.items() if name in moving))
+    shared = {
+        name: prior
+        for name, prior in setup.problem.nuisance_priors.items()
+        if of_boat(name, setup.vehicle) and not of_process(name)
+    }
+    nuisance = present(shared, setup.vehicle, manoeuvre)
+    return UnseenTrial(manoeuvre.name, setup.pose(manoeuvre, record, nuisance=nuisance), 0.0)
+
+
+def _check_current(trial: UnseenTrial, current_mps: tuple[float, float] | None) -> None:
+    """InputError for a current that is too large, or that has no part in the plane of the motion."""
+    if current_mps is None:
+        return
+    most, problem = toml_files.largest("mps"), trial.problem
+    for towards, speed in zip(("north", "east"), current_mps, strict=True):
+        if not abs(speed) <= most:
+            raise InputError(
+                f"--current-{towards}-mps must be between {-most:g} and {most:g}, found {speed:g}",
+                "value",
+                f"--current-{towards}-mps",
+            )
+    plane = problem.vehicle.equations.subproblem(problem.manoeuvre.subproblem)
+    if current_mps[1] and "y" not in MOVING.get(plane, log_files.STATES):
+        raise InputError(
+            f"--current-east-mps: has no part in the {plane} sub-problem; leave it out",
+            "conflict",
+            "--current-east-mps",
+        )
+
+
+def _held(setup: Setup, trial: UnseenTrial) -> tuple[str, ...]:
+    """Coefficients that act on a trial and that neither a fitted trial nor this one infers, but for those of zero."""
+    problem, equations = trial.problem, setup.vehicle.equations
+    active = equations.active(None, problem.manoeuvre, problem.manoeuvre.subproblem)
+    inferred = {*setup.problem.names, *problem.names}
+    return tuple(name for name in active if name not in inferred and problem.xi[equations.index[name]])

@@ -1,0 +1,1 @@
+"""New input files to fill in."""

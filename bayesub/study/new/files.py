@@ -1,0 +1,277 @@
+"""New input files: equations, a vehicle with or without estimates from a hull geometry, that geometry, maps, limits.
+
+Names are checked, a copy of a file has another name, and nothing is overwritten.
+"""
+
+import os
+import re
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import tomlkit
+
+from bayesub.io import templates, toml_files
+from bayesub.io.atomic import reason
+from bayesub.io.errors import InputError
+from bayesub.io.words import listed
+from bayesub.model.equations import AXES, EquationSet, load_equations
+from bayesub.model.equations.files import DEFAULT, SET_NAME
+from bayesub.model.hulls import Hull
+
+FORCES = {
+    "X": "surge force",
+    "Y": "sway force",
+    "Z": "heave force",
+    "K": "roll moment",
+    "M": "pitch moment",
+    "N": "yaw moment",
+}
+N_STATIONS = 21  # along the hull of a geometry
+SYMBOLS = {
+    "nu": "nu = sqrt(v^2 + w^2)",
+    "V": "V = sqrt(u^2 + v^2 + w^2)",
+    "U": "U the speed of trials",
+    "du": "du = u - U with the speed U of trials",
+    "uc": "uc the speed n/k0 of the propeller",
+    "duc": "duc = n/k0 - u",
+    "crossflow_y": "crossflow integrals along the hull",
+}
+
+
+def check_name(name: str) -> None:
+    """InputError for a name that cannot be that of a file."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name):
+        raise InputError(f"a name is made of letters, digits, '_', '-' and '.', found '{name}'", "value", "name")
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write `text` to a file that does not exist yet."""
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise InputError(f"{path}: exists already; choose another file with -o", "file", "-o") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {reason(error)}", "file", "-o") from None
+
+
+def seen_from(path: Path, name: str | Path) -> str:
+    """A vehicle, manoeuvre or equation set as the file `path` names it: a built-in name as it is."""
+    return relative(path, name) if toml_files.is_path(str(name)) else str(name)
+
+
+def relative(path: Path, file: str | Path) -> str:
+    """The path of a file as seen from the folder of the file `path`."""
+    return Path(os.path.relpath(file, path.parent)).as_posix()
+
+
+def _copied(name: str, source: str, kind: str, path: Path, equations_key: str) -> str:
+    """The text of a built-in or own file under another name, to be written to `path`.
+
+    Parameters
+    ----------
+    name : str
+        The new name.
+    source : str
+        Built-in name or path.
+    kind : str
+        "vehicles" or "equations".
+    path : Path
+        From whose folder a path under `equations_key` is to be seen.
+    equations_key : str
+        The key that may name an equation file.
+    """
+    file = toml_files.find(source, kind)
+    if "name" not in toml_files.read_toml_table(file):
+        raise InputError(f"{source}: key 'name' is missing", "missing", "name")
+    document = tomlkit.parse(toml_files.read_text(file))
+    document["name"] = name
+    equations = document.get(equations_key)
+    if isinstance(equations, str) and toml_files.is_path(equations):
+        document[equations_key] = seen_from(path, file.parent / equations)
+    return document.as_string()
+
+
+def equations(name: str) -> str:
+    """The text of an equation file that explains every key, with a short set as an example."""
+    _check_set_name(name)
+    return templates.fill("bayesub.study.new", "new_equations.toml", name=name)
+
+
+def copied_equations(name: str, source: str, path: Path) -> str:
+    """The text of an equation file `path`: the set `source` (built-in name or path) under another name."""
+    _check_set_name(name)
+    return _copied(name, source, "equations", path, "extends")
+
+
+def _check_set_name(name: str) -> None:
+    """InputError for what cannot name an equation set."""
+    if not re.fullmatch(SET_NAME, name):
+        raise InputError(
+            f"an equation set is named by letters, digits, '_' and '-', beginning with a letter, found '{name}'",
+            "value",
+            "name",
+        )
+
+
+def vehicle(name: str, hull: Hull | None = None, equations: str = DEFAULT, path: Path = Path()) -> str:
+    """The text of a vehicle file with every key.
+
+    Parameters
+    ----------
+    name : str
+        Of the vehicle.
+    hull : Hull, optional
+        Gives its dimensions, and what is estimated from them.
+    equations : str
+        Built-in name, or path of an equation file.
+    path : Path
+        Of the new file, from whose folder an equation file is to be seen.
+    """
+    check_name(name)
+    terms = load_equations(equations)
+    values = _body(hull) | _words(terms)
+    values["equations"] = seen_from(path, equations)
+    values["stations"] = _stations(hull) if terms.has_crossflow else {}
+    values["hull_note"] = "" if hull else "; CHANGE: an example"
+    text = templates.fill("bayesub.study.new", "new_vehicle.toml", name=name, **values)
+    return text + _coefficients(terms, {} if hull is None else hull.estimates(terms))
+
+
+def copied_vehicle(name: str, source: str, path: Path = Path()) -> str:
+    """The text of a vehicle file `path`: the vehicle `source` (built-in name or path) under another name."""
+    check_name(name)
+    return _copied(name, source, "vehicles", path, "equations")
+
+
+def geometry(name: str) -> str:
+    """The text of a hull geometry file with every key."""
+    check_name(name)
+    return templates.fill("bayesub.study.new", "new_geometry.toml", name=name)
+
+
+def limits(path: Path) -> str:
+    """The text of a limits file `path` for `bayesub design`, with every key."""
+    return templates.fill("bayesub.study.new", "new_limits.toml", file=path)
+
+
+def map_of(kind: str, path: Path, data: Path | None = None) -> str:
+    """The text of a map file `path` for `bayesub convert`: the example of a kind of log.
+
+    Parameters
+    ----------
+    kind : str
+        As :data:`bayesub.logs.readers.KINDS`.
+    path : Path
+        Where it will stand.
+    data : Path or None
+        A log whose signals are listed in it.
+    """
+    text = toml_files.read_text(toml_files.built_in("maps")[kind])
+    signals = []
+    if data is not None:
+        from bayesub.logs import readers
+
+        signals = [(name, signal.unit) for name, signal in readers.read(kind, [data]).signals.items()]
+    values = {"kind": kind, "path": path, "source": data, "signals": signals, "example": text.rstrip()}
+    return templates.fill("bayesub.study.new", "new_map.toml", **values)
+
+
+def _body(hull: Hull | None) -> dict[str, str]:
+    """What the template leaves open of the section [body]; a boat to be changed if nothing is known."""
+    if hull is None:
+        values = {"length": 5.0, "density": 1025.0, "mass": 1000.0, "centre": 0.0}
+        inertia = dict.fromkeys(("Ixx", "Iyy", "Izz"), 0.0) | {"Ixx": 50.0, "Iyy": 1500.0, "Izz": 1500.0}
+        note = "CHANGE: an example"
+    else:
+        density, mass, arm = hull.file.water_density_kgm3, hull.mass_kg, hull.origin - hull.centre
+        moments = density * hull.displaced_inertia + [0.0, mass * arm**2, mass * arm**2]
+        values = {"length": hull.file.hull.length_m, "density": density, "mass": mass, "centre": arm}
+        inertia = dict(zip(("Ixx", "Iyy", "Izz"), moments, strict=True))
+        note = "of the displaced water, as if the boat were of one density"
+    return {key: f"{value:.6g}" for key, value in (values | inertia).items()} | {"note": note}
+
+
+def _words(equations: EquationSet) -> dict:
+    """What the template says of the terms of a set."""
+    dimensional = any(term.unit for term in equations.terms)
+    scale = "all coefficients are non-dimensional on it"
+    force = "Each force is the sum of (rho/2) l^k * coefficient * regressor."
+    scaled = any(term.speed_power for term in equations.terms)
+    if scaled:
+        force = force.replace("l^k", f"l^k {_speed(equations)}^j")
+    if dimensional:
+        scale = "coefficients without a unit are non-dimensional on it"
+        force += " A coefficient with a unit is multiplied by its regressor alone."
+    ahead = [
+        term for term in equations.terms if term.axis == "X" and term.symbols <= {"u", "V", "U", "du", "uc", "duc"}
+    ]
+    drag = [term.name for term in ahead if term.unit is None and (term.length_power, term.speed_power) == (2, 0)]
+    symbols = {symbol for term in equations.terms for symbol in term.symbols} | (
+        {_speed(equations)} if scaled else set()
+    )
+    used = [text for symbol, text in SYMBOLS.items() if symbol in symbols]
+    functions = {factor.function for term in equations.terms for factor in term.parsed.factors}
+    used += ["sgn the sign"] if "sgn" in functions else []
+    velocities = "u v w p q r speeds and rates in m/s and rad/s, dots accelerations"
+    sentence = f"{force} Regressors: {', '.join([velocities, *_controls(equations), *used])}."
+    return {
+        "dimensions": scale,
+        "regressors": "\n".join(textwrap.wrap(sentence, 118, initial_indent="# ", subsequent_indent="# ")),
+        "example": next(
+            (term.name for term in equations.terms if term.axis == "Y" and "v" in term.symbols), equations.names[0]
+        ),
+        "drag": f"-{drag[0]}" if len(drag) == len(ahead) == 1 else "d",
+        "own_thrust": any(term.symbols & {"du", "uc", "duc"} for term in ahead),
+    }
+
+
+def _speed(equations: EquationSet) -> str:
+    """Symbol of the speed on which coefficients are non-dimensional."""
+    return "V" if equations.speed == "instantaneous" else "U"
+
+
+def _controls(equations: EquationSet) -> list[str]:
+    """The controls in words, those of one unit together: ``dr ds rudder and stern plane in rad``."""
+    texts = []
+    for suffix, unit in (("_deg", "rad"), ("_n", "N"), ("rpm", "revolutions per minute")):
+        controls = [control for control in equations.controls if control.column.endswith(suffix)]
+        names = [control.column.removesuffix(suffix).replace("_", " ") or "propeller" for control in controls]
+        if controls:
+            texts.append(f"{' '.join(control.symbol for control in controls)} {listed(names)} in {unit}")
+    return texts
+
+
+def _stations(hull: Hull | None) -> dict[str, list[float]]:
+    """The section [hull]: of a hull geometry, or of an example."""
+    if hull is None:
+        x, height, breadth = np.array([[-2.5, -1.5, 2.0, 2.5], [0.0, 0.5, 0.5, 0.0], [0.0, 0.5, 0.5, 0.0]])
+    else:
+        length = hull.file.hull.length_m
+        aft = 0.5 * length * (1.0 + np.cos(np.linspace(0.0, np.pi, N_STATIONS)))  # denser at the ends; tail first
+        x = hull.origin - aft
+        breadth, height = (2.0 * half for half in hull.file.hull.half_widths(aft))
+    return {
+        key: [round(float(value), 5) for value in values]
+        for key, values in (("x_m", x), ("height_m", height), ("breadth_m", breadth))
+    }
+
+
+def _coefficients(equations: EquationSet, estimates) -> str:
+    lines, width = [], max(10, *map(len, equations.names))
+    for axis in AXES:
+        terms = [equations.term(name) for name in equations.names_of_axis(axis)]
+        if terms:
+            lines += ["", f"# {axis}, {FORCES[axis]} in {'N' if axis in 'XYZ' else 'N m'}"]
+        for term in terms:
+            estimate = estimates.get(term.name)
+            value, note = "0", ""
+            if estimate is not None:
+                value = f"{{ value = {estimate.value:.4g}, sd = {estimate.sd:.2g} }}"
+                note = f"; {estimate.source}"
+            regressor = term.regressor.replace("*", " ")
+            scale = term.scale if term.unit else term.scale.replace("U", _speed(equations))
+            meaning = f"{regressor}, unit {term.unit}" if term.unit else f"{scale} {regressor}"
+            lines.append(f"{term.name:<{width}} = {value:<{42 if estimates else 12}} # {meaning}{note}")
+    return "\n".join(lines) + "\n"

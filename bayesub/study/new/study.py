@@ -1,0 +1,152 @@
+"""New study files: of a manoeuvre that is simulated, or of a log."""
+
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import templates
+from bayesub.io.errors import InputError
+from bayesub.logs import log_files
+from bayesub.model.equations import AXES
+from bayesub.model.equations.equation_set import PLANES
+from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.problem.nuisance import MOVING
+from bayesub.sensors import velocity
+from bayesub.sensors.sensor import QUANTITIES, channel_name
+from bayesub.study.new import files
+
+STILL = 1e-9  # rad, and of the largest force: round-off in a control or a force that actuators do not move
+_ACROSS = {"Y": "horizontal", "N": "horizontal", "Z": "vertical", "M": "vertical", "K": None}  # planes of forces
+_NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
+_OVER_GROUND = {"x", "y", "u_ground", "v_ground", *velocity.OVER_GROUND}
+
+_SENSOR = """
+[[sensors]]
+kind = "sensor"
+column = "{column}"
+sd = {sd:<24} # CHANGE: guessed from its scatter; the data sheet knows
+"""
+_TRACK = """
+[[sensors]]                   # "track", "pressure", "compass", "ins", "dvl", "adcp", "sensor", or a preset
+kind = "track"
+position_sd_m = 0.5
+attitude_sd_deg = 0.1
+interval_s = 1.0
+"""
+_IN_PLANE = 'channels = ["x", "y", "yaw"]\n'
+_NUISANCE = """# [nuisance]                  # what else is unknown
+# bias_yaw_deg = { mean = 0.0, sd = 2.0 }"""
+_IN_CURRENT = """[nuisance]                    # what else is unknown; the start needs no entry
+current_north_mps = { mean = 0.0, sd = 0.3 }"""
+_CLOCK = """
+# clock_{0}_s = {{ mean = 0.0, sd = 0.2 }}  # how far its clock is ahead; lever_{0}_x_m: where it is"""
+_EAST = "\ncurrent_east_mps = { mean = 0.0, sd = 0.3 }"
+_HEADING = "\nyaw0_deg = { mean = 0.0, sd = 5.0 }  # CHANGE: nobody read the heading"
+_GUESS = """centre = "perturbed"          # a guess: the truth times (1 + perturbation_sd * normal); or "vehicle"
+perturbation_sd = 0.15"""
+
+
+def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
+    """The text of a study file `path` that simulates a vehicle on a manoeuvre and measures its track."""
+    return _text(
+        name,
+        path,
+        vehicle,
+        what=f"the manoeuvre {manoeuvre}",
+        source=f'manoeuvre = "{files.seen_from(path, manoeuvre)}"',
+        sensors=_TRACK + (_IN_PLANE if load_vehicle(vehicle).equations.degrees_of_freedom == 3 else ""),
+        column="x_m",
+        free=manoeuvre if manoeuvre in MOVING else "all",
+        centre=_GUESS,
+        nuisance=_NUISANCE + _CLOCK.format("track"),
+        sqp_starts=5,
+    )
+
+
+def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
+    """The text of a study file `path` on the log `data`, with a sensor for each of its columns.
+
+    Planes that rest confine the motion to the horizontal or the vertical; what does not change in it is ignored.
+    """
+    boat = load_vehicle(vehicle)
+    log = log_files.read_log(data, boat.actuators.log_columns, weight_density=boat.weight_density_npm3)
+    log, _ = boat.actuators.commanded(boat.actuators.with_water(log))
+    plane = _plane(boat, np.nan_to_num(boat.actuators.values(log, len(log["time"]), str(data))))
+    changing = MOVING.get(plane, log_files.STATES)
+    measured = [
+        key for key in log_files.HEADERS if key in log and key in QUANTITIES and np.isfinite(log[key]).sum() >= 3
+    ]
+    of_use = [key for key in measured if QUANTITIES[key].changes(changing)]
+    if not of_use:
+        raise InputError(f"{data}: has no column with three readings or more", "data")
+    source = [f'data = "{files.relative(path, data)}"']
+    if plane != "all":
+        source.append(f'subproblem = "{plane}"     # the plane that the boat kept to, by its controls')
+    if rest := [f'"{log_files.HEADERS[key]}"' for key in log if key in QUANTITIES and key not in of_use]:
+        source.append(f"ignore = [{', '.join(rest)}]")
+    nuisance = _IN_CURRENT if _OVER_GROUND & set(of_use) else _NUISANCE
+    if nuisance is _IN_CURRENT and "psi" in changing:
+        read = any(QUANTITIES[key].heading for key in of_use)
+        nuisance += _EAST + ("" if read else _HEADING)
+    nuisance += _CLOCK.format(channel_name(of_use[0]))
+    return _text(
+        name,
+        path,
+        vehicle,
+        what=f"the log {data.name}",
+        source="\n".join(source),
+        sensors="".join(
+            _SENSOR.format(column=log_files.HEADERS[key], sd=f"{_scatter(key, log, data):.2g}") for key in of_use
+        ),
+        column=log_files.HEADERS[of_use[0]],
+        free=plane,
+        centre='centre = "vehicle"',
+        nuisance=nuisance,
+        sqp_starts=0,
+    )
+
+
+def _plane(boat: Vehicle, inputs: np.ndarray) -> str:
+    """The plane of motion of the actuators that move: "horizontal", "vertical", or "all" for both."""
+    actuators = boat.actuators
+    forces = actuators.wrenches(inputs, None).reshape(-1, 2, len(AXES))
+    changes = np.ptp(forces, axis=0).max(axis=0) > STILL * np.abs(forces).max(axis=(0, 1))
+    moving = {plane for axis, plane in _ACROSS.items() if changes[AXES.index(axis)]}
+    turned = np.ptp(actuators.mixed(inputs), axis=0) > STILL
+    moving |= {control.subproblem for control, moves in zip(boat.equations.controls, turned, strict=True) if moves}
+    if boat.equations.degrees_of_freedom == 3 or moving <= {"horizontal"}:
+        return "horizontal"
+    return "vertical" if moving == {"vertical"} else "all"
+
+
+def _text(name, path, vehicle, **parts) -> str:
+    files.check_name(name)
+    return templates.fill(
+        "bayesub.study.new",
+        "new_study.toml",
+        name=name,
+        file=path,
+        vehicle=files.seen_from(path, vehicle),
+        example=load_vehicle(vehicle).equations.names[0],
+        axes=", ".join(f'"{axis}"' for axis in PLANES.get(parts["free"], (AXES,))[0]),
+        **parts,
+    )
+
+
+def _scatter(key, log, data) -> float:
+    """Standard deviation of the noise of a column, in its unit.
+
+    Of a smooth signal with independent noise the median second difference, over the root of six, says what it is; it
+    is at least half the smallest step.
+    """
+    header = log_files.HEADERS[key]
+    readings = log[key][np.isfinite(log[key])]
+    if QUANTITIES[key].heading:
+        readings = np.unwrap(readings)
+    steps = np.abs(np.diff(readings))
+    if not steps.any():
+        raise InputError(
+            f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log", "data", header
+        )
+    scatter = np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0))
+    return float(max(scatter, 0.5 * steps[steps > 0.0].min())) / log_files.si_factor(header)

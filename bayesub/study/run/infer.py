@@ -1,0 +1,225 @@
+"""The work of a study in TOML: baselines, sampling, cross-check, predictions, report."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.findings import log_card
+from bayesub.findings.mode_fit import fit_of_mode
+from bayesub.findings.suspect_columns import suspect
+from bayesub.findings.unseen import TrialPrediction, predicted_trial, predicts
+from bayesub.inference import baselines, identifiability
+from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
+from bayesub.inference.sampling import cross_check as compare_with_nuts
+from bayesub.io import seeds, toml_files
+from bayesub.io.atomic import write_text
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import Progress, duration
+from bayesub.logs import log_files
+from bayesub.logs.finding import Finding
+from bayesub.model.linear_form import linear_systems, stacked
+from bayesub.model.prescribed import STATES
+from bayesub.report.report import write_report
+from bayesub.sensors import QUANTITIES
+from bayesub.study.provenance import origin
+from bayesub.study.run import leave_out as others
+from bayesub.study.run.prepare import Setup
+from bayesub.study.run.result import StudyResult, verdict_on
+from bayesub.study.run.run_folder import CROSS_CHECK, RunContext, saved_config
+
+POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
+
+
+def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bool = False) -> StudyResult:
+    """Do the work of a study in an opened folder.
+
+    Parameters
+    ----------
+    setup : Setup
+        The study made ready.
+    context : RunContext
+        Of the run.
+    cross_check : bool
+        Sample with NUTS too and compare.
+    leave_out : bool
+        Fit all trials but one, for each of them, and predict it.
+
+    Returns
+    -------
+    StudyResult
+    """
+    folder, progress = context.folder, context.progress
+    progress.stage("simulate or read the trials")
+    refuse_misread(setup, progress)
+    problem = setup.problem
+    for name, trial in setup.trials.items():
+        trial.record.save(folder / (f"record_{name}.csv" if name else "record.csv"))
+    for unseen in setup.unseen:
+        unseen.problem.record.save(folder / f"check_{unseen.name}.csv")
+    problem.predicted(np.repeat(problem.prior.mean[None], 16, axis=0))  # compiles, so that nothing below does
+    seconds = {"simulation and compilation": progress.seconds}
+    estimates = _baselines(setup, progress)
+    seconds |= {estimate.method: estimate.seconds for estimate in estimates}
+
+    progress.stage("sample the posterior")
+    sampler = setup.study.sampler
+    posterior = sample(
+        problem,
+        rng=setup.generator(seeds.SAMPLER),
+        n_ensembles=sampler.n_ensembles,
+        n_walkers=sampler.n_walkers,
+        max_steps=sampler.max_steps,
+        criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
+        checkpoint=folder / "chain",
+        progress=progress,
+        examine=partial(_examine, setup, context),
+    )
+    seconds["sampling"] = posterior.seconds
+    posterior_file.save(posterior, folder / POSTERIOR)
+    write_text(folder / ESTIMATES, json.dumps([estimate.to_json() for estimate in estimates], indent=1))
+    check = None
+    if cross_check:
+        progress.stage("cross-check with NUTS")
+        check = compare_with_nuts(problem, posterior, rng=setup.generator(seeds.CROSS_CHECK), progress=progress)
+        write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
+    if leave_out:
+        others.fit(setup, context)
+    progress.stage("predictions, figures and report")
+    seconds["all before the report"] = progress.seconds
+    return conclude(setup, context, estimates, posterior, check, seconds=seconds)
+
+
+def refuse_misread(setup: Setup, progress: Progress) -> None:
+    """Say what contradicts what in the logs of a study, of the columns that it uses.
+
+    Raises
+    ------
+    InputError
+        If a column holds something else than its name says, and the trial does not say ``trust_log``.
+    """
+    for path, is_trusted, findings in _logs(setup):
+        misread = [finding for finding in findings if finding.misread]
+        if misread and not is_trusted:
+            others = f" ({len(misread) - 1} more: bayesub check {path})" if len(misread) > 1 else ""
+            raise InputError(
+                f"{path}: {misread[0].line()}{others}; if the log is right all the same, give trust_log = true",
+                "data",
+                ", ".join(misread[0].columns),
+            )
+        for finding in findings:
+            progress.remark(f"{path}: {finding.line()}")
+
+
+def _logs(setup) -> Iterator[tuple[Path, bool, list[Finding]]]:
+    """Each log, whether it is trusted, and what is wrong with the columns that are used."""
+    study, fins = setup.study, setup.vehicle.actuators.log_columns
+    trials = [(section, setup.trials[name].record) for name, section, _ in study.each_trial()]
+    unseen = {trial.name: trial.problem.record for trial in setup.unseen}
+    trials += [(section, unseen[section.name]) for section, _ in study.each_check()]
+    for section, record in trials:
+        if section.data is None:
+            continue
+        path = toml_files.find_log(study.path(section.data))
+        log = log_files.read_log(path, fins, ascending=False)
+        headers = [header for header in log_files.headers(path, fins) if header not in (section.ignore or ())]
+        names = {header: log_files.short_name(header) for header in headers}
+        log = {name: log[name] for name in ("time", *names.values()) if name in log}
+        read = {channel.quantity for channel in record.channels} | {STATES[a][0] for a in section.prescribed or ()}
+        unused = {header for header, name in names.items() if name in QUANTITIES and name not in read}
+        findings = log_card.check(log, headers, fins, setup.vehicle).findings
+        yield path, bool(section.trust_log), [one for one in findings if not unused.issuperset(one.columns)]
+
+
+def _baselines(setup: Setup, progress: Progress) -> list[baselines.Estimate]:
+    """The estimates that the study asks for."""
+    study, problem, estimates = setup.study, setup.problem, []
+    truths = [trial.truth for trial in setup.trials.values()]
+    if study.baselines.linear_least_squares and all(truths):  # a log has no noise-free motion
+        progress.stage("linear least squares")
+        plain = problem.naive()
+        systems = [linear_systems(truth, free=plain.names) for truth in truths]
+        systems = stacked(systems, plain.equations.names)
+        guess = dict(zip(plain.names, plain.prior.guess, strict=True))
+        estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
+    if n_starts := study.baselines.sqp_starts:
+        progress.stage("SQP")
+        plain = problem.searchable()
+        others = plain.names[plain.n_coefficients :]
+        rng = setup.generator(seeds.SQP)
+        estimates.append(baselines.sqp(plain, rng=rng, informed=others, n_starts=n_starts, progress=progress))
+    return estimates
+
+
+def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
+    """Say before anything is sampled how the mode fits; InputError if it does not at all."""
+    sampler = setup.study.sampler
+    fit = fit_of_mode(setup.problem, mode, setup.generator(seeds.MODE))
+    values = dict(zip(setup.problem.names, mode.tolist(), strict=True))
+    write_text(context.folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
+    for topic, sentence in fit.sentences.items():
+        gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
+        context.progress.remark(f"{topic.replace('_', ' ')}:{gap}{sentence}")
+    if fit.misfit > sampler.max_misfit:
+        column = suspect(setup.problem, mode)
+        likely = f"likely {column}; if not, " if column else ""
+        raise InputError(
+            f"{setup.study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' by "
+            f"{fit.misfit:.3g} times its noise: {likely}look for a wrong column, sign or unit with bayesub check, free "
+            f"more coefficients, or raise the sd; to sample all the same give [sampler] max_misfit above that",
+            "data",
+            fit.channel,
+        )
+
+
+def conclude(
+    setup: Setup,
+    context: RunContext,
+    estimates: Sequence[baselines.Estimate],
+    posterior: Posterior,
+    check: CrossCheck | None,
+    *,
+    seconds: Mapping[str, float],
+) -> StudyResult:
+    """Write figures, numbers and report of a posterior; what it says is the result."""
+    study, folder = setup.study, context.folder
+    predictions = _predictions(setup, folder, estimates, posterior)
+    spectrum = identifiability.fisher(setup.problem, posterior.best)
+    taken = seconds.get("all before the report", sum(seconds.values()))
+    numbers = write_report(
+        folder,
+        setup.problem,
+        estimates,
+        spectrum,
+        posterior,
+        study=study,
+        seconds=seconds,
+        check=check,
+        predictions=predictions,
+        quantities=setup.quantities,
+        pdf=context.pdf,
+        commit=context.commit,
+        origin=origin(saved_config(folder) or {}) | {"time taken": duration(taken)},
+    )
+    return StudyResult(
+        name=study.name,
+        question=study.question,
+        verdict=verdict_on(posterior, check, predictions_hold=predicts(numbers["predictions"])),
+        folder=str(folder),
+        sentences=numbers["verdict"],
+        shortcomings=tuple(posterior.shortcomings),
+    )
+
+
+def _predictions(
+    setup: Setup, folder: Path, estimates: Sequence[baselines.Estimate], posterior: Posterior
+) -> list[TrialPrediction]:
+    """Those of the logs that are not fitted, and of the trials that have been left out."""
+    rng = setup.generator(seeds.PREDICTIONS)
+    predictions = [predicted_trial(trial, setup.problem, posterior, estimates, rng) for trial in setup.unseen]
+    if left_out := others.posteriors(setup, folder):
+        trials = others.unseen_trials(setup)
+        predictions += [predicted_trial(trials[name], *fit, [], rng) for name, fit in left_out.items()]
+    return predictions

@@ -1,0 +1,124 @@
+"""Fits of all trials of a study but one, for each of them, kept in the run folder trial by trial."""
+
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+
+from bayesub.campaign import executors
+from bayesub.campaign.campaign import complete
+from bayesub.campaign.piece import is_remote
+from bayesub.inference.sampling import Criteria, Posterior, posterior_file, sample
+from bayesub.io import seeds
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import Progress
+from bayesub.problem.joint import JointProblem
+from bayesub.problem.unseen import UnseenTrial
+from bayesub.study.run.prepare import Setup
+from bayesub.study.run.run_folder import RunContext
+from bayesub.study.schema.check_section import warm_up
+
+LEFT_OUT = "left_out"
+
+
+def check(setup: Setup) -> None:
+    """Raise InputError for a study of which no trial can be left out."""
+    if len(setup.trials) < 2:
+        raise InputError(
+            "--leave-out is for studies of several trials; of one log, name a second one to predict in [[check]]",
+            "conflict",
+            "--leave-out",
+        )
+    unseen_trials(setup)
+
+
+def unseen_trials(setup: Setup) -> dict[str, UnseenTrial]:
+    """Each trial of a study, to be predicted by the others; InputError for one that is too short."""
+    trials = {}
+    for name, problem in setup.problem.problems.items():
+        trial = UnseenTrial(name, problem, 0.0, is_left_out=True)
+        if len(trial.own(setup.problem.without(name))):
+            try:
+                trial = UnseenTrial(name, problem, warm_up(problem), is_left_out=True)
+            except InputError as error:
+                raise error.within(f"trial '{name}'") from None
+        trials[name] = trial
+    return trials
+
+
+def fit(setup: Setup, context: RunContext) -> None:
+    """Sample the posterior of the others for each trial that has no converged one in the folder.
+
+    A fit that was stopped continues from its checkpoint. Of one that finds no mode, or accepts nothing, progress tells
+    why, and the others go on.
+    """
+    folder, progress = context.folder, context.progress
+    (folder / LEFT_OUT).mkdir(exist_ok=True)
+    store = _Fits(setup, folder, progress)
+    names = {name: (k, name) for k, name in enumerate(setup.trials) if name not in store.results}
+    progress.stage("leave out")
+    executor = context.executor or executors.local()
+    failures = folder / LEFT_OUT / "failures.txt"
+    complete(
+        executor, partial(_without, setup, folder), names, store, failures=failures, progress=progress, unit="trials"
+    )
+
+
+def _criteria(setup: Setup) -> Criteria:
+    sampler = setup.study.sampler
+    return Criteria(sampler.rhat, sampler.ess, sampler.taus)
+
+
+def _without(setup: Setup, folder: Path, trial: tuple[int, str]) -> Posterior | str:
+    """The posterior of all trials but one, whose number and name are given, or why there is none."""
+    k, name = trial
+    sampler = setup.study.sampler
+    try:
+        return sample(
+            setup.problem.without(name),
+            rng=setup.generator(seeds.LEFT_OUT, k),
+            n_ensembles=sampler.n_ensembles,
+            n_walkers=sampler.n_walkers,
+            max_steps=sampler.max_steps,
+            criteria=_criteria(setup),
+            checkpoint=None if is_remote() else folder / LEFT_OUT / f"chain_{name}",
+        )
+    except InputError as error:
+        return str(error)
+
+
+class _Fits:
+    """The fits in a run folder; those that have converged by the criteria of the study are done."""
+
+    def __init__(self, setup: Setup, folder: Path, progress: Progress):
+        self.folder, self.progress, self.results = folder, progress, {}
+        for name in setup.trials:
+            place = _place(folder, name)
+            if (
+                place.exists()
+                and (before := posterior_file.load(place)).converged
+                and before.criteria == _criteria(setup)
+            ):
+                self.results[name] = True
+
+    def add(self, name: str, result: Posterior | str) -> None:
+        """Save a posterior, or tell why there is none."""
+        if isinstance(result, str):
+            self.progress.remark(f"without '{name}': {result}")
+        else:
+            posterior_file.save(result, _place(self.folder, name))
+        self.results[name] = True
+
+
+def posteriors(setup: Setup, folder: Path) -> dict[str, tuple[JointProblem, Posterior]]:
+    """Trial -> problem and posterior of the others, of those trials that have been left out so far."""
+    names = [name for name in setup.trials if name and _place(folder, name).exists()]
+    return {name: (setup.problem.without(name), posterior_file.load(_place(folder, name))) for name in names}
+
+
+def is_done(names: Iterable[str], folder: Path) -> bool:
+    """Whether each of the trials has been left out."""
+    return all(_place(folder, name).exists() for name in names)
+
+
+def _place(folder: Path, name: str) -> Path:
+    return folder / LEFT_OUT / f"{name}.nc"

@@ -1,0 +1,209 @@
+"""A study made ready: its trials simulated or read, the problem that they pose, and logs to predict."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.io import seeds
+from bayesub.io.errors import InputError, error_source
+from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.quantities import Quantity
+from bayesub.model.simulator import Simulator
+from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.problem import priors
+from bayesub.problem.disturbances import UnknownDisturbance
+from bayesub.problem.joint import JointProblem
+from bayesub.problem.nuisance import find
+from bayesub.problem.problem import Problem, channel_noises
+from bayesub.problem.unseen import UnseenTrial
+from bayesub.study.provenance import file_digest
+from bayesub.study.schema.check_section import CheckSection
+from bayesub.study.schema.control_section import with_columns
+from bayesub.study.schema.prior_section import noise_models
+from bayesub.study.schema.study_file import Study
+from bayesub.study.schema.trial_log import Trial
+from bayesub.study.schema.trial_section import TrialKeys
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A study made ready.
+
+    Attributes
+    ----------
+    study : Study
+        The study.
+    vehicle : Vehicle
+        The boat of its file.
+    trials : dict of str to Trial
+        By name, which is "" for the only one.
+    problem : Problem or JointProblem
+        What the trials pose.
+    unseen : tuple of UnseenTrial
+        Logs that are not fitted, which the posterior is to predict.
+    quantities : tuple of Quantity
+        Of the study's own, that follow from the coefficients.
+    pose : callable
+        Poses the problem of another trial of the boat, of a manoeuvre and a record: a Problem with its free
+        coefficients, its prior and its disturbance.
+    """
+
+    study: Study
+    vehicle: Vehicle
+    trials: dict[str, Trial]
+    problem: Problem | JointProblem
+    unseen: tuple[UnseenTrial, ...]
+    quantities: tuple[Quantity, ...]
+    pose: Callable[..., Problem]
+
+    def generator(self, stream: int, *members: int) -> np.random.Generator:
+        """Random numbers of a stream of the study's seed (:mod:`bayesub.io.seeds`), from their beginning."""
+        return seeds.generator(self.study.seed, stream, *members)
+
+
+def prepare(study: Study) -> Setup:
+    """Simulate the truth and measure it, or read the logs, and pose the problem.
+
+    The result is the same for the same study, bit for bit, on the same machine with the same versions.
+
+    Raises
+    ------
+    InputError
+        Begins with the study file.
+    """
+    with error_source(study.source):
+        return _prepare(study)
+
+
+@dataclass(frozen=True)
+class _Flight:
+    """A trial, or a log that is not fitted, on its way from its section to its problem.
+
+    Attributes
+    ----------
+    name : str
+    label : str
+        In error messages.
+    section : TrialKeys
+    sensors : tuple of SensorSection
+    trial : Trial
+        One that is simulated is not flown before it is posed.
+    problem : Problem or None
+        As soon as it is posed.
+    """
+
+    name: str
+    label: str
+    section: TrialKeys
+    sensors: tuple
+    trial: Trial
+    problem: Problem | None = None
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether it is no log to predict."""
+        return not isinstance(self.section, CheckSection)
+
+    def posed(
+        self, vehicle: Vehicle, pose: Callable[..., Problem], noise: dict, dt: float | None, rng: np.random.Generator
+    ) -> "_Flight":
+        """The same, flown, with its problem; `rng` is of the noise of its readings."""
+        with error_source(self.label):
+            trial = self.trial
+            if not self.is_fitted:
+                trial = _with_own_unknowns(trial, self.section, vehicle, noise)
+            given = {"nuisance": trial.nuisance, "noise": noise}
+            if dt is None:  # the longest that the sensors do not notice, whatever they are going to read
+                dt = pose(trial.manoeuvre, trial.record, **given).simulator.step
+            trial = self.section.flown(trial, vehicle, self.sensors, dt, rng)
+            return replace(self, trial=trial, problem=pose(trial.manoeuvre, trial.record, dt=dt, **given))
+
+
+def _prepare(study: Study) -> Setup:
+    data_rng = seeds.generator(study.seed, seeds.DATA)
+    vehicle = with_columns(load_vehicle(study.vehicle, study.path), study.controls)
+    quantities = tuple(section.build(vehicle, study.path) for section in study.derived)
+    flights = [*_fitted(study, vehicle), *_unfitted(study, vehicle)]
+    centre = vehicle.xi
+    if study.prior.centre == "perturbed":
+        guess_rng = seeds.generator(study.seed, seeds.GUESS)
+        centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
+    prior, fixed = study.prior.build(centre, vehicle, study.path)
+    xi = vehicle.xi.copy()
+    xi[vehicle.equations.columns(fixed)] = list(fixed.values())
+    free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
+    disturbance = _disturbance(study, vehicle, [flight.trial.manoeuvre for flight in flights if flight.is_fitted])
+    noises = noise_models(study.noise, [flight.trial.record.channels for flight in flights])
+    pose = partial(Problem, vehicle, free=free, prior=prior, xi=xi, disturbance=disturbance)
+    asked = zip(flights, noises, strict=True)
+    flights = [flight.posed(vehicle, pose, noise, study.dt_s, data_rng) for flight, noise in asked]
+    fitted = {flight.name: flight for flight in flights if flight.is_fitted}
+    problem = fitted[""].problem if study.trials is None else JointProblem({n: f.problem for n, f in fitted.items()})
+    unseen = []
+    for flight in flights[len(fitted) :]:
+        with error_source(flight.label):
+            unseen.append(flight.section.posed(flight.problem, problem))
+    trials = {name: flight.trial for name, flight in fitted.items()}
+    return Setup(study, vehicle, trials, problem, tuple(unseen), quantities, pose)
+
+
+def _fitted(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
+    """The trials of a study, not flown yet."""
+    for name, section, sensors in study.each_trial():
+        label = f"trial '{name}'" if name else ""
+        with error_source(label):
+            trial = section.build(vehicle, sensors, study.nuisance | section.nuisance, study.path)
+        yield _Flight(name, label, section, sensors, trial)
+
+
+def _unfitted(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
+    """The logs that are not fitted; InputError for one that is fitted too."""
+    for check, sensors in study.each_check():
+        label = f"check '{check.name}'"
+        with error_source(label):
+            _refuse_fitted(check, study)
+            trial = check.build(vehicle, sensors, check.nuisances(study.nuisance), study.path)
+        yield _Flight(check.name, label, check, sensors, trial)
+
+
+def _refuse_fitted(check: CheckSection, study: Study) -> None:
+    """InputError for a log that is fitted too."""
+    for name, fitted, _ in study.each_trial():
+        logs = [section.data and file_digest(Path(study.path(section.data))) for section in (check, fitted)]
+        if check.data is not None and logs[0] == logs[1]:
+            where = f"in trial '{name}'" if name else "by this study"
+            raise InputError(
+                f"{check.data} is fitted {where} and says nothing about prediction; give a log that is not fitted",
+                "conflict",
+                "check.data",
+            )
+
+
+def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, noise: dict) -> Trial:
+    """The trial of a log without those unknowns of the study that are of channels and controls it does not have."""
+    channels = trial.record.channels
+    noises = channel_noises(channels, noise)
+    for name in filter(check.nuisance.__contains__, trial.nuisance):
+        find(name, vehicle, trial.manoeuvre, channels, noises)
+    return replace(trial, nuisance=present(trial.nuisance, vehicle, trial.manoeuvre, channels, noises))
+
+
+def present(nuisance: dict, vehicle: Vehicle, manoeuvre: Manoeuvre, channels=(), noises=()) -> dict:
+    """Those of the nuisance parameters that a vehicle has on a manoeuvre, with channels and their noise models."""
+    unknown = {}
+    for name, prior in nuisance.items():
+        with suppress(InputError):
+            find(name, vehicle, manoeuvre, channels, noises)
+            unknown[name] = prior
+    return unknown
+
+
+def _disturbance(study: Study, vehicle: Vehicle, manoeuvres: Sequence[Manoeuvre]) -> UnknownDisturbance | None:
+    """The unmodelled forces that a study infers, of which shares are of the forces of the hull in all trials."""
+    if study.disturbance is None:
+        return None
+    return study.disturbance.build([Simulator(vehicle, one, np.zeros(1), dt=study.dt_s) for one in manoeuvres])

@@ -1,0 +1,198 @@
+"""Run folders: made, held, resumed or refused, and what they keep of their study."""
+
+import json
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import tomli_w
+
+from bayesub.campaign.executors import Executor
+from bayesub.io import toml_files
+from bayesub.io.atomic import LOCK, PARTIAL, locked, write_text, writing
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import SILENT, Progress
+from bayesub.study.provenance import CODE, code_change, study_change
+
+CONFIG = "config.toml"
+SECONDS = "seconds.json"
+CROSS_CHECK = "cross_check.json"
+STOPPING = (  # may change before a run is resumed
+    *(f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus")),
+    *(f"design.{key}" for key in ("minutes", "judgements")),
+)
+_SAVE_S = 10.0  # of work on a run, which a kill may leave uncounted
+
+
+def saved_config(folder: Path) -> dict | None:
+    """The configuration of the run in a folder; None if it holds no run."""
+    file = folder / CONFIG
+    return toml_files.read_toml_table(file) if file.exists() else None
+
+
+@contextmanager
+def open_folder(
+    folder: Path, config: dict, copies: dict[str, Path] | None = None, *, resume=False, force=False, keep_stale=False
+) -> Iterator[dict]:
+    """Make the run folder and hold it for this process.
+
+    ``config.toml`` and copies of the files of the study are in it before any work starts.
+
+    Parameters
+    ----------
+    folder : Path
+        The run folder.
+    config : dict
+        What the result depends on.
+    copies : dict of str to Path
+        Place in the folder -> file to copy there.
+    resume : bool
+        Continue a run of the same study (but for its stopping rule) by the same sources and versions.
+    force : bool
+        Delete an existing run, which is otherwise refused.
+    keep_stale : bool
+        Resume although sources or versions differ. ``config.toml`` keeps those by which the run was begun, so that it
+        stays stale.
+
+    Yields
+    ------
+    dict
+        The content of ``config.toml``: of a run that is resumed, with the code and the time by which it was begun.
+
+    Raises
+    ------
+    InputError
+        For a run that cannot be resumed, with the first difference, and for a folder that is not free.
+    """
+    saved = saved_config(folder)
+    if resume:
+        config = _resumed(folder, saved, config, keep_stale)
+    elif saved is not None and not force:
+        raise InputError(f"{folder}: already holds a run; {_remedy(saved, config)}", "state")
+    with writing(folder):
+        if folder.exists() and saved is None and _content(folder):
+            raise InputError(f"{folder}: already holds other files; choose another -o", "state")
+        folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder):
+        with writing(folder):
+            for path in _content(folder) if force else ():
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+            write_text(folder / CONFIG, tomli_w.dumps(config))
+            for place, original in (copies or {}).items():
+                (folder / place).parent.mkdir(exist_ok=True)
+                shutil.copyfile(original, folder / place)
+        yield config
+
+
+def _resumed(folder: Path, saved: dict | None, config: dict, keep_stale: bool) -> dict:
+    """The configuration of a run that is resumed; InputError if it cannot be."""
+    if saved is None:
+        raise InputError(f"{folder}: holds no run to resume; leave out --resume", "state", "--resume")
+    if change := study_change(saved, config, ignored=STOPPING):
+        raise InputError(f"{folder}: cannot be resumed: {change}; use --force to start afresh", "state", "--resume")
+    change = code_change(saved, config)
+    if change and not keep_stale:
+        raise InputError(
+            f"{folder}: cannot be resumed: {change}; use --force to start afresh, or --keep-stale to go on all the "
+            "same",
+            "state",
+            "--keep-stale",
+        )
+    others = {key: value for key, value in config.items() if key not in CODE}
+    return others | {key: saved[key] for key in CODE if key in saved}
+
+
+def _remedy(saved: dict, config: dict) -> str:
+    """What to do about a run that is in the way."""
+    if change := study_change(saved, config, ignored=STOPPING):
+        return f"of another study ({change}); use --force to replace it, or another -o"
+    if change := code_change(saved, config):
+        return f"which is stale: {change}; use --force to run it again, or another -o"
+    return "use --resume to continue it or --force to replace it"
+
+
+def _content(folder: Path) -> list[Path]:
+    """What is in a folder besides the traces of a run that was stopped before it began."""
+    return [path for path in folder.iterdir() if path.name != LOCK and not path.name.endswith(PARTIAL)]
+
+
+class TimedProgress:
+    """Progress that counts the seconds of work on a run, over all its sessions, and keeps them in its folder.
+
+    Parameters
+    ----------
+    folder : Path
+        The run folder.
+    progress : Progress
+        To which stages and numbers are passed on.
+    """
+
+    def __init__(self, folder: Path, progress: Progress):
+        self.file, self.progress = folder / SECONDS, progress
+        self.before = _read_seconds(self.file)
+        self.began = self.saved = time.perf_counter()
+
+    @property
+    def seconds(self) -> float:
+        """Seconds of work so far."""
+        return self.before + time.perf_counter() - self.began
+
+    def save(self) -> None:
+        """Write the seconds into the run folder."""
+        self.saved = time.perf_counter()
+        write_text(self.file, json.dumps({"seconds": round(self.seconds, 3)}))
+
+    def stage(self, name: str) -> None:
+        """As :meth:`bayesub.io.terminal.Progress.stage`."""
+        self.save()
+        self.progress.stage(name)
+
+    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
+        """As :meth:`bayesub.io.terminal.Progress.update`."""
+        if time.perf_counter() - self.saved > _SAVE_S:
+            self.save()
+        self.progress.update(done, total, unit, note)
+
+    def remark(self, sentence: str) -> None:
+        """As :meth:`bayesub.io.terminal.Progress.remark`."""
+        self.progress.remark(sentence)
+
+
+@dataclass(frozen=True)
+class RunContext:
+    """What a run works with, whatever it asks: where it writes, to whom it reports, and who works for it.
+
+    Attributes
+    ----------
+    folder : Path
+        The run folder, opened.
+    pdf : bool
+        Whether every figure is drawn as PDF too.
+    progress : Progress
+        To report to; of a run that is not only drawn again it is a :class:`TimedProgress`.
+    executor : Executor or None
+        What does independent parts; None for processes of this machine.
+    commit : str
+        Of the sources that make the run, for the foot of its page.
+    """
+
+    folder: Path
+    pdf: bool = False
+    progress: Progress = SILENT
+    executor: Executor | None = None
+    commit: str = "unknown"
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        """Suffixes of figures."""
+        return (".png", ".pdf") if self.pdf else (".png",)
+
+
+def _read_seconds(file: Path) -> float:
+    try:
+        return float(json.loads(file.read_text(encoding="utf-8"))["seconds"])
+    except (OSError, ValueError, TypeError, KeyError):
+        return 0.0

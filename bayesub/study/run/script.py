@@ -1,0 +1,355 @@
+"""Studies that compare problems: Python files with a docstring (question, claim, cost) and three functions.
+
+``compute(run)``
+    does the work and returns the numbers, as JSON types; what ``draw`` needs is among them. Where what it needs is not
+    there, such as data, it returns ``{"skipped": why}``, and the others are not called
+``draw(run, numbers)``
+    makes figures and tables of the numbers; what needs arrays that ``compute`` has saved comes last
+``claims(numbers)``
+    yields pairs: whether a claim holds, and the sentence that is said if it does not
+
+`run` is a :class:`ScriptRun`. The numbers are on disk before anything is drawn or judged. The page of the run,
+``<name>.md``, takes ``FIGURES``, ``ANSWER`` and ``GLOSSARY`` from a script that has them
+(:mod:`bayesub.study.run.script_page`).
+"""
+
+import ast
+import importlib.util
+import json
+import re
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import ModuleType
+
+from bayesub.campaign import beside, executors
+from bayesub.campaign.campaign import complete
+from bayesub.campaign.executors import Executor
+from bayesub.campaign.piece import is_remote
+from bayesub.campaign.store import Files, Lines, as_json, write_arrays
+from bayesub.io import toml_files
+from bayesub.io.atomic import write_text
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import SILENT, Progress
+from bayesub.study.provenance import environment, file_digest
+from bayesub.study.run import script_modules, script_page
+from bayesub.study.run.result import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED, StudyResult
+from bayesub.study.run.run_folder import RunContext
+
+NUMBERS = "numbers.json"
+FUNCTIONS = ("compute", "draw", "claims")
+
+
+class MissingArrays(InputError):
+    """Arrays that figures need are not in the run folder."""
+
+
+@dataclass(frozen=True)
+class Script:
+    """A study script.
+
+    Attributes
+    ----------
+    path : Path
+        The Python file.
+    is_quick : bool
+        Whether the small version is wanted.
+    """
+
+    path: Path
+    is_quick: bool = False
+
+    @property
+    def name(self) -> str:
+        """Of the study, which is that of the file."""
+        return self.path.stem
+
+    @property
+    def question(self) -> str:
+        """The first line of its docstring."""
+        return question(self.path)
+
+    def config(self) -> dict:
+        """What the result depends on."""
+        entries = {"name": self.name, "question": check(self.path), "script": self.path.as_posix()}
+        return entries | digests(self.path) | environment(quick=self.is_quick)
+
+    def copies(self) -> dict[str, Path]:
+        """What a run folder keeps of the script: nothing but its place and its digests."""
+        return {}
+
+
+def question(path: Path) -> str:
+    """The first line of a script's docstring; the script is read, not run.
+
+    Raises
+    ------
+    InputError
+        For a file that is not Python or has no docstring.
+    """
+    return _docstring(path, _parsed(path))
+
+
+def check(path: Path) -> str:
+    """As :func:`question`; InputError too for a file that lacks one of the functions of a study script."""
+    tree = _parsed(path)
+    names = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    names |= {name.asname or name.name for node in tree.body if isinstance(node, ast.ImportFrom) for name in node.names}
+    if missing := [name for name in FUNCTIONS if name not in names]:
+        verb = "is" if len(missing) == 1 else "are"
+        raise InputError(
+            f"{path}: a study script has the functions {', '.join(FUNCTIONS)}; {' and '.join(missing)} {verb} missing",
+            "missing",
+            ", ".join(missing),
+        )
+    return _docstring(path, tree)
+
+
+def _parsed(path: Path) -> ast.Module:
+    try:
+        return ast.parse(toml_files.read_text(path))
+    except (SyntaxError, ValueError) as error:
+        line = f"line {error.lineno}: " if isinstance(error, SyntaxError) else ""
+        raise InputError(f"{path}: {line}is not valid Python: {getattr(error, 'msg', error)}", "format") from None
+
+
+def _docstring(path: Path, tree: ast.Module) -> str:
+    docstring = ast.get_docstring(tree)
+    if not docstring:
+        raise InputError(
+            f"{path}: a study script begins with a docstring that states its question", "missing", "docstring"
+        )
+    return docstring.splitlines()[0]
+
+
+class ScriptRun:
+    """A run folder, as a study script sees it.
+
+    Attributes
+    ----------
+    name : str
+        Of the study.
+    folder : Path
+        Where everything is written.
+    quick : bool
+        Whether the small version is wanted.
+    progress : Progress
+        To report to.
+    formats : tuple of str
+        Suffixes of figures.
+    executor : Executor
+        What does parts that are independent of each other.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        folder: Path,
+        *,
+        quick: bool,
+        progress: Progress = SILENT,
+        formats: tuple[str, ...] = (".png",),
+        executor: Executor | None = None,
+    ):
+        self.name, self.folder, self.quick, self.progress, self.formats = name, folder, quick, progress, formats
+        self.executor = executor or executors.local()
+        self.tables: list[str] = []
+
+    def __getstate__(self):
+        """In another process there is nobody to report to, and no other processes."""
+        return self.__dict__ | {"progress": SILENT, "executor": executors.Serial()}
+
+    def figure(self, name: str) -> list[Path]:
+        """The files to draw a figure to, one for each format."""
+        return [self.folder / f"{name}{suffix}" for suffix in self.formats]
+
+    def page(self, lines: Iterable[str]) -> None:
+        """Tables of the study, Markdown, for its page, which is written when figures are drawn and claims judged."""
+        self.tables += lines
+
+    def part(self, name: str, make: Callable[[], dict]) -> dict:
+        """A part of the work as JSON types: what `make` returns, or what an earlier session of the run has saved."""
+        if is_remote():
+            return json.loads(as_json(make(), f"part {name}"))
+        store = Files({name: self.folder / name})
+        if name not in store.results:
+            store.add(name, make())
+        return store.results[name]
+
+    def parts(self, stage: str, makes: dict[str, Callable[[], dict]]) -> dict[str, dict]:
+        """What each of `makes` returns, by name: a stage of the run, whose parts are independent of each other.
+
+        Each is kept in a file named after stage and part. One that returns a pair, a dictionary and one of arrays, has
+        the arrays kept for :meth:`load_arrays` under the same name; it must not write to the run folder itself, which
+        may be on another machine.
+        """
+        store = Files({name: self.folder / _file_of(f"{stage} {name}") for name in makes})
+        self.progress.stage(stage)
+        return self._complete(stage, partial(_made, makes), {name: name for name in makes}, store, "parts")
+
+    @contextmanager
+    def work_folder(self) -> Iterator[Path]:
+        """A folder from which a part that was stopped goes on: the run folder, or on a cluster a temporary one."""
+        if is_remote():
+            with TemporaryDirectory() as folder:
+                yield Path(folder)
+        else:
+            yield self.folder
+
+    def save_arrays(self, name: str, **arrays) -> None:
+        """Keep arrays for ``draw``, compressed."""
+        write_arrays(self.folder / f"{name}.npz", arrays)
+
+    def load_arrays(self, name: str) -> dict:
+        """The arrays that ``compute`` has saved: name -> array; InputError if the run left none."""
+        import numpy as np
+
+        file = self.folder / f"{name}.npz"
+        if not file.exists():
+            raise MissingArrays(
+                f"{file}: is missing, and figures that need it cannot be drawn; run the study again", "state", file.name
+            )
+        with np.load(file) as arrays:
+            return dict(arrays)
+
+    def repeat(self, name: str, work: Callable[[int], dict], n: int) -> list[dict]:
+        """What `work` returns for 0, 1, .., n - 1, pieces that are independent of each other.
+
+        ``<name>.jsonl`` has a line of JSON for each (:class:`bayesub.campaign.store.Lines`); those that are there are
+        not done again.
+        """
+        numbers = {str(k): k for k in range(n)}
+        store = Lines(self.folder / f"{name}.jsonl", numbers)
+        return list(self._complete(name, work, numbers, store, name).values())
+
+    def in_processes(self, work: Callable, items: Iterable) -> list:
+        """What `work` returns for each item, in order, from processes of this machine or from a cluster."""
+        return self.executor.map(work, items)
+
+    def _complete(self, name, work, pieces, store, unit):
+        failures = self.folder / f"{_file_of(name)}_failures.txt"
+        return complete(self.executor, work, pieces, store, failures=failures, progress=self.progress, unit=unit)
+
+
+def _file_of(name: str) -> str:
+    return re.sub(r"\W+", "_", name)
+
+
+def _made(makes: dict[str, Callable[[], dict]], name: str) -> dict:
+    return makes[name]()
+
+
+def load(path: Path) -> ModuleType:
+    """The script as a module; it can import those that lie beside it."""
+    beside.importable(path.parent)
+    spec = importlib.util.spec_from_file_location(f"study_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def run(script: Script, context: RunContext) -> StudyResult:
+    """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
+    study = _script_run(script.name, context, quick=script.is_quick)
+    module = load(script.path)
+    text = as_json(_shortened(module.compute(study)), "compute()")
+    write_text(context.folder / NUMBERS, text)
+    context.progress.stage("figures")
+    return _conclude(module, study, json.loads(text), script.question, script.config())
+
+
+def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) -> StudyResult:
+    """Draw a finished run again and judge it, from its ``numbers.json``.
+
+    Parameters
+    ----------
+    folder : Path
+        The run folder.
+    config : dict
+        Of the run.
+    path : Path or None
+        The script to draw with; None for that of the run, where it is unchanged.
+    pdf : bool
+        Draw every figure as PDF too.
+    """
+    if path is None:
+        path = _script_of(folder, config)
+    numbers_file = folder / NUMBERS
+    if not numbers_file.exists():
+        raise InputError(
+            f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume", "state", NUMBERS
+        )
+    try:
+        numbers = json.loads(toml_files.read_text(numbers_file))
+    except ValueError as error:
+        raise InputError(f"{numbers_file}: is damaged ({error}); run the study again", "format", NUMBERS) from None
+    study = _script_run(config["name"], RunContext(folder, pdf), quick=config["quick_run"])
+    return _conclude(load(path), study, numbers, check(path), config)
+
+
+def _script_of(folder: Path, config: dict) -> Path:
+    """The script of a run; InputError if it is not there any more or has changed since."""
+    path = Path(config.get("script", f"studies/{config['name']}.py"))
+    if not path.is_file():
+        raise InputError(
+            f"{folder}: there is no {path}, the script of the run; name the script with --study", "missing", "--study"
+        )
+    now, changed = digests(path), ""
+    if now["script_sha256"] != config["script_sha256"]:
+        changed = str(path)
+    else:
+        saved = config.get("files_sha256", {})
+        changed = next((name for name, digest in now["files_sha256"].items() if saved.get(name) != digest), "")
+    if changed:
+        raise InputError(
+            f"{changed}: has changed since the run; run the study again, or name a script with --study",
+            "state",
+            "--study",
+        )
+    return path
+
+
+def digests(path: Path) -> dict:
+    """Entries of ``config.toml``: the SHA-256 of a script, and of each file beside it of which it consists."""
+    files = {name: file_digest(file) for name, file in script_modules.files(path).items()}
+    return {"script_sha256": file_digest(path), "files_sha256": files}
+
+
+def _script_run(name: str, context: RunContext, *, quick: bool) -> ScriptRun:
+    given = {"progress": context.progress, "formats": context.formats, "executor": context.executor}
+    return ScriptRun(name, context.folder, quick=quick, **given)
+
+
+def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str, config: dict) -> StudyResult:
+    """Draw, judge, and write the page.
+
+    Raises
+    ------
+    MissingArrays
+        If figures cannot be drawn; the others are, and the page has been written.
+    """
+    if "skipped" in numbers:
+        return StudyResult(study.name, question, SKIPPED, str(study.folder), text=numbers["skipped"])
+    missing = None
+    try:
+        module.draw(study, numbers)
+    except MissingArrays as error:
+        missing = error
+    failed = next((sentence for holds, sentence in module.claims(numbers) if not holds), None)
+    script_page.write(study.folder, config, module, numbers, study.tables, failed)
+    if missing is not None:
+        raise missing
+    verdict = CLAIM_HOLDS if failed is None else CLAIM_FAILED
+    return StudyResult(study.name, question, verdict, str(study.folder), text=failed or "")
+
+
+def _shortened(content):
+    """The same with nine significant digits: half the size, and more than any figure or claim needs."""
+    if isinstance(content, dict):
+        return {key: _shortened(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_shortened(value) for value in content]
+    return float(f"{content:.9g}") if isinstance(content, float) else content

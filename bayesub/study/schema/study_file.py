@@ -1,0 +1,270 @@
+"""The content of a study file, section by section."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import ClassVar, Literal
+
+import pydantic
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError
+from bayesub.io.toml_files import Positive, Section
+from bayesub.model.equations import EquationSet
+from bayesub.model.vehicles import files_of_equations
+from bayesub.study.provenance import copies, environment, file_digest
+from bayesub.study.schema.check_section import CheckSection, check_names
+from bayesub.study.schema.control_section import ControlSection
+from bayesub.study.schema.derived_section import DerivedSection
+from bayesub.study.schema.disturbance_section import DisturbanceSection
+from bayesub.study.schema.prior_section import AnyNoiseSection, PriorSection
+from bayesub.study.schema.sensor_section import AnySensorSection
+from bayesub.study.schema.trial_section import TrialKeys, TrialSection
+
+
+class FreeSection(Section):
+    """The coefficients that are inferred.
+
+    Attributes
+    ----------
+    coefficients : str or tuple of str
+        A sub-problem, "all", or names; those that are zero stay zero.
+    """
+
+    coefficients: Literal["horizontal", "vertical", "all"] | tuple[str, ...]
+
+    def names(self, equations: EquationSet) -> tuple[str, ...]:
+        """Names of the coefficients of a set; InputError for a sub-problem that it does not have."""
+        if isinstance(self.coefficients, str):
+            return equations.active(subproblem=None if self.coefficients == "all" else self.coefficients)
+        return self.coefficients
+
+
+class BaselinesSection(Section):
+    """The deterministic methods to compare with.
+
+    Attributes
+    ----------
+    linear_least_squares : bool
+        Of a simulated trial only: it takes the motion without noise, and nuisance parameters have no part in it.
+    sqp_starts : int
+        Searches from random starts, of the coefficients and of the nuisance parameters that move the readings.
+    """
+
+    linear_least_squares: bool = True
+    sqp_starts: int = pydantic.Field(default=5, ge=0, le=1000)
+
+
+class SamplerSection(Section):
+    """Size of the sampler, and its stopping rule.
+
+    Attributes
+    ----------
+    n_ensembles : int
+        Independent ensembles.
+    n_walkers : int or None
+        Walkers of each ensemble; by default that of :func:`bayesub.sample`.
+    max_steps : int
+        The run ends here, converged or not.
+    max_misfit : float
+        Median residual of a channel at the posterior mode, over its noise, above which nothing is sampled.
+    rhat, ess, taus : float
+        As in :class:`bayesub.Criteria`.
+    """
+
+    n_ensembles: int = pydantic.Field(default=4, ge=1, le=64)
+    n_walkers: int | None = pydantic.Field(default=None, ge=4, le=4096)
+    max_steps: int = pydantic.Field(default=20_000, ge=100)
+    max_misfit: Positive = 4.0
+    rhat: float = pydantic.Field(default=1.01, gt=1.0)
+    ess: Positive = 400.0
+    taus: Positive = 25.0
+
+
+class Study(TrialKeys):
+    """A study in TOML: one inference question.
+
+    There is one trial, simulated (`manoeuvre`) or from a log (`data`), or there are several, in `trials`. `seed` gives
+    a stream of random numbers each to data, guess, SQP, sampling and cross-check. Paths are relative to the study file.
+
+    Attributes
+    ----------
+    name : str
+        Names the run folder too.
+    question : str
+        One sentence.
+    vehicle : str
+        Built-in name, or path of a vehicle file.
+    trials : tuple of TrialSection or None
+        Several trials of one boat.
+    check : tuple of CheckSection or None
+        Logs that are not fitted, which the posterior is to predict.
+    seed : int
+        Of everything random.
+    dt_s : float or None
+        Time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth is
+        flown at a tenth of it.
+    sensors : tuple of SensorSection
+        Of the trial, and of those of `trials` that have none of their own.
+    controls : dict of str to ControlSection
+        Name of an actuator -> its column in logs, where it is not that of the vehicle.
+    free : FreeSection
+        What is inferred.
+    prior : PriorSection
+        What is known before.
+    noise : dict of str to NoiseSection
+        Column -> noise model, where it is not the one of the sensor.
+    disturbance : DisturbanceSection or None
+        Unmodelled forces, whose histories are inferred; the process is that of all trials.
+    derived : tuple of DerivedSection
+        Quantities of the report that follow from the coefficients, besides the built-in ones.
+    baselines : BaselinesSection
+        Deterministic methods.
+    sampler : SamplerSection
+        The sampler.
+    quick : dict
+        What the small version changes, section by section.
+    """
+
+    SOURCES: ClassVar = ("manoeuvre", "data", "trials")
+
+    name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
+    question: str = ""
+    vehicle: str
+    trials: tuple[TrialSection, ...] | None = pydantic.Field(default=None, min_length=1)
+    check: tuple[CheckSection, ...] | None = None
+    seed: int = pydantic.Field(ge=0)
+    dt_s: Positive | None = None
+    sensors: tuple[AnySensorSection, ...] = ()
+    controls: dict[str, ControlSection] = pydantic.Field(default_factory=dict)
+    free: FreeSection
+    prior: PriorSection
+    noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
+    disturbance: DisturbanceSection | None = None
+    derived: tuple[DerivedSection, ...] = ()
+    baselines: BaselinesSection = BaselinesSection()
+    sampler: SamplerSection = SamplerSection()
+    quick: dict = pydantic.Field(default_factory=dict)
+
+    _source: str = pydantic.PrivateAttr(default="")
+    _folder: Path = pydantic.PrivateAttr(default=Path())
+    _places: dict[str, Path] = pydantic.PrivateAttr(default_factory=dict)
+    _is_quick: bool = pydantic.PrivateAttr(default=False)
+
+    @pydantic.model_validator(mode="after")
+    def _consistent(self):
+        names = [name for name, *_ in self.each_trial()]
+        for name, trial, sections in self.each_trial():
+            of = f" for trial '{name}'" if name else ""
+            if names.count(name) > 1:
+                raise InputError(f"two trials are named '{name}'", "conflict")
+            if not sections:
+                raise InputError(f"give at least one of [[sensors]]{of}", "missing")
+            if trial.data is not None and self.prior.centre == "perturbed":
+                raise InputError(
+                    "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'; leave it "
+                    "out, the centre is then the vehicle file",
+                    "conflict",
+                )
+        check_names([check.name for check, _ in self.each_check()], names)
+        for check, sections in self.each_check():
+            if not sections:
+                raise InputError(f"give at least one of [[sensors]] for check '{check.name}'", "missing")
+        derived = [quantity.name for quantity in self.derived]
+        for name in derived:
+            if derived.count(name) > 1:
+                raise InputError(f"two of [[derived]] are named '{name}'; give each its own name", "conflict")
+        return self
+
+    @property
+    def is_quick(self) -> bool:
+        """Whether this is the small version."""
+        return self._is_quick
+
+    def path(self, name: str) -> str:
+        """Where a file is that the study or its vehicle names (see :meth:`located`); a built-in name as it is."""
+        place = (self._folder / name).resolve() if toml_files.is_path(name) else name
+        return str(self._places.get(name, place))
+
+    @property
+    def source(self) -> str:
+        """The file that the study was read from, for messages."""
+        return self._source
+
+    def located(self, source: Path, places: dict[str, Path], *, quick: bool) -> "Study":
+        """The same study, read from `source`, whose files are at `places` (name in the study -> path)."""
+        study = self.model_copy()
+        study._source, study._places, study._is_quick = str(source), places, quick
+        study._folder = source.parent.resolve()
+        return study
+
+    def each_trial(self) -> Iterator[tuple[str, TrialKeys, tuple]]:
+        """Name ("" for the only one), source and sensor sections of each trial."""
+        if self.trials is None:
+            yield "", self, self.sensors
+        for trial in self.trials or ():
+            yield trial.name, trial, self.sensors if trial.sensors is None else trial.sensors
+
+    def each_check(self) -> Iterator[tuple[CheckSection, tuple]]:
+        """Each log that is not fitted, and the sections of its sensors."""
+        for check in self.check or ():
+            yield check, self.sensors if check.sensors is None else check.sensors
+
+    @property
+    def files(self) -> list[str]:
+        """The files that the study names, as it names them: vehicle, priors, functions, manoeuvres, logs, each once."""
+        trials = [*(trial for _, trial, _ in self.each_trial()), *(check for check, _ in self.each_check())]
+        logs = toml_files.built_in("logs")
+        functions = [quantity.file for quantity in self.derived]
+        paths = [self.prior.table, *functions, *(trial.data for trial in trials if trial.data not in logs)]
+        names = [self.vehicle, *(trial.manoeuvre for trial in trials)]
+        paths += [name for name in names if name is not None and toml_files.is_path(name)]
+        return list(dict.fromkeys(path for path in paths if path is not None))
+
+    def config(self) -> dict:
+        """The study with every default, its paths as in the study file, and what else its result depends on."""
+        content = self.model_dump(exclude_none=True, mode="json")
+        return content | {"files_sha256": self._digests()} | environment(quick=self.is_quick)
+
+    def copies(self) -> dict[str, Path]:
+        """What a run folder keeps of the files that the study and its vehicle name: place in the folder -> file."""
+        digests = self._digests()
+        return copies({name: Path(self.path(name)) for name in digests}, digests)
+
+    def _digests(self) -> dict[str, str]:
+        """File that the study names, or its vehicle -> digest."""
+        digests = {name: file_digest(Path(self.path(name))) for name in self.files}
+        equations = files_of_equations(self.vehicle, self.path)
+        return digests | {name: file_digest(Path(self.path(name))) for name in equations}
+
+
+def load_study(path: str | Path, *, quick: bool = False) -> Study:
+    """Read a study file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file.
+    quick : bool
+        Apply its ``[quick]`` section, which overrides the others.
+
+    Returns
+    -------
+    Study
+        For :func:`bayesub.run`.
+
+    Raises
+    ------
+    InputError
+        Names file, key and remedy.
+    """
+    path = Path(path)
+    study = toml_files.read_toml(path, Study)
+    if quick:
+        content = study.model_dump(exclude_none=True)
+        for section, changes in study.quick.items():
+            if isinstance(changes, dict) and isinstance(content.get(section), dict):
+                content[section] |= changes
+            else:
+                content[section] = changes
+        study = toml_files.validate(content, Study, f"{path} with its [quick] section")
+    return study.located(path, {name: (path.parent / name).resolve() for name in study.files}, quick=quick)

@@ -1,0 +1,279 @@
+"""Trials in study files: simulated and measured, or read from a log."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+import pydantic
+
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.toml_files import Positive, Section
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem.nuisance import BODY, INITIAL
+from bayesub.problem.priors import Prior
+from bayesub.sensors import observe, unread
+from bayesub.study.schema.disturbance_section import TrueDisturbanceSection, true_parameters
+from bayesub.study.schema.prior_section import PriorOfOne
+from bayesub.study.schema.sensor_section import FAULTS, PRESETS, AnySensorSection, SensorSection
+
+if TYPE_CHECKING:
+    from bayesub.study.schema.trial_log import Trial
+
+
+class TruthSection(Section):
+    """What only the simulated trial knows; biases are with the sensors.
+
+    Attributes
+    ----------
+    current_mps : (float, float)
+        Constant current to the north and to the east.
+    actuators : dict of str to float
+        What is wrong with the log of the actuators: nuisance parameter, such as ``delay_rudder_s`` -> value.
+    disturbance : TrueDisturbanceSection or None
+        Forces that the equations leave out.
+    """
+
+    current_mps: tuple[float, float] = (0.0, 0.0)
+    actuators: dict[str, float] = pydantic.Field(default_factory=dict)
+    disturbance: TrueDisturbanceSection | None = None
+
+
+class TrialKeys(Section):
+    """The source of the readings of a trial: a manoeuvre to simulate, or a log.
+
+    Attributes
+    ----------
+    manoeuvre : str or None
+        Built-in name or path, to be simulated.
+    data : str or None
+        Path of a log.
+    subproblem : str or None
+        Plane that a log keeps to.
+    clock_offset_s : float or None
+        How far the clock of the readings of a log is ahead of that of its controls.
+    max_control_gap_s : float or None
+        Longest time between two cells of a control of a log.
+    ignore : tuple of str or None
+        Columns of a log that are not used.
+    prescribed : tuple of str or None
+        Angles that the boat follows as a log has them, pitch or yaw.
+    window_s : (float, float) or None
+        First and last time of the part of a log that is used.
+    trust_log : bool or None
+        Whether a log is fitted although its columns contradict each other.
+    nuisance : dict of str to PriorOfOne
+        What else is unknown.
+    truth : TruthSection
+        Of a simulated trial.
+    """
+
+    manoeuvre: str | None = None
+    data: str | None = None
+    subproblem: Literal["horizontal", "vertical"] | None = None
+    clock_offset_s: float | None = None
+    max_control_gap_s: Positive | None = None
+    ignore: tuple[str, ...] | None = None
+    prescribed: tuple[Literal["pitch", "yaw"], ...] | None = None
+    window_s: tuple[float, float] | None = None
+    trust_log: bool | None = None
+    nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
+    truth: TruthSection = TruthSection()
+
+    SOURCES: ClassVar = ("manoeuvre", "data")
+    OF_DATA: ClassVar = (
+        "subproblem", "clock_offset_s", "max_control_gap_s", "ignore", "prescribed", "window_s", "trust_log",
+    )  # fmt: skip
+
+    @pydantic.model_validator(mode="after")
+    def _one_source(self):
+        given = [key for key in self.SOURCES if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise InputError(
+                f"give one of {', '.join(self.SOURCES)}; found {' and '.join(given) or 'none'}",
+                "conflict" if given else "missing",
+            )
+        if self.data is None:
+            for key in self.OF_DATA:
+                if getattr(self, key) is not None and given == ["trials"]:
+                    raise InputError(f"{key} is of one log; write it in each of [[trials]] that has 'data'", "conflict")
+                if getattr(self, key) is not None:
+                    raise InputError(f"{key} is for 'data'; leave it out", "conflict")
+        has_truth = any(self.truth.current_mps) or self.truth.actuators or self.truth.disturbance is not None
+        if self.manoeuvre is None and has_truth:
+            raise InputError(
+                f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out", "conflict"
+            )
+        return self
+
+    def build(
+        self,
+        vehicle: Vehicle,
+        sections: Sequence[SensorSection],
+        nuisance: dict[str, PriorOfOne],
+        path: Callable[[str], str],
+    ) -> "Trial":
+        """Read the log of the trial; one that is to be simulated is not flown yet, and its record unread.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            The boat of the trial.
+        sections : sequence of SensorSection
+            Its instruments.
+        nuisance : dict of str to PriorOfOne
+            Name -> prior of what else is unknown; those of the study and of the trial.
+        path : callable
+            Gives the path of a file that the study names.
+
+        Raises
+        ------
+        InputError
+            For a file that does not fit and for faults of instruments that read a log.
+        """
+        if self.data is None:
+            return self._unflown(vehicle, sections, nuisance, path)
+        from bayesub.study.schema.trial_log import read_trial
+
+        for k, section in enumerate(sections):
+            for key in FAULTS:
+                if getattr(section, key, None):
+                    raise InputError(
+                        f"sensors.{k}.{key}: is of simulated readings, and contradicts 'data'; leave it out (an "
+                        "unknown bias is for [nuisance], outliers are for [noise])",
+                        "conflict",
+                        f"sensors.{k}.{key}",
+                    )
+        known = {name: one.value for name, one in nuisance.items() if one.value is not None and name in INITIAL}
+        return read_trial(
+            path(self.data),
+            vehicle,
+            [section.build() for section in sections],
+            name=Path(self.data).stem,
+            nuisance={name: _prior(name, one) for name, one in nuisance.items() if name not in known},
+            known=known,
+            subproblem=self.subproblem,
+            clock_offset_s=self.clock_offset_s or 0.0,
+            max_control_gap_s=self.max_control_gap_s,
+            ignore=self.ignore or (),
+            prescribed=self.prescribed or (),
+            window_s=self.window_s,
+        )
+
+    def _unflown(self, vehicle, sections, nuisance, path) -> "Trial":
+        from bayesub.model.manoeuvres import load_manoeuvre
+        from bayesub.study.schema.trial_log import Trial
+
+        priors = {name: _prior(name, one) for name, one in nuisance.items()}
+        manoeuvre = load_manoeuvre(path(self.manoeuvre), vehicle)
+        if self.manoeuvre.lower().endswith(".csv"):  # which has no other name than its file's
+            manoeuvre = replace(manoeuvre, name=Path(self.manoeuvre).stem)
+        return Trial(manoeuvre, unread([section.build() for section in sections], manoeuvre.duration), priors)
+
+    def flown(
+        self,
+        trial: "Trial",
+        vehicle: Vehicle,
+        sections: Sequence[SensorSection],
+        step: float,
+        rng: np.random.Generator,
+    ) -> "Trial":
+        """The trial of :meth:`build`, simulated and measured; that of a log is as it was.
+
+        Parameters
+        ----------
+        trial : Trial
+            Of :meth:`build`.
+        vehicle : Vehicle
+            The boat of the trial.
+        sections : sequence of SensorSection
+            Its instruments.
+        step : float
+            Of the fit, s; the truth is flown at a tenth of it.
+        rng : numpy.random.Generator
+            Of the noise.
+
+        Raises
+        ------
+        InputError
+            For a boat that does not complete the manoeuvre.
+        """
+        if self.data is not None:
+            return trial
+        from bayesub.model.simulate import simulate
+        from bayesub.model.time_step import true_step
+
+        actuators = self.truth.actuators
+        truth = simulate(vehicle, trial.manoeuvre, dt=true_step(step, trial.manoeuvre), actuators=actuators)
+        sensors = [section.build() for section in sections]
+        parameters = dict(actuators)
+        if self.truth.disturbance is not None:
+            truth, disturbance = self.truth.disturbance.flown(truth, rng)
+            parameters |= true_parameters(disturbance, vehicle)
+        record = observe(truth, sensors, rng, current_mps=self.truth.current_mps)
+        record = replace(record, nuisances=record.nuisances | parameters)
+        return replace(trial, record=record, truth=truth)
+
+
+class TrialSection(TrialKeys):
+    """One of several trials of a study, with its own nuisance parameters.
+
+    Attributes
+    ----------
+    name : str
+        Unique in the study.
+    sensors : tuple of SensorSection or None
+        If they are not those of the study.
+    """
+
+    name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
+    sensors: tuple[AnySensorSection, ...] | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _not_of_the_body(self):
+        for name in self.nuisance:
+            if name in BODY:
+                raise InputError(
+                    f"nuisance '{name}' is of the body, the same in all trials; give it in [nuisance]", "conflict"
+                )
+        return self
+
+
+class InstrumentsFile(Section):
+    """The instruments of a boat, for ``bayesub simulate --sensors``.
+
+    Attributes
+    ----------
+    sensors : tuple of SensorSection
+        At least one.
+    truth : TruthSection
+        The current in which the boat flies.
+    """
+
+    sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
+    truth: TruthSection = TruthSection()
+
+
+def read_instruments(name: str | Path) -> InstrumentsFile:
+    """The instruments of a file, or of a preset (:mod:`bayesub.sensors.presets`) with its own defaults."""
+    if name in PRESETS:
+        return InstrumentsFile.model_validate({"sensors": [{"kind": name}]})
+    if not Path(name).suffix:
+        raise InputError(
+            f"no instruments '{name}'{nearest(str(name), PRESETS)}; expected {', '.join(PRESETS)} or a file",
+            "unknown",
+            str(name),
+        )
+    return toml_files.read_toml(Path(name), InstrumentsFile)
+
+
+def _prior(name: str, section: PriorOfOne) -> Prior:
+    if section.value is not None:
+        raise InputError(
+            f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave the parameter out",
+            "conflict",
+            f"nuisance.{name}",
+        )
+    return section.build()

@@ -1,0 +1,119 @@
+"""New study files: what is written can be read back and poses a problem."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.refusals import refused
+
+import bayesub as bs
+from bayesub.io import toml_files
+from bayesub.study.new import files
+from bayesub.study.new.study import of_log, simulated
+from bayesub.study.run.prepare import prepare
+from bayesub.study.schema.study_file import load_study
+
+
+def test_a_new_study_is_one_that_can_be_posed(tmp_path, monkeypatch):
+    """Of a simulated manoeuvre, and of a log in another folder; both are read back and pose a problem."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "first.toml"
+    path.write_text(simulated("first", path, "auv690", "zigzag_20_20"))
+    assert prepare(load_study(path)).problem.names[0] == "Xuu"
+    (tmp_path / "logs").mkdir()
+    log = tmp_path / "logs" / "trial.csv"
+    boat = bs.load_vehicle("auv690")
+    spiral = bs.load_manoeuvre("horizontal", boat)
+    record = bs.observe(bs.simulate(boat, spiral), bs.sensors.DVL(sd_mps=0.005), np.random.default_rng(1))
+    record.save(log, spiral)
+    path.write_text(of_log("first", path, "auv690", log))
+    posed = load_study(path)
+    assert 'data = "logs/trial.csv"' in path.read_text()
+    assert (posed.subproblem, posed.ignore) == ("horizontal", ("w_ground_mps",))
+    # The median of some hundred second differences knows the noise to a tenth or so.
+    assert [sensor.sd for sensor in posed.sensors] == pytest.approx([0.005] * 2, rel=0.3)
+    assert "current_north_mps" in prepare(posed).problem.names
+
+
+def test_files_are_named_from_the_study_file(tmp_path, monkeypatch):
+    """A study in a folder of its own finds its vehicle and its manoeuvre, wherever it is run."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "boat.toml").write_bytes(toml_files.built_in("vehicles")["auv690"].read_bytes())
+    (tmp_path / "flown.toml").write_bytes(toml_files.built_in("manoeuvres")["horizontal"].read_bytes())
+    (tmp_path / "mine").mkdir()
+    path = Path("mine/first.toml")
+    path.write_text(simulated("first", path, "boat.toml", "flown.toml"))
+    assert 'vehicle = "../boat.toml"' in path.read_text()
+    monkeypatch.chdir("/")
+    posed = load_study(tmp_path / path)
+    assert [posed.path(name) for name in posed.files] == [str(tmp_path / "boat.toml"), str(tmp_path / "flown.toml")]
+    assert prepare(posed).vehicle.name == "auv690"
+
+
+def test_scatter_of_a_column_that_rounding_hides(tmp_path):
+    """Where half of the second differences are zero, half a step is guessed; a constant column is refused."""
+    log = tmp_path / "log.csv"
+    log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,{k // 5}\n" for k in range(50)))
+    assert "sd = 0.5 " in of_log("a", tmp_path / "a.toml", "auv690", log)
+    log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,7\n" for k in range(50)))
+    with refused("data", "x_m"):
+        of_log("a", tmp_path / "a.toml", "auv690", log)
+
+
+def test_a_vertical_log_needs_neither_heading_nor_cross_current(tmp_path):
+    """What cannot change in the plane of the motion is not among the nuisance parameters."""
+    boat = bs.load_vehicle("npsauv")
+    zigzag = bs.load_manoeuvre("vertical", boat)
+    record = bs.observe(bs.simulate(boat, zigzag), bs.sensors.DVL(sd_mps=0.005), np.random.default_rng(1))
+    record.save(tmp_path / "log.csv", zigzag)
+    path = tmp_path / "vertical.toml"
+    path.write_text(of_log("vertical", path, "npsauv", tmp_path / "log.csv"))
+    names = prepare(load_study(path)).problem.names
+    assert "current_north_mps" in names
+    assert not {"current_east_mps", "yaw0_deg"} & set(names)
+
+
+@pytest.mark.parametrize(("manoeuvre", "column"), [("horizontal", "x_m"), ("vertical", "x_m")])
+def test_the_noise_that_the_template_advises_is_accepted(tmp_path, manoeuvre, column):
+    """Without the hash signs the commented section names a column that the template's sensors read."""
+    path = tmp_path / "first.toml"
+    text = simulated("first", path, "auv690", manoeuvre)
+    assert f"# [noise.{column}] " in text
+    for line in (f"[noise.{column}] ", 'kind = "student_t" ', "dof = 4.0"):
+        text = text.replace(f"# {line}", line)
+    path.write_text(text)
+    assert prepare(load_study(path)).study.noise[column].dof == 4.0
+
+
+def log_of(path, *columns):
+    """A log in which these controls move, and x too."""
+    rows = [f"{k},{k % 7},{','.join([str(k % 3)] * len(columns))}" for k in range(30)]
+    path.write_text("\n".join([f"time_s,x_m,{','.join(columns)}", *rows]) + "\n")
+    return path
+
+
+def test_the_controls_of_the_equations_decide_the_plane(tmp_path):
+    """A ship stays in the horizontal one; a control whose plane nobody knows may act in both."""
+    path = tmp_path / "study.toml"
+    path.write_text(of_log("study", path, "mariner", log_of(tmp_path / "log.csv", "rudder_deg")))
+    assert load_study(path).subproblem == load_study(path).free.coefficients == "horizontal"
+    assert "# Xu = {" in path.read_text()
+    (tmp_path / "few.toml").write_text(files.equations("few").replace("# t1 =", "t1 ="))
+    boat = tmp_path / "boat.toml"
+    boat.write_text(files.vehicle("boat", equations=str(tmp_path / "few.toml"), path=boat))
+    for columns, plane in (
+        (("rudder_deg",), "horizontal"),
+        (("stern_plane_deg",), "vertical"),
+        (("rudder_deg", "thruster_1_n"), "all"),
+        (("thruster_1_n",), "all"),
+        (("rudder_deg", "stern_plane_deg"), "all"),
+    ):
+        path.write_text(of_log("study", path, str(boat), log_of(tmp_path / "log.csv", *columns)))
+        assert load_study(path).free.coefficients == plane
+        assert (load_study(path).subproblem or "all") == plane
+
+
+def test_the_track_of_a_ship_has_no_depth(tmp_path):
+    path = tmp_path / "first.toml"
+    path.write_text(simulated("first", path, "mariner", "zigzag_20_20"))
+    assert load_study(path).sensors[0].channels == ("x", "y", "yaw")
