@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bayesub.inference.baselines.innovations import Innovations
 from support.toys import Banana, Pushed, Toy
 
 import bayesub as bs
@@ -23,6 +22,7 @@ from bayesub.inference.sampling.collapsed import Collapsed
 from bayesub.problem import distributions
 from bayesub.problem.base import Costs
 from bayesub.problem.trial_problem import TrialProblem
+from disturbed.innovations import Innovations
 
 PROTOCOLS = (Sampled, Identifiable)
 PROBLEMS: tuple[type[Sampled], ...] = (TrialProblem, bs.Problem, bs.JointProblem, Toy)
