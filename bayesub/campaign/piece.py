@@ -1,8 +1,8 @@
-"""One piece of a campaign: done with one thread, it has a result or a failure, and never an exception."""
+"""One piece of a campaign: done with one thread, it has a result or a failure."""
 
 import pickle
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -21,49 +21,29 @@ class Failure:
     cause : str
         One line, such as ``ValueError: negative depth``.
     details : str
-        The traceback; empty if the process ended without one.
-    is_final : bool
-        Whether the same would come of another attempt.
+        The traceback.
     """
 
     cause: str
-    details: str = ""
-    is_final: bool = False
-
-
-def attempt(work: Callable[[Any], Any], argument: Any) -> Any:
-    """What `work` returns for an argument, or a :class:`Failure`."""
-    try:
-        with one_thread():
-            return work(argument)
-    except Exception as error:
-        is_input = isinstance(error, InputError)
-        cause = str(error) if is_input else f"{type(error).__name__}: {error}"
-        return Failure(one_line(cause), traceback.format_exc(), is_final=is_input)
-
-
-@dataclass(frozen=True)
-class Packed:
-    """A function that is pickled once for a campaign, and unpacked afresh for each piece.
-
-    Attributes
-    ----------
-    content : bytes
-        The pickled function.
-    """
-
-    content: bytes
+    details: str
 
     @classmethod
-    def of(cls, work: Callable[[Any], Any]) -> "Packed":
-        """A function, packed; those of a study script too, which no other process can import."""
-        import cloudpickle
+    def of(cls, error: BaseException) -> "Failure":
+        """That of a piece that raised an error."""
+        cause = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        return cls(one_line(cause), "".join(traceback.format_exception(error)))
 
-        return cls(cloudpickle.dumps(work))
 
-    def __call__(self, argument: Any) -> Any:
-        """What the function returns."""
-        return pickle.loads(self.content)(argument)
+class Misfit(InputError):
+    """A worker has other code or more threads, so that what it returns is not to be used."""
+
+
+def done(work: bytes, argument: Any) -> bytes:
+    """What a function returns for an argument; function and result are pickled, the function afresh for each piece."""
+    import cloudpickle
+
+    with one_thread():
+        return cloudpickle.dumps(pickle.loads(work)(argument))
 
 
 @contextmanager

@@ -16,8 +16,8 @@ _NAME, _RESULT = "piece", "result"
 class Lines:
     """Results in one file, a line of JSON for each: ``{"piece": name, "result": result}``.
 
-    Lines come in the order of arrival and are put into that of the pieces in the end. Lines without names, which
-    bayesub 0.2 wrote, are those of the first pieces in order. A line that a kill left half written is left out.
+    Lines come in the order of arrival and are put into that of the pieces in the end. A line that a kill left half
+    written is left out.
 
     Parameters
     ----------
@@ -35,13 +35,10 @@ class Lines:
     def __init__(self, file: Path, names: Iterable[str]):
         self.file, self.names = file, list(names)
         text = file.read_text(encoding="utf-8") if file.exists() else ""
-        wanted, self.results = set(self.names), {}
-        for k, line in enumerate(text[: text.rfind("\n") + 1].splitlines()[: len(self.names)]):
-            content = json.loads(line)
-            is_named = isinstance(content, dict) and content.keys() == {_NAME, _RESULT}
-            name, result = (content[_NAME], content[_RESULT]) if is_named else (self.names[k], content)
-            if name in wanted:
-                self.results.setdefault(name, result)
+        self.results: dict[str, Any] = {}
+        for line in map(json.loads, text[: text.rfind("\n") + 1].splitlines()):
+            if line[_NAME] in self.names:
+                self.results.setdefault(line[_NAME], line[_RESULT])
         self._write()
 
     def add(self, name: str, result: Any) -> None:
