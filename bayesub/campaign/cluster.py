@@ -7,8 +7,7 @@ from functools import partial
 from typing import Any
 from uuid import uuid4
 
-from bayesub.campaign.executors import Pool
-from bayesub.campaign.piece import Misfit, become_remote, done
+from bayesub.campaign.executors import Misfit, Pool, become_remote, done
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import duration
 
@@ -46,8 +45,8 @@ class Cluster(Pool):
         """Number of workers."""
         return len(self.client.nthreads())
 
-    def begin(self, work):
-        """As :meth:`Pool.begin`; InputError if there is no worker, or one that does not fit."""
+    def _begin(self, work):
+        """As of a pool; InputError if there is no worker, or one that does not fit."""
         wanted = self.code()
         try:
             self.client.wait_for_workers(1, timeout=self.patience)
@@ -55,36 +54,37 @@ class Cluster(Pool):
         except Misfit:
             raise
         except TimeoutError:
-            raise self.lost() from None
+            raise self._nobody() from None
         except Exception as error:
-            reason = f"{type(error).__name__}: {error}"
-            raise InputError(f"{self.name}: its workers cannot do pieces ({reason})", "state", "--dask") from None
+            raise self._error(f"its workers cannot do pieces ({type(error).__name__}: {error})") from None
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")
             shared = self.client.submit(bytes, work, key=f"function-{uuid4().hex}", pure=False)
         return partial(self.executor.submit, remote, shared, self.code, wanted)
 
-    def stop(self):
-        """As :meth:`Pool.stop`."""
+    def _stop(self):
         if self.client.status == "running":
             with contextlib.suppress(OSError, TimeoutError):
                 self.executor.shutdown(wait=False)
         self.executor = self.client.get_executor(retries=RETRIES, pure=False)
 
-    def is_empty(self):
-        """As :meth:`Pool.is_empty`."""
+    def _look(self):
         try:
-            return self.n == 0
+            n = self.n
         except (OSError, TimeoutError):
-            return True
+            raise self._lost() from None
+        if n == 0:
+            raise self._nobody()
 
-    def lost(self):
-        """As :meth:`Pool.lost`."""
-        if self.client.status == "running":
-            text = f"no worker for {duration(self.patience)}; start workers (dask worker {self.name} --nthreads 1)"
-        else:
-            text = "the scheduler has gone; start it again"
-        return InputError(f"{self.name}: {text} and use --resume, what is done is saved", "state", "--dask")
+    def _nobody(self):
+        help_ = f"start workers (dask worker {self.name} --nthreads 1) and use --resume"
+        return self._error(f"no worker for {duration(self.patience)}; what is done is saved; {help_}")
+
+    def _lost(self):
+        return self._error("the scheduler has gone or was started again; what is done is saved, use --resume")
+
+    def _error(self, text: str) -> InputError:
+        return InputError(f"{self.name}: {text}", "state", "--dask")
 
     def close(self):
         """Let go of the cluster; what a busy host does not answer in time does not matter any more."""

@@ -3,19 +3,40 @@
 import pickle
 import queue
 import signal
+import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent import futures
-from contextlib import closing
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from bayesub.campaign.piece import Failure, Misfit, done, one_thread
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, one_line
 from bayesub.io.interrupts import interruptible
 
 _THREADS = ("OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM", "NUMBA", "NUMEXPR")
 _IDLE_S = 300  # after which processes without work end
+_place = {"remote": False}
+_pools: dict[int, Any] = {}
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a piece has no result: the cause in one line, such as ``ValueError: negative depth``, and the traceback."""
+
+    cause: str
+    details: str
+
+    @classmethod
+    def of(cls, error: BaseException) -> "Failure":
+        """That of a piece that raised an error."""
+        cause = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        return cls(one_line(cause), "".join(traceback.format_exception(error)))
+
+
+class Misfit(InputError):
+    """A worker has other code or more threads, so that what it returns is not to be used."""
 
 
 class Executor(ABC):
@@ -73,31 +94,24 @@ class Serial(Executor):
 
 
 class Pool(Executor):
-    """Pieces go to an executor of :mod:`concurrent.futures`, all of them at once.
+    """Pieces go to an executor of :mod:`concurrent.futures`, all of them at once."""
 
-    Attributes
-    ----------
-    patience : float or None
-        Seconds without a result after which the pool is looked at; None for never.
-    """
-
-    patience: float | None = None
+    patience: float | None = None  # seconds without a result after which the pool is looked at
 
     @abstractmethod
-    def begin(self, work: bytes) -> Callable[[Any], futures.Future]:
+    def _begin(self, work: bytes) -> Callable[[Any], futures.Future]:
         """What hands a piece over, for a pickled function; the future is of a pickled result."""
 
     @abstractmethod
-    def stop(self) -> None:
+    def _stop(self) -> None:
         """Call back what was handed over and is not done."""
 
     @abstractmethod
-    def lost(self) -> InputError:
+    def _lost(self) -> InputError:
         """The error when pieces do not come back."""
 
-    def is_empty(self) -> bool:
-        """Whether nobody is left who does pieces."""
-        return False
+    def _look(self) -> None:
+        """Raise InputError if nobody is left who does pieces."""
 
     def results(self, work, pieces):
         """As :meth:`Executor.results`."""
@@ -107,7 +121,7 @@ class Pool(Executor):
         arrived: queue.SimpleQueue[futures.Future] = queue.SimpleQueue()
         n_lost = 0
         try:
-            submit = self.begin(cloudpickle.dumps(work)) if pieces else None
+            submit = self._begin(cloudpickle.dumps(work)) if pieces else None
             for name, argument in pieces.items():
                 future = submit(argument)
                 names[future] = name
@@ -116,8 +130,7 @@ class Pool(Executor):
                 try:
                     future = arrived.get(timeout=self.patience)
                 except queue.Empty:
-                    if self.is_empty():
-                        raise self.lost() from None
+                    self._look()
                     continue
                 name = names.pop(future)
                 try:
@@ -134,25 +147,18 @@ class Pool(Executor):
             n_lost += 1
         finally:
             if names or n_lost:
-                self.stop()
+                self._stop()
         if n_lost:
-            raise self.lost()
+            raise self._lost()
 
 
 class Processes(Pool):
-    """As many pieces at a time as there are processes, with one thread each.
-
-    Parameters
-    ----------
-    n : int
-        Number of processes.
-    """
+    """So many processes of this machine with one thread each; all campaigns share them, and joblib's are others."""
 
     def __init__(self, n: int):
         self.n = n
 
-    def begin(self, work):
-        """As :meth:`Pool.begin`; all campaigns of this size share processes, and joblib's own are not theirs."""
+    def _begin(self, work):
         if self.n not in _pools:
             from joblib.externals.loky import ProcessPoolExecutor
 
@@ -160,21 +166,46 @@ class Processes(Pool):
             _pools[self.n] = ProcessPoolExecutor(self.n, timeout=_IDLE_S, initializer=ignore_interrupt, env=threads)
         return partial(_pools[self.n].submit, done, work)
 
-    def stop(self):
-        """As :meth:`Pool.stop`."""
+    def _stop(self):
         if self.n in _pools:
             _pools.pop(self.n).shutdown(kill_workers=True)
 
-    def lost(self):
-        """As :meth:`Pool.lost`."""
-        return InputError(
-            "a process that did pieces was ended, by lack of memory or from outside; what is done is saved, and "
-            "--resume does the rest",
-            "state",
-        )
+    def _lost(self):
+        text = "a process that did pieces was ended, by lack of memory or from outside"
+        return InputError(f"{text}; what is done is saved, and --resume does the rest", "state")
 
 
-_pools: dict[int, Any] = {}
+def done(work: bytes, argument: Any) -> bytes:
+    """What a function returns for an argument; function and result are pickled, the function afresh for each piece."""
+    import cloudpickle
+
+    with one_thread():
+        return cloudpickle.dumps(pickle.loads(work)(argument))
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """One thread for the kernels and for the BLAS, so that a piece has the same bits wherever it is done."""
+    import numba
+    import threadpoolctl
+
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        with threadpoolctl.threadpool_limits(1):
+            yield
+    finally:
+        numba.set_num_threads(before)
+
+
+def is_remote() -> bool:
+    """Whether this process works for a coordinator that may be on another machine, with other folders."""
+    return _place["remote"]
+
+
+def become_remote() -> None:
+    """Say that it does."""
+    _place["remote"] = True
 
 
 def ignore_interrupt() -> None:

@@ -22,14 +22,9 @@ class Lines:
     Parameters
     ----------
     file : Path
-        With the suffix ``.jsonl``.
+        With the suffix ``.jsonl``; what is in it is in ``results``, by name.
     names : iterable of str
         Of all pieces, in order.
-
-    Attributes
-    ----------
-    results : dict
-        Name -> result.
     """
 
     def __init__(self, file: Path, names: Iterable[str]):
@@ -62,12 +57,7 @@ class Files:
     Parameters
     ----------
     files : mapping
-        Name -> file without suffix.
-
-    Attributes
-    ----------
-    results : dict
-        Name -> result, without its arrays.
+        Name -> file without suffix; ``results`` has what is in those that are there, by name, without the arrays.
     """
 
     def __init__(self, files: Mapping[str, Path]):

@@ -8,8 +8,7 @@ import numpy as np
 
 from bayesub.campaign import executors
 from bayesub.campaign.campaign import complete
-from bayesub.campaign.executors import Executor
-from bayesub.campaign.piece import is_remote
+from bayesub.campaign.executors import Executor, is_remote
 from bayesub.inference.sampling import Criteria, Posterior, posterior_file, sample
 from bayesub.io.errors import InputError
 from bayesub.problem.joint import JointProblem

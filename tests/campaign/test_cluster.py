@@ -14,7 +14,7 @@ pytest.importorskip("distributed", reason="Dask is in pip install 'bayesub[clust
 from bayesub.campaign import connection
 from bayesub.campaign.campaign import complete
 from bayesub.campaign.cluster import RETRIES, remote
-from bayesub.campaign.piece import Failure, Misfit
+from bayesub.campaign.executors import Failure, Misfit
 from bayesub.campaign.store import Lines
 from bayesub.io.errors import InputError
 from bayesub.study.provenance import code
