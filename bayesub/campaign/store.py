@@ -30,9 +30,9 @@ class Lines:
     def __init__(self, file: Path, names: Iterable[str]):
         self.file, self.names = file, list(names)
         text = file.read_text(encoding="utf-8") if file.exists() else ""
-        self.results: dict[str, Any] = {}
+        wanted, self.results = set(self.names), {}
         for line in map(json.loads, text[: text.rfind("\n") + 1].splitlines()):
-            if line[_NAME] in self.names:
+            if isinstance(line, dict) and line.keys() == {_NAME, _RESULT} and line[_NAME] in wanted:
                 self.results.setdefault(line[_NAME], line[_RESULT])
         self._write()
 

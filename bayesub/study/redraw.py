@@ -92,15 +92,14 @@ def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
 
 
 def saved_study(folder: Path, config: dict) -> Study:
-    """The study of a run, whose files are the copies in its folder, or for a run of before 0.2 the files themselves."""
+    """The study of a run, whose files are the copies in its folder."""
     source = folder / CONFIG
     content = {key: value for key, value in config.items() if key not in COMPUTED}
     study = toml_files.validate(content, Study, str(source))
     digests, places = config.get("files_sha256", {}), {}
     for name in dict.fromkeys((*study.files, *digests)):
         digest = digests.get(name, "")
-        copy = folder / copy_name(name, digest)
-        places[name] = copy if "sources_sha256" in config else Path(name)
+        places[name] = folder / copy_name(name, digest)
         if file_digest(places[name]) != digest:
             raise InputError(f"{folder}: {places[name]} has changed since the run; run the study again", "state")
     return study.located(source, places, quick=config["quick_run"])

@@ -281,8 +281,7 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
         path = folder / COPY
         if not path.exists():
             raise InputError(
-                f"{folder}: {COPY} is missing, the run of a script by bayesub before 0.2; name the script: "
-                f"--study studies/{config['name']}.py",
+                f"{folder}: {COPY} is missing; name the script: --study studies/{config['name']}.py",
                 "missing",
                 "--study",
             )
