@@ -3,10 +3,10 @@
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
-from bayesub.campaign.executors import Executor
-from bayesub.campaign.piece import Failure
+from bayesub.campaign.executors import Executor, Failure
+from bayesub.campaign.store import Files, Lines
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
@@ -15,26 +15,11 @@ HOPELESS = 10  # failures of a campaign without a result, after which it ends
 _SHOWN = 3  # failures in the message
 
 
-class Store(Protocol):
-    """Where results are kept.
-
-    Attributes
-    ----------
-    results : dict
-        Name -> result, of the pieces that are done.
-    """
-
-    results: dict[str, Any]
-
-    def add(self, name: str, result: Any) -> None:
-        """Keep a result."""
-
-
 def complete(
     executor: Executor,
     work: Callable[[Any], Any],
     pieces: Mapping[str, Any],
-    store: Store,
+    store: Lines | Files,
     *,
     failures: Path,
     progress: Progress = SILENT,
@@ -52,8 +37,8 @@ def complete(
         A function of one argument, which alone decides its result.
     pieces : mapping
         Name -> argument.
-    store : Store
-        Of the results.
+    store : Lines or Files
+        Of the results, or what has ``results`` and ``add`` as these do.
     failures : Path
         File for the tracebacks of pieces that failed.
     progress : Progress
@@ -74,7 +59,7 @@ def complete(
     remaining = {name: argument for name, argument in pieces.items() if name not in store.results}
     failures.unlink(missing_ok=True)
     if store.results:
-        progress.update(len(store.results), len(pieces), unit, _note(list(store.results)[-1]))
+        progress.update(len(store.results), len(pieces), unit, ", ".join(_note(list(store.results)[-1])))
     failed: dict[str, Failure] = {}
     with closing(executor.results(work, remaining)) as stream:
         for name, result in stream:
@@ -85,15 +70,15 @@ def complete(
                     break
             else:
                 store.add(name, result)
-            note = _note(name, executor.note(), f"{len(failed)} failed" if failed else "")
-            progress.update(len(store.results), len(pieces), unit, note)
+            note = [*_note(name), *([f"{len(failed)} failed"] if failed else [])]
+            progress.update(len(store.results), len(pieces), unit, ", ".join(note))
     if failed:
         raise InputError(_message(failed, len(pieces), unit, failures), "state", next(iter(failed)))
     return {name: store.results[name] for name in pieces}
 
 
-def _note(name: str, *others: str) -> str:
-    return ", ".join(word for word in ("" if name.isdigit() else name, *others) if word)
+def _note(name: str) -> list[str]:
+    return [] if name.isdigit() else [name]
 
 
 def _message(failed: Mapping[str, Failure], n: int, unit: str, file: Path) -> str:

@@ -1,21 +1,43 @@
-"""What does the pieces of a campaign: this process, processes of this machine; a cluster has a module of its own."""
+"""What does the pieces of a campaign: this process, or a pool; that of a cluster has a module of its own."""
 
+import pickle
+import queue
 import signal
+import traceback
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent import futures
-from contextlib import closing
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from bayesub.campaign.piece import Failure, Packed, attempt
-from bayesub.io.errors import InputError
+from bayesub.campaign import beside
+from bayesub.io.errors import InputError, one_line
 from bayesub.io.interrupts import interruptible
 
 _THREADS = ("OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM", "NUMBA", "NUMEXPR")
 _IDLE_S = 300  # after which processes without work end
-ENDED = "the process that did it was ended, by lack of memory or from outside"
+_place = {"remote": False}
+_pools: dict[int, Any] = {}
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a piece has no result: the cause in one line, such as ``ValueError: negative depth``, and the traceback."""
+
+    cause: str
+    details: str
+
+    @classmethod
+    def of(cls, error: BaseException) -> "Failure":
+        """That of a piece that raised an error."""
+        cause = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        return cls(one_line(cause), "".join(traceback.format_exception(error)))
+
+
+class Misfit(InputError):
+    """A worker has other code or more threads, so that what it returns is not to be used."""
 
 
 class Executor(ABC):
@@ -36,10 +58,6 @@ class Executor(ABC):
         pieces : mapping
             Name -> argument; those named first begin first.
         """
-
-    def note(self) -> str:
-        """What progress says of the executor, such as the number of workers; may be empty."""
-        return ""
 
     def map(self, work: Callable[[Any], Any], items: Iterable) -> list:
         """What `work` returns for each item, in order; InputError if a piece fails."""
@@ -68,84 +86,137 @@ class Serial(Executor):
     def results(self, work, pieces):
         """As :meth:`Executor.results`."""
         for name, argument in pieces.items():
-            yield name, attempt(partial(_interruptible, work), argument)
+            try:
+                with one_thread(), interruptible():  # Ctrl-C that compiled code turned into another error ends all
+                    result = work(argument)
+            except Exception as error:
+                result = Failure.of(error)
+            yield name, result
 
 
-def _interruptible(work, argument):
-    """What work returns; Ctrl-C that compiled code turned into another error ends the campaign and not the piece."""
-    with interruptible():
-        return work(argument)
+class Pool(Executor):
+    """Pieces go to an executor of :mod:`concurrent.futures`, all of them at once."""
+
+    patience: float | None = None  # seconds without a result after which the pool is looked at
+
+    @abstractmethod
+    def _begin(self, work: Callable[[Any], Any]) -> Callable[[Any], futures.Future]:
+        """What hands a piece over by its argument; the future is of a pickled result."""
+
+    @abstractmethod
+    def _stop(self) -> None:
+        """Call back what was handed over and is not done."""
+
+    @abstractmethod
+    def _lost(self) -> InputError:
+        """The error when pieces do not come back."""
+
+    def _look(self) -> None:
+        """Raise InputError if nobody is left who does pieces."""
+
+    def results(self, work, pieces):
+        """As :meth:`Executor.results`."""
+        names: dict[futures.Future, str] = {}
+        arrived: queue.SimpleQueue[futures.Future] = queue.SimpleQueue()
+        n_lost = 0
+        try:
+            submit = self._begin(work) if pieces else None
+            for name, argument in pieces.items():
+                future = submit(argument)
+                names[future] = name
+                future.add_done_callback(arrived.put)
+            while names:
+                try:
+                    future = arrived.get(timeout=self.patience)
+                except queue.Empty:
+                    self._look()
+                    continue
+                name = names.pop(future)
+                try:
+                    result = pickle.loads(future.result())
+                except (futures.CancelledError, futures.BrokenExecutor):
+                    n_lost += 1  # those that are done come as well
+                    continue
+                except Misfit:
+                    raise
+                except Exception as error:
+                    result = Failure.of(error)
+                yield name, result
+        except futures.BrokenExecutor:  # while pieces are handed over
+            n_lost += 1
+        finally:
+            if names or n_lost:
+                self._stop()
+        if n_lost:
+            raise self._lost()
 
 
-class Processes(Executor):
-    """As many pieces at a time as there are processes, with one thread each.
-
-    A process that is ended takes its piece with it. Those that were under way are done again, one at a time, so that
-    a piece that ends its process twice is known; the others go on.
-
-    Parameters
-    ----------
-    n : int
-        Number of processes.
-    """
+class Processes(Pool):
+    """So many processes of this machine with one thread each; all campaigns share them, and joblib's are others."""
 
     def __init__(self, n: int):
         self.n = n
 
-    def results(self, work, pieces):
-        """As :meth:`Executor.results`."""
-        queue, suspects, running, pool, packed = deque(pieces), set(), {}, None, Packed.of(work)
-        try:
-            while queue or running:
-                while queue and len(running) < (1 if suspects else 2 * self.n):
-                    name, pool = queue.popleft(), self._pool()
-                    running[pool.submit(attempt, packed, pieces[name])] = name
-                done, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
-                ended = []
-                for future in done:
-                    name = running.pop(future)
-                    error = future.exception()
-                    if isinstance(error, futures.process.BrokenProcessPool):
-                        ended.append(name)
-                    else:
-                        suspects.discard(name)
-                        yield name, future.result() if error is None else _failure(error)
-                if ended:
-                    _pools.pop(self.n, None)
-                    ended += running.values()
-                    running.clear()
-                    if len(ended) == 1 and ended[0] in suspects:
-                        suspects.remove(ended[0])
-                        yield ended[0], Failure(ENDED)
-                    else:
-                        suspects.update(ended)
-                        queue.extendleft(reversed(ended))
-        finally:
-            if running:
-                _pools.pop(self.n, None)
-                pool.shutdown(kill_workers=True)
+    def _begin(self, work):
+        import cloudpickle
 
-    def _pool(self):
-        """The processes of all campaigns of this size; those of joblib itself cannot be shared with it."""
         if self.n not in _pools:
             from joblib.externals.loky import ProcessPoolExecutor
 
             threads = {f"{name}_NUM_THREADS": "1" for name in _THREADS}
             _pools[self.n] = ProcessPoolExecutor(self.n, timeout=_IDLE_S, initializer=ignore_interrupt, env=threads)
-        return _pools[self.n]
+        submit = partial(_pools[self.n].submit, done, beside.folders(), cloudpickle.dumps(work))
+        return lambda argument: submit(cloudpickle.dumps(argument))
+
+    def _stop(self):
+        if self.n in _pools:
+            _pools.pop(self.n).shutdown(kill_workers=True)
+
+    def _lost(self):
+        text = "a process that did pieces was ended, by lack of memory or from outside"
+        return InputError(f"{text}; what is done is saved, and --resume does the rest", "state")
 
 
-_pools: dict[int, Any] = {}
+def done(folders: tuple[str, ...], work: bytes, argument: bytes) -> bytes:
+    """What a function returns for an argument, all three pickled; the function is made afresh for each piece.
+
+    Modules are imported from the folders of studies, too.
+    """
+    import cloudpickle
+
+    beside.importable(*folders)
+    with one_thread():
+        return cloudpickle.dumps(pickle.loads(work)(pickle.loads(argument)))
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """One thread for the kernels and for the BLAS, so that a piece has the same bits wherever it is done."""
+    import numba
+    import threadpoolctl
+
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        with threadpoolctl.threadpool_limits(1):
+            yield
+    finally:
+        numba.set_num_threads(before)
+
+
+def is_remote() -> bool:
+    """Whether this process works for a coordinator that may be on another machine, with other folders."""
+    return _place["remote"]
+
+
+def become_remote() -> None:
+    """Say that it does."""
+    _place["remote"] = True
 
 
 def ignore_interrupt() -> None:
     """Leave Ctrl-C to the process that has started this one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _failure(error: BaseException) -> Failure:
-    """Of a piece that could not be sent or whose result could not be sent back."""
-    return Failure(f"{type(error).__name__}: {error}", repr(error), is_final=True)
 
 
 def local() -> Executor:

@@ -16,32 +16,24 @@ _NAME, _RESULT = "piece", "result"
 class Lines:
     """Results in one file, a line of JSON for each: ``{"piece": name, "result": result}``.
 
-    Lines come in the order of arrival and are put into that of the pieces in the end. Lines without names, which
-    bayesub 0.2 wrote, are those of the first pieces in order. A line that a kill left half written is left out.
+    Lines come in the order of arrival and are put into that of the pieces in the end. A line that a kill left half
+    written is left out.
 
     Parameters
     ----------
     file : Path
-        With the suffix ``.jsonl``.
+        With the suffix ``.jsonl``; what is in it is in ``results``, by name.
     names : iterable of str
         Of all pieces, in order.
-
-    Attributes
-    ----------
-    results : dict
-        Name -> result.
     """
 
     def __init__(self, file: Path, names: Iterable[str]):
         self.file, self.names = file, list(names)
         text = file.read_text(encoding="utf-8") if file.exists() else ""
         wanted, self.results = set(self.names), {}
-        for k, line in enumerate(text[: text.rfind("\n") + 1].splitlines()[: len(self.names)]):
-            content = json.loads(line)
-            is_named = isinstance(content, dict) and content.keys() == {_NAME, _RESULT}
-            name, result = (content[_NAME], content[_RESULT]) if is_named else (self.names[k], content)
-            if name in wanted:
-                self.results.setdefault(name, result)
+        for line in map(json.loads, text[: text.rfind("\n") + 1].splitlines()):
+            if isinstance(line, dict) and line.keys() == {_NAME, _RESULT} and line[_NAME] in wanted:
+                self.results.setdefault(line[_NAME], line[_RESULT])
         self._write()
 
     def add(self, name: str, result: Any) -> None:
@@ -65,12 +57,7 @@ class Files:
     Parameters
     ----------
     files : mapping
-        Name -> file without suffix.
-
-    Attributes
-    ----------
-    results : dict
-        Name -> result, without its arrays.
+        Name -> file without suffix; ``results`` has what is in those that are there, by name, without the arrays.
     """
 
     def __init__(self, files: Mapping[str, Path]):

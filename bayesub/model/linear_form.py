@@ -114,11 +114,8 @@ def stacked(trials: Sequence[dict[str, LinearSystem]], order: Sequence[str]) -> 
     first, *others = trials
     if not others:
         return first
-    return {axis: _stacked([t[axis] for t in trials if axis in t], order) for axis in _axes(trials)}
-
-
-def _axes(trials):
-    return [axis for axis in AXES if any(axis in systems for systems in trials)]
+    axes = [axis for axis in AXES if any(axis in systems for systems in trials)]
+    return {axis: _stacked([t[axis] for t in trials if axis in t], order) for axis in axes}
 
 
 def _stacked(systems, order) -> LinearSystem:

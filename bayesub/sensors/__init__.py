@@ -6,7 +6,7 @@ and presets are those of a boat (:func:`autosub`, ..). :func:`observe` takes any
 
 from bayesub.sensors import velocity
 from bayesub.sensors.current import over_ground
-from bayesub.sensors.instruments import ADCP, DVL, GPS, INS, TRACK_CHANNELS, Compass, Instrument, Pressure, Track
+from bayesub.sensors.instruments import ADCP, DVL, GPS, INS, Compass, Instrument, Pressure, Track
 from bayesub.sensors.observe import observe, unread
 from bayesub.sensors.presets import autosub, thesis_rounding, tracking_range
 from bayesub.sensors.record import Channel, Record
@@ -18,7 +18,6 @@ __all__ = [
     "GPS",
     "INS",
     "QUANTITIES",
-    "TRACK_CHANNELS",
     "Channel",
     "Compass",
     "Instrument",

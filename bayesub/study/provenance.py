@@ -54,7 +54,7 @@ def _plain(value: Any) -> Any:
 
 
 def origin(config: dict) -> dict[str, str]:
-    """What made the run of a config, for people: title -> text; a config of an older version says less."""
+    """What made the run of a config, for people: title -> text; empty parts are left out."""
     packages = dict(config.get("versions", {}))
     made = {"": packages.pop("bayesub", ""), "commit": config.get("commit", "")}
     made |= {"digest of the sources": config.get("sources_sha256", "")[:12]}
@@ -111,9 +111,7 @@ def copies(files: Mapping[str, Path], digests: Mapping[str, str]) -> dict[str, P
 
 def code_change(saved: dict, config: dict) -> str:
     """Why the code that made a run is not the present one, by their configs; empty if it is."""
-    if "sources_sha256" not in saved:
-        return "it was made by a version of bayesub before 0.2, which kept no digest of its sources"
-    if saved["sources_sha256"] != config["sources_sha256"]:
+    if saved.get("sources_sha256") != config["sources_sha256"]:
         return "the sources of bayesub have changed since"
     return _first_difference(settings({"versions": saved["versions"]}), settings({"versions": config["versions"]}))
 

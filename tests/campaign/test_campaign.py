@@ -9,8 +9,7 @@ import pytest
 from support import pieces, refusals
 
 from bayesub.campaign.campaign import HOPELESS, complete
-from bayesub.campaign.executors import ENDED, Processes, Serial
-from bayesub.campaign.piece import Failure
+from bayesub.campaign.executors import Processes, Serial
 from bayesub.campaign.store import Lines
 
 EXECUTORS = [Serial(), Processes(2)]
@@ -105,16 +104,10 @@ def test_a_piece_has_one_thread(executor):
     assert executor.map(pieces.threads, range(2)) == [(1, 1), (1, 1)]
 
 
-def test_a_process_that_is_killed_takes_nothing_with_it(tmp_path):
-    results = dict(Processes(2).results(partial(pieces.deadly_once, tmp_path), NUMBERS))
-    assert (tmp_path / "killed").exists()
-    assert results == {name: pieces.number(k) for name, k in NUMBERS.items()}
-
-
-def test_a_piece_that_ends_its_process_is_known_and_the_others_are_done():
-    results = dict(Processes(2).results(pieces.deadly, NUMBERS))
-    assert results.pop("3") == Failure(ENDED)
-    assert results == {name: pieces.number(k) for name, k in NUMBERS.items() if k != 3}
+def test_a_process_that_is_killed_is_one_line_and_what_is_done_is_kept(tmp_path):
+    with refusals.refused("state"):
+        whole(Processes(2), partial(pieces.deadly_once, tmp_path), tmp_path)
+    assert len(whole(Processes(2), pieces.number, tmp_path)) == 6
 
 
 def test_a_map_is_in_order_and_a_failure_ends_it():
@@ -126,5 +119,5 @@ def test_a_map_is_in_order_and_a_failure_ends_it():
 
 def test_results_that_cannot_be_sent_back_are_failures():
     ((name, failure),) = Processes(2).results(pieces.unsendable, {"x": 0})
-    assert (name, failure.is_final) == ("x", True)
+    assert name == "x"
     assert "pickle" in failure.cause

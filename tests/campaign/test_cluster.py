@@ -2,11 +2,8 @@
 
 import shutil
 import subprocess
-import time
 from functools import partial
-from types import SimpleNamespace
 
-import cloudpickle
 import pytest
 from support import pieces
 from support.clusters import PACKAGE, machines
@@ -14,13 +11,10 @@ from support.refusals import refused
 
 pytest.importorskip("distributed", reason="Dask is in pip install 'bayesub[cluster]'")
 
-from distributed import KilledWorker
-
 from bayesub.campaign import connection
 from bayesub.campaign.campaign import complete
-from bayesub.campaign.cluster import ATTEMPTS, Cluster, Patience, _piece, misfit
-from bayesub.campaign.executors import ENDED
-from bayesub.campaign.piece import Failure
+from bayesub.campaign.cluster import RETRIES, remote
+from bayesub.campaign.executors import Failure, Misfit
 from bayesub.campaign.store import Lines
 from bayesub.io.errors import InputError
 from bayesub.study.provenance import code
@@ -41,21 +35,16 @@ def two(tmp_path_factory):
 
 
 @pytest.fixture
-def remarks():
-    return []
-
-
-@pytest.fixture
-def cluster(two, remarks):
+def cluster(two):
     """The executor that a user gets for the address."""
-    with connection.connect(two.address, code, remarks.append) as executor:
+    with connection.connect(two.address, code, print) as executor:
         executor.client.wait_for_workers(2)  # a test before may have killed one
         yield executor
 
 
 def test_results_are_those_of_this_process_with_one_thread(cluster):
     assert dict(cluster.results(pieces.number, NUMBERS)) == RESULTS
-    assert cluster.note() == "2 workers"
+    assert cluster.n == 2
     assert cluster.map(pieces.threads, range(2)) == [(1, 1), (1, 1)]
     assert list(cluster.results(pieces.number, {})) == []
 
@@ -76,56 +65,11 @@ def test_a_worker_that_is_killed_takes_nothing_with_it(cluster, tmp_path):
     assert (tmp_path / "killed").exists()
 
 
-def test_a_piece_that_kills_every_worker_is_listed_and_the_others_are_done(cluster):
+def test_a_piece_that_kills_every_worker_is_listed(cluster):
     results = dict(cluster.results(pieces.deadly, NUMBERS))
-    failure = results.pop("3")
-    assert failure.cause.startswith(f"{ENDED}, on several workers, last on tcp://127.0.0.1:")
-    assert results == {name: result for name, result in RESULTS.items() if name != "3"}
-
-
-class Doomed:
-    """A client of two workers that both die, with all that they have, whenever one of them tries the third piece."""
-
-    status = "running"
-
-    def __init__(self):
-        self.under_way = []
-
-    def submit(self, work, *arguments, key, **_):
-        future = SimpleNamespace(key=key, status="pending")
-        future.add_done_callback = lambda call: setattr(future, "call", call)
-        if work is _piece:
-            future.argument = arguments[1]
-            self.under_way.append(future)
-        return future
-
-    def nthreads(self):
-        """Asked before pieces are handed out: those that were are answered."""
-        futures, self.under_way = self.under_way, []
-        died = any(future.argument == 3 for future in futures)
-        killed = KilledWorker("x", SimpleNamespace(address="w"), 3)
-        for future in futures:
-            future.status, future.exception = "error" if died else "finished", lambda: killed
-            future.call(future)
-        return {"a": 1, "b": 1}
-
-    def run(self, function, workers, **_):
-        return dict.fromkeys(workers, function())
-
-    def gather(self, futures):
-        return [cloudpickle.dumps(pieces.number(future.argument)) for future in futures]
-
-    def cancel(self, _):
-        pass
-
-
-def test_who_dies_beside_a_deadly_piece_is_tried_without_it(monkeypatch):
-    """The most unhappy neighbourhood: whatever is under way together with it dies with it, again and again."""
-    monkeypatch.setattr("bayesub.campaign.cluster.LOOK_S", 0.0)
-    executor = Cluster(Doomed, "tcp://nowhere", code)
-    results = dict(executor.results(pieces.deadly, NUMBERS))
-    assert results.pop("3") == Failure(f"{ENDED}, on several workers, last on w", is_final=True)
-    assert results == {name: result for name, result in RESULTS.items() if name != "3"}
+    assert results.keys() == NUMBERS.keys()
+    assert results["3"].cause.startswith("KilledWorker: ")
+    assert all(isinstance(result, Failure) or result == RESULTS[name] for name, result in results.items())
 
 
 def test_a_piece_that_always_fails_is_tried_three_times_and_listed(cluster, tmp_path):
@@ -133,7 +77,7 @@ def test_a_piece_that_always_fails_is_tried_three_times_and_listed(cluster, tmp_
     with refused("state", "3"):
         complete(cluster, partial(pieces.failing_and_counted, tmp_path), NUMBERS, store, failures=tmp_path / "x.txt")
     assert Lines(store.file, NUMBERS).results == {name: r for name, r in RESULTS.items() if name != "3"}
-    assert len(list(tmp_path.glob("tried-*"))) == ATTEMPTS
+    assert len(list(tmp_path.glob("tried-*"))) == 1 + RETRIES
     assert "in failing" in (tmp_path / "x.txt").read_text()
 
 
@@ -153,65 +97,60 @@ def other_sources(tmp_path):
     return tmp_path
 
 
-def test_workers_with_other_sources_or_more_threads_are_refused_by_name(two, cluster, remarks, other_sources):
-    """They come while the campaign is under way, and the others do all of it."""
-    processes = [two.workers(1, sources=other_sources), two.workers(1, "--nthreads", 2)]
+@pytest.mark.parametrize("options", [(), ("--nthreads", 2)], ids=["sources", "threads"])
+def test_a_worker_that_does_not_fit_is_refused_by_name(two, cluster, other_sources, options):
+    """There from the beginning, or come while the campaign is under way: nothing of it counts."""
+    process = two.workers(1, *options, **({} if options else {"sources": other_sources}))
     try:
-        until = time.monotonic() + 60.0
-        while len(cluster.refused) < 2 and time.monotonic() < until:
-            assert dict(cluster.results(partial(pieces.slow, 0.1), NUMBERS)) == RESULTS
+        cluster.client.wait_for_workers(3)
+        with pytest.raises(Misfit) as caught:
+            list(cluster.results(pieces.number, NUMBERS))
+        (worker,) = (w for w in cluster.client.nthreads() if str(caught.value).startswith(f"worker {w} is refused: "))
+        with pytest.raises(Misfit):
+            cluster.client.submit(remote, b"", code, code(), 0, workers=[worker], pure=False).result()
     finally:
-        for process in processes:
-            two.end(process)
-    reasons = sorted(cluster.refused.values())
-    assert reasons[0] == "it has 2 threads; start it with --nthreads 1"
-    assert reasons[1].startswith("sources of bayesub: ")
-    assert reasons[1].endswith(f" there, {code()['sources of bayesub']} here")
-    for address, reason in cluster.refused.items():
-        assert f"worker {address} is refused: {reason}" in remarks
+        two.end(process)
+    here = f" there, {code()['sources of bayesub']} here"
+    assert str(caught.value).endswith("it has 2 threads; start it with --nthreads 1" if options else here)
 
 
-def test_a_straggler_holds_up_nobody_and_is_done_elsewhere(cluster, tmp_path):
-    """The last test of these workers, of which one is stuck from now on."""
-    cluster.patience = Patience(straggler=1.0)
-    names = [name for name, _ in cluster.results(partial(pieces.stuck_once, tmp_path), NUMBERS)]
-    assert "3" in names[-3:]  # and what its worker had been given besides
-    assert sorted(names) == sorted(NUMBERS)
-
-
-def test_versions_are_named():
-    assert misfit({"bayesub": "0.1"}, {"bayesub": "0.2"}, 1) == "bayesub: 0.1 there, 0.2 here"
-    assert misfit({}, {"numpy": "2.0"}, 1) == "numpy: none there, 2.0 here"
-
-
-def test_a_scheduler_that_is_started_again_gets_what_is_left(tmp_path):
-    """And one that stays away is one line; what was done is kept and not done again."""
-    with machines(tmp_path, 2) as started, connection.connect(started.address, code, print) as executor:
+def test_a_scheduler_that_goes_is_one_line_and_what_is_done_is_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(connection, "ANSWER_S", 4.0)
+    with machines(tmp_path, 2) as started:
         store, marks = Lines(tmp_path / "x.jsonl", NUMBERS), tmp_path / "marks"
         marks.mkdir()
-        results = executor.results(partial(pieces.counted, marks, 0.2), NUMBERS)
-        for _ in range(4):
-            store.add(*next(results))
-        for process in started.processes:
-            started.end(process)
+        work = partial(pieces.counted, marks, 0.2)
+        with connection.connect(started.address, code, print) as executor:
+            results = executor.results(work, NUMBERS)
+            for _ in range(4):
+                store.add(*next(results))
+            started.end_all()
+            with refused("state", "--dask"):
+                list(results)
         started.scheduler()
         started.workers(2)
-        for name, result in results:
-            store.add(name, result)
-        assert store.results == RESULTS
-        assert len(list(marks.iterdir())) <= 12 + 2 * 2  # those under way once more
+        with connection.connect(started.address, code, print) as executor:
+            complete(executor, work, NUMBERS, store, failures=tmp_path / "x.txt")
+    assert store.results == RESULTS
+    assert len(list(marks.iterdir())) <= 12 + 2 * 2  # those under way once more
 
-        executor.patience = Patience(workers=1.0)
-        results = executor.results(partial(pieces.slow, 0.2), NUMBERS)
-        next(results)
-        started.end_all()
-        with refused("state", "--dask"):
-            list(results)
+
+def test_workers_that_go_are_one_line(tmp_path):
+    with machines(tmp_path, 0) as started:
+        process = started.workers(1)
+        with connection.connect(started.address, code, print) as executor:
+            executor.patience = 20.0
+            results = executor.results(partial(pieces.slow, 0.2), NUMBERS)
+            next(results)
+            executor.patience = 1.0
+            started.end(process)
+            with refused("state", "--dask"):
+                list(results)
 
 
 def test_no_worker_is_one_line_in_the_end(tmp_path):
     with machines(tmp_path, 0) as started, connection.connect(started.address, code, print) as executor:
-        executor.patience = Patience(workers=1.0)
+        executor.patience = 1.0
         with refused("state", "--dask"):
             dict(executor.results(pieces.number, NUMBERS))
 
@@ -243,7 +182,7 @@ def test_tls_by_the_security_object_of_dask(certificates, tmp_path, monkeypatch)
         with connection.connect(str(tmp_path / "cluster.yaml"), code, print) as executor:
             assert executor.client.security.require_encryption
             assert dict(executor.results(pieces.number, NUMBERS)) == RESULTS
-            assert all(worker.startswith("tls://") for worker in executor.workers)
+            assert all(worker.startswith("tls://") for worker in executor.client.nthreads())
         monkeypatch.setattr(connection, "ANSWER_S", 1.0)
         with pytest.raises(InputError, match=r"--dask tls://127.0.0.1:\d+: no scheduler answers there") as caught:
             connection.connect(started.address, code, print)

@@ -2,6 +2,7 @@
 
 import builtins
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -161,18 +162,13 @@ def test_jobs_of_slurm_have_what_the_file_says(tmp_path, monkeypatch):
     """The job script of dask-jobqueue, without a batch system to hand it to."""
     jobqueue = pytest.importorskip("dask_jobqueue")
     (tmp_path / "slurm.yaml").write_text(SLURM)
-    scripts = []
-
-    def submitted(cluster, name, *_):
-        cluster.close()
-        scripts.append((cluster.job_script(), name))
-
-    monkeypatch.setattr(connection, "_own", submitted)
-    monkeypatch.setattr(jobqueue.SLURMCluster, "adapt", lambda _, **jobs: scripts.append(jobs))
-    connection.connect(str(tmp_path / "slurm.yaml"), code, print)
-    jobs, (script, name) = scripts
-    assert jobs == {"minimum_jobs": 4, "maximum_jobs": 4}
-    assert name == str(tmp_path / "slurm.yaml")
+    asked = []
+    monkeypatch.setattr(jobqueue.SLURMCluster, "adapt", lambda _, **jobs: asked.append(jobs))
+    cluster, _, patience = connection._target(str(tmp_path / "slurm.yaml"))
+    script = cluster.job_script()
+    cluster.close()
+    assert asked == [{"minimum_jobs": 4, "maximum_jobs": 4}]
+    assert patience == connection.QUEUE_S
     for line in (
         "-p short",
         "-t 04:00:00",
@@ -196,7 +192,8 @@ def test_workers_of_a_batch_system_do_a_campaign(tmp_path, monkeypatch):
     """That of dask-jobqueue for tests, whose jobs are processes of this machine."""
     pytest.importorskip("dask_jobqueue")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[1]))  # where workers find the pieces
+    tests = Path(__file__).parents[1]
+    monkeypatch.setenv("PYTHONPATH", f"{tests.parent}{os.pathsep}{tests}")  # where workers find package and pieces
     (tmp_path / "jobs.yaml").write_text("queue: local\nworkers: 1\nmemory: 1GB\n")
     with connection.connect("jobs.yaml", code, print) as executor:
         assert dict(executor.results(pieces.number, {"a": 1})) == {"a": pieces.number(1)}

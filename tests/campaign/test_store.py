@@ -1,4 +1,4 @@
-"""Results are kept as they come: in whatever order, after a kill, and with those of earlier versions."""
+"""Results are kept as they come, in whatever order and after a kill."""
 
 import json
 
@@ -33,13 +33,6 @@ def test_a_line_that_is_half_written_is_left_out_and_one_that_is_there_twice_cou
     store = Lines(file, NAMES)
     assert store.results == {"b": 2}
     assert file.read_text() == '{"piece": "b", "result": 2}\n'
-
-
-def test_lines_without_names_are_those_of_the_first_pieces(tmp_path):
-    """As bayesub 0.2 wrote them; whole lines that another process damaged are told by their place."""
-    file = tmp_path / "x.jsonl"
-    file.write_text('{"n": 1}\n{"n": 2}\n')
-    assert Lines(file, NAMES).results == {"a": {"n": 1}, "b": {"n": 2}}
 
 
 def test_what_is_no_json_is_said_and_leaves_the_file_as_it_was(tmp_path):

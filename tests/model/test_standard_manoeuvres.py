@@ -10,7 +10,6 @@ import bayesub as bs
 from bayesub.kernels import workspace
 from bayesub.model import standard_manoeuvres
 from bayesub.model.boats import Boats
-from bayesub.model.measures import at, peak
 from bayesub.model.quantities import QUANTITIES
 from bayesub.model.standard_manoeuvres import (
     PSI,
@@ -126,9 +125,9 @@ def test_what_is_computed_once_is_not_computed_again():
 
 def test_peaks_and_places_are_those_of_smooth_histories():
     times = np.linspace(0.0, 3.0, 61)
-    assert peak(np.sin(times)[None])[0] == pytest.approx(1.0, abs=1e-6)
-    assert np.isnan(peak(times[None])[0])
+    assert standard_manoeuvres.peak(np.sin(times)[None])[0] == pytest.approx(1.0, abs=1e-6)
+    assert np.isnan(standard_manoeuvres.peak(times[None])[0])
     rising = np.stack([times**2, -times])
-    reached = at(np.repeat(times[None, :, None], 2, axis=0), rising, 2.0)
+    reached = standard_manoeuvres.at(np.repeat(times[None, :, None], 2, axis=0), rising, 2.0)
     assert reached[0, 0] == pytest.approx(np.sqrt(2.0), abs=1e-6)
     assert np.isnan(reached[1, 0])

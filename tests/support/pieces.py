@@ -51,15 +51,6 @@ def failing(k):
     return number(k)
 
 
-def stuck_once(folder, k):
-    """The third piece never comes back, the first time."""
-    mark = Path(folder) / "stuck"
-    if k == 3 and not mark.exists():
-        mark.touch()
-        time.sleep(3600)
-    return number(k)
-
-
 def threads(_):
     """Threads of numba and, at most, of the BLAS."""
     import numba

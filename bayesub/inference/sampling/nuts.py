@@ -145,9 +145,9 @@ class CrossCheck:
     def from_json(cls, content: dict) -> "CrossCheck":
         """The inverse of :meth:`to_json`."""
         arrays = ("means", "sds", "mean_z", "sd_z", "correlation_z")
-        fields = {key: content[key] for key in cls.__dataclass_fields__ if key in content}  # efforts are new in 0.2
+        fields = {key: content[key] for key in cls.__dataclass_fields__}
         fields |= {key: np.array(content[key]) for key in arrays} | {"names": tuple(content["names"])}
-        return cls(**fields | {"efforts": tuple(Effort(**effort) for effort in content.get("efforts", ()))})
+        return cls(**fields | {"efforts": tuple(Effort(**effort) for effort in content["efforts"])})
 
 
 def cross_check(

@@ -66,9 +66,9 @@ class Posterior(Displayed):
     criteria : by which convergence is judged
     thin : steps from one kept step to the next
     jacobians : Jacobians, from the search for the mode to the last step
-    jacobian_price : simulations that a Jacobian is worth by its time, measured when the run began; not a number for a
-        posterior of a former version, which has not counted its Jacobians
-    simulation_seconds : wall time of simulations and Jacobians among `seconds`; not a number for a former version
+    jacobian_price : simulations that a Jacobian is worth by its time, measured when the run began; not a number if
+        unknown
+    simulation_seconds : wall time of simulations and Jacobians among `seconds`; not a number if unknown
     """
 
     names: tuple[str, ...]

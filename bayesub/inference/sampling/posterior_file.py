@@ -110,10 +110,9 @@ def load(path: Path) -> Posterior:
             **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
         ),
         thin=int(attrs["thin"]),
-        # Former versions did not count Jacobians: their price is then not a number.
-        jacobians=int(attrs.get("jacobians", 0)),
-        jacobian_price=float(attrs.get("jacobian_price", np.nan)),
-        simulation_seconds=float(attrs.get("simulation_seconds", np.nan)),
+        jacobians=int(attrs["jacobians"]),
+        jacobian_price=float(attrs["jacobian_price"]),
+        simulation_seconds=float(attrs["simulation_seconds"]),
     )
     # What has been computed once takes the place of cached properties.
     vars(posterior).update(

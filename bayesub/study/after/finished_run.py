@@ -85,15 +85,14 @@ def finished_run(folder: str | Path) -> FinishedRun:
     Raises
     ------
     InputError
-        For a folder that is no such run, a run that has not finished, one of a version of bayesub before 0.2, and one
-        that lacks its draws.
+        For a folder that is no such run, a run that has not finished, and one that lacks its draws.
     """
     folder = Path(folder)
     config = config_of_study(folder)
     if "script_sha256" in config:
         raise InputError(f"{folder}: is the run of a script; give that of a study in TOML", "state")
     if "sources_sha256" not in config:
-        raise InputError(f"{folder}: was made by a version of bayesub before 0.2; run its study again", "state")
+        raise InputError(f"{folder}: {CONFIG} has no sources_sha256; run its study again", "state")
     if (result := load_result(folder)) is None:
         raise InputError(f"{folder}: the run has not finished; continue it with bayesub run .. --resume", "state")
     if not (folder / POSTERIOR).exists():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bayesub.campaign import executors
 from bayesub.campaign.campaign import complete
-from bayesub.campaign.piece import is_remote
+from bayesub.campaign.executors import is_remote
 from bayesub.inference.sampling import Criteria, Posterior, posterior_file, sample
 from bayesub.io import seeds
 from bayesub.io.errors import InputError

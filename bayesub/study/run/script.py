@@ -27,8 +27,7 @@ from types import ModuleType
 
 from bayesub.campaign import beside, executors
 from bayesub.campaign.campaign import complete
-from bayesub.campaign.executors import Executor
-from bayesub.campaign.piece import is_remote
+from bayesub.campaign.executors import Executor, is_remote
 from bayesub.campaign.store import Files, Lines, as_json, write_arrays
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text

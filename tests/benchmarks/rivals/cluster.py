@@ -23,7 +23,7 @@ def run(executor: Executor, *, quick: bool = False) -> dict:
     pieces longer and hardly changes it; nor does it change the processor time.
     """
     executor.map(_simulating, [0.01] * 8)  # starts workers and loads the kernels
-    n_workers = len(getattr(executor, "workers", ())) or getattr(executor, "n", 1)
+    n_workers = getattr(executor, "n", 1)
     n = QUICK_EMPTY if quick else N_EMPTY
     numbers = {"workers": n_workers, "load": os.getloadavg()[0], "pieces": n}
     processor = time.process_time()

@@ -6,7 +6,6 @@ import sys
 import warnings
 from dataclasses import replace
 
-import h5py
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -94,19 +93,6 @@ def test_a_posterior_saves_loads_and_summarises_itself(posterior, tmp_path):
     assert list(table.columns) == ["mean", "sd", "q5", "median", "q95", "contraction", "rhat", "bulk_ess", "tail_ess"]
     np.testing.assert_array_equal(table["sd"], posterior.sd)
     np.testing.assert_array_equal(table.loc["Yuv", "median"], posterior.quantiles(0.5)[1])
-
-
-def test_a_posterior_of_a_former_version_has_no_price(posterior, tmp_path):
-    """Jacobians were not counted: the work is unknown, and all else is there."""
-    path = tmp_path / "posterior.nc"
-    posterior.save(path)
-    with h5py.File(path, "a") as file:
-        for key in ("jacobians", "jacobian_price"):
-            del file["posterior"].attrs[key]
-    loaded = Posterior.load(path)
-    assert np.isnan(loaded.work)
-    assert np.isnan(loaded.jacobian_price)
-    np.testing.assert_array_equal(loaded.mean, posterior.mean)
 
 
 @pytest.mark.slow

@@ -267,7 +267,7 @@ def test_a_fitted_log_is_refused(run, log, tmp_path, bayesub):
 
 @pytest.mark.parametrize("command", [("predict",), ("compare",)])
 def test_folders_that_hold_no_finished_run_are_one_line(run, tmp_path, bayesub, command):
-    """Not a run, unfinished, before 0.2, without draws, damaged, of a script, a prediction; nothing is written."""
+    """Not a run, unfinished, without digest or draws, damaged, of a script, a prediction; nothing is written."""
     (tmp_path / "empty").mkdir()
     names = ("begun", "old", "bare", "odd", "script", "keys")
     spoiled = {name: shutil.copytree(run, tmp_path / name) for name in names}

@@ -231,7 +231,8 @@ def test_parts_in_processes_of_their_own(tmp_path, capsys):
     """They come back in order; each process has one thread, however many there are."""
     (tmp_path / "parts.py").write_text(PROCESSES)
     assert run(tmp_path / "parts.py", "-o", tmp_path / "run", capsys=capsys)[0] == 0
-    (tmp_path / "run/halves.jsonl").write_text('{"half": 7}\n{"half": {}')  # as a kill leaves it
+    kept = '{"piece": "0", "result": {"half": 7}}\n{"piece": "1", "result": {"half": {'  # as a kill leaves it
+    (tmp_path / "run/halves.jsonl").write_text(kept)
     status, _ = run(tmp_path / "parts.py", "-o", tmp_path / "run", "--resume", capsys=capsys)
     numbers = json.loads((tmp_path / "run/numbers.json").read_text())
     assert status == 0
@@ -301,7 +302,7 @@ def test_what_is_stale_runs_again_and_says_why(only, tmp_path, capsys, monkeypat
     assert "stale, run again: the script has changed since" in run(only, "-o", out, capsys=capsys)[1]
 
 
-def test_a_run_of_other_versions_or_of_the_former_bayesub_is_stale(only, tmp_path, capsys):
+def test_a_run_of_other_versions_or_without_digest_is_stale(only, tmp_path, capsys):
     """Alone it is refused with what to do; resumed with --keep-stale it stays stale."""
     folder = tmp_path / "run"
     run(only / "b_holds.py", "-o", folder, capsys=capsys)

@@ -3,7 +3,6 @@
 import errno
 import json
 import os
-import re
 import shutil
 import signal
 import tomllib
@@ -399,19 +398,6 @@ def test_a_run_with_equations_of_its_own_is_prepared_from_what_its_folder_keeps(
     copy.write_text("")
     with refusals.refused("state"):
         saved_study(folder, saved_config(folder))
-
-
-@pytest.mark.usefixtures("few_figures")
-def test_a_run_of_the_former_version_is_drawn_again_while_its_files_are_there(copied, tmp_path):
-    """Its config holds absolute paths and no digest of sources."""
-    folder = tmp_path / "run"
-    shutil.rmtree(folder / "inputs")
-    text = re.sub(r"sources_sha256 = .*\n", "", (folder / "config.toml").read_text())
-    (folder / "config.toml").write_text(text.replace("beside/", f"{copied.parent}/beside/"))
-    assert redraw(folder).verdict == "not converged"
-    (copied.parent / "beside" / "tank.csv").unlink()
-    with refusals.refused("file"):
-        redraw(folder)
 
 
 def test_a_damaged_file_of_a_run_is_named(copied):
