@@ -1,5 +1,6 @@
 """What does the pieces of a campaign: this process, or a pool; that of a cluster has a module of its own."""
 
+import atexit
 import pickle
 import queue
 import signal
@@ -20,6 +21,13 @@ _THREADS = ("OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM", "NUMBA", "NUMEXP
 _IDLE_S = 300  # after which processes without work end
 _place = {"remote": False}
 _pools: dict[int, Any] = {}
+
+
+@atexit.register
+def _end_pools() -> None:
+    """End the processes before the interpreter takes apart what their threads need."""
+    for pool in _pools.values():
+        pool.shutdown(kill_workers=True)
 
 
 @dataclass(frozen=True)
