@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bayesub.io.atomic import write_csv, write_text, writing
-from bayesub.report.sheet import Sheet
+from bayesub.report.page import Sheet
 from bayesub.study.provenance import copies
 from bayesub.study.run.run_folder import open_folder
 
