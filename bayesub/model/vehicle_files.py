@@ -122,7 +122,8 @@ class CorrelationsSection(Section):
         try:
             np.linalg.cholesky(matrix)
         except np.linalg.LinAlgError:
-            most = np.argsort(-np.abs(np.linalg.eigh(matrix)[1][:, 0]))[:3]
+            shares = np.abs(np.linalg.eigh(matrix)[1][:, 0]).round(6)  # equal ones in the order of the file
+            most = np.argsort(-shares, kind="stable")[:3]
             names = ", ".join(self.coefficients[k] for k in most)
             raise ValueError(
                 f"matrix is not positive definite: correlations of {names} contradict each other; keep all digits of "

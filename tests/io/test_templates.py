@@ -19,7 +19,7 @@ def test_a_name_without_a_value_is_an_error():
 
 
 def test_html_is_escaped_and_other_files_are_not():
-    page = templates.fill("bayesub.study.run.run", "index.html", rows=[_row("<b>&")], duration=str)
+    page = templates.fill("bayesub.study.run", "index.html", rows=[_row("<b>&")], duration=str)
     assert "&lt;b&gt;&amp;" in page
     assert "<b>" not in page
     assert 'name = "<b>"' in templates.fill("bayesub.study.new", "new_equations.toml", name="<b>")
@@ -34,7 +34,7 @@ def test_every_template_finds_what_it_includes(file):
 
 
 def test_a_style_sheet_is_included_as_it_is():
-    page = templates.fill("bayesub.study.run.run", "index.html", rows=[], duration=str)
+    page = templates.fill("bayesub.study.run", "index.html", rows=[], duration=str)
     assert "@media print {" in page
     assert "{%" not in page
 

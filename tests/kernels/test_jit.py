@@ -67,12 +67,13 @@ def test_loops_call_one_another():
         _fill_and_sum(-values, result)
 
 
+@pytest.mark.usefixtures("cache")
 def test_the_code_of_a_loop_is_no_part_of_others():
     """It would be optimised, and perhaps round, in each of them in another way."""
-    values = np.arange(5.0)
-    _fill_and_sum(values, np.zeros(5))
+    values, compiled = np.arange(5.0), jit.jit(_fill_and_sum.py_func)
+    compiled(values, np.zeros(5))
     (called,) = _fill.overloads.values()
-    caller = next(iter(_fill_and_sum.overloads.values())).library._final_module
+    caller = next(iter(compiled.overloads.values())).library._final_module
     assert called.fndesc.llvm_func_name in {each.name for each in caller.functions if each.is_declaration}
 
 
@@ -80,9 +81,9 @@ def test_the_code_of_a_loop_is_no_part_of_others():
 def test_a_loop_is_not_loaded_without_those_that_it_calls():
     """If one was compiled again it may have another name, by which the others do not call it."""
     kinds = (numba.typeof(np.zeros(1)),) * 2
-    kept = jit._Kept(_fill_and_sum.py_func, {})
-    _fill_and_sum.compile(kinds)
-    kept.save_overload(kinds, _fill_and_sum.overloads[kinds])
+    kept, compiled = jit._Kept(_fill_and_sum.py_func, {}), jit.jit(_fill_and_sum.py_func)
+    compiled.compile(kinds)
+    kept.save_overload(kinds, compiled.overloads[kinds])
     context = jit.cpu_target.target_context
     called = {name: jit._loops[name] for name in jit._loops if jit._loops[name][1] == "_fill"}
     assert jit._is_loaded(*next(iter(called.values())), next(iter(called)))

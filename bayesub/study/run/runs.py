@@ -113,7 +113,7 @@ def write_index(output: Path, results: Iterable[StudyResult] = ()) -> Path:
         runs = {folder: load_result(folder) or _unfinished(folder) for folder in places}
         runs |= {Path(result.folder): result for result in results if result.verdict == FAILED}
         rows = [_row(folder, runs[folder]) for folder in sorted(runs)]
-        write_text(output / INDEX, templates.fill("bayesub.study.run.run", INDEX, rows=rows, duration=duration))
+        write_text(output / INDEX, templates.fill("bayesub.study.run", INDEX, rows=rows, duration=duration))
     return output / INDEX
 
 
