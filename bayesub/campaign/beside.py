@@ -7,7 +7,7 @@ sent to a worker holds the modules by value (:func:`by_value`), as far as they h
 import functools
 import io
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +35,11 @@ def importable(*places: str | Path) -> None:
             known.insert(0, folder)
 
 
-def by_value(content: Any) -> bytes:
-    """Pickled functions or data, with the modules beside a study that they need, whom no worker of a cluster has."""
+def by_value() -> Callable[[Any], bytes]:
+    """What pickles functions and data with the modules beside a study that they need, whom no worker of a cluster has.
+
+    Those are meant that have been imported by now; finding them takes longer than pickling a piece.
+    """
     import cloudpickle
 
     class Pickler(cloudpickle.Pickler):
@@ -49,15 +52,19 @@ def by_value(content: Any) -> bytes:
 
     names = {name.partition(".")[0] for name, _ in _homes()}
     modules = [sys.modules[name] for name in names if name in sys.modules]
-    for module in modules:
-        cloudpickle.register_pickle_by_value(module)
-    try:
-        file = io.BytesIO()
-        Pickler(file).dump(content)
-        return file.getvalue()
-    finally:
+
+    def pickled(content: Any) -> bytes:
         for module in modules:
-            cloudpickle.unregister_pickle_by_value(module)
+            cloudpickle.register_pickle_by_value(module)
+        try:
+            file = io.BytesIO()
+            Pickler(file).dump(content)
+            return file.getvalue()
+        finally:
+            for module in modules:
+                cloudpickle.unregister_pickle_by_value(module)
+
+    return pickled
 
 
 def _cached(function, parameters):

@@ -48,7 +48,7 @@ class Cluster(Pool):
 
     def _begin(self, work):
         """As of a pool; InputError if there is no worker, or one that does not fit."""
-        wanted = self.code()
+        wanted, pickled = self.code(), beside.by_value()
         try:
             self.client.wait_for_workers(1, timeout=self.patience)
             self.client.run(check, self.code, wanted)
@@ -60,9 +60,9 @@ class Cluster(Pool):
             raise self._error(f"its workers cannot do pieces ({type(error).__name__}: {error})") from None
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")
-            shared = self.client.submit(bytes, beside.by_value(work), key=f"function-{uuid4().hex}", pure=False)
+            shared = self.client.submit(bytes, pickled(work), key=f"function-{uuid4().hex}", pure=False)
         submit = partial(self.executor.submit, remote, shared, self.code, wanted)
-        return lambda argument: submit(beside.by_value(argument))
+        return lambda argument: submit(pickled(argument))
 
     def _stop(self):
         if self.client.status == "running":

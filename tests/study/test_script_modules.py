@@ -124,7 +124,7 @@ def test_by_value_they_need_no_folder(study, tmp_path):
     module = script.load(study)
     file = tmp_path / "work"
     for work in (partial(module.summed, [1, 2]), partial(module.squares.squared, module.Number(3))):
-        file.write_bytes(beside.by_value(work))
+        file.write_bytes(beside.by_value()(work))
         code = f"import pickle, sys; print(pickle.load(open({str(file)!r}, 'rb'))(), 'mine' in sys.modules)"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
         assert done.stdout in ("{'sum': 6} False\n", "Number(value=9) False\n")
