@@ -9,8 +9,8 @@ import numpy as np
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks.explanations import inner_products
 from bayesub.io.errors import InputError
+from bayesub.io.units import DEGREE, KNOT, TURN
 from bayesub.logs.log_files import HEADERS
-from bayesub.logs.mends import DEGREE, KNOT, TURN
 from bayesub.problem.alternatives import Alternatives
 
 PAIRS = (("u", "v"), ("u_ground", "v_ground"), ("north", "east"), ("x", "y"), ("p", "r"), ("q", "r"), ("p", "q"))

@@ -1,13 +1,15 @@
 """Which columns of a log disagree, and the change after which they agree."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from bayesub.logs import angles, clock, response, stuck
-from bayesub.logs.finding import Finding
+from bayesub.io.units import DEGREE
+from bayesub.logs import columns
 from bayesub.logs.log_files import CONTROLS, HEADERS
 from bayesub.logs.mends import Mend, mends
-from bayesub.logs.relations import Misfit, Relation, relations
-from bayesub.logs.series import series
+from bayesub.logs.relations import Data, Misfit, Relation, relations
+from bayesub.logs.series import WINDOWS, Finding, Series, lengths, series, windows
 
 MAX_FINDINGS = 6
 AGREES = 0.05  # share of the changes that differs, up to which nothing is looked for
@@ -16,6 +18,23 @@ BETTER = 3.0  # factor by which a mend shrinks it
 TIE = 1.1  # of two mends that do about the same the first is taken: radians (57) rather than minutes (60)
 SIDEWAYS = 0.2  # speed ahead over that to the side, below which the names are exchanged
 _FLOOR = 1e-3
+
+SMALL = 0.8  # rad that no rudder exceeds, so that 0.8 "degrees" may be radians
+LARGE = 1.6  # rad that no rudder reaches
+TURNED = 60.0 * DEGREE  # of heading, beyond which a rudder of less than SMALL degrees is not believed
+CLEAR = 0.5  # correlation, beyond which the sign of a control counts
+STEADY = 0.7  # correlation of the control with the rate itself, beyond which a boat turns steadily
+CHANGES = 2.5  # of a control at least, about equal ones
+# Control -> the rate and the angles that it changes, the sign of the rate for a positive one (model manual, section 7),
+# and words for both signs of the rate.
+EFFECTS = {
+    "delta_r": (("r", ("psi", "heading")), -1.0, ("port", "starboard")),
+    "delta_s": (("q", ("theta",)), -1.0, ("nose down", "nose up")),
+}
+EFFECTS |= {"rudder_command_deg": EFFECTS["delta_r"], "stern_plane_command_deg": EFFECTS["delta_s"]}
+
+Misfits = tuple[Misfit, ...]
+_Memory = dict[tuple, tuple[Misfits, tuple[Series, ...]]]  # relation and columns -> misfits, computed once
 
 
 def findings(log: dict[str, np.ndarray], headers: dict[str, str], controls: tuple[str, ...] = ()) -> list[Finding]:
@@ -32,98 +51,87 @@ def findings(log: dict[str, np.ndarray], headers: dict[str, str], controls: tupl
         Short names of controls besides those of all boats.
     """
     controls = (*CONTROLS, "rpm", *controls)
-    log, result = clock.stamps(log)
-    result += clock.jumps(log)
-    data = series(log)
-    for examine in (angles.findings, lambda data, headers: stuck.findings(data, headers, controls), _kinematics):
-        data, of_one_kind = examine(data, headers)
-        result += of_one_kind
-    headers = _all(headers, data)
-    result += _sideways(data, headers)
-    return result + angles.controls(data, headers, controls) + response.findings(data, headers)
+    log, result = columns.check_stamps(log)
+    result += columns.check_clock(log)
+    data, of_angles = columns.check_angles(series(log), headers)
+    data, of_stuck = columns.check_stuck(data, headers, controls)
+    data, of_kinematics = _check_kinematics(data, headers)
+    result += [*of_angles, *of_stuck, *of_kinematics]
+    headers = _all_headers(headers, data)
+    if "u" in data and "v" in data:
+        u, v = (float(np.median(np.abs(data[name].values))) for name in "uv")
+        if u < SIDEWAYS * v:
+            message = f"{headers['u']} holds what {headers['v']} should: ahead {u:.3g} m/s and to the side {v:.3g} in "
+            message += "the median"
+            names = headers["u"], headers["v"]
+            result.append(Finding("name", names, message, "exchange the two names", misread=True))
+    return result + _check_sizes_of_controls(data, headers, controls) + _check_signs_of_controls(data, headers)
 
 
-def _sideways(data, headers) -> list[Finding]:
-    """Velocities through the water of a boat that goes by her side."""
-    if "u" not in data or "v" not in data:
-        return []
-    u, v = (float(np.median(np.abs(data[name].values))) for name in "uv")
-    if u >= SIDEWAYS * v:
-        return []
-    message = (
-        f"{headers['u']} holds what {headers['v']} should: ahead {u:.3g} m/s and to the side {v:.3g} in the median"
-    )
-    return [Finding("name", (headers["u"], headers["v"]), message, "exchange the two names", misread=True)]
-
-
-def _all(headers, data) -> dict[str, str]:
+def _all_headers(headers: dict[str, str], data: Data) -> dict[str, str]:
     """Headers of all columns, those that a mend has named among them."""
     return {name: headers.get(name, HEADERS.get(name, name)) for name in data} | headers
 
 
-def _kinematics(data, headers):
+def _check_kinematics(data: Data, headers: dict[str, str]) -> tuple[Data, list[Finding]]:
     """The readings with columns that hold what their names say, and those that did not.
 
     Of all mends the one is taken that brings the relations together most, and the next is looked for in what it leaves.
     """
-    memory, result = _Memory(), []
+    memory: _Memory = {}
+    result: list[Finding] = []
     for _ in range(MAX_FINDINGS):
-        best = _best(data, _all(headers, data), memory)
+        names = _all_headers(headers, data)
+        best = _best_mend(data, names, memory)
         if best is None:
             break
         mend, message = best
-        columns = tuple(_all(headers, data)[name] for name in mend.names)
-        result.append(Finding(mend.kind, columns, message, mend.remedy, misread=True))
+        header = tuple(names[name] for name in mend.names)
+        result.append(Finding(mend.kind, header, message, mend.remedy, misread=True))
         data = mend.change(data)
     return data, result
 
 
-class _Memory:
-    """Misfits of relations, which are computed once for the same readings."""
-
-    def __init__(self):
-        self._misfits = {}
-
-    def misfits(self, data) -> dict[str, tuple[Relation, tuple[Misfit, ...]]]:
-        """Words of a relation -> relation and its misfits, of those that the columns allow."""
-        result = {}
-        for relation in relations(data):
-            columns = tuple(data[name] for name in relation.columns(data))
-            if not columns:
-                continue
-            key = relation.words, tuple(id(column) for column in columns)
-            if key not in self._misfits:  # the columns stay alive with it, and so do their identities
-                self._misfits[key] = relation.misfits(data), columns
-            misfits, _ = self._misfits[key]
-            if misfits:
-                result[relation.words] = relation, misfits
-        return result
+def _misfits(data: Data, memory: _Memory) -> dict[str, tuple[Relation, Misfits]]:
+    """Words of a relation -> relation and its misfits, of those that the columns allow."""
+    result = {}
+    for relation in relations(data):
+        parts = tuple(data[name] for name in relation.columns(data))
+        key = relation.words, tuple(id(part) for part in parts)
+        if parts and key not in memory:  # the columns stay alive with it, and so do their identities
+            memory[key] = relation.misfits(data), parts
+        if parts and memory[key][0]:
+            result[relation.words] = relation, memory[key][0]
+    return result
 
 
-def _best(data, headers, memory) -> tuple[Mend, str] | None:
+def _best_mend(data: Data, headers: dict[str, str], memory: _Memory) -> tuple[Mend, str] | None:
     """The mend that brings the relations together most, and the words for it.
 
     Kinematics does not tell a track that is mirrored from a heading that is; what the boat does after her rudder does.
     """
-    before, found = memory.misfits(data), []
+    before, candidates = _misfits(data, memory), []
     for mend in mends(data, headers):
-        gain, evidence = _gain(before, memory.misfits(mend.change(data)))
+        gain, evidence = _gain(before, _misfits(mend.change(data), memory))
         if gain > np.log(BETTER) * TIE and evidence is not None:
-            found.append((gain, mend, evidence))
-    if not found:
+            candidates.append((gain, mend, evidence))
+    if not candidates:
         return None
-    most = max(gain for gain, *_ in found)
-    equals = [(mend, evidence) for gain, mend, evidence in found if gain * TIE >= most]
-    answered = (pair for pair in equals if not response.findings(pair[0].change(data), _all(headers, data)))
+    most = max(gain for gain, *_ in candidates)
+    equals = [(mend, evidence) for gain, mend, evidence in candidates if gain * TIE >= most]
+    changed = ((pair, pair[0].change(data)) for pair in equals)
+    answered = (pair for pair, one in changed if not _check_signs_of_controls(one, _all_headers(headers, one)))
     mend, evidence = next(answered, equals[0])
     return mend, f"{mend.message}: {evidence}"
 
 
-def _gain(before, after) -> tuple[float, str | None]:
+def _gain(
+    before: dict[str, tuple[Relation, Misfits]], after: dict[str, tuple[Relation, Misfits]]
+) -> tuple[float, str | None]:
     """By how much the logarithms of the shares fall together, and the relation that shows it best in words."""
-    gain, largest, evidence = 0.0, 0.0, None
+    largest, evidence = 0.0, None
     gone = [misfits for words, (_, misfits) in before.items() if words not in after]
-    gain += sum(_log(min(misfit.share for misfit in misfits)) for misfits in gone)
+    gain = 0.0 + sum(_log(min(misfit.share for misfit in misfits)) for misfits in gone)
     for words, (relation, misfits) in after.items():
         old = before[words][1] if words in before else ()
         k = min(range(len(misfits)), key=lambda k: min(one[k].share for one in (misfits, old) if k < len(one)))
@@ -131,17 +139,94 @@ def _gain(before, after) -> tuple[float, str | None]:
         part = _log(was) - _log(share)
         gain += part
         if part > largest and was > AGREES and share < EXPLAINED:
-            compared = old or next(iter(gone), ())
-            largest, evidence = part, _words(relation, misfits[k], compared[k] if k < len(compared) else None)
+            compared = (old or next(iter(gone), ()))[k : k + 1]
+            factor, unit = (180.0 / np.pi, "deg/s") if relation.rotation else (1.0, "m/s")
+            as_named = "".join(f", as named by {factor * misfit.rms:.2g}" for misfit in compared)
+            evidence = f"{words} differ by {factor * misfits[k].rms:.2g} {unit} so{as_named} "
+            evidence += f"(correlation {misfits[k].correlation:.4f})"
+            largest = part
     return gain, evidence
 
 
-def _log(share) -> float:
+def _log(share: float) -> float:
     return float(np.log(min(1.0, max(_FLOOR, share))))
 
 
-def _words(relation, misfit, as_named) -> str:
-    factor, unit = (180.0 / np.pi, "deg/s") if relation.rotation else (1.0, "m/s")
-    named = "" if as_named is None else f", as named by {factor * as_named.rms:.2g}"
-    differ = f"differ by {factor * misfit.rms:.2g} {unit} so{named}"
-    return f"{relation.words} {differ} (correlation {misfit.correlation:.4f})"
+def _check_sizes_of_controls(data: Data, headers: dict[str, str], names: tuple[str, ...]) -> list[Finding]:
+    """Controls (short names) that are too small or too large to be in their unit."""
+    turned = max((float(np.ptp(data[n].unwrapped().values)) for n in ("psi", "heading") if n in data), default=0.0)
+    result = []
+    for name in names:
+        if name not in data or "_n" in headers[name][-3:] or name == "rpm":
+            continue
+        header, largest = headers[name], float(np.abs(data[name].values).max())
+        if "_rad" in header and largest > LARGE:
+            message = f"in degrees: it reaches {largest:.4g} rad"
+            remedy = f"rename it {header.replace('_rad', '_deg')}"
+        elif "_deg" in header and largest > LARGE:
+            message = f"in another unit: it reaches {largest / DEGREE:.4g} deg"
+            remedy = "convert it to degrees"
+        elif "_deg" in header and name == "delta_r" and 0.0 < largest < SMALL * DEGREE and turned > TURNED:
+            message = f"in radians: it stays within {largest / DEGREE:.3g} deg, and the boat turns by "
+            message += f"{turned / DEGREE:.3g} deg"
+            remedy = f"rename it {header.replace('_deg', '_rad')}"
+        else:
+            continue
+        result.append(Finding("unit", (header,), message, remedy, misread=True))
+    return result
+
+
+def _check_signs_of_controls(data: Data, headers: dict[str, str]) -> list[Finding]:
+    """Controls after which the boat turns the other way."""
+    result = []
+    for name, ((rate, angles), sign, words) in EFFECTS.items():
+        if name not in data or not np.ptp(data[name].values):
+            continue
+        angle = next((data[name].unwrapped() for name in angles if name in data), None)
+        if rate in data:
+            correlation = _correlation(data[name], data[rate])
+        elif angle is not None:
+            middle = 0.5 * (angle.times[1:] + angle.times[:-1])
+            correlation = _correlation(data[name], Series(middle, np.diff(angle.values) / np.diff(angle.times)))
+        else:
+            continue
+        if correlation * sign < -CLEAR:
+            way, right = words if correlation < 0.0 else words[::-1]
+            message = f"positive turns the boat to {way}, and here it should to {right}"
+            message = message.replace("to nose", "nose") + f" (correlation {abs(correlation):.2f} with what follows)"
+            remedy = "multiply it by -1, or give its [[actuators]] sign = -1"
+            result.append(Finding("sign", (headers[name],), message, remedy, misread=True))
+    return result
+
+
+def _correlation(control: Series, rate: Series) -> float:
+    """Of a rate with the control in steady turns; otherwise of its change at the same rate (Nomoto et al. 1957)."""
+    inside = (rate.times >= control.times[0]) & (rate.times <= control.times[-1])
+    times, values = rate.times[inside], rate.values[inside]
+    if len(times) < 2 * WINDOWS:
+        return 0.0
+    angle, best = control.at(times), 0.0
+    for length in lengths(times, 2.0 * float(np.median(np.diff(times)))):
+        first, last = windows(times, length, [rate.gaps()])
+        if len(first) < 2 * WINDOWS:
+            break
+        sums = [np.concatenate([[0.0], np.cumsum(column)]) for column in (angle, values)]
+        angles, rates = ((total[last] - total[first]) / (last - first) for total in sums)
+        steady = _partial_correlation(angles, rates, [np.ones(len(rates))])
+        if abs(steady) > STEADY:
+            return steady
+        steps = np.diff(angles)
+        if np.sum(steps**2) ** 2 < CHANGES * np.sum(steps**4) or not steps.min() < 0.0 < steps.max():
+            continue
+        # The change between the means of two windows, by the control and the rate of the first.
+        known = [np.ones(len(rates) - 1), rates[:-1]]
+        best = max(best, _partial_correlation(angles[:-1], np.diff(rates), known), key=abs)
+    return best
+
+
+def _partial_correlation(one: np.ndarray, other: np.ndarray, known: Sequence[np.ndarray]) -> float:
+    """Correlation of two columns (n,) after what is linear in known ones (n,) is taken out."""
+    matrix = np.stack(known, axis=1)
+    one, other = (column - matrix @ np.linalg.lstsq(matrix, column)[0] for column in (one, other))
+    size = np.linalg.norm(one) * np.linalg.norm(other)
+    return float(one @ other / size) if size > 0.0 else 0.0

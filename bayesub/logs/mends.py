@@ -1,15 +1,15 @@
 """What may be wrong with columns, each with the change that mends it."""
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.io.units import DEGREE, KNOT, TURN
 from bayesub.logs.series import Series
 
-KNOT = 1852.0 / 3600.0
-DEGREE = np.pi / 180.0
-TURN = 2.0 * np.pi
+Change = Callable[[dict[str, Series]], dict[str, Series]]
 
 
 @dataclass(frozen=True)
@@ -34,18 +34,13 @@ class Mend:
     names: tuple[str, ...]
     message: str
     remedy: str
-    change: Callable[[dict[str, Series]], dict[str, Series]]
+    change: Change
 
 
 def mends(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]:
     """All mends of the columns of a log, the likelier of two that do the same first.
 
-    Parameters
-    ----------
-    data : dict of str to Series
-        Short name -> readings.
-    headers : dict of str to str
-        Short name -> header of the column in its file.
+    Readings and the headers of their columns in the file are by short name.
     """
     yield from _headings(data, headers)
     yield from _renamed(data, headers)
@@ -53,61 +48,47 @@ def mends(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]:
     yield from _signs(data)
 
 
-def _with(names: dict[str, Callable]) -> Callable:
-    """The change that gives columns the series that functions of all of them make."""
+def _rename(sources: dict[str, str]) -> Change:
+    """The change that gives columns (the keys) the readings of others, which go if they are given none."""
 
     def change(data):
-        rest = {name: one for name, one in data.items() if name not in names}
-        return rest | {name: make(data) for name, make in names.items() if make is not None}
+        rest = {name: one for name, one in data.items() if name not in {*sources, *sources.values()}}
+        return rest | {new: data[old] for new, old in sources.items()}
 
     return change
 
 
-def _scaled(name: str, factor: float) -> Callable:
-    return _with({name: lambda data: data[name].scaled(factor)})
+def _scale(names: Iterable[str], factor: float) -> Change:
+    return lambda data: data | {name: data[name].scaled(factor) for name in names}
 
 
-def _moved(old: str, new: str) -> Callable:
-    return _with({old: None, new: lambda data: data[old]})
-
-
-def _swapped(one: str, other: str) -> Callable:
-    return _with({one: lambda data: data[other], other: lambda data: data[one]})
-
-
-def _renamed(data, headers) -> Iterator[Mend]:
+def _renamed(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]:
     for suffix in ("", "_ground"):
         u, v = f"u{suffix}", f"v{suffix}"
         if u in data and v in data and "north" not in data and "east" not in data:
             for first, second in (("north", "east"), ("east", "north")):
-                change = _with({u: None, v: None, first: lambda d, u=u: d[u], second: lambda d, v=v: d[v]})
                 names = f"velocity_{first}_mps, velocity_{second}_mps"
                 words = f"velocities to {first} and {second}, not along the boat"
-                yield Mend("axes", (u, v), words, f"rename them {names}", change)
+                yield Mend("axes", (u, v), words, f"rename them {names}", _rename({first: u, second: v}))
     if "north" in data and "east" in data and not {"u", "v", "u_ground", "v_ground"} & set(data):
-        change = _with({"north": None, "east": None, "u_ground": _of("north"), "v_ground": _of("east")})
         words = "velocities along the boat, not to north and east"
+        change = _rename({"u_ground": "north", "v_ground": "east"})
         yield Mend("axes", ("north", "east"), words, "rename them u_ground_mps, v_ground_mps", change)
     pairs = [("u", "v"), ("u_ground", "v_ground"), ("north", "east"), ("x", "y"), ("p", "r"), ("q", "r"), ("p", "q")]
     for one, other in pairs:
         if one in data and other in data:
             words = f"{headers[one]} holds what {headers[other]} should"
-            yield Mend("name", (one, other), words, "exchange the two names", _swapped(one, other))
+            yield Mend("name", (one, other), words, "exchange the two names", _rename({one: other, other: one}))
     angle_of = {"p": "roll", "q": "pitch", "r": "yaw"}
-    for one in "pqr":
-        for other in "pqr":
-            if one in data and other not in data:
-                header = headers[one].replace(f"{one}_", f"{other}_", 1)
-                yield Mend("name", (one,), f"the rate of {angle_of[other]}", f"rename it {header}", _moved(one, other))
-            elif one in data and other in data and one != other:
-                header = headers[other]
-                change = _with({one: None, other: _of(one)})
-                words = f"the rate of {angle_of[other]}, which {header} is not"
-                yield Mend("name", (one,), words, f"rename it {header} and leave out the column of that name", change)
-
-
-def _of(name: str) -> Callable:
-    return lambda data: data[name]
+    for one, other in itertools.permutations("pqr", 2):
+        if one not in data:
+            continue
+        words, header = f"the rate of {angle_of[other]}", headers[one].replace(f"{one}_", f"{other}_", 1)
+        remedy = f"rename it {header}"
+        if other in data:
+            words = f"{words}, which {headers[other]} is not"
+            remedy = f"rename it {headers[other]} and leave out the column of that name"
+        yield Mend("name", (one,), words, remedy, _rename({other: one}))
 
 
 def _units(data, headers) -> Iterator[Mend]:
@@ -119,8 +100,7 @@ def _units(data, headers) -> Iterator[Mend]:
         old, new, factor = ("_deg", "_rad", 1.0 / DEGREE) if in_degrees else ("_rad", "_deg", DEGREE)
         words = "radians" if in_degrees else "degrees"
         better = ", ".join(headers[name].replace(old, new) for name in present)
-        change = _with({name: lambda d, name=name, f=factor: d[name].scaled(f) for name in present})
-        yield Mend("unit", present, f"in {words}", f"rename {_it(present)} {better}", change)
+        yield Mend("unit", present, f"in {words}", f"rename {_it(present)} {better}", _scale(present, factor))
     groups = (["u", "v", "w"], ["u_ground", "v_ground", "w_ground"], ["north", "east", "down"], ["sog"], ["stw"])
     for group in groups:
         present = tuple(name for name in group if name in data)
@@ -129,8 +109,7 @@ def _units(data, headers) -> Iterator[Mend]:
         for words, unit, factor in (("knots", "kn", KNOT), ("km/h", "", 1.0 / 3.6), ("cm/s", "", 0.01)):
             better = ", ".join(headers[name].replace("_mps", f"_{unit}") for name in present)
             remedy = f"rename {_it(present)} {better}" if unit else f"multiply {_it(present)} by {factor:.4g}"
-            change = _with({name: lambda d, name=name, f=factor: d[name].scaled(f) for name in present})
-            yield Mend("unit", present, f"in {words}", remedy, change)
+            yield Mend("unit", present, f"in {words}", remedy, _scale(present, factor))
     for words, factor in (("ms", 1e-3), ("minutes", 60.0)):
         remedy = f"multiply it by {factor:g}"
 
@@ -155,12 +134,11 @@ def _signs(data) -> Iterator[Mend]:
     for name in ("r", "q", "p", "v", "v_ground", "w", "w_ground", "east", "y", "z", "depth", "theta", "phi"):
         if name in data and not (name == "depth" and np.median(data[name].values) > 0.0):
             words = f"of the other sign: positive is {positive[name]}"
-            yield Mend("sign", (name,), words, "multiply it by -1", _scaled(name, -1.0))
+            yield Mend("sign", (name,), words, "multiply it by -1", _scale([name], -1.0))
     for group in (["y", "z"], ["v", "w"], ["v_ground", "w_ground"], ["q", "r"], ["theta", "psi"]):
         if all(name in data for name in group):
-            signs = {name: lambda d, name=name: d[name].scaled(-1.0) for name in group}
             words = "of the other sign, as in axes with z up: z is down here and y to starboard"
-            yield Mend("sign", tuple(group), words, "multiply them by -1", _with(signs))
+            yield Mend("sign", tuple(group), words, "multiply them by -1", _scale(group, -1.0))
 
 
 def _headings(data, headers) -> Iterator[Mend]:
@@ -177,7 +155,7 @@ def _headings(data, headers) -> Iterator[Mend]:
             ("origin", 1.0, -0.25, "off by a quarter turn", f"subtract {quarter} from it"),
         ):
 
-            def angle(data, name=name, sign=sign, turns=turns):
-                return Series(data[name].times, sign * data[name].values + turns * TURN)
+            def change(data, name=name, sign=sign, turns=turns):
+                return data | {name: Series(data[name].times, sign * data[name].values + turns * TURN)}
 
-            yield Mend(kind, (name,), words, remedy, _with({name: angle}))
+            yield Mend(kind, (name,), words, remedy, change)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bayesub.logs.series import WINDOWS, Series, integral, lengths, windows
+from bayesub.logs.series import ANGLES, WINDOWS, Series, lengths, windows
 
 _TINY = 1e-300
 _ROUND_OFF = 1e-9  # of the largest position or angle
@@ -35,82 +35,17 @@ class Misfit:
     correlation: float
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """Readings of a motion, and the integrals of its measured rates at the same times.
-
-    Attributes
-    ----------
-    times : ndarray of shape (n,)
-        s.
-    targets : ndarray of shape (n, k)
-        Position (m) or angle (rad).
-    integrals : ndarray of shape (n, k)
-        Of the rates, in the unit of the targets.
-    gaps : tuple of (begins, ends)
-        Of the columns that take part.
-    shortest : float
-        Of a window, s: twice the longest interval of the columns.
-    drift : bool
-        Whether the rates may be off by a constant: a current, or the zero of a gyro.
-    kind : str
-        ``change``; ``length`` of the change; or ``direction``, for integrals of unit vectors.
-    """
-
-    times: np.ndarray
-    targets: np.ndarray
-    integrals: np.ndarray
-    gaps: tuple
-    shortest: float
-    drift: bool = False
-    kind: str = "change"
-
-    def misfits(self) -> tuple[Misfit, ...]:
-        """One for each length of windows of which there are enough and in which anything changes, shortest first."""
-        result = []
-        for length in lengths(self.times, self.shortest):
-            first, last = windows(self.times, length, self.gaps)
-            if len(first) >= WINDOWS and _rms(self.targets[last] - self.targets[first]) > self._round_off:
-                result.append(self._misfit(first, last))
-        return tuple(result)
-
-    @property
-    def _round_off(self) -> float:
-        return _ROUND_OFF * max(1.0, float(np.abs(self.targets).max()))
-
-    def _misfit(self, first, last) -> Misfit:
-        elapsed = (self.times[last] - self.times[first])[:, None]
-        change = self.targets[last] - self.targets[first]
-        by_rates = self.integrals[last] - self.integrals[first]
-        if self.kind == "direction":
-            size = np.linalg.norm(by_rates, axis=1, keepdims=True)
-            by_rates = np.linalg.norm(change, axis=1, keepdims=True) * by_rates / np.maximum(size, _TINY)
-        elif self.kind == "length":
-            change = np.linalg.norm(change, axis=1, keepdims=True)
-        misfit = _difference(change, by_rates, elapsed)
-        if not self.drift:
-            return misfit
-        steady = (values - elapsed * _slope(elapsed, values) for values in (change, by_rates))
-        return min(misfit, _difference(*steady, elapsed), key=lambda one: one.share)
-
-
-def _difference(change, by_rates, elapsed) -> Misfit:
+def _difference(change: np.ndarray, by_rates: np.ndarray, elapsed: np.ndarray) -> Misfit:
     off, size = _rms(change - by_rates), max(_TINY, _rms(change))
     correlation = np.sum(change * by_rates) / max(_TINY, len(change) * size * _rms(by_rates))
     return Misfit(off / size, off / _rms(elapsed), float(correlation))
 
 
-def _rms(values) -> float:
+def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.sum(values**2, axis=1))))
 
 
-def _slope(elapsed, values):
-    """(1, k) constant rates that explain most of changes (n, k) in times (n, 1)."""
-    return np.sum(elapsed * values, axis=0, keepdims=True) / np.sum(elapsed**2)
-
-
 Data = dict[str, Series]
-ANGLES = ("phi", "theta", "psi", "heading", "cog")
 
 
 @dataclass(frozen=True)
@@ -130,9 +65,9 @@ class Relation:
     optional : tuple of str
         Columns that count as zero if the log does not have them.
     drift : bool
-        As that of a :class:`Comparison`.
+        Whether the rates may be off by a constant: a current, or the zero of a gyro.
     kind : str
-        As that of a :class:`Comparison`.
+        ``change``; ``length`` of the change; or ``direction``, for integrals of unit vectors.
     """
 
     words: str
@@ -155,26 +90,49 @@ class Relation:
         return (*self.targets, *self.needed, *(name for name in self.optional if name in data))
 
     def misfits(self, data: Data) -> tuple[Misfit, ...]:
-        """One for each length of windows; none if too few readings are at common times."""
+        """One for each length of windows of which there are enough and in which anything changes, shortest first.
+
+        There is none if too few readings are at common times.
+        """
         parts = {name: data[name] for name in self.columns(data)}
         parts = {name: part.unwrapped() if name in ANGLES else part for name, part in parts.items()}
         rates = {name: part for name, part in parts.items() if name not in self.targets}
         begin = max(part.times[0] for part in parts.values())
         end = min(part.times[-1] for part in parts.values())
-        times = _within(min(rates.values(), key=lambda part: part.interval).times, begin, end)
-        at = _within(parts[self.targets[0]].times, begin, end)
+        finest = min(rates.values(), key=lambda part: part.interval)
+        times, at = (
+            part.times[(part.times >= begin) & (part.times <= end)] for part in (finest, parts[self.targets[0]])
+        )
         if min(len(times), len(at)) < 2 * WINDOWS:
             return ()
         values = np.reshape(self.rates({name: part.at(times) for name, part in rates.items()}), (-1, len(times)))
-        integrals = np.stack([np.interp(at, times, column) for column in integral(times, values.T).T], axis=1)
-        positions = np.stack([parts[name].at(at) for name in self.targets], axis=1)
-        gaps = tuple(part.gaps() for part in parts.values())
-        shortest = 2.0 * max(part.interval for part in parts.values())
-        return Comparison(at, positions, integrals, gaps, shortest, self.drift, self.kind).misfits()
+        steps = 0.5 * np.diff(times) * (values[:, 1:] + values[:, :-1])
+        totals = np.concatenate([np.zeros_like(values[:, :1]), np.cumsum(steps, axis=1)], axis=1)
+        integrals = np.stack([np.interp(at, times, total) for total in totals], axis=1)
+        targets = np.stack([parts[name].at(at) for name in self.targets], axis=1)
+        gaps = [part.gaps() for part in parts.values()]
+        round_off = _ROUND_OFF * max(1.0, float(np.abs(targets).max()))
+        result = []
+        for length in lengths(at, 2.0 * max(part.interval for part in parts.values())):
+            first, last = windows(at, length, gaps)
+            change, by_rates = (values[last] - values[first] for values in (targets, integrals))
+            if len(first) >= WINDOWS and _rms(change) > round_off:
+                result.append(self._misfit(change, by_rates, (at[last] - at[first])[:, None]))
+        return tuple(result)
 
-
-def _within(times, begin, end):
-    return times[(times >= begin) & (times <= end)]
+    def _misfit(self, change: np.ndarray, by_rates: np.ndarray, elapsed: np.ndarray) -> Misfit:
+        """Of changes (n, k) of the targets and integrals (n, k) of rates over windows of lengths (n, 1), s."""
+        if self.kind == "direction":
+            size = np.linalg.norm(by_rates, axis=1, keepdims=True)
+            by_rates = np.linalg.norm(change, axis=1, keepdims=True) * by_rates / np.maximum(size, _TINY)
+        elif self.kind == "length":
+            change = np.linalg.norm(change, axis=1, keepdims=True)
+        misfit = _difference(change, by_rates, elapsed)
+        if not self.drift:
+            return misfit
+        total = np.sum(elapsed**2)
+        steady = (v - elapsed * (np.sum(elapsed * v, axis=0, keepdims=True) / total) for v in (change, by_rates))
+        return min(misfit, _difference(*steady, elapsed=elapsed), key=lambda one: one.share)
 
 
 def _or_zero(values, *names):

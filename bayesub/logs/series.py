@@ -1,6 +1,6 @@
-"""Columns of a log as time series, and what they change over windows of time."""
+"""Columns of a log as time series, what they change over windows of time, and findings: where columns disagree."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +9,8 @@ GAP = 5.0  # median intervals without a reading, beyond which a window is not us
 WINDOWS = 8  # at least, in which changes are compared
 LADDER = 8  # lengths of windows that are tried, each twice the one before
 MOST = 20_000  # rows; of longer logs every second, third, .. is taken
+HEADINGS = ("psi", "heading", "cog")
+ANGLES = ("phi", "theta", *HEADINGS)
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,10 @@ class Series:
     def at(self, times: np.ndarray) -> np.ndarray:
         """Values by straight lines between readings at times (m,)."""
         return np.interp(times, self.times, self.values)
+
+    def without(self, cells: np.ndarray | slice) -> "Series":
+        """The readings but for those at these positions."""
+        return Series(np.delete(self.times, cells), np.delete(self.values, cells))
 
     def unwrapped(self) -> "Series":
         """An angle in rad without jumps of a turn."""
@@ -70,17 +76,12 @@ def lengths(times: np.ndarray, shortest: float) -> Iterator[float]:
         length *= 2.0
 
 
-def windows(times: np.ndarray, length: float, gaps) -> tuple[np.ndarray, np.ndarray]:
+def windows(
+    times: np.ndarray, length: float, gaps: Iterable[tuple[np.ndarray, np.ndarray]]
+) -> tuple[np.ndarray, np.ndarray]:
     """First and last reading of windows of about a length (s) that lie end to end and have none of the gaps inside.
 
-    Parameters
-    ----------
-    times : ndarray of shape (n,)
-        s, ascending.
-    length : float
-        s.
-    gaps : sequence of (begins, ends)
-        Of :meth:`Series.gaps`, of all columns that take part.
+    Times (n,) ascend, in s; there is a pair of :meth:`Series.gaps` for each column that takes part.
     """
     edges = np.unique(np.searchsorted(times, np.arange(times[0], times[-1], length)))
     first, last = edges[:-1], edges[1:]
@@ -90,8 +91,36 @@ def windows(times: np.ndarray, length: float, gaps) -> tuple[np.ndarray, np.ndar
     return first[whole], last[whole]
 
 
-def integral(times: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """(n, ..) integrals of rates (n, ..) from the first of the times (n,), by the trapezoidal rule."""
-    steps = np.diff(times).reshape(-1, *[1] * (rates.ndim - 1))
-    parts = 0.5 * steps * (rates[1:] + rates[:-1])
-    return np.concatenate([np.zeros_like(rates[:1]), np.cumsum(parts, axis=0)])
+@dataclass(frozen=True)
+class Finding:
+    """One disagreement among the columns of a log.
+
+    Attributes
+    ----------
+    kind : str
+        ``sign``, ``unit`` or ``name`` is another than the name says; ``axes`` of velocities or the ``origin`` of an
+        angle; averages across a ``wrap``; ``stuck`` at one value; the ``order`` of rows; the ``clock`` was set;
+        ``stamp``: repeated ones, or too few digits.
+    columns : tuple of str
+        Headers of the columns that are wrong.
+    message : str
+        What they hold, with the number that shows it.
+    remedy : str
+        What to change in the file or in the study.
+    misread : bool
+        Whether the whole column holds something else than its name says, and not only some of its cells.
+    """
+
+    kind: str
+    columns: tuple[str, ...]
+    message: str
+    remedy: str
+    misread: bool = False
+
+    def line(self) -> str:
+        """The finding in one line."""
+        return f"{', '.join(self.columns)}: {self.message}; {self.remedy}"
+
+    def to_json(self) -> dict:
+        """The finding as JSON types."""
+        return {"kind": self.kind, "columns": list(self.columns), "message": self.message, "remedy": self.remedy}

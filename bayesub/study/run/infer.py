@@ -19,7 +19,7 @@ from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import Progress, duration
 from bayesub.logs import log_files
-from bayesub.logs.finding import Finding
+from bayesub.logs.series import Finding
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
 from bayesub.report.report import write_report

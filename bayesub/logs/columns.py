@@ -1,0 +1,208 @@
+"""What columns of a log show by themselves: stamps, jumps of the clock, values that stand still, angles that wrap."""
+
+import numpy as np
+
+from bayesub.io.units import DEGREE, TURN
+from bayesub.logs.log_files import ACCELERATIONS  # which do jump
+from bayesub.logs.series import ANGLES, HEADINGS, Finding, Series, series
+
+UNSORTED = 3  # steps back beyond which rows are out of order rather than a clock set back
+ROUNDED = 0.05  # share of rows that repeat a stamp, beyond which stamps have too few digits
+JUMP = 10.0  # median intervals, beyond which a step of the clock is compared with the motion
+STILL = 0.2  # share of the expected motion below which the boat stood still over the step
+ALIKE = 0.25  # share of their sum by which speeds before and after may differ
+_MOVED = 20.0  # median changes between readings that the expected motion must exceed
+_SLOW = 0.5  # share of the median speed of the log below which nobody knows what was due: a glider at the surface
+
+LEAST = 20  # readings of one value in a row
+CHANCE = 1e-6  # probability of so many repeats, beyond which they are looked at
+RELEASE = 8.0  # usual changes by which a column catches up when it is released, and
+LARGEST = 2.0  # times as much as all changes but the
+OUTLIERS = 4  # largest ones
+SMOOTH = 0.45  # share of second differences with the sign of the one before: 0.27 of noise, next to 1 of smooth motion
+
+FAR = 30.0 * DEGREE  # from both neighbours, of a reading between two sides of a wrap
+_WRAPS = 0.02  # relative width of the steps that count as wraps
+_STEPS = 10.0  # median steps of an angle that a wrap exceeds
+# Factor by which an angle is too large -> words, and the factor that mends it.
+_UNITS = {DEGREE: "radians", 1.0 / DEGREE: "degrees", 400.0 / 360.0: "gon", 6400.0 / 360.0: "mils"}
+
+
+def check_stamps(log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[Finding]]:
+    """The log, short name -> (n,) values in the order of the file, with ascending times; what is wrong with stamps."""
+    log, result = dict(log), []
+    times = np.array(log["time"], dtype=float)
+    back = np.flatnonzero(np.diff(times) < 0.0)
+    forward = np.diff(times)[np.diff(times) > 0.0]
+    interval = float(np.median(forward)) if len(forward) else 1.0
+    if len(back) > UNSORTED:
+        message = f"{len(back)} rows are earlier than the row before"
+        result.append(Finding("order", ("time_s",), message, "sort the rows by it"))
+        order = np.argsort(times, kind="stable")
+        log, times = {name: values[order] for name, values in log.items()}, times[order]
+    else:
+        for k in back:
+            step = times[k] - times[k + 1] + interval
+            message = f"goes back from {times[k]:.6g} to {times[k + 1]:.6g} s"
+            remedy = f"add {step:.4g} to the rows after it if they follow on"
+            result.append(Finding("clock", ("time_s",), message, remedy))
+            times[k + 1 :] += step
+    same = np.flatnonzero(np.diff(times) == 0.0)
+    if len(same):
+        message = (
+            f"{len(same)} of {len(times)} rows repeat the stamp of the row before, first at {times[same[0]]:.6g} s"
+        )
+        remedy = "delete one row of each two, or join their cells"
+        firsts = np.flatnonzero(np.diff(times, prepend=-np.inf) > 0.0)
+        if len(same) > ROUNDED * len(times):
+            message += ": it has too few digits"
+            remedy = f"space the rows evenly, every {(times[-1] - times[0]) / (len(times) - 1):.4g} s"
+            times = np.interp(np.arange(len(times)), firsts, times[firsts])
+            firsts = np.flatnonzero(np.diff(times, prepend=-np.inf) > 0.0)
+        result.append(Finding("stamp", ("time_s",), message, remedy))
+        log, times = {name: values[firsts] for name, values in log.items()}, times[firsts]
+    log["time"] = times
+    return log, result
+
+
+def check_clock(log: dict[str, np.ndarray]) -> list[Finding]:
+    """Steps of the clock over which the boat did not move as it did before and after; times must ascend."""
+    data, steps = series(log), np.diff(log["time"])
+    result: list[Finding] = []
+    if not len(steps):
+        return result
+    for k in np.flatnonzero(steps > JUMP * np.median(steps)):
+        before, after = log["time"][k], log["time"][k + 1]
+        for names in (("x", "y"), ("depth",), ("z",)):
+            columns = [data[name] for name in names if name in data]
+            if len(columns) < len(names):
+                continue
+            moved, expected, typical, usual = _motion_over(columns, before, after)
+            if expected > max(_MOVED * typical, _SLOW * usual) and moved < STILL * expected:
+                words = f"jumps from {before:.6g} to {after:.6g} s, in which {' and '.join(names)} change by "
+                words += f"{moved:.3g} m where {expected:.3g} m are due"
+                remedy = f"subtract {after - before - np.median(steps):.4g} from the rows after it"
+                result.append(Finding("clock", ("time_s",), words, remedy))
+            break
+    return result
+
+
+def _motion_over(columns: list[Series], before: float, after: float, n: int = 8) -> tuple[float, ...]:
+    """Motion over a step of the clock, as read and as due by speeds beside it; the usual one of a reading and of it."""
+    moved, expected, typical, usual = [], [], [], []
+    for column in columns:
+        first = np.searchsorted(column.times, before, side="right")
+        speeds = []
+        for side in (slice(max(0, first - n), first), slice(first, first + n)):
+            times = column.times[side]
+            slope = np.polyfit(times - times[0], column.values[side], 1)[0] if len(times) > 2 else np.nan
+            speeds.append(float(slope))
+        if first in (0, len(column.times)) or not abs(speeds[1] - speeds[0]) < ALIKE * abs(sum(speeds)):
+            speeds = [0.0, 0.0]  # it turned in between, and nobody knows what was due
+        moved.append(column.values[first] - column.values[first - 1])
+        expected.append(np.mean(speeds) * (after - before))
+        typical.append(np.median(np.abs(np.diff(column.values))))
+        usual.append(typical[-1] * (after - before) / np.median(np.diff(column.times)))
+    return tuple(float(np.linalg.norm(part)) for part in (moved, expected, typical, usual))
+
+
+def check_angles(data: dict[str, Series], headers: dict[str, str]) -> tuple[dict[str, Series], list[Finding]]:
+    """Readings with angles in radians and without those between two sides of a wrap, and what was wrong.
+
+    `data` and `headers` are by short name; readings are in SI units by their headers.
+    """
+    data, result = dict(data), []
+    for name in HEADINGS:
+        for examine in (_check_unit, _check_wraps) if name in data else ():
+            data[name], findings = examine(data[name], headers[name])
+            result += findings
+    return data, result
+
+
+def _check_unit(angle: Series, header: str) -> tuple[Series, list[Finding]]:
+    """An angle whose jumps are turns of another unit than that of its header."""
+    steps = np.abs(np.diff(angle.values))
+    typical = np.median(steps)
+    for factor, words in _UNITS.items():
+        wraps = np.abs(steps / (factor * TURN) - 1.0) < _WRAPS
+        if not wraps.any() or factor * TURN < _STEPS * typical or np.ptp(angle.values) > 1.1 * factor * TURN:
+            continue
+        if np.count_nonzero(steps > 0.5 * factor * TURN) > np.count_nonzero(wraps):
+            continue
+        unit = 1.0 if "_rad" in header else 1.0 / DEGREE
+        first = angle.times[np.flatnonzero(wraps)[0]]
+        message = f"in {words}: it jumps by {factor * TURN * unit:.5g} at {first:.6g} s"
+        other = {"radians": "_rad", "degrees": "_deg"}.get(words)
+        better = header.replace("_deg", other).replace("_rad", other) if other else header
+        remedy = f"rename it {better}" if better != header else f"multiply it by {1.0 / factor:.6g}"
+        return Series(angle.times, angle.values / factor), [Finding("unit", (header,), message, remedy, misread=True)]
+    return angle, []
+
+
+def _check_wraps(angle: Series, header: str) -> tuple[Series, list[Finding]]:
+    """Single readings between two sides of a wrap, which averaging or interpolating makes."""
+    values = angle.values
+    if len(values) < 3:
+        return angle, []
+    wrap = np.abs(np.abs(values[2:] - values[:-2]) / TURN - 1.0) < 0.1
+    near = np.abs(np.angle(np.exp(1j * (values[2:] - values[:-2])))) < 0.5 * FAR
+    off = [np.abs(np.angle(np.exp(1j * (values[1:-1] - values[side])))) > FAR for side in (slice(2, None), slice(-2))]
+    between = 1 + np.flatnonzero(wrap & near & off[0] & off[1])
+    if not len(between):
+        return angle, []
+    k = between[0]
+    before, at, after = (1.0 if "_rad" in header else 1.0 / DEGREE) * values[k - 1 : k + 2]
+    message = f"averaged across its wrap, {at:.4g} at {angle.times[k]:.6g} s between {before:.4g} and {after:.4g} "
+    message += f"({len(between)} readings)"
+    return angle.without(between), [Finding("wrap", (header,), message, "empty these cells")]
+
+
+def check_stuck(
+    data: dict[str, Series], headers: dict[str, str], controls: tuple[str, ...] = ()
+) -> tuple[dict[str, Series], list[Finding]]:
+    """Columns that hold one value for long and then jump, or whose noise stops, and the readings without it.
+
+    `data` and `headers` are by short name; columns among the `controls` may stand still.
+    """
+    data, result = dict(data), []
+    for name in [name for name in data if name not in controls]:
+        column = data[name]
+        values = column.unwrapped().values if name in ANGLES else column.values
+        # The longest run of one value.
+        changes = np.flatnonzero(np.diff(values) != 0.0)
+        starts, ends = np.concatenate([[0], changes + 1]), np.concatenate([changes, [len(values) - 1]])
+        k = int(np.argmax(ends - starts))
+        first, last = int(starts[k]), int(ends[k])
+        if last - first + 1 < LEAST or len(changes) < LEAST:
+            continue
+        others = np.concatenate([np.diff(values[: first + 1]), np.diff(values[last:])])
+        moving = np.abs(others[others != 0.0])
+        if len(moving) < LEAST:
+            continue
+        release = abs(values[last + 1] - values[last]) if last + 1 < len(values) else 0.0
+        usual = max(RELEASE * np.median(moving), LARGEST * np.sort(moving)[-OUTLIERS])
+        by_chance = (1.0 - len(moving) / len(others)) ** (last - first) * len(others) > CHANCE
+        if release > usual and not by_chance and name not in ACCELERATIONS:
+            evidence = f", and then jumps by {release / np.median(moving):.3g} times its usual change"
+        elif first > 0 and _noise_stops(values, first, last):
+            evidence = ", where its noise is not seen"
+        else:
+            continue
+        begin, end = column.times[first], column.times[last]
+        message = f"stands still for {last - first + 1} readings from {begin:.6g} to {end:.6g} s{evidence}"
+        result.append(Finding("stuck", (headers[name],), message, "empty these cells"))
+        data[name] = column.without(slice(first + 1, last + 1))
+    return data, result
+
+
+def _noise_stops(values: np.ndarray, first: int, last: int) -> bool:
+    """Whether a column is noisy on both sides of a run, so that it nowhere repeats itself so often by chance."""
+    sides = [side for side in (values[: first + 1], values[last:]) if len(side) > 2 * LEAST]
+    repeats = []
+    for side in sides:
+        bends = np.sign(np.diff(side, 2))
+        if np.mean(bends[1:] == bends[:-1]) > SMOOTH:
+            return False
+        same = np.convolve(np.diff(side) == 0.0, np.ones(2 * LEAST) / (2 * LEAST), mode="valid")
+        repeats.append(float(same.max()))
+    return bool(sides) and max(repeats) ** (last - first) * len(values) < CHANCE
