@@ -38,7 +38,7 @@ _SPELLINGS = {
     "m/s2": ("mps2", "m/s/s", "m/s^2", "m/s²", "ms-2"),
     "rad/s2": ("radps2", "rad/s/s", "rad/s^2"),
     "deg/s2": ("degps2", "deg/s/s", "deg/s^2"),
-    "1/s": ("hz", "rps", "s-1", "rev/s", "1/s"),
+    "1/s": ("hz", "rps", "s-1", "rev/s"),
     "rpm": ("1/min", "rev/min", "revs/min"),
     "N": ("newton",),
     "Nm": ("n*m", "n.m"),
@@ -53,18 +53,17 @@ _UNITS = {unit.lower(): place for unit, place in reversed(_EXACT.items())}  # th
 _UNITS |= {spelling: _EXACT[unit] for unit, spellings in _SPELLINGS.items() for spelling in spellings}
 # How the name of a column ends -> its unit.
 _ENDS = {"mps2": "m/s2", "degps2": "deg/s2", "radps2": "rad/s2", "degps": "deg/s", "radps": "rad/s", "mps": "m/s"}
-_ENDS |= {
-    "deg": "deg",
-    "rad": "rad",
-    "m": "m",
-    "n": "N",
-    "s": "s",
-    "pa": "Pa",
-    "kpa": "kPa",
-    "dbar": "dbar",
-    "bar": "bar",
-}
-_ENDS |= {"nm": "Nm", "cm3": "cm3", "kgm3": "kg/m3", "kn": "kn"}
+_ENDS |= {"deg": "deg", "rad": "rad", "m": "m", "n": "N", "s": "s", "pa": "Pa", "kpa": "kPa", "dbar": "dbar"}
+_ENDS |= {"bar": "bar", "nm": "Nm", "cm3": "cm3", "kgm3": "kg/m3", "kn": "kn", "rpm": "rpm"}
+
+
+def find(unit: str) -> tuple[str, str]:
+    """Quantity and name of a unit in any spelling; InputError for one that is not in the table."""
+    if not known(unit):
+        units = [name for names in QUANTITIES.values() for name in names]
+        suggestion = nearest(unit, units) or f"; known are {', '.join(units)}"
+        raise InputError(f"unknown unit '{unit}'{suggestion}; or leave it out and give factor", "unit", "unit")
+    return _EXACT.get(unit) or _UNITS[_key(unit)]
 
 
 def known(unit: str) -> bool:
@@ -72,58 +71,30 @@ def known(unit: str) -> bool:
     return unit in _EXACT or _key(unit) in _UNITS
 
 
+def _key(unit: str) -> str:
+    return unit.strip().lower().replace(" ", "")
+
+
 def of_column(column: str) -> str:
     """The unit at the end of a column's name, such as ``m/s`` of ``u_mps``; empty without one."""
-    if column == "rpm" or column.endswith("_rpm"):
-        return "rpm"
-    return _ENDS.get(column.rpartition("_")[2], "") if "_" in column else ""
+    return _ENDS.get(column.rpartition("_")[2], "") if "_" in column or column == "rpm" else ""
 
 
 def factor(unit: str, target: str, density: float | None = None) -> float:
-    """Units `target` in one `unit`.
+    """Units `target` in one `unit`, both in any spelling; a pressure becomes a depth by the density of water, kg/m^3.
 
-    Parameters
-    ----------
-    unit, target : str
-        Units in any spelling.
-    density : float or None
-        Of the water, kg/m^3: turns a pressure into a depth.
-
-    Raises
-    ------
-    InputError
-        For a unit that is not in the table, and for units of different quantities.
+    InputError for a unit that is not in the table, and for units of different quantities.
     """
-    quantity, unit = _find(unit)
-    target_quantity, target = _find(target)
+    quantity, unit = find(unit)
+    target_quantity, target = find(target)
     size = QUANTITIES[quantity][unit] / QUANTITIES[target_quantity][target]
     if quantity == target_quantity:
         return size
     if (quantity, target_quantity) == ("pressure", "length"):
         if density is None:
-            raise InputError(
-                f"a pressure in {unit} becomes a depth with water_density_kgm3; give it",
-                "missing",
-                "water_density_kgm3",
-            )
+            key = "water_density_kgm3"
+            raise InputError(f"a pressure in {unit} becomes a depth with {key}; give it", "missing", key)
         return size / (density * GRAVITY)
     raise InputError(
         f"'{unit}' ({quantity}) cannot become '{target}' ({target_quantity}); give factor instead", "unit", "unit"
     )
-
-
-def _key(unit: str) -> str:
-    return unit.strip().lower().replace(" ", "")
-
-
-def unknown(unit: str) -> str:
-    """What to say of a unit that is not in the table."""
-    units = [name for names in QUANTITIES.values() for name in names]
-    suggestion = nearest(unit, units) or f"; known are {', '.join(units)}"
-    return f"unknown unit '{unit}'{suggestion}; or leave it out and give factor"
-
-
-def _find(unit: str) -> tuple[str, str]:
-    if not known(unit):
-        raise InputError(unknown(unit), "unit", "unit")
-    return _EXACT.get(unit) or _UNITS[_key(unit)]

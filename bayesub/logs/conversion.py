@@ -1,6 +1,7 @@
 """From the signals of a vehicle's log to the columns of ours, by a map."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -90,40 +91,39 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
     """
     columns = {}
     for name, section in log_map.columns.items():
-        where = f"{source}: key 'columns.{name}"
-        if section.signal not in log.signals:
-            if section.optional:
-                continue
+        where, key = f"{source}: key 'columns.{name}", f"columns.{name}.signal"
+        if section.signal in log.signals:
+            columns[name] = _column(name, section, log.signals[section.signal], f"{where}': ", log.path)
+        elif not section.optional:
             suggestion = nearest(section.signal, log.signals) or f"; it has {_few(log.signals)}"
-            raise InputError(
-                f"{where}.signal': {log.path} has no signal '{section.signal}'{suggestion}",
-                "unknown",
-                f"columns.{name}.signal",
-            )
-        columns[name] = _column(name, section, log.signals[section.signal], f"{where}': ", log.path)
+            message = f"{where}.signal': {log.path} has no signal '{section.signal}'{suggestion}"
+            raise InputError(message, "unknown", key)
     if not columns:
-        raise InputError(
-            f"{source}: {log.path} has none of the signals of this map; it has {_few(log.signals)}",
-            "unknown",
-            "columns",
-        )
-    zero = log_map.time.zero
-    zero = min(column.times[0] for column in columns.values()) if zero == "first" else zero
-    parts = {name: _trim(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
-    _check_overlap(parts, zero, log.path)
-    times, cells = _rows(parts)
-    sources = {name: column.section.signal for name, column in parts.items()}
-    remarks = tuple(f"{name}: {remark}" for name, column in parts.items() for remark in column.remarks)
+        message = f"{source}: {log.path} has none of the signals of this map; it has {_few(log.signals)}"
+        raise InputError(message, "unknown", "columns")
+    first = min(column.times[0] for column in columns.values())
+    zero = first if log_map.time.zero == "first" else log_map.time.zero
+    columns = {name: _trim(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
+    # An order that is held lasts to the end.
+    ends = {name: np.inf if column.section.held else column.times[-1] for name, column in columns.items()}
+    late, early = max(columns, key=lambda name: columns[name].times[0]), min(ends, key=lambda name: ends[name])
+    if columns[late].times[0] > ends[early]:
+        message = f"{log.path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early]:.6g} s and "
+        message += f"'{late}' begins {columns[late].times[0]:.6g} s after {zero:.12g}; are their clocks different? "
+        raise InputError(message + "delay_s of a column shifts it", "conflict", late)
+    times, cells = _rows(columns)
+    sources = {name: column.section.signal for name, column in columns.items()}
+    remarks = tuple(f"{name}: {remark}" for name, column in columns.items() for remark in column.remarks)
     return Conversion(zero, times, cells, sources, remarks)
 
 
-def _few(signals) -> str:
+def _few(signals: Iterable[str]) -> str:
     names = sorted(signals)
     return ", ".join(names[:6]) + (f" and {len(names) - 6} more (bayesub convert --list)" if len(names) > 6 else "")
 
 
 def _column(name: str, section: ColumnSection, signal: Signal, where: str, path: Path) -> Column:
-    """The readings of a column: sorted in time, real numbers only, in the unit of the column."""
+    """The readings of a column: finite numbers by ascending time without repeated stamps, in the unit of the column."""
     remarks = []
     times, values = signal.times - section.delay_s, signal.values
     usable = np.isfinite(times) & np.isfinite(values)
@@ -136,30 +136,13 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
         usable &= inside
     times, values = times[usable], values[usable]
     if not len(times):
-        raise InputError(
-            f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid",
-            "data",
-            f"columns.{name}",
-        )
-    times, values = _in_order(times, values, section, remarks, path)
-    if section.interval_s is not None:
-        _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
-        times, values = times[first], values[first]
-    return Column(times, _in_unit(name, section, signal.unit, values, where), section, tuple(remarks))
-
-
-def _in_order(times, values, section, remarks, path) -> tuple[np.ndarray, np.ndarray]:
-    """Readings by ascending time without repeated stamps; InputError for a clock that was set."""
+        message = f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid"
+        raise InputError(message, "data", f"columns.{name}")
     steps = np.diff(times)
-    back = np.flatnonzero(steps < -BACKWARDS_S)
-    if back.size:
-        before, after = times[back[0]], times[back[0] + 1]
-        raise InputError(
-            f"{path}: the time stamps of '{section.signal}' go back from {before:.12g} to {after:.12g} s: its clock "
-            "was set; cut the file there, or take a signal with another clock",
-            "data",
-            section.signal,
-        )
+    for k in np.flatnonzero(steps < -BACKWARDS_S)[:1]:
+        message = f"{path}: the time stamps of '{section.signal}' go back from {times[k]:.12g} to {times[k + 1]:.12g} "
+        message += "s: its clock was set; cut the file there, or take a signal with another clock"
+        raise InputError(message, "data", section.signal)
     if n := np.count_nonzero(steps < 0):
         remarks.append(f"{n} stamps of '{section.signal}' were out of order and are sorted")
     order = np.argsort(times, kind="stable")
@@ -167,7 +150,11 @@ def _in_order(times, values, section, remarks, path) -> tuple[np.ndarray, np.nda
     new = np.append(True, np.diff(times) >= TICK_S)
     if not new.all():
         remarks.append(f"{np.count_nonzero(~new)} stamps of '{section.signal}' are repeated; the first reading counts")
-    return times[new], values[new]
+    times, values = times[new], values[new]
+    if section.interval_s is not None:
+        _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
+        times, values = times[first], values[first]
+    return Column(times, _in_unit(name, section, signal.unit, values, where), section, tuple(remarks))
 
 
 def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, where: str) -> np.ndarray:
@@ -175,26 +162,20 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
     target = units.of_column(name)
     if section.points is not None:
         inputs, outputs = np.array(section.points).T
-        outside = (values < inputs[0]) | (values > inputs[-1])
-        if outside.any():
-            raise InputError(
-                f"{where}points reach from {inputs[0]:g} to {inputs[-1]:g}, and '{section.signal}' goes to "
-                f"{values[outside][0]:g}; add a point, or say with valid what is no reading",
-                "conflict",
-                f"columns.{name}.points",
-            )
+        for value in values[(values < inputs[0]) | (values > inputs[-1])][:1]:
+            message = f"{where}points reach from {inputs[0]:g} to {inputs[-1]:g}, and '{section.signal}' goes to "
+            message += f"{value:g}; add a point, or say with valid what is no reading"
+            raise InputError(message, "conflict", f"columns.{name}.points")
         values = np.interp(values, inputs, outputs)
     else:
         values = (values - section.zero) * (1.0 if section.factor is None else section.factor)
     has_rule = section.points is not None or section.factor is not None
     unit = section.unit or ("" if has_rule else unit)
     if target and not unit and not has_rule:
-        raise InputError(
+        message = (
             f"{where}the file does not say the unit of '{section.signal}'; give unit = \"{target}\" or another, or "
-            "factor",
-            "missing",
-            f"columns.{name}.unit",
         )
+        raise InputError(message + "factor", "missing", f"columns.{name}.unit")
     if unit and target:
         try:
             values = values * units.factor(unit, target, section.water_density_kgm3)
@@ -211,32 +192,16 @@ def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path,
     end = np.inf if time.end_s is None else time.end_s
     times = column.times - zero
     first, last = np.searchsorted(times, start, "left"), np.searchsorted(times, end, "right")
-    values = column.values
     if column.section.held and 0 < first <= len(times) and (first == len(times) or times[first] > start):
         first -= 1
         times = np.maximum(times, start)
     if first >= last:
-        raise InputError(
+        message = (
             f"{source}: section 'time': no reading of '{name}' from {path} lies between start_s and end_s; it has "
-            f"{times[0]:.6g} to {times[-1]:.6g} s after the zero {zero:.12g}",
-            "data",
-            "time",
         )
-    return Column(times[first:last], values[first:last], column.section, column.remarks)
-
-
-def _check_overlap(columns: dict[str, Column], zero: float, path: Path) -> None:
-    """InputError if two columns have no time in common; an order that is held lasts to the end."""
-    begins = {name: column.times[0] for name, column in columns.items()}
-    ends = {name: np.inf if column.section.held else column.times[-1] for name, column in columns.items()}
-    late, early = max(begins, key=begins.get), min(ends, key=ends.get)
-    if begins[late] > ends[early]:
-        raise InputError(
-            f"{path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early]:.6g} s and '{late}' "
-            f"begins {begins[late]:.6g} s after {zero:.12g}; are their clocks different? delay_s of a column shifts it",
-            "conflict",
-            late,
-        )
+        message += f"{times[0]:.6g} to {times[-1]:.6g} s after the zero {zero:.12g}"
+        raise InputError(message, "data", "time")
+    return replace(column, times=times[first:last], values=column.values[first:last])
 
 
 def _rows(columns: dict[str, Column]) -> tuple[np.ndarray, dict[str, np.ndarray]]:

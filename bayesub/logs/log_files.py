@@ -15,16 +15,16 @@ An empty cell is a missing reading (not a number).
 """
 
 import warnings
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bayesub.io import toml_files
 from bayesub.io.atomic import writing
 from bayesub.io.errors import InputError, nearest
-from bayesub.logs import fixes
+from bayesub.io.units import DEGREE, KNOT
 
 VELOCITIES = ("u", "v", "w", "p", "q", "r")
 ACCELERATIONS = ("udot", "vdot", "wdot", "pdot", "qdot", "rdot")
@@ -36,8 +36,6 @@ CONTROLS = ("delta_r", "delta_b", "delta_s")
 WRITTEN = "%.12g"  # digits of a number in a file
 CHUNK = 100_000  # rows that are searched at a time for what is wrong with a file
 
-_DEGREE = np.pi / 180.0
-_KNOT = 1852.0 / 3600.0
 _LINEAR = {name: f"{name}_m" for name in "xyz"} | {name: f"{name}_mps" for name in "uvw"}
 _LINEAR |= {name: f"{name}_mps2" for name in ACCELERATIONS[:3]}
 _ANGULAR = {"delta_r": "rudder", "delta_b": "bow_plane", "delta_s": "stern_plane"}
@@ -50,13 +48,16 @@ HEADERS |= {name: f"{name}_degps" for name in "pqr"} | {name: f"{name}_degps2" f
 HEADERS |= {"depth": "depth_m", "heading": "heading_deg"} | {f"{name}_ground": f"{name}_ground_mps" for name in "uvw"}
 HEADERS |= {name: f"velocity_{name}_mps" for name in ("north", "east", "down")}
 HEADERS |= {"sog": "speed_over_ground_mps", "cog": "course_over_ground_deg", "stw": "speed_through_water_mps"}
-COLUMNS = {header: (name, _DEGREE if "_deg" in header else 1.0) for name, header in HEADERS.items()}
+COLUMNS = {header: (name, DEGREE if "_deg" in header else 1.0) for name, header in HEADERS.items()}
 COLUMNS |= {header.replace("_deg", "_rad"): (name, 1.0) for name, header in HEADERS.items() if "_deg" in header}
-COLUMNS |= {f"{header[:-4]}_kn": (name, _KNOT) for name, header in HEADERS.items() if header.endswith("_mps")}
+COLUMNS |= {f"{header[:-4]}_kn": (name, KNOT) for name, header in HEADERS.items() if header.endswith("_mps")}
 
 # Pressure above that of the air, in place of a depth, and Pa in one unit of the column.
 PRESSURES = {f"pressure_{unit}": ("depth", pa) for unit, pa in {"dbar": 1e4, "bar": 1e5, "kpa": 1e3, "pa": 1.0}.items()}
 WEIGHT_DENSITY = 1025.0 * 9.81  # of sea water, N/m^3, where no vehicle says another
+FIXES = ("latitude_deg", "longitude_deg")  # in place of x and y
+LIMITS = (90.0, 360.0)
+FARTHEST = 200e3  # m from the first fix
 
 CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 
@@ -72,7 +73,7 @@ def si_factor(name: str) -> float:
         Header of a column, or short name of a quantity for the column as it is written.
     """
     header = HEADERS.get(name, name)
-    return COLUMNS[header][1] if header in COLUMNS else (_DEGREE if header.endswith("_deg") else 1.0)
+    return COLUMNS[header][1] if header in COLUMNS else (DEGREE if header.endswith("_deg") else 1.0)
 
 
 def positions(*names: str) -> list[int]:
@@ -98,7 +99,6 @@ def read_log(
     Parameters
     ----------
     path : Path
-        The file.
     controls : iterable of str
         Columns of a vehicle's own.
     ascending : bool
@@ -114,23 +114,21 @@ def read_log(
     path = Path(path)
     columns, names = _columns(controls), headers(path, controls)
     rows, line = _numbers(path, names)
-    _check_sizes(path, names, rows, line)
+    largest = np.array([toml_files.largest(name) for name in names])
+    for row, column in np.argwhere(np.abs(rows) > largest)[:1]:
+        name, excess = names[column], f"{rows[row, column]:g} is beyond {largest[column]:g}"
+        raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; check the unit", "unit", name)
     log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
     if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
         log["depth"] = log["depth"] / weight_density
-    if any(name in fixes.COLUMNS for name in names):
-        log["x"], log["y"] = fixes.positions(path, names, rows, line)
+    if any(name in FIXES for name in names):
+        log["x"], log["y"] = _positions_of_fixes(path, names, rows, line)
     times = log["time"]
     if not np.isfinite(times).all():
         raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty", "data", "time_s")
-    late = np.flatnonzero(np.diff(times) <= 0)
-    if late.size and ascending:
-        before, after = times[late[0]], times[late[0] + 1]
-        raise InputError(
-            f"{path}: line {line[late[0] + 1]}: time_s must ascend, found {after:.12g} after {before:.12g}",
-            "data",
-            "time_s",
-        )
+    for k in np.flatnonzero(np.diff(times) <= 0)[:1] if ascending else ():
+        found = f"found {times[k + 1]:.12g} after {times[k]:.12g}"
+        raise InputError(f"{path}: line {line[k + 1]}: time_s must ascend, {found}", "data", "time_s")
     return log
 
 
@@ -142,13 +140,15 @@ def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
         raise InputError(f"{path}: is empty; expected a header line such as time_s,x_m,y_m", "format")
     for separator, word in ((";", "semicolons"), ("\t", "tabs")):
         if separator in header and "," not in header:
-            raise InputError(
-                f"{path}: columns are separated by {word}; separate them by commas, with decimal points", "format"
-            )
+            remedy = "separate them by commas, with decimal points"
+            raise InputError(f"{path}: columns are separated by {word}; {remedy}", "format")
     names = [name.strip().strip('"') for name in header.split(",")]
     for name in names:
         if name not in columns:
-            raise InputError(f"{path}: unknown column '{name}'{_nearest_column(name, columns)}", "unknown", name)
+            quantity = name.rpartition("_")[0].lower()
+            same = [column for column in HEADERS.values() if column.rpartition("_")[0] == quantity]  # in another unit
+            suggestion = f": did you mean '{same[0]}'?" if same else nearest(name, columns)
+            raise InputError(f"{path}: unknown column '{name}'{suggestion}", "unknown", name)
     if "time_s" not in names:
         raise InputError(f"{path}: column 'time_s' is missing", "missing", "time_s")
     shorts = [columns[name][0] for name in names]
@@ -158,63 +158,46 @@ def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
     return names
 
 
-def _columns(controls) -> dict[str, tuple[str, float]]:
-    """As COLUMNS, with those of a vehicle's own."""
+def _columns(controls: Iterable[str]) -> dict[str, tuple[str, float]]:
+    """:data:`COLUMNS` with all others that a file may have, those of a vehicle's own among them."""
     own = {name: (name, si_factor(name)) for name in controls if name not in COLUMNS}
-    return COLUMNS | dict(zip(fixes.COLUMNS, (("x", 1.0), ("y", 1.0)), strict=True)) | PRESSURES | own
+    return COLUMNS | dict(zip(FIXES, (("x", 1.0), ("y", 1.0)), strict=True)) | PRESSURES | own
 
 
-def _nearest_column(name: str, columns) -> str:
-    """A suggestion for an unknown column: the one of that quantity in another unit, or one that is spelt alike."""
-    quantity = name.rpartition("_")[0].lower()
-    same = [column for column in HEADERS.values() if column.rpartition("_")[0] == quantity]
-    return f": did you mean '{same[0]}'?" if same else nearest(name, columns)
-
-
-def _numbers(path: Path, names) -> tuple[np.ndarray, np.ndarray]:
+def _numbers(path: Path, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
     """The rows (n, n_columns) of a file, blank ones left out, and the lines (n,) where they stand."""
     import pandas as pd
 
-    options = {"skiprows": 1, "names": names, "header": None, "index_col": False, "encoding": "utf-8-sig"}
-    options |= {"skip_blank_lines": False, "skipinitialspace": True}
+    options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False}
+    options |= {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
     try:
-        with _parsing(path):
-            rows = pd.read_csv(path, dtype=float, **options).to_numpy()
-    except InputError:
-        raise
-    except ValueError:
-        raise _not_a_number(path, options) from None
-    if np.isinf(rows).any():
-        raise _not_a_number(path, options)
+        with toml_files.reading(path), warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            try:
+                rows = pd.read_csv(path, dtype=float, **options).to_numpy()
+            except (pd.errors.ParserError, UnicodeDecodeError):
+                raise
+            except ValueError:
+                rows = None
+            if rows is None or np.isinf(rows).any():
+                raise _not_a_number(path, options)
+    except pd.errors.ParserWarning:
+        message = f"{path}: line 2: has more cells than there are columns; write decimal points"
+        raise InputError(message, "format") from None
+    except pd.errors.ParserError as error:
+        reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
+        raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
     filled = ~np.isnan(rows).all(axis=1)
     if not filled.any():
         raise InputError(f"{path}: has a header but no rows", "data")
     return rows[filled], np.flatnonzero(filled) + 2
 
 
-@contextmanager
-def _parsing(path) -> Iterator[None]:
-    """What is not UTF-8 or has lines of too many cells is an InputError."""
-    import pandas as pd
-
-    try:
-        with toml_files.reading(path), warnings.catch_warnings():
-            warnings.simplefilter("error", pd.errors.ParserWarning)
-            yield
-    except pd.errors.ParserWarning:
-        raise InputError(
-            f"{path}: line 2: has more cells than there are columns; write decimal points", "format"
-        ) from None
-    except pd.errors.ParserError as error:
-        reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
-        raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
-
-
-def _not_a_number(path, options) -> InputError:
+def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
     """The error that names the first cell that is neither empty nor a finite number."""
     import pandas as pd
 
-    with _parsing(path), pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
+    with pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
         for table in tables:
             numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
             wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
@@ -222,23 +205,42 @@ def _not_a_number(path, options) -> InputError:
                 row, column = wrong[0]
                 cell = table.iat[row, column]
                 hint = "; write a decimal point" if "," in cell else ""
-                where = f"line {table.index[row] + 2}, column '{table.columns[column]}'"
-                return InputError(
-                    f"{path}: {where}: '{cell}' is not a finite number{hint}", "data", table.columns[column]
-                )
+                name = table.columns[column]
+                where = f"{path}: line {table.index[row] + 2}, column '{name}'"
+                return InputError(f"{where}: '{cell}' is not a finite number{hint}", "data", name)
     return InputError(f"{path}: holds cells that are not finite numbers", "data")
 
 
-def _check_sizes(path, names, rows, line) -> None:
-    """InputError for the first number that is too large for its unit."""
-    largest = np.array([toml_files.largest(name) for name in names])
-    beyond = np.argwhere(np.abs(rows) > largest)
-    if beyond.size:
-        row, column = beyond[0]
-        excess = f"{rows[row, column]:g} is beyond {largest[column]:g}"
-        raise InputError(
-            f"{path}: line {line[row]}, column '{names[column]}': {excess}; check the unit", "unit", names[column]
-        )
+def _positions_of_fixes(
+    path: Path, names: list[str], rows: np.ndarray, line: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """x and y (n,) each of fixes on the ellipsoid WGS 84, in the plane that touches it at the first fix, m.
+
+    `rows` (n, n_columns) are the cells of the columns `names`, and stand in the lines `line` (n,) of the file.
+    """
+    for one, other in (FIXES, FIXES[::-1]):
+        if one not in names:
+            message = f"{path}: column '{other}' is given without '{one}'; add it or leave both out"
+            raise InputError(message, "missing", one)
+    fixes = rows[:, [names.index(name) for name in FIXES]]
+    for name, values, limit in zip(FIXES, fixes.T, LIMITS, strict=True):
+        for k in np.flatnonzero(np.abs(values) > limit)[:1]:
+            message = f"{path}: line {line[k]}, column '{name}': {values[k]:g} is beyond {limit:g}"
+            raise InputError(message, "value", name)
+    whole = np.flatnonzero(np.isfinite(fixes).all(axis=1))
+    if not whole.size:
+        raise InputError(f"{path}: no row has both {FIXES[0]} and {FIXES[1]}", "data", FIXES[0])
+    import pymap3d  # here, since most logs have none
+
+    first = fixes[whole[0]]
+    relative = np.full((len(rows), 3), np.nan)
+    relative[whole] = np.stack(pymap3d.geodetic2ned(*fixes[whole].T, 0.0, *first, 0.0), axis=-1)
+    distance = np.linalg.norm(relative, axis=1)
+    for k in np.flatnonzero(distance > FARTHEST)[:1]:
+        fix, begin = (f"{values[0]:g}, {values[1]:g}" for values in (fixes[k], first))
+        where = f"line {line[k]}: the fix {fix} is {distance[k] / 1e3:.0f} km from the first, {begin}"
+        raise InputError(f"{path}: {where}; empty the cells of what is no fix", "data", FIXES[0])
+    return relative[:, 0], relative[:, 1]
 
 
 def write_log(path: Path, log: dict[str, np.ndarray]) -> None:

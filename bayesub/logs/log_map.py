@@ -9,15 +9,14 @@ import pydantic
 from bayesub.io import toml_files, units
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section, WaterDensity
-from bayesub.logs import fixes, log_files
+from bayesub.logs import log_files
 
 # How columns of a vehicle's own actuators end, in units and as the vehicle counts them.
 _OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_kgm3", "_counts", "_percent", "_us")
 
 
 def _known_unit(unit: str) -> str:
-    if not units.known(unit):
-        raise InputError(units.unknown(unit), "unit", "unit")
+    units.find(unit)
     return unit
 
 
@@ -177,7 +176,7 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
 
 
 def _check_column(where: str, column: str) -> None:
-    columns = [name for name in (*log_files.COLUMNS, *log_files.PRESSURES, *fixes.COLUMNS) if name != "time_s"]
+    columns = [name for name in (*log_files.COLUMNS, *log_files.PRESSURES, *log_files.FIXES) if name != "time_s"]
     if column == "time_s":
         raise InputError(
             f"{where}: times come with each signal; the section [time] says what is zero",

@@ -6,7 +6,7 @@ import pytest
 from support.refusals import refused
 
 from bayesub.io import units
-from bayesub.logs import fixes, log_files
+from bayesub.logs import log_files
 
 SIZES = [
     ("rad", "deg", 180.0 / math.pi),
@@ -45,7 +45,7 @@ def test_what_does_not_fit_is_said():
 
 def test_every_column_of_a_log_has_its_unit():
     """And the same size as where logs are read."""
-    for column in (*log_files.COLUMNS, *log_files.PRESSURES, *fixes.COLUMNS):
+    for column in (*log_files.COLUMNS, *log_files.PRESSURES, *log_files.FIXES):
         unit = units.of_column(column)
         assert units.known(unit), column
         if "_deg" in column:
