@@ -4,14 +4,12 @@ import gzip
 import io
 from pathlib import Path
 
-from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.logs.log_map import LogMap
-from bayesub.logs.readers.signals import Collection, VehicleLog, library, numbers
+from bayesub.logs.readers.signals import Collection, VehicleLog, library
 
 SYNC = (0xFE54).to_bytes(2, "little")
 HEADER, FOOTER = 20, 2  # bytes
-HEADER_FIELDS = {"timestamp", "src", "src_ent", "dst", "dst_ent"}
 _ANGLES = dict.fromkeys(("phi", "theta", "psi", "lat", "lon", "latitude", "longitude", "cog"), "rad")
 _MOTION = dict.fromkeys("uvw", "m/s") | dict.fromkeys("pqr", "rad/s") | dict.fromkeys(("vx", "vy", "vz"), "m/s")
 _MOTION |= dict.fromkeys(("x", "y", "z", "depth", "height", "alt"), "m")
@@ -37,7 +35,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     Where several entities send a message its name is ``EulerAngles@AHRS.psi``, and of messages that are numbered, such
     as those of servos, ``ServoPosition[0].value``.
     """
-    imcpy = library("imcpy", "imcpy", path)
+    imcpy = library("imcpy", path)
     packets, is_whole = _packets(path)
     messages, n_wrong = [], 0
     for packet in packets:
@@ -58,9 +56,10 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
         head = kind + (f"[{message.id}]" if "id" in fields[kind] and isinstance(message.id, int) else "")
         if len(senders[kind]) > 1:
             head += f"@{entities.get(sender, f'{sender[0]}.{sender[1]}')}"
+        units = _UNITS[""] | _UNITS.get(kind, {})
         for field in fields[kind]:
-            for name, value in numbers(getattr(message, field), field) if field != "id" else ():
-                collection.add(f"{head}.{name}", message.timestamp, value, _unit(kind, field))
+            if field != "id":
+                collection.add(f"{head}.{field}", message.timestamp, getattr(message, field), units.get(field, ""))
         if kind == "EstimatedState":
             latitude, longitude, _ = imcpy.coordinates.toWGS84(message)
             collection.add(f"{head}.latitude", message.timestamp, latitude, "rad")
@@ -72,21 +71,23 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
 
 def _packets(path: Path) -> tuple[list[bytes], bool]:
     """The messages of a file as bytes, and whether the last is whole."""
-    with toml_files.reading(path):
-        content = path.read_bytes()
-    is_whole = True
+    content, is_whole = path.read_bytes(), True
     if content.startswith(b"\x1f\x8b"):
-        content, is_whole = _unzip(content)
+        parts = []
+        with gzip.GzipFile(fileobj=io.BytesIO(content)) as file:
+            try:
+                while part := file.read1(1 << 20):
+                    parts.append(part)
+            except (EOFError, OSError):  # it breaks off
+                is_whole = False
+        content = b"".join(parts)
     if not content.startswith(SYNC):
-        raise InputError(
-            f"{path}: does not begin with a message of IMC; expected the Data.lsf or Data.lsf.gz of a mission", "format"
-        )
+        message = f"{path}: does not begin with a message of IMC; expected the Data.lsf or Data.lsf.gz of a mission"
+        raise InputError(message, "format")
     packets, begin = [], 0
-    while begin < len(content):
+    while 0 <= begin < len(content):
         if content[begin : begin + 2] != SYNC:
             begin, is_whole = content.find(SYNC, begin), False
-            if begin < 0:
-                break
             continue
         end = begin + HEADER + int.from_bytes(content[begin + 4 : begin + 6], "little") + FOOTER
         if end > len(content) or begin + HEADER > len(content):
@@ -95,19 +96,3 @@ def _packets(path: Path) -> tuple[list[bytes], bool]:
         packets.append(content[begin:end])
         begin = end
     return packets, is_whole
-
-
-def _unzip(content: bytes) -> tuple[bytes, bool]:
-    """What a gzip file holds, up to where it breaks off, and whether it is whole."""
-    parts = []
-    with gzip.GzipFile(fileobj=io.BytesIO(content)) as file:
-        try:
-            while part := file.read1(1 << 20):
-                parts.append(part)
-        except (EOFError, OSError):
-            return b"".join(parts), False
-    return b"".join(parts), True
-
-
-def _unit(kind: str, field: str) -> str:
-    return (_UNITS[""] | _UNITS.get(kind, {})).get(field, "")

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.logs.log_map import LogMap
 from bayesub.logs.readers.signals import Signal, VehicleLog
@@ -26,38 +25,31 @@ _JITTER_S = 5e-3
 
 def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     """Read a file of either towing tank; a map can name its signals (:data:`HSVA`, :data:`MARIN`)."""
-    with toml_files.reading(path):
-        lines = path.read_text(encoding="latin-1").splitlines()
+    lines = path.read_text(encoding="latin-1").splitlines()
     head = re.search("|".join(_HEADS), lines[0] if lines else "")
     if head is None:
-        raise InputError(
-            f"{path}: line 1 does not name HSVA or MARIN, as the files of KVLCC2 do; for other tables: csv", "format"
-        )
+        message = f"{path}: line 1 does not name HSVA or MARIN, as the files of KVLCC2 do; for other tables: csv"
+        raise InputError(message, "format")
     units = _HEADS[head.group()]
     rows = [(k, line.split()) for k, line in enumerate(lines, 1) if re.match(r"\s*[-+.\d]", line)]
     for k, cells in rows:
         if len(cells) != len(units) + 1:
-            raise InputError(
-                f"{path}: line {k}: has {len(cells)} numbers, expected {len(units) + 1}; is the file whole?", "format"
-            )
+            message = f"{path}: line {k}: has {len(cells)} numbers, expected {len(units) + 1}; is the file whole?"
+            raise InputError(message, "format")
     try:
         table = np.array([cells for _, cells in rows], dtype=float)
     except ValueError as error:
         raise InputError(f"{path}: {error}; is the file whole?", "format") from None
     if len(table) < 2:
         raise InputError(f"{path}: has no rows of numbers", "data")
-    times, remarks = table[:, 0], ()
-    if head.group() == "MARIN":
-        times, remarks = _even(times, path)
+    times, remarks = table[:, 0], []
+    if head.group() == "MARIN":  # stamps are rounded to three digits, so that seven and more of them agree
+        count = np.arange(len(times))
+        interval, begin = np.polyfit(count, times, 1)
+        half = 0.5 * 10.0 ** (np.floor(np.log10(np.maximum(np.abs(times), 1e-3))) + 1 - _DIGITS)
+        if (np.abs(begin + interval * count - times) > 1.1 * half + _JITTER_S).any():
+            raise InputError(f"{path}: its time stamps are not even, and too coarse to be used as they are", "data")
+        times = interval * count
+        remarks = [f"times are rounded to three digits in the file; every {interval:.6g} s in their place"]
     signals = zip(units.items(), table.T[1:], strict=True)
-    return VehicleLog(path, {name: Signal(times, values, unit) for (name, unit), values in signals}, remarks)
-
-
-def _even(rounded: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Even time stamps (n,) for those that were rounded to three digits, so that seven and more of them agree."""
-    count = np.arange(len(rounded))
-    interval, begin = np.polyfit(count, rounded, 1)
-    half = 0.5 * 10.0 ** (np.floor(np.log10(np.maximum(np.abs(rounded), 1e-3))) + 1 - _DIGITS)
-    if (np.abs(begin + interval * count - rounded) > 1.1 * half + _JITTER_S).any():
-        raise InputError(f"{path}: its time stamps are not even, and too coarse to be used as they are", "data")
-    return interval * count, (f"times are rounded to three digits in the file; every {interval:.6g} s in their place",)
+    return VehicleLog(path, {name: Signal(times, values, unit) for (name, unit), values in signals}, tuple(remarks))

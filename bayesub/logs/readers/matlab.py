@@ -1,6 +1,5 @@
 """MATLAB files: up to v7.2 by SciPy, v7.3 (HDF5) by h5py."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,6 @@ from bayesub.logs.log_map import LogMap
 from bayesub.logs.readers.signals import LONGEST_ARRAY, Signal, VehicleLog
 
 TIMES = ("time", "t", "time_s", "timestamp", "timestamps", "tout", "utc")
-HDF5 = b"\x89HDF"
-V73_HEADER = 512  # bytes before the HDF5 file in one of MATLAB
 
 
 def read(path: Path, log_map: LogMap) -> VehicleLog:
@@ -21,78 +18,70 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     The time of a variable is that of its own structure, or else of the one around it: the variable that [time] names,
     or one called ``time`` or ``t``. Columns of a matrix are signals of their own, ``pos[0]``.
     """
-    arrays = dict(_hdf5(path) if _is_hdf5(path) else _scipy(path))
-    times = {name: values.ravel() for name, values in arrays.items() if _is_time(name, values, log_map.time.signal)}
+    import h5py
+
+    signal = log_map.time.signal
+    arrays = _read_hdf5(path) if h5py.is_hdf5(path) else _read_scipy(path)
+    times = {}
+    for name, values in arrays.items():
+        last = name.rpartition(".")[2]
+        is_named = signal in (name, last) if signal else last.lower() in TIMES
+        if is_named and values.size > 1 and max(values.shape) == values.size:
+            times[name] = values.ravel()
     if not times:
-        signal = log_map.time.signal
         remedy = f"time or t; give [time] signal in the map, one of {', '.join(list(arrays)[:8])}"
         remedy = f"'{signal}'{nearest(signal, arrays)}" if signal else remedy
-        raise InputError(
-            f"{path}: no vector holds the times: there is no {remedy}",
-            "unknown" if signal else "missing",
-            "time.signal",
-        )
+        message = f"{path}: no vector holds the times: there is no {remedy}"
+        raise InputError(message, "unknown" if signal else "missing", "time.signal")
     factor = units.factor(log_map.time.unit or "s", "s")
-    signals, left_out = {}, []
+    signals, unread = {}, []
     for name, values in arrays.items():
         clock = _clock(name, values, times)
         if name in times:
             continue
         if clock is None:
-            left_out.append(name)
+            unread.append(name)
             continue
         columns = values.reshape(len(clock), -1) if values.shape[0] == len(clock) else values.T.reshape(len(clock), -1)
         for k, column in enumerate(columns.T):
             label = name if columns.shape[1] == 1 else f"{name}[{k}]"
             signals[label] = Signal(factor * clock, column, units.of_column(name))
-    few = ", ".join(left_out[:8])
-    remarks = (f"left out, since no time is as long: {few}{' ..' if len(left_out) > 8 else ''}",) if left_out else ()
-    return VehicleLog(path, signals, remarks)
+    few = ", ".join(unread[:8]) + (" .." if len(unread) > 8 else "")
+    return VehicleLog(path, signals, (f"left out, since no time is as long: {few}",) if unread else ())
 
 
-def _is_hdf5(path: Path) -> bool:
-    with path.open("rb") as file:
-        head = file.read(V73_HEADER + 4)
-    return head.startswith(HDF5) or head[V73_HEADER:] == HDF5
-
-
-def _scipy(path: Path) -> Iterator[tuple[str, np.ndarray]]:
+def _read_scipy(path: Path) -> dict[str, np.ndarray]:
     from scipy import io
 
-    content = io.loadmat(path, squeeze_me=True, struct_as_record=False)
-    for name, value in content.items():
+    arrays = {}
+
+    def visit(name, value):
+        if hasattr(value, "_fieldnames"):
+            for field in value._fieldnames:
+                visit(f"{name}.{field}", getattr(value, field))
+        elif isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.ndim in (1, 2):
+            arrays[name] = value.astype(float)
+
+    for name, value in io.loadmat(path, squeeze_me=True, struct_as_record=False).items():
         if not name.startswith("__"):
-            yield from _inside(name, value)
+            visit(name, value)
+    return arrays
 
 
-def _inside(name: str, value) -> Iterator[tuple[str, np.ndarray]]:
-    """The arrays of numbers in a variable, structures taken apart."""
-    if hasattr(value, "_fieldnames"):
-        for field in value._fieldnames:
-            yield from _inside(f"{name}.{field}", getattr(value, field))
-    elif isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.ndim in (1, 2):
-        yield name, value.astype(float)
-
-
-def _hdf5(path: Path) -> Iterator[tuple[str, np.ndarray]]:
+def _read_hdf5(path: Path) -> dict[str, np.ndarray]:
     import h5py
+
+    arrays = {}
 
     def visit(name, item):
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "biuf" and not name.startswith("#"):
             values = np.asarray(item, dtype=float).T  # MATLAB stores columns first
             values = values.reshape(values.shape[0], -1) if values.ndim == 2 else np.atleast_1d(values)
-            arrays.append((name.replace("/", "."), values.ravel() if 1 in values.shape else values))
+            arrays[name.replace("/", ".")] = values.ravel() if 1 in values.shape else values
 
-    arrays: list[tuple[str, np.ndarray]] = []
     with h5py.File(path, "r") as file:
         file.visititems(visit)
-    yield from arrays
-
-
-def _is_time(name: str, values: np.ndarray, signal: str | None) -> bool:
-    is_vector = values.size > 1 and max(values.shape) == values.size
-    last = name.rpartition(".")[2]
-    return is_vector and (signal in (name, last) if signal else last.lower() in TIMES)
+    return arrays
 
 
 def _clock(name: str, values: np.ndarray, times: dict[str, np.ndarray]) -> np.ndarray | None:

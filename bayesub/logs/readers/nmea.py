@@ -1,29 +1,26 @@
 """NMEA 0183: what GPS receivers, compasses and depth sounders say, sentence by sentence, by pynmea2."""
 
+import contextlib
 import datetime
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.logs.log_map import LogMap
-from bayesub.logs.readers.signals import Collection, Signal, VehicleLog, library
+from bayesub.logs.readers.signals import Collection, VehicleLog, library
 
 HALF_DAY_S, DAY_S = 43200.0, 86400.0
 # A time that a logger wrote before a sentence: seconds, a date and time, or the tag block of NMEA 4.
 _STAMPED = re.compile(r"^\s*(?:\\[^\\]*?c:(?P<tag>\d+)[^\\]*\\|(?P<stamp>[^$!\\]*?)[\s,;]*)(?P<sentence>[$!].*)$")
-_UNITS = {"latitude": "deg", "longitude": "deg", "spd_over_grnd": "kn", "spd_over_grnd_kts": "kn"}
-_UNITS |= {
-    "spd_over_grnd_kmph": "km/h",
-    "true_course": "deg",
-    "true_track": "deg",
-    "mag_track": "deg",
-    "heading": "deg",
-}
-_UNITS |= {"heading_true": "deg", "heading_magnetic": "deg", "depth": "m", "depth_meters": "m", "altitude": "m"}
-_UNITS |= {"water_speed_knots": "kn", "water_speed_km": "km/h", "rate_of_turn": "deg/min", "speed": "rpm"}
+_UNITS = dict.fromkeys(("latitude", "longitude", "true_course", "true_track", "mag_track"), "deg")
+_UNITS |= dict.fromkeys(("heading", "heading_true", "heading_magnetic"), "deg")
+_UNITS |= dict.fromkeys(("spd_over_grnd", "spd_over_grnd_kts", "water_speed_knots"), "kn")
+_UNITS |= dict.fromkeys(("spd_over_grnd_kmph", "water_speed_km"), "km/h")
+_UNITS |= dict.fromkeys(("depth", "depth_meters", "altitude"), "m") | {"rate_of_turn": "deg/s", "speed": "rpm"}
 
 
 def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
@@ -32,11 +29,9 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     Times are those that the logger wrote before each sentence if there are any, otherwise those inside of sentences
     (RMC, GGA, ..); sentences between two of these are spread over the time between them.
     """
-    pynmea2 = library("pynmea2", "pynmea2", path)
-    with toml_files.reading(path):
-        lines = path.read_text(encoding="ascii", errors="replace").splitlines()
+    pynmea2 = library("pynmea2", path)
     sentences, n_wrong, n_lines = [], 0, 0
-    for line in lines:
+    for line in path.read_text(encoding="ascii", errors="replace").splitlines():
         match = _STAMPED.match(line)
         if match is None:
             continue
@@ -50,9 +45,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     if n_lines and not sentences:
         raise InputError(f"{path}: all {n_lines} sentences are damaged: their sums do not fit", "data")
     if not sentences:
-        raise InputError(
-            f"{path}: has no sentences of NMEA 0183, which begin with $ or !; other text is of kind csv", "format"
-        )
+        message = f"{path}: has no sentences of NMEA 0183, which begin with $ or !; other text is of kind csv"
+        raise InputError(message, "format")
     stamps = [stamp for stamp, _ in sentences]
     if all(stamp is None for stamp in stamps):
         stamps = _inner_times([message for _, message in sentences])
@@ -62,22 +56,19 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
         head = f"{getattr(message, 'talker', '')}{getattr(message, 'sentence_type', '')}" or message.identifier()
         for name, value in _fields(message):
             collection.add(f"{head}.{name}", time, value, _UNITS.get(name, ""))
-    signals = collection.signals()
-    remarks = [f"{n_wrong} of {n_lines} sentences are damaged and left out"] if n_wrong else []
-    return VehicleLog(path, _in_degrees(signals), tuple(remarks))
+    remarks = (f"{n_wrong} of {n_lines} sentences are damaged and left out",) if n_wrong else ()
+    return VehicleLog(path, collection.signals(), remarks)
 
 
-def _stamp(match) -> float | None:
+def _stamp(match: re.Match) -> float | None:
     """The time that a logger wrote, s; None if it wrote none."""
     if match["tag"]:
         return float(match["tag"])
     text = (match["stamp"] or "").strip(" ,;[]")
     if not text:
         return None
-    try:
+    with contextlib.suppress(ValueError):
         return float(text)
-    except ValueError:
-        pass
     try:
         moment = datetime.datetime.fromisoformat(text)
     except ValueError:
@@ -85,12 +76,15 @@ def _stamp(match) -> float | None:
     return (moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)).timestamp()
 
 
-def _inner_times(messages) -> list[float | None]:
+def _inner_times(messages: list[Any]) -> list[float | None]:
     """The times inside of sentences, seconds since 1970 if any sentence has the date, otherwise since midnight."""
-    dates = (_date(message) for message in messages)
-    day = next((date for date in dates if date), None)
-    base = 0.0 if day is None else datetime.datetime.combine(day, datetime.time(), datetime.UTC).timestamp()
-    stamps, before = [], None
+    base, before = 0.0, None
+    for message in messages:
+        with contextlib.suppress(AttributeError, ValueError, TypeError):
+            if isinstance(message.datestamp, datetime.date):
+                base = datetime.datetime.combine(message.datestamp, datetime.time(), datetime.UTC).timestamp()
+                break
+    stamps: list[float | None] = []
     for message in messages:
         clock = getattr(message, "timestamp", None) if "timestamp" in _names(message) else None
         if not isinstance(clock, datetime.time):
@@ -104,26 +98,14 @@ def _inner_times(messages) -> list[float | None]:
     return stamps
 
 
-def _date(message) -> datetime.date | None:
-    try:
-        date = message.datestamp
-    except (AttributeError, ValueError, TypeError):
-        return None
-    return date if isinstance(date, datetime.date) else None
-
-
 def _spread(stamps: list[float | None], path: Path) -> np.ndarray:
     """Times (n,) of all sentences: those between two stamps are spread over the time between them."""
     lines = np.array([k for k, stamp in enumerate(stamps) if stamp is not None])
     if not lines.size:
-        raise InputError(
-            f"{path}: no sentence has a time (RMC, GGA, GLL, ZDA), nor did the logger write one; log one of these too",
-            "data",
-        )
+        message = f"{path}: no sentence has a time (RMC, GGA, GLL, ZDA), nor did the logger write one; "
+        raise InputError(message + "log one of these too", "data")
     moments = np.array([stamps[k] for k in lines], dtype=float)
-    new = np.append(
-        True, np.diff(moments) != 0.0
-    )  # sentences of one epoch share its time: the next are spread after it
+    new = np.append(True, np.diff(moments) != 0.0)  # sentences of one epoch share its time: the next are spread after
     marks, ends = lines[new], moments[new]
     if len(marks) > 1:  # what follows the last stamp is spread as what came before it
         marks = np.append(marks, 2 * marks[-1] - marks[-2])
@@ -133,30 +115,19 @@ def _spread(stamps: list[float | None], path: Path) -> np.ndarray:
     return times
 
 
-def _names(message) -> list[str]:
+def _names(message: Any) -> list[str]:
     return [field[1] for field in getattr(message, "fields", ())]
 
 
-def _fields(message):
-    """Names and values of the fields that are numbers, latitude and longitude in degrees."""
-    names = _names(message)
+def _fields(message: Any) -> Iterator[tuple[str, float]]:
+    """Names and values of the fields that are numbers; latitude and longitude in degrees, rates of turn by second."""
+    names = [name for name in _names(message) if name not in ("timestamp", "datestamp")]
     if "lat" in names and "lon" in names:
         if message.lat and message.lon:
             yield "latitude", float(message.latitude)
             yield "longitude", float(message.longitude)
         names = [name for name in names if name not in ("lat", "lat_dir", "lon", "lon_dir")]
     for name in names:
-        if name in ("timestamp", "datestamp"):
-            continue
-        try:
-            yield name, float(getattr(message, name))
-        except (TypeError, ValueError):
-            continue
-
-
-def _in_degrees(signals: dict[str, Signal]) -> dict[str, Signal]:
-    """A rate of turn in degrees a minute becomes one in degrees a second."""
-    return {
-        name: Signal(signal.times, signal.values / 60.0, "deg/s") if signal.unit == "deg/min" else signal
-        for name, signal in signals.items()
-    }
+        with contextlib.suppress(TypeError, ValueError):
+            value = float(getattr(message, name))
+            yield name, value / 60.0 if name == "rate_of_turn" else value

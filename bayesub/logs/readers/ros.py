@@ -1,14 +1,16 @@
 """ROS bags, of ROS 2 (folder, .mcap, .db3) and ROS 1 (.bag), by rosbags."""
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.logs.log_map import LogMap
-from bayesub.logs.readers.signals import LONGEST_ARRAY, Collection, VehicleLog, library, numbers
+from bayesub.logs.readers.signals import LONGEST_ARRAY, Collection, VehicleLog, library
 
 # Fields of common messages, whose units are those of REP 103.
 _UNITS = (
@@ -28,12 +30,16 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     Times are those of the header of a message, or else when the bag recorded it. A quaternion has ``roll``, ``pitch``
     and ``yaw`` beside it, in the axes of the message: x forward, y to port and z up, if it follows REP 103.
     """
-    highlevel = library("rosbags.highlevel", "rosbags", path)
-    typesys = library("rosbags.typesys", "rosbags", path)
+    highlevel = library("rosbags.highlevel", path)
+    typesys = library("rosbags.typesys", path)
     store = typesys.get_typestore(typesys.Stores.LATEST)
-    for file in _definition_files(log_map.definitions):
-        package, name = _message_name(file)
-        store.register(typesys.get_types_from_msg(toml_files.read_text(file), f"{package}/msg/{name}"))
+    for place in map(Path, log_map.definitions):
+        if not place.exists():
+            raise InputError(f"{place}: named by definitions, does not exist", "file", "definitions")
+        for file in sorted(place.rglob("*.msg")) if place.is_dir() else [place]:
+            folder = file.resolve().parent
+            package = (folder.parent if folder.name == "msg" else folder).name
+            store.register(typesys.get_types_from_msg(toml_files.read_text(file), f"{package}/msg/{file.stem}"))
     names = [section.signal for section in log_map.columns.values()]
     collection, undefined = Collection(), {}
     with highlevel.AnyReader([path], default_typestore=store) as bag:
@@ -43,8 +49,9 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         for connection, stamp, raw in bag.messages(known) if known else ():
             message = bag.deserialize(raw, connection.msgtype)
             time = _header_time(message) or stamp * 1e-9
-            for name, value in _numbers(message, ""):
-                collection.add(f"{connection.topic}.{name}", time, value, _unit(name))
+            for name, value in _fields(message):
+                units = (unit for pattern, unit in _UNITS if np.isscalar(value) and re.search(pattern, name))
+                collection.add(f"{connection.topic}.{name}", time, value, next(units, ""))
     remarks = tuple(
         f"{topic} is left out: the bag does not define {kind}; give its .msg file as definitions"
         for topic, kind in undefined.items()
@@ -52,23 +59,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     return VehicleLog(path, collection.signals(), remarks)
 
 
-def _definition_files(names) -> list[Path]:
-    """The .msg files among the files and folders of `definitions`."""
-    files = []
-    for name in map(Path, names):
-        if not name.exists():
-            raise InputError(f"{name}: named by definitions, does not exist", "file", "definitions")
-        files += sorted(name.rglob("*.msg")) if name.is_dir() else [name]
-    return files
-
-
-def _message_name(file: Path) -> tuple[str, str]:
-    """Package and name of a message, by its place ``PACKAGE/msg/NAME.msg``."""
-    folder = file.resolve().parent
-    return (folder.parent if folder.name == "msg" else folder).name, file.stem
-
-
-def _header_time(message) -> float | None:
+def _header_time(message: Any) -> float | None:
     """The time stamp in the header of a message, s; None without one, or if nobody filled it in."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
     if stamp is None or not (stamp.sec or stamp.nanosec):
@@ -76,33 +67,26 @@ def _header_time(message) -> float | None:
     return stamp.sec + stamp.nanosec * 1e-9
 
 
-def _numbers(message, prefix: str):
-    """Names and values of the numbers in a message and those inside of it, without time stamps."""
-    fields = getattr(message, "__dataclass_fields__", {})
-    names = [name for name in fields if name not in ("__msgtype__", "header") and not name.isupper()]  # no constants
-    for name in names:
-        value = getattr(message, name)
-        if name.endswith("covariance"):
+def _fields(message: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Names and values of the fields of a message and of those inside of it, without time stamps."""
+    for name in getattr(message, "__dataclass_fields__", {}):
+        if name in ("__msgtype__", "header") or name.isupper() or name.endswith("covariance"):  # upper: constants
             continue
+        value = getattr(message, name)
         if hasattr(value, "__dataclass_fields__"):
             if getattr(value, "__msgtype__", "").endswith("/Quaternion"):
                 for angle, radians in zip(("roll", "pitch", "yaw"), _angles(value), strict=True):
                     yield f"{prefix}{name}.{angle}", radians
-            yield from _numbers(value, f"{prefix}{name}.")
+            yield from _fields(value, f"{prefix}{name}.")
         elif isinstance(value, list | tuple) and value and hasattr(value[0], "__dataclass_fields__"):
             for k, part in enumerate(value[:LONGEST_ARRAY]):
-                yield from _numbers(part, f"{prefix}{name}[{k}].")
+                yield from _fields(part, f"{prefix}{name}[{k}].")
         else:
-            for label, number in numbers(value, name):
-                yield f"{prefix}{label}", number
+            yield f"{prefix}{name}", value
 
 
-def _angles(q) -> tuple[float, float, float]:
+def _angles(q: Any) -> tuple[float, float, float]:
     """Roll, pitch and yaw of a quaternion, rad."""
     roll = np.arctan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x**2 + q.y**2))
     pitch = np.arcsin(np.clip(2.0 * (q.w * q.y - q.z * q.x), -1.0, 1.0))
     return roll, pitch, np.arctan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y**2 + q.z**2))
-
-
-def _unit(name: str) -> str:
-    return next((unit for pattern, unit in _UNITS if re.search(pattern, name)), "")

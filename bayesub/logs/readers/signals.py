@@ -1,7 +1,7 @@
 """What readers give: signals by name, each with its own time stamps."""
 
 import importlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -54,6 +54,19 @@ class VehicleLog:
     signals: dict[str, Signal]
     remarks: tuple[str, ...] = ()
 
+    @property
+    def begin(self) -> float:
+        """First time in the file of all signals, s; zero without readings."""
+        return min((signal.times[0] for signal in self.signals.values() if len(signal.times)), default=0.0)
+
+    @property
+    def end(self) -> float:
+        """Last time in the file of all signals, s; zero without readings."""
+        return max((signal.times[-1] for signal in self.signals.values() if len(signal.times)), default=0.0)
+
+
+LONGEST_ARRAY = 40  # elements; longer arrays are pictures, sonar pings and covariances
+
 
 @dataclass
 class Collection:
@@ -61,11 +74,18 @@ class Collection:
 
     _cells: dict[str, tuple[list[float], list[float], str]] = field(default_factory=dict)
 
-    def add(self, name: str, time: float, value: float, unit: str = "") -> None:
-        """Append one reading; the unit of the first counts."""
-        times, values, _ = self._cells.setdefault(name, ([], [], unit))
-        times.append(time)
-        values.append(value)
+    def add(self, name: str, time: float, value: object, unit: str = "") -> None:
+        """Append a number at a time (s), or the elements of a list or array as ``name[0]``; anything else is left out.
+
+        The unit of the first reading counts.
+        """
+        if isinstance(value, bool | int | float | np.number | np.bool_):
+            times, values, _ = self._cells.setdefault(name, ([], [], unit))
+            times.append(time)
+            values.append(float(value))
+        elif isinstance(value, list | tuple | np.ndarray) and len(value) <= LONGEST_ARRAY:
+            for k, element in enumerate(value):
+                self.add(f"{name}[{k}]", time, element, unit)
 
     def signals(self) -> dict[str, Signal]:
         """All signals as arrays."""
@@ -78,69 +98,31 @@ class Collection:
 def join(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
     """The logs of several files, such as the segments of a mission, one after the other.
 
-    Parameters
-    ----------
-    logs : sequence of VehicleLog
-        At least one.
-    is_by_file : bool
-        Files that overlap in time are tables of one log: their signals become ``FILE.NAME``.
+    With `is_by_file`, files that overlap in time are tables of one log: their signals become ``FILE.NAME``.
     """
     if len(logs) == 1:
         return logs[0]
-    logs = sorted(logs, key=_begin)
-    if is_by_file and any(_begin(after) < _end(before) for before, after in pairwise(logs)):
+    logs = sorted(logs, key=lambda log: log.begin)
+    if is_by_file and any(after.begin < before.end for before, after in pairwise(logs)):
         logs = [replace(log, signals={f"{log.path.stem}.{n}": s for n, s in log.signals.items()}) for log in logs]
     parts: dict[str, list[Signal]] = {}
     for log in logs:
         for name, signal in log.signals.items():
             parts.setdefault(name, []).append(signal)
-    signals = {
-        name: Signal(
-            np.concatenate([part.times for part in group]),
-            np.concatenate([part.values for part in group]),
-            group[0].unit,
-        )
-        for name, group in parts.items()
-    }
+    signals = {}
+    for name, group in parts.items():
+        times, values = (np.concatenate([getattr(part, cells) for part in group]) for cells in ("times", "values"))
+        signals[name] = Signal(times, values, group[0].unit)
     return VehicleLog(logs[0].path, signals, tuple(f"{log.path}: {remark}" for log in logs for remark in log.remarks))
 
 
-def _begin(log: VehicleLog) -> float:
-    return min((signal.times[0] for signal in log.signals.values() if len(signal.times)), default=0.0)
-
-
-def _end(log: VehicleLog) -> float:
-    return max((signal.times[-1] for signal in log.signals.values() if len(signal.times)), default=0.0)
-
-
-def library(name: str, package: str, path: Path) -> ModuleType:
-    """The module `name` of an optional library.
-
-    Raises
-    ------
-    InputError
-        With the command of pip, if the library is not installed.
-    """
+def library(name: str, path: Path) -> ModuleType:
+    """A module of an optional library; InputError with the command of pip if that is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        is_missing = isinstance(error, ModuleNotFoundError) and (error.name or "").startswith(name.partition(".")[0])
-        reason = "" if is_missing else f" ({error})"
-        raise InputError(
-            f"{path}: reading this kind of log needs the library {package}{reason}: pip install 'bayesub[logs]', or "
-            f"pip install {package}",
-            "install",
-            package,
-        ) from None
-
-
-def numbers(value: object, name: str = "") -> Iterable[tuple[str, float]]:
-    """The numbers in a value with their names: a number itself, and elements of lists and arrays as ``name[0]``."""
-    if isinstance(value, bool | int | float | np.number | np.bool_):
-        yield name, float(value)
-    elif isinstance(value, list | tuple | np.ndarray) and len(value) <= LONGEST_ARRAY:
-        for k, element in enumerate(value):
-            yield from numbers(element, f"{name}[{k}]")
-
-
-LONGEST_ARRAY = 40  # elements; longer arrays are pictures, sonar pings and covariances
+        package = name.partition(".")[0]
+        is_missing = isinstance(error, ModuleNotFoundError) and (error.name or "").startswith(package)
+        message = f"{path}: reading this kind of log needs the library {package}{'' if is_missing else f' ({error})'}: "
+        message += f"pip install 'bayesub[logs]', or pip install {package}"
+        raise InputError(message, "install", package) from None

@@ -10,10 +10,7 @@ from bayesub.logs.log_map import LogMap
 from bayesub.logs.readers.signals import Signal, VehicleLog, library
 
 CACHES = (".", "cac", "cache", "../cac", "../cache")  # where cache files may be, seen from the folder of the log
-
 MOST_LINES = 200  # of a header, and bytes of one
-
-_COUNT = re.compile(rb"num_ascii_tags:\s*(\d{1,9})\s*$")
 
 
 def read(path: Path, log_map: LogMap) -> VehicleLog:
@@ -22,7 +19,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     Most files need the cache file (.cac) of their list of parameters: it is looked for in the folder that the map
     names, in that of the log, and in ``cac`` and ``cache`` in it or beside it. Latitudes and longitudes become degrees.
     """
-    dbdreader = library("dbdreader", "dbdreader", path)
+    dbdreader = library("dbdreader", path)
     _check_header(path)
     folders = [Path(log_map.cache)] if log_map.cache else []
     folders += [path.parent / name for name in CACHES]
@@ -35,23 +32,18 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         except dbdreader.DbdError as error:
             if error.value != dbdreader.DBD_ERROR_CACHE_NOT_FOUND:
                 raise InputError(f"{path}: is not the log of a Slocum glider: {error}", "format") from None
-            name = next(iter(error.data.missing_cache_files), "")
-            raise InputError(
-                f"{path}: needs the cache file {name}.cac of the glider; put it beside the log, or give its folder "
-                "as cache in the map",
-                "missing",
-                "cache",
-            ) from None
+            message = f"{path}: needs the cache file {next(iter(error.data.missing_cache_files), '')}.cac of the "
+            message += "glider; put it beside the log, or give its folder as cache in the map"
+            raise InputError(message, "missing", "cache") from None
         names = [name for name in segment.parameterNames if name != segment.timeVariable]
         cells = segment.get(*names)
         units = dict(segment.parameterUnits)
         segment.close()
-    cells = cells if len(names) > 1 else [cells]
-    signals = {
-        name: Signal(times, values, _unit(units[name]))
-        for name, (times, values) in zip(names, cells, strict=True)
-        if len(times)
-    }
+    signals = {}
+    for name, (times, values) in zip(names, cells if len(names) > 1 else [cells], strict=True):
+        if len(times):
+            unit = units[name]
+            signals[name] = Signal(times, values, "" if unit in ("nodim", "enum", "bool") else unit)
     return VehicleLog(path, signals)
 
 
@@ -59,13 +51,9 @@ def _check_header(path: Path) -> None:
     """InputError for a header without its number of lines, whose end dbdreader would look for without end."""
     with path.open("rb") as file:
         lines = [file.readline(MOST_LINES) for _ in range(MOST_LINES)]
-    counts = [(k, _COUNT.match(line)) for k, line in enumerate(lines, 1) if _COUNT.match(line)]
+    matches = [(k, re.match(rb"num_ascii_tags:\s*(\d{1,9})\s*$", line)) for k, line in enumerate(lines, 1)]
+    counts = [(k, int(match[1])) for k, match in matches if match]
     is_plain = lines[0].startswith(b"dbd_label")  # others are compressed, or of another kind
-    if is_plain and not any(k <= int(match[1]) <= MOST_LINES for k, match in counts[-1:]):
-        raise InputError(
-            f"{path}: is not the log of a Slocum glider, or damaged: its header does not say its length", "format"
-        )
-
-
-def _unit(unit: str) -> str:
-    return "" if unit in ("nodim", "enum", "bool") else unit
+    if is_plain and not any(k <= count <= MOST_LINES for k, count in counts[-1:]):
+        message = f"{path}: is not the log of a Slocum glider, or damaged: its header does not say its length"
+        raise InputError(message, "format")

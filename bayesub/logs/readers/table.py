@@ -4,10 +4,11 @@ import io
 import re
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from bayesub.io import toml_files, units
+from bayesub.io import units
 from bayesub.io.errors import InputError, nearest
 from bayesub.logs.log_map import LogMap
 from bayesub.logs.readers.signals import Signal, VehicleLog
@@ -20,8 +21,8 @@ MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-
 
 DAY_S = 86400.0
 
+Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
-_UNIT = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))\s*$")
 
 
 def read(path: Path, log_map: LogMap) -> VehicleLog:
@@ -33,15 +34,15 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     names, unit_cells, first = _header(path, lines, separator, n_columns)
     body, remarks = _whole(path, lines[first:], separator, n_columns)
     comma = "," if separator != "," and "," in lines[first][1] else "."
-    options = {"sep": r"\s+" if separator == " " else separator, "header": None, "names": range(n_columns)}
-    options |= {"keep_default_na": False, "na_values": [""], "index_col": False, "skipinitialspace": True}
+    separators = r"\s+" if separator == " " else separator
+    options: dict[str, Any] = {"header": None, "names": range(n_columns), "keep_default_na": False, "na_values": [""]}
+    options |= {"index_col": False, "skipinitialspace": True, "decimal": comma, "low_memory": False}
     try:
-        cells = pd.read_csv(io.StringIO("\n".join(body)), decimal=comma, low_memory=False, **options)
+        cells = pd.read_csv(io.StringIO("\n".join(body)), sep=separators, **options)
     except pd.errors.ParserError as error:
         reason = str(error).strip().rpartition("error: ")[2]
-        raise InputError(
-            f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?", "format"
-        ) from None
+        message = f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?"
+        raise InputError(message, "format") from None
     k = _time_column(path, names, log_map.time.signal)
     times = _times(path, cells[k], log_map.time.unit or unit_cells[k] or "s", names[k], lines[first][0])
     signals = {}
@@ -54,7 +55,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     return VehicleLog(path, signals, tuple(remarks))
 
 
-def _whole(path: Path, lines, separator: str, n_columns: int) -> tuple[list[str], list[str]]:
+def _whole(path: Path, lines: list[Line], separator: str, n_columns: int) -> tuple[list[str], list[str]]:
     """The lines of numbers, all with the same number of cells, and a remark if the last one was not whole."""
     texts = [line for _, line in lines]
     if any('"' in line for line in texts[:SAMPLE]):
@@ -64,16 +65,14 @@ def _whole(path: Path, lines, separator: str, n_columns: int) -> tuple[list[str]
         if n_cells < n_columns and k == len(lines) - 1:
             return texts[:-1], ["the last line is not whole and left out"]
         if n_cells != n_columns:
-            raise InputError(
-                f"{path}: line {number}: has {n_cells} cells, expected {n_columns}; is the file whole?", "format"
-            )
+            message = f"{path}: line {number}: has {n_cells} cells, expected {n_columns}; is the file whole?"
+            raise InputError(message, "format")
     return texts, []
 
 
-def _lines(path: Path) -> list[tuple[int, str]]:
+def _lines(path: Path) -> list[Line]:
     """Number and text of the lines that are neither empty nor comments."""
-    with toml_files.reading(path):
-        content = path.read_bytes()
+    content = path.read_bytes()
     if b"\0" in content[:4096]:
         raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not", "format")
     try:
@@ -103,9 +102,8 @@ def _layout(path: Path, lines: list[str]) -> tuple[str, int]:
         layouts[separator] = numbers if n_columns > 1 else 0, n_columns
     best = max(layouts, key=lambda separator: layouts[separator][0])
     if not layouts[best][0]:
-        raise InputError(
-            f"{path}: no columns of numbers, separated by tabs, semicolons, commas or spaces, were made out", "format"
-        )
+        message = f"{path}: no columns of numbers, separated by tabs, semicolons, commas or spaces, were made out"
+        raise InputError(message, "format")
     return best, layouts[best][1]
 
 
@@ -113,38 +111,32 @@ def _is_number(cell: str, separator: str) -> bool:
     return _NUMBER.fullmatch(cell) is not None and not (separator == "," and "," in cell)
 
 
-def _header(path: Path, lines, separator: str, n_columns: int) -> tuple[list[str], list[str], int]:
+def _header(path: Path, lines: list[Line], separator: str, n_columns: int) -> tuple[list[str], list[str], int]:
     """Names and units of the columns, and which of the lines is the first of numbers."""
     rows = [_cells(line, separator) for _, line in lines[:200]]
-    first = next((k for k, row in enumerate(rows) if len(row) == n_columns and _is_data(row, separator)), None)
+    whole = [k for k, row in enumerate(rows) if len(row) == n_columns]
+    first = next((k for k in whole if any(_is_number(cell, separator) for cell in rows[k])), None)
     if first is None:
         raise InputError(f"{path}: no row of {n_columns} columns with numbers is among its first lines", "format")
-    heads = [row for row in rows[:first] if len(row) == n_columns]
+    heads = [rows[k] for k in whole if k < first]
     unit_row = [""] * n_columns
-    if len(heads) > 1 and _is_unit_row(heads[-1]):
-        unit_row = [cell.strip("[]() ") for cell in heads.pop()]
-    if not heads:
-        return [f"column_{k}" for k in range(1, n_columns + 1)], unit_row, first
-    names, units_of_names = zip(*map(_name_and_unit, heads[-1]), strict=True)
-    names = [name or f"column_{k}" for k, name in enumerate(names, 1)]
-    for k, name in enumerate(names):
-        if name in names[:k]:
-            raise InputError(f"{path}: column '{name}' is given twice; rename one of them", "conflict", name)
-    return names, [a or b for a, b in zip(unit_row, units_of_names, strict=True)], first
-
-
-def _is_data(row: list[str], separator: str) -> bool:
-    return any(_is_number(cell, separator) for cell in row)
-
-
-def _is_unit_row(row: list[str]) -> bool:
-    cells = [cell for cell in row if cell]
-    return bool(cells) and all(cell[0] in "[(" or cell == "-" or units.known(cell) for cell in cells)
+    if len(heads) > 1:
+        filled = [cell for cell in heads[-1] if cell]
+        if filled and all(cell[0] in "[(" or cell == "-" or units.known(cell) for cell in filled):
+            unit_row = [cell.strip("[]() ") for cell in heads.pop()]
+    names = []
+    for k, cell in enumerate(heads[-1] if heads else unit_row):
+        name, unit = _name_and_unit(cell) if heads else ("", "")
+        names.append(name or f"column_{k + 1}")
+        unit_row[k] = unit_row[k] or unit
+        if names[k] in names[:k]:
+            raise InputError(f"{path}: column '{names[k]}' is given twice; rename one of them", "conflict", names[k])
+    return names, unit_row, first
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
     """``Depth [m]``, ``Depth (m)``, ``Depth / m`` or ``depth_m`` taken apart; the last keeps its name."""
-    match = _UNIT.match(cell)
+    match = re.match(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))\s*$", cell)
     if match:
         return match[1], next((part for part in match.groups()[1:] if part), "").strip()
     end = cell.rpartition("_")[2]
@@ -152,27 +144,21 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
 
 
 def _time_column(path: Path, names: list[str], signal: str | None) -> int:
-    if signal is not None:
-        if signal not in names:
-            raise InputError(
-                f"{path}: has no column '{signal}', the signal of [time]{nearest(signal, names)}",
-                "unknown",
-                "time.signal",
-            )
+    if signal in names:
         return names.index(signal)
+    if signal is not None:
+        message = f"{path}: has no column '{signal}', the signal of [time]{nearest(signal, names)}"
+        raise InputError(message, "unknown", "time.signal")
     lower = [name.lower() for name in names]
     likely = [lower.index(name) for name in TIMES if name in lower]
     likely += [k for k, name in enumerate(lower) if "time" in name]
     if not likely:
-        raise InputError(
-            f"{path}: which column is the time? give [time] signal in the map, one of {', '.join(names[:8])}",
-            "missing",
-            "time.signal",
-        )
+        message = f"{path}: which column is the time? give [time] signal in the map, one of {', '.join(names[:8])}"
+        raise InputError(message, "missing", "time.signal")
     return likely[0]
 
 
-def _times(path: Path, column, unit: str, name: str, line: int) -> np.ndarray:
+def _times(path: Path, column: Any, unit: str, name: str, line: int) -> np.ndarray:
     """Time stamps (n,) in seconds: numbers, or dates, which become seconds since 1970."""
     import pandas as pd
 
@@ -185,24 +171,17 @@ def _times(path: Path, column, unit: str, name: str, line: int) -> np.ndarray:
         else:
             dates = pd.to_datetime(column, errors="coerce", utc=True, format="ISO8601")
             times = (dates - pd.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
-    wrong = ~np.isfinite(times)
-    if wrong.any():
-        k = int(np.flatnonzero(wrong)[0])
-        raise InputError(
-            f"{path}: row {k + 1} from line {line}, column '{name}': '{column.iloc[k]}' is not a time; expected "
-            "numbers, or dates such as 2026-05-01T10:00:00.5",
-            "data",
-            name,
-        )
+    for k in np.flatnonzero(~np.isfinite(times))[:1]:
+        message = f"{path}: row {k + 1} from line {line}, column '{name}': '{column.iloc[k]}' is not a time; expected "
+        raise InputError(message + "numbers, or dates such as 2026-05-01T10:00:00.5", "data", name)
     try:
         return times * units.factor(unit.partition(" since ")[0], "s")
     except InputError as error:
-        raise InputError(
-            f"{path}: column '{name}' of times: {error}; give [time] unit", error.kind, f"time.{error.key}"
-        ) from None
+        message = f"{path}: column '{name}' of times: {error}; give [time] unit"
+        raise InputError(message, error.kind, f"time.{error.key}") from None
 
 
-def _numbers(column) -> tuple[np.ndarray, np.ndarray, str]:
+def _numbers(column: Any) -> tuple[np.ndarray, np.ndarray, str]:
     """Which cells are filled (n,), their numbers (n,), and the first text that is none, if there is one."""
     import pandas as pd
 
