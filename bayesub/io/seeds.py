@@ -18,15 +18,5 @@ PREDICTIONS = 7  # of trials that are not fitted
 
 
 def generator(seed: int, stream: int, *members: int) -> np.random.Generator:
-    """The random numbers of a stream of a seed.
-
-    Parameters
-    ----------
-    seed : int
-        Of a study.
-    stream : int
-        One of the numbers of this module.
-    members : int
-        Which of the streams of that number, if there are several.
-    """
+    """The random numbers of a stream (a number of this module) of a study's seed; of several, of these `members`."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(stream, *members)))

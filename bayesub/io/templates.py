@@ -1,10 +1,14 @@
 """Templates (Jinja): each stands beside the module that fills it, all are of one environment."""
 
 from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import jinja2
 
 
 @cache
-def environment():
+def environment() -> "jinja2.Environment":
     """The environment of all templates: files of the package by path, a name without a value is an error.
 
     What stands in HTML is escaped; a template may include others, by their paths in the package.
@@ -13,7 +17,7 @@ def environment():
 
     made = jinja2.Environment(
         loader=jinja2.PackageLoader("bayesub", "."),
-        autoescape=lambda name: name.endswith(".html"),
+        autoescape=lambda name: name is not None and name.endswith(".html"),
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
@@ -24,16 +28,6 @@ def environment():
 
 
 def fill(package: str, name: str, /, **values) -> str:
-    """The text of a template with its values.
-
-    Parameters
-    ----------
-    package : str
-        The package that holds the template, such as ``bayesub.study.new``.
-    name : str
-        File name; in ``.html`` the values are escaped.
-    **values
-        What the names in the template stand for. A name without a value is an error.
-    """
+    """The text of a template, a file of a package such as ``bayesub.study.new``, with values for all its names."""
     folder = "/".join(package.split(".")[1:])
     return environment().get_template(f"{folder}/{name}").render(values)

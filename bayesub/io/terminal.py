@@ -1,7 +1,7 @@
 """The words of the command line: sentences, progress bars, exit status."""
 
 import sys
-from typing import NoReturn, Protocol
+from typing import NoReturn
 
 import rich.progress
 from rich.console import Console
@@ -50,8 +50,8 @@ def pace(speed: float | None, left: float | None) -> str:
     return f"{units}, {duration(left)} left"
 
 
-class Progress(Protocol):
-    """What work that takes time reports to."""
+class Progress:
+    """What work that takes time reports to; this one shows nothing."""
 
     def stage(self, name: str) -> None:
         """Say that a stage begins, and that the one before is done."""
@@ -75,20 +75,7 @@ class Progress(Protocol):
         """Say a sentence that stays on the screen."""
 
 
-class Silent:
-    """Progress that is not shown."""
-
-    def stage(self, name: str) -> None:
-        """As :meth:`Progress.stage`."""
-
-    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
-        """As :meth:`Progress.update`."""
-
-    def remark(self, sentence: str) -> None:
-        """As :meth:`Progress.remark`."""
-
-
-SILENT = Silent()
+SILENT = Progress()
 
 
 class PaceColumn(rich.progress.ProgressColumn):
@@ -97,12 +84,12 @@ class PaceColumn(rich.progress.ProgressColumn):
     max_refresh = 0.5
 
     def render(self, task: rich.progress.Task) -> Text:
-        """As :func:`pace`; empty for a task that is done."""
+        """The words of :func:`pace`; empty for a task that is done."""
         counted = task.fields.get("count") and not task.finished
         return Text(pace(task.speed, task.time_remaining) if counted else "")
 
 
-class Bars:
+class Bars(Progress):
     """One progress bar for each stage, with its pace and the time left; nothing if the output is no terminal."""
 
     def __init__(self):
@@ -118,7 +105,7 @@ class Bars:
             console=console,
             disable=console.quiet or not console.is_terminal,
         )
-        self.task = None
+        self.task: rich.progress.TaskID | None = None
 
     def __enter__(self):
         self.bars.start()
@@ -135,17 +122,17 @@ class Bars:
             self.bars.stop_task(self.task)
 
     def stage(self, name: str) -> None:
-        """As :meth:`Progress.stage`."""
+        """Fill the bar of the stage before, and begin one of this name."""
         self._end()
         self.task = self.bars.add_task(name, total=1.0, count="", note="")
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
-        """As :meth:`Progress.update`."""
-        if self.task is None:
-            self.stage(unit)
+        """Fill the bar of the stage so far."""
+        task = self.bars.add_task(unit, total=1.0, count="", note="") if self.task is None else self.task
         count = f"{done:g} of {total:g} {unit}" if unit else ""
-        self.bars.update(self.task, completed=done, total=total, count=count, note=note)
+        self.bars.update(task, completed=done, total=total, count=count, note=note)
+        self.task = task
 
     def remark(self, sentence: str) -> None:
-        """As :meth:`Progress.remark`."""
+        """Print the sentence above the bars."""
         say(sentence)

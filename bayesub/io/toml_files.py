@@ -21,21 +21,10 @@ from bayesub.io.errors import InputError, nearest
 DATA = resources.files("bayesub") / "data"
 
 # Unit at the end of a name -> largest size that a number with that name may have, far above anything that floats.
-LARGEST = {
-    "rpm_per_mps": 1e5,
-    "deg_s": 1e4,
-    "m": 1e7,
-    "mps": 1e3,
-    "kn": 2e3,
-    "mps2": 1e4,
-    "deg": 1e6,
-    "degps": 1e5,
-    "degps2": 1e7,
-}
-LARGEST |= {"rad": 1e5, "radps": 1e4, "radps2": 1e6, "s": 1e10, "kg": 1e10, "kgm2": 1e15, "kgm3": 1e5, "n": 1e12}
-LARGEST |= {"bar": 1e6, "kpa": 1e9, "pa": 1e12, "rpm": 1e6} | dict.fromkeys(
-    ("mean", "sd", "lower", "upper", "median", "value"), 1e15
-)
+LARGEST = {"rpm_per_mps": 1e5, "deg_s": 1e4, "m": 1e7, "mps": 1e3, "kn": 2e3, "mps2": 1e4, "deg": 1e6, "degps": 1e5}
+LARGEST |= {"degps2": 1e7, "rad": 1e5, "radps": 1e4, "radps2": 1e6, "s": 1e10, "kg": 1e10, "kgm2": 1e15, "kgm3": 1e5}
+LARGEST |= {"n": 1e12, "bar": 1e6, "kpa": 1e9, "pa": 1e12, "rpm": 1e6}
+LARGEST |= dict.fromkeys(("mean", "sd", "lower", "upper", "median", "value"), 1e15)
 
 
 def largest(name: str) -> float:
@@ -63,8 +52,9 @@ class Section(pydantic.BaseModel):
         for one in _single(value):
             if isinstance(one, str) and any(unicodedata.category(c) == "Cc" and c not in "\n\t" for c in one):
                 raise ValueError(f"must not contain control characters, found {one!r}")
-            if isinstance(one, float) and abs(one) > largest(info.field_name):
-                raise InputError(f"{one:g} is beyond {largest(info.field_name):g}; check the unit", "unit")
+            most = largest(info.field_name or "")
+            if isinstance(one, float) and abs(one) > most:
+                raise InputError(f"{one:g} is beyond {most:g}; check the unit", "unit")
         return value
 
 
@@ -94,31 +84,26 @@ def built_in(kind: str) -> dict[str, Path]:
     return {Path(f.name).stem: Path(str(f)) for f in sorted((DATA / kind).iterdir(), key=lambda f: f.name)}
 
 
+def is_path(name: str) -> bool:
+    """Whether a vehicle or manoeuvre is named by the path of a file, not by a built-in name."""
+    return Path(name).suffix != ""
+
+
 def find(name: str, kind: str) -> Path:
     """The file of a built-in name or of a path; InputError if there is neither."""
     files = built_in(kind)
     if name in files:
         return files[name]
-    path = Path(name)
-    if path.suffix == "":
-        raise InputError(
-            f"no {kind.removesuffix('s')} '{name}'{nearest(name, files)}; built in are {', '.join(files)}; "
-            "anything else must be the path of a file",
-            "unknown",
-            name,
-        )
-    return path
+    if not is_path(name):
+        message = f"no {kind.removesuffix('s')} '{name}'{nearest(name, files)}; built in are {', '.join(files)}; "
+        raise InputError(message + "anything else must be the path of a file", "unknown", name)
+    return Path(name)
 
 
 def find_log(name: str | Path) -> Path:
     """The file of a built-in log, by its name, or of a path."""
     folders = built_in("logs")
     return folders[str(name)] / "log.csv.gz" if str(name) in folders else Path(name)
-
-
-def is_path(name: str) -> bool:
-    """Whether a vehicle or manoeuvre is named by the path of a file, not by a built-in name."""
-    return Path(name).suffix != ""
 
 
 def read_text(path: Path) -> str:
@@ -142,17 +127,11 @@ def reading(path: Path) -> Iterator[None]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {reason(error)}", "file") from None
     except UnicodeDecodeError:
-        raise _not_utf8(path) from None
-
-
-def _not_utf8(path: Path) -> InputError:
-    """The error that names the first byte of a file that is not UTF-8, and its line."""
-    text = path.read_text(encoding="utf-8", errors="surrogateescape")
-    wrong = re.search("[\udc80-\udcff]", text)
-    line, byte = text.count("\n", 0, wrong.start()) + 1, ord(wrong.group()) - 0xDC00
-    return InputError(
-        f"{path}: line {line}: is not UTF-8 text, found the byte 0x{byte:02x}; save it as UTF-8", "format"
-    )
+        text = path.read_text(encoding="utf-8", errors="surrogateescape")
+        before, byte, _ = re.split("([\udc80-\udcff])", text, maxsplit=1)
+        line = before.count("\n") + 1
+        where = f"{path}: line {line}: is not UTF-8 text, found the byte 0x{ord(byte) - 0xDC00:02x}"
+        raise InputError(f"{where}; save it as UTF-8", "format") from None
 
 
 def read_toml(path: Path, model: type[Model]) -> Model:
@@ -195,8 +174,16 @@ def _refusal(error: pydantic.ValidationError, model: type[Section]) -> tuple[str
     if first["type"] == "extra_forbidden":
         return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}", "unknown", key
     if first["type"].startswith("union_tag"):
-        sentence, kind, key = _wrong_kind(key, first)
-        return sentence + more, kind, key
+        if not isinstance(first["input"], dict):
+            return f"key '{key}': input should be a table{more}", "value", key
+        context = first["ctx"]  # of the key that says which kind the section is of
+        by = context["discriminator"].strip("'")
+        key = f"{key}.{'model' if '(' in by else by}"
+        if "tag" not in context:
+            return f"key '{key}' is missing{more}", "missing", key
+        kinds = context["expected_tags"].replace("'", "").split(", ")
+        expected = f"{nearest(context['tag'], kinds)}; expected one of {', '.join(kinds)}{more}"
+        return f"key '{key}': unknown '{context['tag']}'{expected}", "unknown", key
     message = first["msg"].removeprefix("Value error, ").replace("a valid tuple", "a list")
     message = message.replace("valid dictionary or object to extract fields from", "table")
     value = repr(first["input"])
@@ -204,21 +191,6 @@ def _refusal(error: pydantic.ValidationError, model: type[Section]) -> tuple[str
     sentence = f"{where}{message[0].lower()}{message[1:]}{'' if is_clear else f', found {value}'}{more}"
     raised = first.get("ctx", {}).get("error")  # by a validator
     return sentence, raised.kind if isinstance(raised, InputError) else "value", key
-
-
-def _wrong_kind(key: str, error: dict) -> tuple[str, str, str]:
-    """What is wrong with the key that says which kind a section is of."""
-    if not isinstance(error["input"], dict):
-        return f"key '{key}': input should be a table", "value", key
-    context = error["ctx"]
-    inside = "model" if "(" in context["discriminator"] else context["discriminator"].strip("'")
-    key = f"{key}.{inside}"
-    if "tag" not in context:
-        return f"key '{key}' is missing", "missing", key
-    kinds = context["expected_tags"].replace("'", "").split(", ")
-    suggestion = nearest(context["tag"], kinds)
-    expected = f"{suggestion}; expected one of {', '.join(kinds)}"
-    return f"key '{key}': unknown '{context['tag']}'{expected}", "unknown", key
 
 
 def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:

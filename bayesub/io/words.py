@@ -9,7 +9,7 @@ _PLACES = 9  # after the point, beyond which numbers have a power of ten
 _LARGE = 1e5  # sd from which values have a power of ten
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNITS = {"mps": "m/s", "degps": "deg/s", "mps2": "m/s²", "degps2": "deg/s²", "kgm2": "kg m²", "n": "N"}
-_PLAIN_UNITS = ("m", "deg", "s", "kg")
+_UNITS |= {"m": "m", "deg": "deg", "s": "s", "kg": "kg"}
 
 
 def listed(names: Sequence[str], otherwise: str = "") -> str:
@@ -29,10 +29,9 @@ def with_unit(column: str) -> str:
     The trial to which it belongs may follow in brackets, as in ``yaw0_deg[first]``.
     """
     name, bracket, trial = column.partition("[")
-    words, trial = name.split("_"), f" {bracket}{trial}" if bracket else ""
-    if len(words) > 1 and (words[-1] in _UNITS or words[-1] in _PLAIN_UNITS):
-        return f"{' '.join(words[:-1])} ({_UNITS.get(words[-1], words[-1])}){trial}"
-    return " ".join(words) + trial
+    *words, unit = name.split("_")
+    last = f"({_UNITS[unit]})" if words and unit in _UNITS else unit
+    return " ".join([*words, last]) + (f" {bracket}{trial}" if bracket else "")
 
 
 def powers(text: str) -> str:

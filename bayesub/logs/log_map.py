@@ -169,10 +169,9 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
                 f"{where}: is the same quantity as '{other}'; leave one of them out", "conflict", f"columns.{column}"
             )
     folder = path.parent
-    places = {"definitions": tuple(str(folder / name) for name in log_map.definitions)}
-    if log_map.cache is not None:
-        places["cache"] = str(folder / log_map.cache)
-    return log_map.model_copy(update=places)
+    cache = None if log_map.cache is None else str(folder / log_map.cache)
+    definitions = tuple(str(folder / name) for name in log_map.definitions)
+    return log_map.model_copy(update={"cache": cache, "definitions": definitions})
 
 
 def _check_column(where: str, column: str) -> None:

@@ -131,8 +131,10 @@ class Relation:
         if not self.drift:
             return misfit
         total = np.sum(elapsed**2)
-        steady = (v - elapsed * (np.sum(elapsed * v, axis=0, keepdims=True) / total) for v in (change, by_rates))
-        return min(misfit, _difference(*steady, elapsed=elapsed), key=lambda one: one.share)
+        change, by_rates = (
+            some - elapsed * (np.sum(elapsed * some, axis=0, keepdims=True) / total) for some in (change, by_rates)
+        )
+        return min(misfit, _difference(change, by_rates, elapsed), key=lambda one: one.share)
 
 
 def _or_zero(values, *names):

@@ -71,11 +71,10 @@ def _collect_telemetry(messages: list[Any], collection: Collection) -> None:
             head = f"{message.get_srcSystem()}.{message.get_srcComponent()}/{head}"
         since_start = getattr(message, "time_boot_ms", 0)
         time = since_start * 1e-3 + start if since_start > 0 else message._timestamp
-        names = message.fieldunits_by_name
-        _add(collection, message, head, time, lambda field, names=names: names.get(field, ""))
+        _add(collection, message, head, time, message.fieldunits_by_name.get)
 
 
-def _add(collection: Collection, message: Any, head: str, time: float, unit: Callable[[str], str]) -> None:
+def _add(collection: Collection, message: Any, head: str, time: float, unit: Callable[[str], str | None]) -> None:
     for field in message.get_fieldnames():
         if field not in CLOCKS:
-            collection.add(f"{head}.{field}", time, getattr(message, field), unit(field))
+            collection.add(f"{head}.{field}", time, getattr(message, field), unit(field) or "")

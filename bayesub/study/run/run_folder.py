@@ -119,7 +119,7 @@ def _content(folder: Path) -> list[Path]:
     return [path for path in folder.iterdir() if path.name != LOCK and not path.name.endswith(PARTIAL)]
 
 
-class TimedProgress:
+class TimedProgress(Progress):
     """Progress that counts the seconds of work on a run, over all its sessions, and keeps them in its folder.
 
     Parameters
@@ -146,18 +146,18 @@ class TimedProgress:
         write_text(self.file, json.dumps({"seconds": round(self.seconds, 3)}))
 
     def stage(self, name: str) -> None:
-        """As :meth:`bayesub.io.terminal.Progress.stage`."""
+        """Save the seconds, and pass the name of the stage on."""
         self.save()
         self.progress.stage(name)
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
-        """As :meth:`bayesub.io.terminal.Progress.update`."""
+        """Pass the numbers on; the seconds are saved now and then."""
         if time.perf_counter() - self.saved > _SAVE_S:
             self.save()
         self.progress.update(done, total, unit, note)
 
     def remark(self, sentence: str) -> None:
-        """As :meth:`bayesub.io.terminal.Progress.remark`."""
+        """Pass the sentence on."""
         self.progress.remark(sentence)
 
 
