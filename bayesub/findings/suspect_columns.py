@@ -11,9 +11,9 @@ from bayesub.inference.checks.explanations import inner_products
 from bayesub.io.errors import InputError
 from bayesub.io.units import DEGREE, KNOT, TURN
 from bayesub.logs.log_files import HEADERS
+from bayesub.logs.mends import PAIRS
 from bayesub.problem.alternatives import Alternatives
 
-PAIRS = (("u", "v"), ("u_ground", "v_ground"), ("north", "east"), ("x", "y"), ("p", "r"), ("q", "r"), ("p", "q"))
 FACTORS = {
     "of the other sign": (-1.0, "multiply it by -1"),
     "in knots": (KNOT, "rename it to _kn"),

@@ -163,7 +163,7 @@ def _refusal(error: pydantic.ValidationError, model: type[Section]) -> tuple[str
     """Sentence, kind and key of the first fault that pydantic found."""
     # A mistyped key is both unknown and missing; the unknown one tells more.
     first, *others = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
-    keys, siblings = _followed(first["loc"], model)
+    keys, siblings = _keys_and_siblings(first["loc"], model)
     if first["type"] == "value_error" and siblings and keys and keys[-1] not in siblings and not keys[-1].isdigit():
         keys.pop()  # the tag of a section that is wrong as a whole
     key = ".".join(keys)
@@ -193,7 +193,7 @@ def _refusal(error: pydantic.ValidationError, model: type[Section]) -> tuple[str
     return sentence, raised.kind if isinstance(raised, InputError) else "value", key
 
 
-def _followed(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:
+def _keys_and_siblings(location: tuple, model: type[Section]) -> tuple[list[str], list[str]]:
     """The keys of pydantic's `location`, without the tags of unions, and the keys valid where it ends, if not any.
 
     A tag is what is no key of a section; that of a number in a table of any keys is in brackets.

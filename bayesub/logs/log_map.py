@@ -153,39 +153,24 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
     if None not in (kind, log_map.kind) and log_map.kind != kind:
         raise InputError(f"{path}: key 'kind': this map is for '{log_map.kind}', not for '{kind}'", "conflict", "kind")
     if not log_map.columns:
-        raise InputError(
-            f"{path}: has no section [columns.NAME]; bayesub new map {kind or log_map.kind or 'KIND'} writes an "
-            "example",
-            "missing",
-            "columns",
-        )
+        example = f"bayesub new map {kind or log_map.kind or 'KIND'} writes an example"
+        raise InputError(f"{path}: has no section [columns.NAME]; {example}", "missing", "columns")
+    known = [name for name in (*log_files.COLUMNS, *log_files.PRESSURES, *log_files.FIXES) if name != "time_s"]
     names: dict[str, str] = {}  # quantity -> column
     for column in log_map.columns:
-        where = f"{path}: key 'columns.{column}'"
-        _check_column(where, column)
+        where, key = f"{path}: key 'columns.{column}'", f"columns.{column}"
+        if column == "time_s":
+            message = f"{where}: times come with each signal; the section [time] says what is zero"
+            raise InputError(message, "unknown", key)
+        if column not in known and not column.endswith(_OWN):
+            message = f"{where}: unknown column{nearest(column, known)}; bayesub manual files lists them, and those of "
+            message += f"a vehicle's own actuators end with one of {', '.join(_OWN)}"
+            raise InputError(message, "unknown", key)
         other = names.setdefault(log_files.short_name(column), column)
         if other != column:
-            raise InputError(
-                f"{where}: is the same quantity as '{other}'; leave one of them out", "conflict", f"columns.{column}"
-            )
+            message = f"{where}: is the same quantity as '{other}'; leave one of them out"
+            raise InputError(message, "conflict", key)
     folder = path.parent
     cache = None if log_map.cache is None else str(folder / log_map.cache)
     definitions = tuple(str(folder / name) for name in log_map.definitions)
     return log_map.model_copy(update={"cache": cache, "definitions": definitions})
-
-
-def _check_column(where: str, column: str) -> None:
-    columns = [name for name in (*log_files.COLUMNS, *log_files.PRESSURES, *log_files.FIXES) if name != "time_s"]
-    if column == "time_s":
-        raise InputError(
-            f"{where}: times come with each signal; the section [time] says what is zero",
-            "unknown",
-            f"columns.{column}",
-        )
-    if column not in columns and not column.endswith(_OWN):
-        raise InputError(
-            f"{where}: unknown column{nearest(column, columns)}; bayesub manual files lists them, and those of "
-            f"a vehicle's own actuators end with one of {', '.join(_OWN)}",
-            "unknown",
-            f"columns.{column}",
-        )

@@ -9,6 +9,8 @@ import numpy as np
 from bayesub.io.units import DEGREE, KNOT, TURN
 from bayesub.logs.series import Series
 
+# Columns whose names may be exchanged.
+PAIRS = (("u", "v"), ("u_ground", "v_ground"), ("north", "east"), ("x", "y"), ("p", "r"), ("q", "r"), ("p", "q"))
 Change = Callable[[dict[str, Series]], dict[str, Series]]
 
 
@@ -43,7 +45,7 @@ def mends(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]:
     Readings and the headers of their columns in the file are by short name.
     """
     yield from _headings(data, headers)
-    yield from _renamed(data, headers)
+    yield from _names(data, headers)
     yield from _units(data, headers)
     yield from _signs(data)
 
@@ -62,7 +64,7 @@ def _scale(names: Iterable[str], factor: float) -> Change:
     return lambda data: data | {name: data[name].scaled(factor) for name in names}
 
 
-def _renamed(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]:
+def _names(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]:
     for suffix in ("", "_ground"):
         u, v = f"u{suffix}", f"v{suffix}"
         if u in data and v in data and "north" not in data and "east" not in data:
@@ -74,8 +76,7 @@ def _renamed(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]
         words = "velocities along the boat, not to north and east"
         change = _rename({"u_ground": "north", "v_ground": "east"})
         yield Mend("axes", ("north", "east"), words, "rename them u_ground_mps, v_ground_mps", change)
-    pairs = [("u", "v"), ("u_ground", "v_ground"), ("north", "east"), ("x", "y"), ("p", "r"), ("q", "r"), ("p", "q")]
-    for one, other in pairs:
+    for one, other in PAIRS:
         if one in data and other in data:
             words = f"{headers[one]} holds what {headers[other]} should"
             yield Mend("name", (one, other), words, "exchange the two names", _rename({one: other, other: one}))

@@ -48,7 +48,9 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         undefined = {c.topic: c.msgtype for c in connections if c not in known}
         for connection, stamp, raw in bag.messages(known) if known else ():
             message = bag.deserialize(raw, connection.msgtype)
-            time = _header_time(message) or stamp * 1e-9
+            own = getattr(getattr(message, "header", None), "stamp", None)
+            is_filled = own is not None and (own.sec or own.nanosec)
+            time = own.sec + own.nanosec * 1e-9 if is_filled else stamp * 1e-9
             for name, value in _fields(message):
                 units = (unit for pattern, unit in _UNITS if np.isscalar(value) and re.search(pattern, name))
                 collection.add(f"{connection.topic}.{name}", time, value, next(units, ""))
@@ -57,14 +59,6 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         for topic, kind in undefined.items()
     )
     return VehicleLog(path, collection.signals(), remarks)
-
-
-def _header_time(message: Any) -> float | None:
-    """The time stamp in the header of a message, s; None without one, or if nobody filled it in."""
-    stamp = getattr(getattr(message, "header", None), "stamp", None)
-    if stamp is None or not (stamp.sec or stamp.nanosec):
-        return None
-    return stamp.sec + stamp.nanosec * 1e-9
 
 
 def _fields(message: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
