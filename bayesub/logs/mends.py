@@ -21,7 +21,7 @@ class Mend:
     Attributes
     ----------
     kind : str
-        As of a :class:`bayesub.logs.finding.Finding`.
+        As of a :class:`bayesub.logs.series.Finding`.
     names : tuple of str
         Short names of the columns that are wrong.
     message : str

@@ -49,8 +49,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         for connection, stamp, raw in bag.messages(known) if known else ():
             message = bag.deserialize(raw, connection.msgtype)
             own = getattr(getattr(message, "header", None), "stamp", None)
-            is_filled = own is not None and (own.sec or own.nanosec)
-            time = own.sec + own.nanosec * 1e-9 if is_filled else stamp * 1e-9
+            time = stamp * 1e-9 if own is None or not (own.sec or own.nanosec) else own.sec + own.nanosec * 1e-9
             for name, value in _fields(message):
                 units = (unit for pattern, unit in _UNITS if np.isscalar(value) and re.search(pattern, name))
                 collection.add(f"{connection.topic}.{name}", time, value, next(units, ""))
