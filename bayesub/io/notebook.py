@@ -8,6 +8,8 @@ from pathlib import Path
 
 from bayesub.io.atomic import writing
 
+_GROUP = "bayesub.displays"  # entry points: modules that register how classes look
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -57,6 +59,6 @@ class Displayed:
 
 @cache
 def _load_displays() -> None:
-    """Import the modules that register how classes look, when something is first shown: they load Matplotlib."""
-    for module in metadata.entry_points(group="bayesub.displays"):
-        module.load()
+    """Import what registers with the two functions, when something is first shown: it loads Matplotlib."""
+    for one in metadata.entry_points(group=_GROUP):
+        one.load()

@@ -1,7 +1,7 @@
 """The words of the command line: sentences, progress bars, exit status."""
 
 import sys
-from typing import NoReturn
+from typing import NoReturn, Protocol
 
 import rich.progress
 from rich.console import Console
@@ -50,8 +50,8 @@ def pace(speed: float | None, left: float | None) -> str:
     return f"{units}, {duration(left)} left"
 
 
-class Progress:
-    """What work that takes time reports to; this one shows nothing."""
+class Progress(Protocol):
+    """What work that takes time reports to."""
 
     def stage(self, name: str) -> None:
         """Say that a stage begins, and that the one before is done."""
@@ -75,7 +75,11 @@ class Progress:
         """Say a sentence that stays on the screen."""
 
 
-SILENT = Progress()
+class _Silent(Progress):
+    """Progress that is not shown."""
+
+
+SILENT = _Silent()
 
 
 class PaceColumn(rich.progress.ProgressColumn):

@@ -119,7 +119,7 @@ def _content(folder: Path) -> list[Path]:
     return [path for path in folder.iterdir() if path.name != LOCK and not path.name.endswith(PARTIAL)]
 
 
-class TimedProgress(Progress):
+class TimedProgress:
     """Progress that counts the seconds of work on a run, over all its sessions, and keeps them in its folder.
 
     Parameters
