@@ -75,11 +75,15 @@ class Progress(Protocol):
         """Say a sentence that stays on the screen."""
 
 
-class _Silent(Progress):
-    """Progress that is not shown."""
+class _Silent:
+    def stage(self, name: str) -> None: ...
+
+    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None: ...
+
+    def remark(self, sentence: str) -> None: ...
 
 
-SILENT = _Silent()
+SILENT: Progress = _Silent()  # not shown
 
 
 class PaceColumn(rich.progress.ProgressColumn):
@@ -93,7 +97,7 @@ class PaceColumn(rich.progress.ProgressColumn):
         return Text(pace(task.speed, task.time_remaining) if counted else "")
 
 
-class Bars(Progress):
+class Bars:
     """One progress bar for each stage, with its pace and the time left; nothing if the output is no terminal."""
 
     def __init__(self):
