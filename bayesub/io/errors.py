@@ -1,7 +1,7 @@
 """The one error that users see: a sentence that names the file, the key and the remedy."""
 
 import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 
 LONGEST = 600  # characters of a message; what a file contains may be longer
@@ -64,6 +64,15 @@ def error_source(source: str) -> Iterator[None]:
         yield
     except InputError as error:
         raise error.within(source) from None
+
+
+def check_known(name: str, valid: Collection[str], message: str, *, hint: str = "", key: str = "") -> None:
+    """InputError with a message, the nearest valid name and a hint for a name that is not among the valid ones.
+
+    It is about the `key`, by default about the name.
+    """
+    if name not in valid:
+        raise InputError(f"{message}{nearest(name, valid)}{hint}", "unknown", key or name)
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import pydantic
 
 from bayesub.io import toml_files, units
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Positive, Section, WaterDensity
 from bayesub.logs import log_files
 
@@ -162,10 +162,9 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
         if column == "time_s":
             message = f"{where}: times come with each signal; the section [time] says what is zero"
             raise InputError(message, "unknown", key)
-        if column not in known and not column.endswith(_OWN):
-            message = f"{where}: unknown column{nearest(column, known)}; bayesub manual files lists them, and those of "
-            message += f"a vehicle's own actuators end with one of {', '.join(_OWN)}"
-            raise InputError(message, "unknown", key)
+        if not column.endswith(_OWN):
+            hint = "; bayesub manual files lists them, and those of a vehicle's own actuators end with one of "
+            check_known(column, known, f"{where}: unknown column", hint=hint + ", ".join(_OWN), key=key)
         other = names.setdefault(log_files.short_name(column), column)
         if other != column:
             message = f"{where}: is the same quantity as '{other}'; leave one of them out"

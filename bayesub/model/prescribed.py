@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.kernels import workspace
 
 if TYPE_CHECKING:  # it takes half a second to import
@@ -68,10 +68,7 @@ class Prescribed:
 
 def check(angle: str, subproblem: str | None) -> None:
     """InputError for an angle that cannot be prescribed in a sub-problem."""
-    if angle not in PLANES:
-        raise InputError(
-            f"prescribed: '{angle}' is no angle{nearest(angle, PLANES)}; expected pitch or yaw", "unknown", angle
-        )
+    check_known(angle, PLANES, f"prescribed: '{angle}' is no angle", hint="; expected pitch or yaw")
     if subproblem != PLANES[angle]:
         flown = "six degrees of freedom" if subproblem is None else f"the {subproblem} sub-problem"
         raise InputError(

@@ -9,7 +9,7 @@ import numpy as np
 import pydantic
 from pydantic_core import PydanticCustomError
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
 from bayesub.model import actuator_files
 from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection, DisplacementSection
@@ -165,13 +165,9 @@ class VehicleFile(Section):
 def check_fit(file: VehicleFile, equations: EquationSet) -> None:
     """InputError for what the file has too much or lacks for its equations."""
     for name in file.coefficients:
-        if name not in equations.index:
-            of = "" if equations.name == DEFAULT else f" of the equations '{equations.name}'"
-            raise InputError(
-                f"coefficients: unknown coefficient '{name}'{of}{nearest(name, equations.names)}",
-                "unknown",
-                f"coefficients.{name}",
-            )
+        of = "" if equations.name == DEFAULT else f" of the equations '{equations.name}'"
+        message = f"coefficients: unknown coefficient '{name}'{of}"
+        check_known(name, equations.names, message, key=f"coefficients.{name}")
     missing = [name for name in equations.names if name not in file.coefficients]
     if missing:
         listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
@@ -182,12 +178,8 @@ def check_fit(file: VehicleFile, equations: EquationSet) -> None:
             f"coefficients.{missing[0]}",
         )
     for name in () if file.correlations is None else file.correlations.coefficients:
-        if name not in equations.index:
-            raise InputError(
-                f"correlations: unknown coefficient '{name}'{nearest(name, equations.names)}",
-                "unknown",
-                "correlations.coefficients",
-            )
+        message = f"correlations: unknown coefficient '{name}'"
+        check_known(name, equations.names, message, key="correlations.coefficients")
         if file.coefficients[name].sd is None:
             raise InputError(
                 f"correlations: '{name}' has no sd; write {name} = {{ value = .., sd = .. }} in [coefficients]",

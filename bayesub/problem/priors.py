@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Prior, Uniform, same
@@ -146,8 +146,7 @@ class Given(CoefficientPrior):
     def check(self, names: Sequence[str]) -> None:
         """As :meth:`CoefficientPrior.check`."""
         for name in self.priors:
-            if name not in names:
-                raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}", "unknown", name)
+            check_known(name, names, f"prior: unknown coefficient '{name}'")
 
     def has_scale(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> np.ndarray:
         """As :meth:`CoefficientPrior.has_scale`; what is given has a scale."""

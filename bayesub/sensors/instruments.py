@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Positive
 from bayesub.logs.log_files import HEADERS
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name
@@ -41,10 +41,7 @@ class Instrument:
 
     def __post_init__(self):
         for channel in self.channels:
-            if channel not in self.CHANNELS:
-                raise InputError(
-                    f"sensor: unknown channel '{channel}'{nearest(channel, self.CHANNELS)}", "unknown", channel
-                )
+            check_known(channel, self.CHANNELS, f"sensor: unknown channel '{channel}'")
         if not self.channels:
             raise InputError(
                 f"sensor: channels is empty; name at least one of {', '.join(self.CHANNELS)}", "missing", "channels"

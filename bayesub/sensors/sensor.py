@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known, nearest
 from bayesub.logs.log_files import ACCELERATIONS, COLUMNS, HEADERS, STATES, si_factor
 from bayesub.sensors import velocity
 
@@ -266,7 +266,6 @@ def modified(sensors: Sensor | Iterable, channels: Iterable[str] | None = None, 
     names = [channel_name(sensor.quantity) for sensor in sensors]
     channels = names if channels is None else tuple(channels)
     for channel in channels:
-        if channel not in names:
-            raise InputError(f"sensor: unknown channel '{channel}'{nearest(channel, names)}", "unknown", channel)
+        check_known(channel, names, f"sensor: unknown channel '{channel}'")
     pairs = zip(names, sensors, strict=True)
     return tuple(replace(sensor, **changes) if name in channels else sensor for name, sensor in pairs)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bayesub.io import units
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.logs.log_map import LogMap
 from bayesub.logs.readers.signals import Signal, VehicleLog
 
@@ -144,11 +144,9 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
 
 
 def _time_column(path: Path, names: list[str], signal: str | None) -> int:
-    if signal in names:
-        return names.index(signal)
     if signal is not None:
-        message = f"{path}: has no column '{signal}', the signal of [time]{nearest(signal, names)}"
-        raise InputError(message, "unknown", "time.signal")
+        check_known(signal, names, f"{path}: has no column '{signal}', the signal of [time]", key="time.signal")
+        return names.index(signal)
     lower = [name.lower() for name in names]
     likely = [lower.index(name) for name in TIMES if name in lower]
     likely += [k for k, name in enumerate(lower) if "time" in name]
