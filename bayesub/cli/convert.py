@@ -83,8 +83,7 @@ def signal_lines(log) -> list[str]:
 
     lines = [f"{log.path}: {len(log.signals)} signals"]
     rows = [("signal", "unit", "readings", "a second", "from", "to s", "smallest", "largest")]
-    begin = min((signal.times[0] for signal in log.signals.values() if len(signal.times)), default=0.0)
-    zero = begin if begin > EPOCH else 0.0
+    zero = log.begin if log.begin > EPOCH else 0.0
     for name, signal in log.signals.items():
         values = signal.values[np.isfinite(signal.values)]
         ends = [f"{values.min():.6g}", f"{values.max():.6g}"] if len(values) else ["-", "-"]

@@ -20,49 +20,23 @@ REPEAT_S = 0.5  # and is written this often at least, so that the pauses of othe
 
 @dataclass(frozen=True)
 class Column:
-    """A column before it is written.
+    """A column before it is written."""
 
-    Attributes
-    ----------
-    times : ndarray (n,)
-        Seconds of the file's clock, ascending.
-    values : ndarray (n,)
-        In the unit of the column.
-    section : ColumnSection
-        How it was made.
-    remarks : tuple of str
-        What was left out.
-    """
-
-    times: np.ndarray
-    values: np.ndarray
-    section: ColumnSection
-    remarks: tuple[str, ...]
+    times: np.ndarray  # (n,) ascending, s of the file's clock
+    values: np.ndarray  # (n,) in the unit of the column
+    section: ColumnSection  # how it was made
+    remarks: tuple[str, ...]  # what was left out
 
 
 @dataclass(frozen=True)
 class Conversion:
-    """A converted log.
+    """A converted log."""
 
-    Attributes
-    ----------
-    zero : float
-        Time of the file's clock that became 0 s.
-    times : ndarray (n,)
-        Seconds from zero.
-    columns : dict of str to ndarray (n,)
-        Column -> cells in its unit; not a number where there is none.
-    sources : dict of str to str
-        Column -> signal.
-    remarks : tuple of str
-        What was left out, column by column.
-    """
-
-    zero: float
-    times: np.ndarray
-    columns: dict[str, np.ndarray]
-    sources: dict[str, str]
-    remarks: tuple[str, ...]
+    zero: float  # time of the file's clock that became 0 s
+    times: np.ndarray  # (n,) s from zero
+    columns: dict[str, np.ndarray]  # column -> (n,) cells in its unit; not a number where there is none
+    sources: dict[str, str]  # column -> signal
+    remarks: tuple[str, ...]  # what was left out, column by column
 
     def save(self, path: Path) -> None:
         """Write the log as CSV (:func:`bayesub.logs.log_files.write_log`)."""

@@ -16,27 +16,13 @@ Change = Callable[[dict[str, Series]], dict[str, Series]]
 
 @dataclass(frozen=True)
 class Mend:
-    """One thing that may be wrong.
+    """One thing that may be wrong."""
 
-    Attributes
-    ----------
-    kind : str
-        As of a :class:`bayesub.logs.series.Finding`.
-    names : tuple of str
-        Short names of the columns that are wrong.
-    message : str
-        What they hold.
-    remedy : str
-        What to change.
-    change : callable
-        Readings by short name -> the same mended.
-    """
-
-    kind: str
-    names: tuple[str, ...]
-    message: str
-    remedy: str
-    change: Change
+    kind: str  # that of a :class:`bayesub.logs.series.Finding`
+    names: tuple[str, ...]  # short names of the columns that are wrong
+    message: str  # what they hold
+    remedy: str  # what to change
+    change: Change  # readings by short name -> the same mended
 
 
 def mends(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]:

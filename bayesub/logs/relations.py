@@ -18,21 +18,11 @@ _ROUND_OFF = 1e-9  # of the largest position or angle
 
 @dataclass(frozen=True)
 class Misfit:
-    """How far changes are from the integrals of rates, for windows of one length.
+    """How far changes are from the integrals of rates, for windows of one length."""
 
-    Attributes
-    ----------
-    share : float
-        Root mean square of the difference over that of the changes.
-    rms : float
-        Root mean square of the difference over the length of the window, in SI units of the rate.
-    correlation : float
-        Between changes and integrals.
-    """
-
-    share: float
-    rms: float
-    correlation: float
+    share: float  # root mean square of the difference over that of the changes
+    rms: float  # root mean square of the difference over the length of the window, in SI units of the rate
+    correlation: float  # between changes and integrals
 
 
 def _difference(change: np.ndarray, by_rates: np.ndarray, elapsed: np.ndarray) -> Misfit:
@@ -50,33 +40,15 @@ Data = dict[str, Series]
 
 @dataclass(frozen=True)
 class Relation:
-    """Columns whose changes are the integrals of functions of others.
+    """Columns whose changes are the integrals of functions of others; all are given by short name."""
 
-    Attributes
-    ----------
-    words : str
-        What is compared.
-    targets : tuple of str
-        Short names of positions or angles.
-    needed : tuple of str
-        Short names of columns that their rates are made of.
-    rates : callable
-        Short name -> values (n,) of the columns, to rates (n,) or (k, n).
-    optional : tuple of str
-        Columns that count as zero if the log does not have them.
-    drift : bool
-        Whether the rates may be off by a constant: a current, or the zero of a gyro.
-    kind : str
-        ``change``; ``length`` of the change; or ``direction``, for integrals of unit vectors.
-    """
-
-    words: str
-    targets: tuple[str, ...]
-    needed: tuple[str, ...]
-    rates: Callable
-    optional: tuple[str, ...] = ()
-    drift: bool = False
-    kind: str = "change"
+    words: str  # what is compared
+    targets: tuple[str, ...]  # positions or angles
+    needed: tuple[str, ...]  # columns that their rates are made of
+    rates: Callable  # short name -> values (n,) of the columns, to rates (n,) or (k, n)
+    optional: tuple[str, ...] = ()  # columns that count as zero if the log does not have them
+    drift: bool = False  # whether the rates may be off by a constant: a current, or the zero of a gyro
+    kind: str = "change"  # or ``length`` of the change, or ``direction``, for integrals of unit vectors
 
     @property
     def rotation(self) -> bool:

@@ -15,18 +15,10 @@ ANGLES = ("phi", "theta", *HEADINGS)
 
 @dataclass(frozen=True)
 class Series:
-    """The cells of a column that are not empty.
+    """The cells of a column that are not empty."""
 
-    Attributes
-    ----------
-    times : ndarray of shape (n,)
-        s, ascending.
-    values : ndarray of shape (n,)
-        SI units.
-    """
-
-    times: np.ndarray
-    values: np.ndarray
+    times: np.ndarray  # (n,) ascending, s
+    values: np.ndarray  # (n,) SI units
 
     @property
     def interval(self) -> float:

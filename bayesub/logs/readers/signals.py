@@ -14,21 +14,11 @@ from bayesub.io.errors import InputError
 
 @dataclass(frozen=True)
 class Signal:
-    """Readings of one quantity.
+    """Readings of one quantity."""
 
-    Attributes
-    ----------
-    times : ndarray (n,)
-        Seconds of the file's clock, in the order of the file.
-    values : ndarray (n,)
-        In `unit`; not a number where there is none.
-    unit : str
-        As :mod:`bayesub.io.units` spells it or otherwise; empty if the file does not say.
-    """
-
-    times: np.ndarray
-    values: np.ndarray
-    unit: str = ""
+    times: np.ndarray  # (n,) s of the file's clock, in the order of the file
+    values: np.ndarray  # (n,) in `unit`; not a number where there is none
+    unit: str = ""  # as :mod:`bayesub.io.units` spells it or otherwise; empty if the file does not say
 
     @property
     def interval(self) -> float:
@@ -38,21 +28,11 @@ class Signal:
 
 @dataclass(frozen=True)
 class VehicleLog:
-    """What a vehicle wrote.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    signals : dict of str to Signal
-        Name -> signal.
-    remarks : tuple of str
-        What could not be read, and what was supposed of the file.
-    """
+    """What a vehicle wrote."""
 
     path: Path
-    signals: dict[str, Signal]
-    remarks: tuple[str, ...] = ()
+    signals: dict[str, Signal]  # by name
+    remarks: tuple[str, ...] = ()  # what could not be read, and what was supposed of the file
 
     @property
     def begin(self) -> float:
