@@ -12,12 +12,10 @@ from pydantic_core import PydanticCustomError
 from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Length, Positive, Section, Speed, WaterDensity
 from bayesub.model import actuator_files
-from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection, DisplacementSection
+from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection, DisplacementSection, Vector3
 from bayesub.model.equations import EquationSet
 from bayesub.model.equations.files import DEFAULT
 from bayesub.model.propulsion import AnyPropulsion, MeasuredSection
-
-Vector3 = Annotated[tuple[float, float, float], pydantic.Field(description="three numbers")]
 
 
 class TrialSpeedSection(Section):

@@ -21,7 +21,7 @@ from bayesub.io import atomic
 from bayesub.io.errors import InputError
 
 if TYPE_CHECKING:
-    from bayesub.logs.series import Finding  # loads SciPy
+    from bayesub.logs.series import Finding
 
 FILE = Path(__file__).parents[1] / "sentences.json"
 _HOME = Path(__file__).parents[2]
