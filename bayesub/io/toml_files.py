@@ -204,19 +204,14 @@ def _keys_and_siblings(location: tuple, model: type[Section]) -> tuple[list[str]
         fields = [] if free else [m.model_fields[part].annotation for m in models if part in m.model_fields]
         if fields or free or isinstance(part, int):
             keys.append(str(part))
-        free = any(_is_table(annotation) for annotation in fields)
+        alternatives = [one for a in fields for one in (typing.get_args(a) if isinstance(a, types.UnionType) else (a,))]
+        free = any(typing.get_origin(one) is dict for one in alternatives)
         if fields:
             models = [section for annotation in fields for section in _sections(annotation)]
     return [*keys, *map(str, location[-1:])], [] if free else [key for m in models for key in m.model_fields]
 
 
-def _is_table(annotation) -> bool:
-    """Whether an annotation admits a table of any keys."""
-    parts = typing.get_args(annotation) if isinstance(annotation, types.UnionType) else (annotation,)
-    return any(typing.get_origin(part) is dict for part in parts)
-
-
-def _sections(annotation) -> list[type[Section]]:
+def _sections(annotation: object) -> list[type[Section]]:
     """The sections that an annotation admits."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
