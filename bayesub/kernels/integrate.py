@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from bayesub.kernels.attitude import euler_angles, quaternion
 from bayesub.kernels.jit import jit, spliced, unit, variants, widest_vectors
 from bayesub.kernels.mass import inverses, mass_matrices
 from bayesub.kernels.memory import plain
@@ -38,7 +37,7 @@ class Forces(NamedTuple):
     Attributes
     ----------
     stage : int
-        Address of the lane function that takes a stage of a step (:mod:`bayesub.kernels.units`).
+        Address of the lane function that takes a stage of a step (:mod:`bayesub.kernels.families`).
     quaternions : bool
         Whether its states have a quaternion.
     n_coefficients, n_controls, n_constants : int
@@ -102,6 +101,32 @@ def _evaluate(forces, work, stages, variations, amounts, n, part, weight, ahead)
     if amounts.shape[0]:
         _vary_controls(forces, work, variations, n, part, amounts)
     unit(forces.stage, work, stages[n, part], work, 0, weight, ahead)
+
+
+@spliced
+def quaternion(phi, theta, psi):
+    """(q0, q1, q2, q3) of roll, pitch and yaw (rad), scalar part first."""
+    sphi, cphi = math.sin(0.5 * phi), math.cos(0.5 * phi)
+    sth, cth = math.sin(0.5 * theta), math.cos(0.5 * theta)
+    spsi, cpsi = math.sin(0.5 * psi), math.cos(0.5 * psi)
+    return (
+        cphi * cth * cpsi + sphi * sth * spsi,
+        sphi * cth * cpsi - cphi * sth * spsi,
+        cphi * sth * cpsi + sphi * cth * spsi,
+        cphi * cth * spsi - sphi * sth * cpsi,
+    )
+
+
+@spliced
+def euler_angles(q0, q1, q2, q3):
+    """Roll and yaw in -pi .. pi and pitch in -pi/2 .. pi/2 (rad) of a quaternion of any length."""
+    length2 = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
+    sine = 2.0 * (q0 * q2 - q1 * q3) / length2
+    return (
+        math.atan2(2.0 * (q2 * q3 + q0 * q1), q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3),
+        math.asin(min(1.0, max(-1.0, sine))),
+        math.atan2(2.0 * (q1 * q2 + q0 * q3), q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3),
+    )
 
 
 @spliced

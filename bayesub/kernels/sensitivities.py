@@ -55,7 +55,7 @@ _N_MATRIX_ROWS = _GAINS + 6 * N_STAGES
 
 
 class Slopes(NamedTuple):
-    """Addresses of the lane functions of an equation set that derivatives need (:mod:`bayesub.kernels.units`)."""
+    """Addresses of the lane functions of an equation set that derivatives need (:mod:`bayesub.kernels.families`)."""
 
     linearise: int
     regressors: int
