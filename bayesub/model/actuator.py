@@ -1,15 +1,55 @@
-"""One actuator: a fin, a propeller, a thruster, a ballast tank or a sliding mass."""
+"""One actuator: a fin, a propeller, a thruster, a ballast tank or a sliding mass; and water that acts like one.
+
+A ballast pump is logged by the volume that it displaces, and its lift is that of the water displaced here and now. The
+hull is lifted by the density of the water too. What acts is therefore the product of a volume and a density, or a
+density without that for which the boat is trimmed; both are computed once, when a log is read.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from bayesub.logs.log_files import COLUMNS
-from bayesub.model.water import WaterColumn
 
+GRAVITY_MPS2 = 9.81
+DENSITY, ANOMALY, PRESSURE = "density_kgm3", "density_anomaly_kgm3", "pressure_bar"
 N_WEIGHTS = 4  # a weight, and its moments: its force times x, y and z of the point where it acts
+
+
+@dataclass(frozen=True)
+class WaterColumn:
+    """How the value of an actuator follows from a log.
+
+    Attributes
+    ----------
+    volume : str or None
+        Column of a displaced volume, cm3, whose lift in N is the value; None for the density anomaly itself.
+    density_kgm3 : float
+        Of the water where the log does not say, and that from which the anomaly counts.
+    """
+
+    volume: str | None
+    density_kgm3: float
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns of a log from which it follows."""
+        return (DENSITY,) if self.volume is None else (self.volume, DENSITY)
+
+    def value(self, log: Mapping[str, np.ndarray]) -> np.ndarray | None:
+        """(n,) the value, not a number where a cell is empty; None if the log has no such column."""
+        if self.volume is None:
+            return log[DENSITY] - self.density_kgm3 if DENSITY in log else None
+        if self.volume not in log:
+            return None
+        density = self.density_kgm3
+        if DENSITY in log:
+            cells = np.isfinite(log[DENSITY])
+            density = np.interp(log["time"], log["time"][cells], log[DENSITY][cells])
+        return GRAVITY_MPS2 * density * log[self.volume] * 1e-6
 
 
 @dataclass(frozen=True)
@@ -162,3 +202,19 @@ def step_response(elapsed, start, demand, rate, time_constant):
     slewing = np.minimum(elapsed, slew_time) * rate
     settling = np.maximum(elapsed - slew_time, 0.0) / time_constant
     return start + direction * (slewing - (error - slew_time * rate) * np.expm1(-settling))
+
+
+def with_water(log: dict[str, np.ndarray], columns: Mapping[str, WaterColumn]) -> dict[str, np.ndarray]:
+    """A log with the columns of actuators in place of those of volumes and of the density.
+
+    Parameters
+    ----------
+    log : dict of str to (n,) array
+        By short names, with the time.
+    columns : mapping of str to WaterColumn
+        Column of an actuator -> how it follows; one that the log has already stays.
+    """
+    values = {column: water.value(log) for column, water in columns.items() if column not in log}
+    used = {name for water in columns.values() for name in water.columns}
+    log = {name: cells for name, cells in log.items() if name not in used}
+    return log | {column: value for column, value in values.items() if value is not None}

@@ -13,10 +13,9 @@ import pydantic
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section
 from bayesub.logs.log_files import COLUMNS, CONTROL_COLUMNS, si_factor
-from bayesub.model.actuator import Actuator
+from bayesub.model.actuator import ANOMALY, GRAVITY_MPS2, PRESSURE, Actuator, WaterColumn
 from bayesub.model.actuators import AILERON, Actuators
 from bayesub.model.equations import AXES, EquationSet
-from bayesub.model.water import ANOMALY, GRAVITY_MPS2, PRESSURE, WaterColumn
 
 RUDDER, BOW_PLANE, STERN_PLANE, *_ = CONTROL_COLUMNS
 RAW_UNITS = ("counts", "percent", "us")  # of columns as a computer commands them; us are microseconds

@@ -15,10 +15,9 @@ import numpy as np
 
 from bayesub.io.errors import InputError, nearest
 from bayesub.logs.log_files import COLUMNS, si_factor
-from bayesub.model.actuator import N_WEIGHTS, Actuator
+from bayesub.model.actuator import N_WEIGHTS, Actuator, with_water
 from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.equations.equation_set import PLANES
-from bayesub.model.water import with_water
 
 AILERON = "aileron_deg"
 COMMAND = "command"

@@ -2,8 +2,7 @@
 
 Each is a number for each boat of a batch (:class:`bayesub.model.boats.Boats`), not a number where a boat has no such
 quantity (:meth:`Quantity.reason`) or does not reach what is measured (:attr:`Quantity.none`). Definitions with their
-sources stand in :mod:`bayesub.model.standard_manoeuvres`, :mod:`bayesub.model.linear_motion` and
-:mod:`bayesub.model.spiral`.
+sources stand in :mod:`bayesub.model.standard_manoeuvres` and :mod:`bayesub.model.linear_motion`.
 """
 
 from collections.abc import Callable, Sequence

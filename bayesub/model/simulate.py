@@ -7,8 +7,7 @@ import numpy as np
 from bayesub.io.errors import InputError
 from bayesub.model.disturbance import Disturbance, ForceHistory
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.simulator import MAX_STEPS, OF_MANOEUVRE, Simulator
-from bayesub.model.time_step import true_step
+from bayesub.model.simulator import MAX_STEPS, OF_MANOEUVRE, Simulator, true_step
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 

@@ -10,9 +10,9 @@ from support.refusals import refused
 import bayesub as bs
 from bayesub.kernels import workspace
 from bayesub.logs import log_files
+from bayesub.model.actuator import WaterColumn, with_water
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import GRAVITY_MPS2
-from bayesub.model.water import WaterColumn, with_water
 
 BALLAST = {"kind": "ballast", "name": "ballast", "position_m": [20.0, 1.0, -2.0]}
 SLIDING = {"kind": "sliding_mass", "name": "battery", "mass_kg": 4e4, "direction": [2.0, 0.0, 0.0]}

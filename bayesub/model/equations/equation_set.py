@@ -20,8 +20,7 @@ import numpy as np
 
 from bayesub.io.errors import InputError, nearest
 from bayesub.logs.log_files import ACCELERATIONS, COLUMNS, VELOCITIES, positions
-from bayesub.model.equations import crossflow
-from bayesub.model.equations.regressors import CROSSFLOW, Regressor
+from bayesub.model.equations.regressors import CROSSFLOW, Regressor, crossflow_integrals, crossflow_points
 
 if TYPE_CHECKING:
     from bayesub.model.manoeuvres import Manoeuvre
@@ -334,7 +333,7 @@ class EquationSet:
         """
         if not self.has_crossflow:
             return np.array([speed_mps])
-        return np.concatenate([[speed_mps], crossflow.quadrature(hull, self.stations).ravel()])
+        return np.concatenate([[speed_mps], crossflow_points(hull, self.stations).ravel()])
 
     def regressors(
         self, states: np.ndarray, accelerations: np.ndarray, controls: np.ndarray, constants: np.ndarray
@@ -365,7 +364,7 @@ class EquationSet:
         values |= {"nu": np.hypot(v, w), "V": np.sqrt(u * u + v * v + w * w), "U": np.full(len(u), constants[0])}
         values |= {"du": u - constants[0], "duc": values["uc"] - u}
         if self.has_crossflow:
-            values |= crossflow.integrals(values, constants[1:].reshape(3, -1))
+            values |= crossflow_integrals(values, constants[1:].reshape(3, -1))
         return {axis: self._columns_of(axis, values) for axis in AXES}
 
     def _columns_of(self, axis: str, values: dict[str, np.ndarray]) -> np.ndarray:
