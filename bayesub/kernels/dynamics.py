@@ -3,58 +3,46 @@
 These are lane functions (:mod:`bayesub.kernels.lanes`), for whatever adds and multiplies.
 """
 
+import functools
+import operator
 from collections.abc import Sequence
 from types import ModuleType
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from bayesub.kernels import workspace as at
 from bayesub.kernels.lanes import choose, sine_cosine
 
 
+class Numbers(Protocol):
+    """Whatever has numbers, or lanes of them, by position."""
+
+    def __getitem__(self, k: int, /): ...
+
+
 class Boat(NamedTuple):
-    """What the equations of motion ask for, as anything that gives numbers by their position.
+    """What the equations of motion ask for, as anything that gives numbers by their position."""
 
-    Attributes
-    ----------
-    equations : module
-        Of the forces of an equation set (:mod:`bayesub.model.equations.generate`).
-    state : 12 or, with a quaternion, 13 numbers
-        In the order of the rows of :data:`bayesub.kernels.workspace.STATE`.
-    body : N_BODY numbers
-    inverse_mass : InverseMass
-    coefficients : n_terms numbers
-        Dimensional.
-    constants : N_CONSTANTS numbers
-        The trial speed, and stations of the hull if the set integrates along it.
-    controls : N_CONTROLS numbers
-        Those of the set, SI units; n/k0, m/s; and forces from outside, if there are any.
-    """
-
-    equations: ModuleType
-    state: Sequence
-    body: Sequence
+    equations: ModuleType  # of the forces of an equation set (bayesub.model.equations.generate)
+    state: Numbers  # 12 or, with a quaternion, 13, in the order of the rows of bayesub.kernels.workspace.STATE
+    body: Numbers  # N_BODY
     inverse_mass: "InverseMass"
-    coefficients: Sequence
-    constants: Sequence
-    controls: Sequence
+    coefficients: Numbers  # n_terms, dimensional
+    constants: Numbers  # N_CONSTANTS: the trial speed, and stations of the hull if the set integrates along it
+    controls: Numbers  # N_CONTROLS: of the set, SI units; n/k0, m/s; and forces from outside, if there are any
 
 
 class InverseMass:
     """The inverse mass matrix, of its 36 entries row by row."""
 
-    def __init__(self, entries: Sequence):
+    def __init__(self, entries: Numbers):
         self.entries = entries
 
     def __matmul__(self, forces: Sequence) -> tuple:
         """The six accelerations by forces and moments."""
-        return tuple(_dot([self.entries[6 * row + axis] for axis in range(6)], forces) for row in range(6))
-
-
-def _dot(row, vector):
-    total = row[0] * vector[0]
-    for a, b in zip(row[1:], vector[1:], strict=True):
-        total = total + a * b
-    return total
+        return tuple(
+            functools.reduce(operator.add, (self.entries[6 * row + axis] * forces[axis] for axis in range(6)))
+            for row in range(6)
+        )
 
 
 def ordered_speed(boat: Boat):
@@ -244,20 +232,14 @@ def state_jacobian(boat: Boat) -> list[tuple]:
     # Velocity: the inverse mass matrix times the derivatives of the forces.
     slopes = list(boat.equations.gradient(boat.coefficients, boat.controls, boat.constants, *velocity))
     _, _, thrust_u, torque_u = propulsion(boat.body, u, ordered_speed(boat))
-    slopes[0] = _sum(slopes[0], (thrust_u, 0.0, 0.0, torque_u, thrust_u * boat.body[at.ZP], 0.0))
+    by_propeller = thrust_u, 0.0, 0.0, torque_u, thrust_u * boat.body[at.ZP], 0.0
+    slopes[0] = tuple(map(operator.add, slopes[0], by_propeller))
     for n in range(6):
         unit = [float(k == n) for k in range(6)]
-        slopes[n] = _difference(slopes[n], _sum(rigid_body(boat, velocity, unit), rigid_body(boat, unit, velocity)))
+        by_mass = map(operator.add, rigid_body(boat, velocity, unit), rigid_body(boat, unit, velocity))
+        slopes[n] = tuple(map(operator.sub, slopes[n], by_mass))
     rolling = hydrostatics(boat, 0.0, cth * cphi, -cth * sphi)
     pitching = hydrostatics(boat, -cth, -sth * sphi, -sth * cphi)
     columns = [boat.inverse_mass @ force for force in (rolling, pitching, *slopes)]
     columns.insert(2, (0.0,) * 6)  # heading
     return [*position, *attitude, *zip(*columns, strict=True)]
-
-
-def _sum(a, b):
-    return tuple(x + y for x, y in zip(a, b, strict=True))
-
-
-def _difference(a, b):
-    return tuple(x - y for x, y in zip(a, b, strict=True))

@@ -11,30 +11,10 @@ from types import ModuleType
 
 import numpy as np
 
-from bayesub.kernels import integrate, mass, sensitivities
-from bayesub.kernels.dynamics import (
-    Boat,
-    InverseMass,
-    down,
-    euler_derivative,
-    mechanical_forces,
-    quaternion_derivative,
-    state_jacobian,
-    weight_slopes,
-)
+from bayesub.kernels import dynamics, integrate, mass, sensitivities
+from bayesub.kernels import workspace as at
 from bayesub.kernels.jit import unit_address, unit_assembly
 from bayesub.kernels.lanes import Rows
-from bayesub.kernels.workspace import (
-    ACCELERATIONS,
-    BODY_ROWS,
-    COEFFICIENTS,
-    INVERSE_MASS,
-    JACOBIAN,
-    N_COLUMNS,
-    STAGE,
-    STATE,
-    SUM,
-)
 
 
 class _Controls:
@@ -47,15 +27,15 @@ class _Controls:
         return self.shared[k] + self.own[k]
 
 
-def _boat(given, equations: ModuleType) -> Boat:
+def _boat(given, equations: ModuleType) -> dynamics.Boat:
     """The boats of the lanes, each at its state STAGE."""
-    work, controls = given.work, COEFFICIENTS + equations.N_COEFFICIENTS
-    return Boat(
+    work, controls = given.work, at.COEFFICIENTS + equations.N_COEFFICIENTS
+    return dynamics.Boat(
         equations,
-        Rows(work, STAGE),
-        Rows(work, BODY_ROWS),
-        InverseMass(Rows(work, INVERSE_MASS)),
-        Rows(work, COEFFICIENTS),
+        Rows(work, at.STAGE),
+        Rows(work, at.BODY_ROWS),
+        dynamics.InverseMass(Rows(work, at.INVERSE_MASS)),
+        Rows(work, at.COEFFICIENTS),
         Rows(work, controls + equations.N_CONTROLS),
         _Controls(given.control, Rows(work, controls)),
     )
@@ -65,8 +45,8 @@ def _stage(derivative: Callable) -> Callable:
     def stage(given, equations):
         """Add `a` times the rates at STAGE to SUM, then put STATE + `b` times the rates into STAGE."""
         for k, rate in enumerate(derivative(_boat(given, equations))):
-            given.work[SUM + k] = given.work[SUM + k] + given.a * rate
-            given.work[STAGE + k] = given.work[STATE + k] + given.b * rate
+            given.work[at.SUM + k] = given.work[at.SUM + k] + given.a * rate
+            given.work[at.STAGE + k] = given.work[at.STATE + k] + given.b * rate
 
     return stage
 
@@ -74,19 +54,19 @@ def _stage(derivative: Callable) -> Callable:
 def linearise(given, equations: ModuleType) -> None:
     """The accelerations and the state Jacobian at STAGE."""
     boat = _boat(given, equations)
-    rates = euler_derivative(boat)
+    rates = dynamics.euler_derivative(boat)
     for k in range(6):
-        given.work[ACCELERATIONS + k] = rates[6 + k]
-    for n, row in enumerate(state_jacobian(boat)):
+        given.work[at.ACCELERATIONS + k] = rates[6 + k]
+    for n, row in enumerate(dynamics.state_jacobian(boat)):
         for k, slope in enumerate(row):
-            given.work[JACOBIAN + N_COLUMNS * n + k] = slope
+            given.work[at.JACOBIAN + at.N_COLUMNS * n + k] = slope
 
 
 def regressors(given, equations: ModuleType) -> None:
     """The regressor of each coefficient into the rows of `out`."""
     boat = _boat(given, equations)
-    motion = [boat.state[6 + k] for k in range(6)], [given.work[ACCELERATIONS + k] for k in range(6)]
-    for k, regressor in enumerate(equations.regressors(boat.controls, boat.constants, *motion[0], *motion[1])):
+    motion = [boat.state[6 + k] for k in range(6)] + [given.work[at.ACCELERATIONS + k] for k in range(6)]
+    for k, regressor in enumerate(equations.regressors(boat.controls, boat.constants, *motion)):
         given.out[k] = regressor
 
 
@@ -95,20 +75,20 @@ def slopes(given, equations: ModuleType) -> None:
     boat = _boat(given, equations)
     velocity = [boat.state[6 + k] for k in range(6)]
     of_forces = equations.control_slopes(boat.coefficients, boat.controls, boat.constants, *velocity)
-    for (axis, k), slope in (of_forces | weight_slopes(boat, *down(boat))).items():
+    for (axis, k), slope in (of_forces | dynamics.weight_slopes(boat, *dynamics.down(boat))).items():
         given.out[axis * equations.N_CONTROLS + k] = slope
 
 
 def mechanical(given, equations: ModuleType) -> None:
     """The forces that do not come from coefficients into six rows of `out`."""
     boat = _boat(given, equations)
-    for k, force in enumerate(mechanical_forces(boat, *down(boat))):
+    for k, force in enumerate(dynamics.mechanical_forces(boat, *dynamics.down(boat))):
         given.out[k] = force
 
 
 UNITS = {
-    "stage": _stage(euler_derivative),
-    "stage_quaternion": _stage(quaternion_derivative),
+    "stage": _stage(dynamics.euler_derivative),
+    "stage_quaternion": _stage(dynamics.quaternion_derivative),
     "linearise": linearise,
     "regressors": regressors,
     "slopes": slopes,
@@ -119,13 +99,9 @@ UNITS = {
 class Family:
     """The kernels for the forces of one equation set, sub-problem and kind of controls.
 
-    Machine code is compiled, or loaded, when something is first asked for that needs it; it is never sent to another
-    process, which compiles or loads its own.
-
-    Parameters
-    ----------
-    source : str
-        Text of the module of the forces (:func:`bayesub.model.equations.generate.source`).
+    `source` is the text of the module of the forces (:func:`bayesub.model.equations.generate.source`). Machine code is
+    compiled, or loaded, when something is first asked for that needs it; it is never sent to another process, which
+    compiles or loads its own.
     """
 
     def __init__(self, source: str):
@@ -152,7 +128,7 @@ class Family:
     def n_rows(self) -> int:
         """Rows of the workspace of a block."""
         equations = self.equations
-        return COEFFICIENTS + equations.N_COEFFICIENTS + equations.N_CONTROLS + equations.N_CONSTANTS
+        return at.COEFFICIENTS + equations.N_COEFFICIENTS + equations.N_CONTROLS + equations.N_CONSTANTS
 
     def unit(self, name: str):
         """What loops call of one of UNITS."""

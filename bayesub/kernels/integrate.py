@@ -32,19 +32,10 @@ MAX_PITCH = math.radians(85.0)
 
 
 class Forces(NamedTuple):
-    """What a loop has to know of an equation set.
+    """What a loop has to know of an equation set."""
 
-    Attributes
-    ----------
-    stage : int
-        Address of the lane function that takes a stage of a step (:mod:`bayesub.kernels.families`).
-    quaternions : bool
-        Whether its states have a quaternion.
-    n_coefficients, n_controls, n_constants : int
-    """
-
-    stage: int
-    quaternions: bool
+    stage: int  # address of the lane function that takes a stage of a step (bayesub.kernels.families)
+    quaternions: bool  # whether its states have a quaternion
     n_coefficients: int
     n_controls: int
     n_constants: int
@@ -248,22 +239,9 @@ def _lose(states, member, begin, end):
 
 @jit
 def _integrate_block(
-    block,
-    forces,
-    coefficients,
-    body,
-    inverse_mass,
-    initial,
-    stages,
-    variations,
-    amounts,
-    step,
-    times,
-    max_speed,
-    rows,
-    states,
-    status,
-):
+    block, forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step, times, max_speed,
+    rows, states, status,
+):  # fmt: skip
     """Integrate one block of members and write their `states` at `times` and `status`; see :func:`integrate`."""
     widest_vectors()
     first = block * LANES

@@ -68,7 +68,7 @@ class _Kept(NullCache):
     def load_overload(self, sig, target_context):
         content = compiled_files.load(self._key(sig))
         if content is None:
-            _say_that_this_takes_time()
+            _tell_user_to_wait()
             return None
         called, compiled = pickle.loads(content)
         if not all(_is_loaded(*one) for one in called):
@@ -103,7 +103,7 @@ def _add_alone(dispatcher, cres):
 
 
 @functools.cache
-def _say_that_this_takes_time() -> None:
+def _tell_user_to_wait() -> None:
     if sys.stderr.isatty():
         print("bayesub: compiling, once for this version on this processor: some ten seconds", file=sys.stderr)
 
@@ -112,15 +112,9 @@ def jit(function=None, *, threads: bool = False, exact: bool = False):
     """Compile a loop when it is first called, or load it.
 
     Its machine code is its own: of what it calls, loops are compiled and kept by themselves, so that each is compiled
-    once and is the same whoever compiled it; and :data:`inline` and :data:`spliced` functions are part of it.
-
-    Parameters
-    ----------
-    function : callable
-    threads : bool
-        Whether its ``prange`` is shared among threads.
-    exact : bool
-        Whether each product and each sum is rounded, also where the processor could do both at once.
+    once and is the same whoever compiled it; and :data:`inline` and :data:`spliced` functions are part of it. With
+    `threads` its ``prange`` is shared among them; if it is `exact` each product and each sum is rounded, also where the
+    processor could do both at once.
     """
     if function is None:
         return functools.partial(jit, threads=threads, exact=exact)
@@ -169,18 +163,6 @@ def widest_vectors():
     """
 
 
-@type_callable(widest_vectors)
-def _type_widest_vectors(context):
-    return lambda: types.void
-
-
-@lower_builtin(widest_vectors)
-def _lower_widest_vectors(context, builder, signature, arguments):
-    # llvmlite's own `add` takes only attributes that it knows.
-    set.add(builder.function.attributes, '"prefer-vector-width"="512"')
-    return context.get_dummy_value()
-
-
 def distinct_arrays():
     """Promise the compiler that the arrays given to the function that calls this do not overlap.
 
@@ -188,9 +170,11 @@ def distinct_arrays():
     """
 
 
-@type_callable(distinct_arrays)
-def _type_distinct_arrays(context):
-    return lambda: types.void
+@lower_builtin(widest_vectors)
+def _lower_widest_vectors(context, builder, signature, arguments):
+    # llvmlite's own `add` takes only attributes that it knows.
+    set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+    return context.get_dummy_value()
 
 
 @lower_builtin(distinct_arrays)
@@ -201,7 +185,11 @@ def _lower_distinct_arrays(context, builder, signature, arguments):
     return context.get_dummy_value()
 
 
-def _called_unit(typingctx, code, work, control, out, row, a, b):
+for _function in (widest_vectors, distinct_arrays):
+    type_callable(_function)(lambda context: lambda: types.void)
+
+
+def _call_unit(typingctx, code, work, control, out, row, a, b):
     """Call a lane function with `work`, `control`, `out` from a row on, and the numbers `a` and `b`."""
 
     def generate(context, builder, signature, values):
@@ -224,7 +212,7 @@ if INTERPRETED:
         code(work, control, out.reshape(-1)[row * LANES :], a, b)
 
 else:
-    unit = intrinsic(_called_unit)
+    unit = intrinsic(_call_unit)
 
 
 def unit_address(function: Callable, *names: str):
@@ -266,17 +254,17 @@ def _module(function: Callable, width: int) -> llvm.ModuleRef:
     module.triple, module.data_layout = processor()[0], str(machine.target_data)
     options = llvm.create_pipeline_tuning_options(speed_level=2)
     options.slp_vectorization = options.loop_vectorization = False
-    builder = llvm.create_pass_builder(machine, options)
-    builder.getModulePassManager().run(module, builder)
+    passes = llvm.create_pass_builder(machine, options)
+    passes.getModulePassManager().run(module, passes)
     return module
 
 
 @functools.cache
 def _width() -> int:
     """How many numbers the processor takes at once, by the registers of an addition of eight."""
-    assembly = _machine().emit_assembly(_module(_added, LANES))
+
+    def addition(given):
+        given.out[0] = given.work[0] + given.work[1]
+
+    assembly = _machine().emit_assembly(_module(addition, LANES))
     return 8 if "%zmm" in assembly else 4 if "%ymm" in assembly else 2
-
-
-def _added(given):
-    given.out[0] = given.work[0] + given.work[1]

@@ -60,7 +60,7 @@ class Lanes:
     """A number for each lane in a function that is being written."""
 
     __slots__ = ("name", "writer")
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]  # as of whatever can be compared
 
     def __init__(self, writer: "_Writer", name: str):
         self.writer, self.name = writer, name
@@ -123,16 +123,15 @@ class Rows:
 class _Writer:
     """The text of a function of LLVM, for vectors of `width` lanes, in a loop over the LANES of a block.
 
-    Parameters
-    ----------
-    width : int
-        2, 4 or 8: how many numbers the processor takes at once.
-    typed_pointers : bool
-        Whether pointers are written as of LLVM 15, with what they point to.
+    The width is 2, 4 or 8, how many numbers the processor takes at once; with `typed_pointers` they are written as of
+    LLVM 15, with what they point to.
     """
 
     def __init__(self, width: int, typed_pointers: bool):
-        self.width, self.lines, self.known, self.called = width, [], {}, set()
+        self.width = width
+        self.lines: list[str] = []
+        self.known: dict[str, str] = {}  # instruction -> name of what it gives
+        self.called: set[str] = set()
         self.vector, self.truth = f"<{width} x double>", f"<{width} x i1>"
         self.pointer, self.to_vector = ("double*", f"{self.vector}*") if typed_pointers else ("ptr", "ptr")
         self.work, self.out = _WrittenRows(self, "work"), _WrittenRows(self, "out")
@@ -203,7 +202,8 @@ class _WrittenRows:
     """Rows of lanes behind a pointer: what was read or written once is known."""
 
     def __init__(self, writer: _Writer, symbol: str):
-        self.writer, self.symbol, self.values = writer, symbol, {}
+        self.writer, self.symbol = writer, symbol
+        self.values: dict[int, Lanes] = {}
 
     def _place(self, row: int) -> str:
         writer = self.writer
@@ -259,18 +259,10 @@ class _ArrayRows:
 
 
 def written(function: Callable, name: str, width: int, *, typed_pointers: bool = False) -> str:
-    """A lane function as a module of LLVM; the parameters are those of the function and of its vectors.
+    """A lane function as a module of LLVM, in which it has a name, for vectors of 2, 4 or 8 lanes.
 
-    Parameters
-    ----------
-    function : callable
-        Takes one argument, whose `work` and `out` are rows, `control` numbers, and `a` and `b` two numbers more.
-    name : str
-        Of the function of LLVM.
-    width : int
-        2, 4 or 8 lanes of a vector.
-    typed_pointers : bool
-        Whether LLVM is as old as 15.
+    The function takes one argument, whose `work` and `out` are rows, `control` numbers, and `a` and `b` two numbers
+    more; `typed_pointers` are those of LLVM 15 and older.
     """
     writer = _Writer(width, typed_pointers)
     function(writer)
