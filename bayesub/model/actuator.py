@@ -7,7 +7,7 @@ density without that for which the boat is trimmed; both are computed once, when
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,18 +21,10 @@ N_WEIGHTS = 4  # a weight, and its moments: its force times x, y and z of the po
 
 @dataclass(frozen=True)
 class WaterColumn:
-    """How the value of an actuator follows from a log.
+    """How the value of an actuator follows from a log."""
 
-    Attributes
-    ----------
-    volume : str or None
-        Column of a displaced volume, cm3, whose lift in N is the value; None for the density anomaly itself.
-    density_kgm3 : float
-        Of the water where the log does not say, and that from which the anomaly counts.
-    """
-
-    volume: str | None
-    density_kgm3: float
+    volume: str | None  # column of a displaced volume, cm3, whose lift in N is the value; None for the anomaly itself
+    density_kgm3: float  # of the water where the log does not say, and that from which the anomaly counts
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -56,75 +48,45 @@ class WaterColumn:
 class Actuator:
     """One actuator; its value is what the log says, in SI units, or in counts and the like as they are.
 
-    Attributes
-    ----------
-    name : str
-    column : str
-        Of a log, with the unit as its suffix.
-    mixing : (n_controls,) array
-        What a unit of its value adds to the controls of the equations.
-    force : (6,) array
-        What a unit of its value adds to the forces from outside, N and N m.
-    force_of_square : (6,) array
-        The same for a unit of its value times the size of its value.
-    force_of_speed : (6,) array
-        The same for a unit of the size of its value and a surge velocity of 1 m/s.
-    rest : float
-        Value that it has unless something else is ordered.
-    limit : float
-        Largest value to either side.
-    rate : float or None
-        Largest rate of change, 1/s; None for one that answers at once.
-    time_constant : float or None
-        s.
-    angle_deg : float or None
-        Where a fin stands around the hull, seen from astern, clockwise from up.
-    turns : int
-        Of a fin by geometry: 1 if its trailing edge goes counterclockwise, seen from astern, with a positive value, -1
-        if it goes clockwise; 0 if nobody says.
-    zero : float
-        Value with which it does nothing.
-    commanded : bool
-        Whether its column is of commands.
-    weight : (4,) array
-        What a unit of its value adds to the weight from outside, N, and to its moments about the origin, N m.
-    water : WaterColumn or None
-        The column from which that of the actuator follows with the density of the water.
+    A unit of its value adds rows to the controls of the equations, and to forces (6,) and weights from outside.
     """
 
     name: str
-    column: str
-    mixing: np.ndarray
-    force: np.ndarray
-    force_of_square: np.ndarray
-    force_of_speed: np.ndarray
-    rest: float = 0.0
-    limit: float = np.inf
-    rate: float | None = None
-    time_constant: float | None = None
-    angle_deg: float | None = None
+    column: str  # of a log, with the unit as its suffix
+    mixing: np.ndarray  # (n_controls,) of the controls of the equations
+    force: np.ndarray  # N and N m
+    force_of_square: np.ndarray  # the same for a unit of its value times the size of its value
+    force_of_speed: np.ndarray  # the same for a unit of the size of its value and a surge velocity of 1 m/s
+    rest: float = 0.0  # value that it has unless something else is ordered
+    limit: float = np.inf  # largest value to either side
+    rate: float | None = None  # largest rate of change, 1/s; None for one that answers at once
+    time_constant: float | None = None  # s
+    angle_deg: float | None = None  # where a fin stands around the hull, seen from astern, clockwise from up
+    # Of a fin by geometry 1 if its trailing edge goes counterclockwise, seen from astern, with a positive value, -1 if
+    # it goes clockwise; 0 if nobody says.
     turns: int = 0
-    zero: float = 0.0
-    commanded: bool = False
-    weight: np.ndarray = field(default_factory=lambda: np.zeros(N_WEIGHTS))
-    water: WaterColumn | None = None
+    zero: float = 0.0  # value with which it does nothing
+    commanded: bool = False  # whether its column is of commands
+    weight: np.ndarray = field(default_factory=lambda: np.zeros(N_WEIGHTS))  # N, and its moments about the origin, N m
+    water: WaterColumn | None = None  # from which its column follows with the density of the water
 
     def by_column(self, column: str, unit: float, zero: float) -> Actuator:
-        """The same linear actuator, of which a log has another column.
+        """The same linear actuator, of which a log has another column, which stands at `zero` when the value is zero.
 
-        Parameters
-        ----------
-        column : str
-        unit : float
-            Of its value, in a unit of the column; negative if the column counts the other way round.
-        zero : float
-            Where the column stands when the value is zero.
+        A `unit` of the column is so much of the value; it is negative if the column counts the other way round.
         """
-        rate = None if self.rate is None else self.rate / abs(unit)
-        parts = {"limit": self.limit / abs(unit), "rate": rate, "rest": self.rest / unit + zero, "zero": zero}
-        parts |= {key: unit * getattr(self, key) for key in ("mixing", "force", "weight")}
-        sign = -1 if unit < 0.0 else 1
-        return replace(self, column=column, turns=sign * self.turns, **parts)
+        return replace(
+            self,
+            column=column,
+            turns=-self.turns if unit < 0.0 else self.turns,
+            limit=self.limit / abs(unit),
+            rate=None if self.rate is None else self.rate / abs(unit),
+            rest=self.rest / unit + zero,
+            zero=zero,
+            mixing=unit * self.mixing,
+            force=unit * self.force,
+            weight=unit * self.weight,
+        )
 
     @property
     def short(self) -> str:
@@ -149,17 +111,9 @@ class Actuator:
     def response(
         self, times: np.ndarray, demand_times: np.ndarray, demands: np.ndarray, start: float | None = None
     ) -> np.ndarray:
-        """Values (n,) at times (n,) under several demands one after the other (model manual, equation 7.3).
+        """Values (n,) at times (n,), s, under several demands one after the other (model manual, equation 7.3).
 
-        Parameters
-        ----------
-        times : (n,) array
-            s.
-        demand_times : (m,) array
-            When each demand begins, s.
-        demands : (m,) array
-        start : float, optional
-            Value at the first demand; by default that of rest.
+        They are `demands` (m,) that begin at `demand_times` (m,), s; the value at the first is `start` or that of rest.
         """
         value = self.rest if start is None else start
         values = np.full(len(times), value, dtype=float)
@@ -172,29 +126,20 @@ class Actuator:
         return values
 
     def _step(self, elapsed, start, demand) -> np.ndarray:
-        if self.rate is None:
+        if self.rate is None or self.time_constant is None:
             return np.full(len(elapsed), demand)
         return step_response(elapsed, start, demand, self.rate, self.time_constant)
 
+    def nominal(self, kind: str) -> float:
+        """The bias, scale, delay (s) or lag (s) with which the log is what acts; the lag is that of the vehicle."""
+        return (self.time_constant or 0.0) if kind == "lag" else float(kind == "scale")
 
-def step_response(elapsed, start, demand, rate, time_constant):
-    """Plane angle after a step of the demand.
 
-    ``delta' = clip((demand - delta) / time_constant, -rate, rate)`` has a closed form: a slew at `rate` until
+def step_response(elapsed: np.ndarray, start: float, demand: float, rate: float, time_constant: float) -> np.ndarray:
+    """Plane angle, rad, at times (n,) since a step of the demand, s (model manual, section 7; thesis section 8.2).
+
+    ``delta' = clip((demand - delta) / time_constant, -rate, rate)`` has a closed form: a slew at `rate` (rad/s) until
     ``rate * time_constant`` from the demand, then an exponential approach.
-
-    Parameters
-    ----------
-    elapsed : (n,) array
-        Times since the step, s.
-    start : float
-        Angle at the step, rad.
-    demand : float
-        Ordered angle, rad.
-    rate : float
-        Slew limit, rad/s.
-    time_constant : float
-        s.
     """
     error = abs(demand - start)
     direction = np.sign(demand - start)
@@ -204,16 +149,12 @@ def step_response(elapsed, start, demand, rate, time_constant):
     return start + direction * (slewing - (error - slew_time * rate) * np.expm1(-settling))
 
 
-def with_water(log: dict[str, np.ndarray], columns: Mapping[str, WaterColumn]) -> dict[str, np.ndarray]:
-    """A log with the columns of actuators in place of those of volumes and of the density.
+def with_water(log: dict[str, np.ndarray], actuators: Iterable[Actuator]) -> dict[str, np.ndarray]:
+    """A log by short names, with the time, with columns of actuators in place of those of volumes and of the density.
 
-    Parameters
-    ----------
-    log : dict of str to (n,) array
-        By short names, with the time.
-    columns : mapping of str to WaterColumn
-        Column of an actuator -> how it follows; one that the log has already stays.
+    What the log has already of an actuator stays.
     """
+    columns = {actuator.column: actuator.water for actuator in actuators if actuator.water is not None}
     values = {column: water.value(log) for column, water in columns.items() if column not in log}
     used = {name for water in columns.values() for name in water.columns}
     log = {name: cells for name, cells in log.items() if name not in used}

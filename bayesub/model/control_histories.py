@@ -151,7 +151,7 @@ class ControlHistories:
         if not names:
             return np.zeros(len(amounts))
         (name,) = names
-        value = np.full(len(amounts), self._actuators.nominal(name) + self._changes.get(name, 0.0))
+        value = np.full(len(amounts), self._actuators.members[i].nominal(kind) + self._changes.get(name, 0.0))
         if name in self._varied:
             value += amounts[:, self._varied.index(name)]
         return value

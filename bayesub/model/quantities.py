@@ -95,7 +95,7 @@ def gradient(vehicle: Vehicle, quantity: Quantity, columns: Sequence[int] | np.n
 
 def glides(vehicle: Vehicle) -> bool:
     """Whether a boat has no straight and level flight, since its weight drives it and nothing else."""
-    return vehicle.actuators.weigh and not vehicle.body[_THRUST].any()
+    return any(a.weight.any() for a in vehicle.actuators.members) and not vehicle.body[_THRUST].any()
 
 
 def absence(vehicle: Vehicle, column: str) -> str:

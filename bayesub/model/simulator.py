@@ -1,6 +1,7 @@
 """A vehicle on a manoeuvre, prepared once, and flown with many batches of coefficient sets."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import KW_ONLY, dataclass, field, replace
 
 import numpy as np
 
@@ -24,12 +25,14 @@ FINER = 10.0  # steps of a true motion in one of the model that is fitted to its
 OF_MANOEUVRE = "of the manoeuvre"
 
 
+@dataclass(eq=False, repr=False)
 class Simulator:
     """A vehicle on a manoeuvre, prepared once for many batches of coefficient sets.
 
-    Parameters
+    Attributes
     ----------
     vehicle : Vehicle
+        Confined to the sub-problem.
     manoeuvre : Manoeuvre
     times : (n_times,) array
         Output times within the manoeuvre, s, which must not descend.
@@ -43,17 +46,18 @@ class Simulator:
     attitude : str
         "euler", or "quaternion" to fly through 90 degrees of pitch (output in Euler angles all the same).
     varied : tuple of str
-        Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`), n_varied of them, by which
-        members of a batch may differ.
+        Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`) by which members of a batch may
+        differ; with the forces at the knots, which come after them, they are n_varied.
     changes : dict of str to float
         Parameters of actuators -> how much they differ, for all members, from no bias, a scale of one, no delay and
         the lag of the vehicle.
     knots : Knots, optional
-        Where each member has forces of its own that the equations leave out; they vary after the parameters of
-        actuators.
+        Where each member has forces of its own that the equations leave out.
     forces : ForceHistory, optional
         Forces that the equations leave out, for all members. A current among them moves the boat over the ground, and
         not in the water, in which all states here are.
+    step : float
+        The integration step that is taken, s.
 
     Raises
     ------
@@ -61,97 +65,105 @@ class Simulator:
         For an option that does not exist, and for output times that descend or lie outside the manoeuvre.
     """
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        manoeuvre: Manoeuvre,
-        times: np.ndarray,
-        *,
-        dt: float | None = None,
-        controls: str = "linear",
-        subproblem: str | None = OF_MANOEUVRE,
-        attitude: str = "euler",
-        varied: tuple[str, ...] = (),
-        changes: Mapping[str, float] | None = None,
-        knots: Knots | None = None,
-        forces: ForceHistory | None = None,
-    ):
-        if subproblem == OF_MANOEUVRE:
-            subproblem = manoeuvre.subproblem
-        subproblem = vehicle.equations.subproblem(subproblem)
-        if controls not in ("linear", "hold"):
-            raise InputError(f"unknown control convention '{controls}': expected linear or hold", "unknown", "controls")
-        if attitude not in ("euler", "quaternion"):
-            raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion", "unknown", "attitude")
-        if dt is not None and not (np.isfinite(dt) and dt > 0):
-            raise InputError(f"the time step must be a positive number of seconds, found {dt}", "value", "dt")
-        manoeuvre.check(vehicle)
-        self.knots, self.forces = knots, forces
-        for axes in (() if part is None else part.axes for part in (knots, forces)):
-            if axes:
-                check_axes(axes, subproblem)
-        for one in manoeuvre.prescribed:
-            prescribed.check(one.angle, subproblem)
-            if controls == "hold":
+    vehicle: Vehicle
+    manoeuvre: Manoeuvre
+    times: np.ndarray
+    _: KW_ONLY
+    dt: float | None = None
+    controls: str = "linear"
+    subproblem: str | None = OF_MANOEUVRE
+    attitude: str = "euler"
+    varied: tuple[str, ...] = ()
+    changes: Mapping[str, float] = field(default_factory=dict)
+    knots: Knots | None = None
+    forces: ForceHistory | None = None
+    step: float = field(init=False)
+
+    def __post_init__(self):
+        vehicle, manoeuvre, equations = self.vehicle, self.manoeuvre, self.vehicle.equations
+        self.subproblem = equations.subproblem(
+            manoeuvre.subproblem if self.subproblem == OF_MANOEUVRE else self.subproblem
+        )
+        self._check_options()
+        self._disturbed = self.knots is not None or (self.forces is not None and self.forces.of_forces is not None)
+        self._pushed = self._disturbed or bool(manoeuvre.prescribed)
+        self.kernels = vehicle.kernels(self.subproblem, external=self._pushed)
+        self.vehicle = vehicle.restricted(self.subproblem)
+        self.step = choose_step(vehicle, manoeuvre, self.subproblem, self.attitude) if self.dt is None else self.dt
+        self.step, self.times = float(self.step), np.array(self.times, dtype=float)
+        self._check_times()
+        self._inactive = np.isin(equations.names, equations.active(subproblem=self.subproblem), invert=True)
+        self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
+        n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
+        boundaries = np.arange(max(n_steps, 3) + 1) * self.step
+        self._prescribed = {one: one.on_steps(boundaries) for one in manoeuvre.prescribed}
+        starts = np.arange(n_steps + 1) * self.step
+        middle, end = (0.0, 0.0) if self.controls == "hold" else (0.5, 1.0)
+        stage_times = [starts + f * self.step for f in (0.0, middle, end)]
+        self.histories = ControlHistories(
+            vehicle, manoeuvre, starts, self.step, stage_times, self.varied, self.changes, self.subproblem
+        )
+        pairs = zip(stage_times, self.histories.stages, strict=True)
+        self._stages = np.stack([self._controls(at, inputs) for at, inputs in pairs], axis=1)
+        self._varied = (*self.varied, *(() if self.knots is None else self.knots.parameters))
+        self._stage_changes = StageChanges(
+            vehicle, self.subproblem, self._varied, self.histories, stage_times, self.knots
+        )
+
+    def _check_options(self):
+        """InputError for options that do not exist or do not go together."""
+        if self.controls not in ("linear", "hold"):
+            raise InputError(
+                f"unknown control convention '{self.controls}': expected linear or hold", "unknown", "controls"
+            )
+        if self.attitude not in ("euler", "quaternion"):
+            raise InputError(f"unknown attitude '{self.attitude}': expected euler or quaternion", "unknown", "attitude")
+        if self.dt is not None and not (np.isfinite(self.dt) and self.dt > 0):
+            raise InputError(f"the time step must be a positive number of seconds, found {self.dt}", "value", "dt")
+        self.manoeuvre.check(self.vehicle)
+        for part in (self.knots, self.forces):
+            if part is not None and part.axes:
+                check_axes(part.axes, self.subproblem)
+        for one in self.manoeuvre.prescribed:
+            prescribed.check(one.angle, self.subproblem)
+            if self.controls == "hold":
                 raise InputError(
                     f"prescribed: {one.angle} cannot be held over a step; leave out controls = hold",
                     "conflict",
                     "controls",
                 )
-        felt = None if forces is None else forces.of_forces
-        self._disturbed = knots is not None or felt is not None
-        self._pushed = self._disturbed or bool(manoeuvre.prescribed)
-        self.kernels = vehicle.kernels(subproblem, external=self._pushed)
-        self.vehicle = vehicle.restricted(subproblem)
-        self.manoeuvre = manoeuvre
-        self.subproblem = subproblem
-        self.convention, self.attitude = controls, attitude
-        self.varied = (*varied, *(() if knots is None else knots.parameters))
-        self.changes = dict(changes or {})
-        self.step = choose_step(vehicle, manoeuvre, subproblem, attitude) if dt is None else float(dt)
-        self.times = np.array(times, dtype=float)
-        if self.times.size == 0 or not (self.times[0] >= 0 and self.times[-1] <= manoeuvre.duration * (1 + 1e-12)):
+
+    def _check_times(self):
+        """InputError for output times that descend or lie outside the manoeuvre, and for too many steps."""
+        times, manoeuvre = self.times, self.manoeuvre
+        if times.size == 0 or not (times[0] >= 0 and times[-1] <= manoeuvre.duration * (1 + 1e-12)):
             raise InputError(
                 f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s", "value", "times"
             )
-        steps = np.diff(self.times)
+        steps = np.diff(times)
         if not np.all(steps >= 0):
             k = int(np.argmin(steps >= 0))
             raise InputError(
-                f"output times must ascend, found {self.times[k + 1]:g} s after {self.times[k]:g} s", "value", "times"
+                f"output times must ascend, found {times[k + 1]:g} s after {times[k]:g} s", "value", "times"
             )
-        if not self.times[-1] / self.step <= MAX_STEPS:
+        if not times[-1] / self.step <= MAX_STEPS:
             raise InputError(
-                f"{manoeuvre.name}: {self.times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
+                f"{manoeuvre.name}: {times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
                 "shorten the manoeuvre or give a longer step",
                 "limit",
                 "dt",
             )
-        n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
-        starts = np.arange(n_steps + 1) * self.step
-        middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
-        equations = vehicle.equations
-        self._inactive = np.isin(equations.names, equations.active(subproblem=subproblem), invert=True)
-        self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
-        boundaries = np.arange(max(n_steps, 3) + 1) * self.step
-        self._prescribed = {one: one.on_steps(boundaries) for one in manoeuvre.prescribed}
-        self._stage_times = [starts + f * self.step for f in (0.0, middle, end)]
-        of_actuators = tuple(name for name in self.varied if name in vehicle.actuators.parameters)
-        self.histories = ControlHistories(
-            vehicle, manoeuvre, starts, self.step, self._stage_times, of_actuators, self.changes, subproblem
-        )
-        pairs = zip(self._stage_times, self.histories.stages, strict=True)
-        self._stages = np.stack([self._controls(at, inputs) for at, inputs in pairs], axis=1)
-        self._stage_changes = StageChanges(vehicle, subproblem, self.varied, self.histories, self._stage_times, knots)
 
     def at(self, times: np.ndarray) -> "Simulator":
         """The same simulator with other output times."""
-        return self._changed(times=times)
+        return replace(self, dt=self.step, times=times)
 
     @property
     def undisturbed(self) -> "Simulator":
         """The same simulator without the forces that the equations leave out."""
-        return self._changed(knots=None, forces=None) if self._disturbed or self.forces is not None else self
+        return (
+            replace(self, dt=self.step, knots=None, forces=None) if self._disturbed or self.forces is not None else self
+        )
 
     def disturbed(self, disturbance: Disturbance | ForceHistory, rng: np.random.Generator | None = None) -> "Simulator":
         """The same simulator with forces that the equations leave out, for all members.
@@ -180,21 +192,7 @@ class Simulator:
                 )
             n_steps = int(np.ceil(self.manoeuvre.duration / self.step * (1.0 - 1e-12)))
             disturbance = disturbance.sample(np.arange(n_steps + 1) * self.step, rng)
-        return self._changed(forces=disturbance)
-
-    def _changed(self, **changes) -> "Simulator":
-        arguments = {
-            "times": self.times,
-            "dt": self.step,
-            "controls": self.convention,
-            "subproblem": self.subproblem,
-            "attitude": self.attitude,
-            "varied": tuple(name for name in self.varied if name in self.vehicle.actuators.parameters),
-            "changes": self.changes,
-            "knots": self.knots,
-            "forces": self.forces,
-        }
-        return Simulator(self.vehicle, self.manoeuvre, **arguments | changes)
+        return replace(self, dt=self.step, forces=disturbance)
 
     def controls_at(self, times: np.ndarray) -> np.ndarray:
         """(n, n_controls + 1): the controls of the equations and n/k0; then, if there are any, forces from outside."""
@@ -273,7 +271,7 @@ class Simulator:
             self._initials(initial, n_batch),
             self._stages,
             self._stage_changes.variations,
-            self._stage_changes.numbers(np.zeros((n_batch, len(self.varied))) if amounts is None else amounts),
+            self._stage_changes.numbers(np.zeros((n_batch, len(self._varied))) if amounts is None else amounts),
             self.step,
             self.times if times is None else times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
@@ -342,7 +340,13 @@ class Simulator:
             stages = stages + self._stage_changes.variations.added(numbers, stages.shape[2])
         max_speed = MAX_SPEED_RATIO * self.vehicle.speed_mps
         history = self.kernels.fly(dimensional, bodies, initial, stages, self.step, max_speed)
-        firsts, variations, slots, *columns = self._sensitivity_columns(parameters, amounts)
+        parameters = tuple(parameters)
+        if parameters not in self._columns:
+            firsts, varied, *columns = sensitivity_columns(parameters, self.vehicle, self.subproblem, self.knots)
+            self._columns[parameters] = firsts, varied, self._stage_changes.by(varied, amounts), *columns
+        firsts, varied, variations, slots, *columns = self._columns[parameters]
+        if not self._stage_changes.are_linear:
+            variations = self._stage_changes.by(varied, amounts)
         rows = np.array(log_files.positions(*outputs))
         times = self.times if times is None else times
         derivatives = self.kernels.sensitivities(
@@ -351,17 +355,6 @@ class Simulator:
         if len(firsts) < derivatives.shape[1]:
             derivatives = np.add.reduceat(derivatives, firsts, axis=1)
         return derivatives.swapaxes(1, 2)
-
-    def _sensitivity_columns(self, parameters, amounts):
-        """First column of each parameter, and what the kernel `sensitivities` asks for, variations first."""
-        parameters = tuple(parameters)
-        if parameters not in self._columns:
-            firsts, varied, slots, *arrays = sensitivity_columns(parameters, self.vehicle, self.subproblem, self.knots)
-            self._columns[parameters] = firsts, varied, self._stage_changes.by(varied, amounts), slots, *arrays
-        firsts, varied, variations, *arrays = self._columns[parameters]
-        if not self._stage_changes.are_linear:
-            variations = self._stage_changes.by(varied, amounts)
-        return firsts, variations, *arrays
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:
         """The motion of coefficient sets `xi` (n_batch, n_terms), all twelve states."""
