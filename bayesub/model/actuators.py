@@ -89,7 +89,7 @@ class Actuators:
 
     @cached_property
     def _unit_forces(self) -> tuple[np.ndarray, ...]:
-        """Rows (6,) of forces by value, by its signed square, and by its size and the speed; and rows (4,) of weights."""
+        """Rows (6,) of forces by value, by its signed square, by its size and the speed; and rows (4,) of weights."""
         n, rows = len(self.members), [[a.force, a.force_of_square, a.force_of_speed] for a in self.members]
         weights = np.reshape([a.weight for a in self.members], (n, N_WEIGHTS))
         return *np.reshape(rows, (n, 3, len(AXES))).swapaxes(0, 1), weights

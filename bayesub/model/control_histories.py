@@ -28,21 +28,11 @@ PARTS = np.array([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]])  # of the ends of a strai
 
 
 class Feature(NamedTuple):
-    """A function of the value of an actuator, and what it adds to what the kernels take as controls.
+    """A function of the value of an actuator, and what it adds to what the kernels take as controls."""
 
-    Attributes
-    ----------
-    row : (n_columns,) array
-        What a unit of the function adds.
-    of : callable
-        Value (..) -> function (..).
-    slope : callable
-        Value (..) -> derivative of the function (..).
-    """
-
-    row: np.ndarray
-    of: Callable[[np.ndarray], np.ndarray]
-    slope: Callable[[np.ndarray], np.ndarray]
+    row: np.ndarray  # (n_columns,) what a unit of the function adds
+    of: Callable[[np.ndarray], np.ndarray]  # value (..) -> function (..)
+    slope: Callable[[np.ndarray], np.ndarray]  # value (..) -> derivative of the function (..)
 
 
 def features(actuators: Actuators, i: int, subproblem: str | None) -> list[Feature]:
@@ -66,22 +56,8 @@ def features(actuators: Actuators, i: int, subproblem: str | None) -> list[Featu
 class ControlHistories:
     """The histories of a manoeuvre of a vehicle, at the steps of a simulator.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-    manoeuvre : Manoeuvre
-    starts : (n,) array
-        When the steps begin, s; the last one begins at the end of the flight.
-    step : float
-        s.
-    stage_times : list of (n,) array
-        The three stages of each step, s.
-    varied : sequence of str
-        Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`) by which members of a batch may
-        differ, n_varied of them.
-    changes : dict of str to float
-        Parameters of actuators -> how much they differ, for all members, from their nominal values.
-    subproblem : str or None
+    Parameters are as those of :class:`bayesub.model.simulator.Simulator`, n_varied `varied` of actuators alone. Steps
+    begin at `starts` (n,), the last one at the end of the flight; `stage_times` are three arrays (n,), s.
 
     Attributes
     ----------
@@ -250,23 +226,11 @@ class ControlHistories:
 
 
 class StageChanges:
-    """The changes by which members of a batch differ.
+    """The changes of the controls at the stages by which members of a batch differ: actuators, and forces at knots.
 
     Most are amounts of what a unit of each adds. An actuator that has a delay or a lag of a member's own adds what that
-    makes of its history instead, and the biases and scales of this actuator go into it.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-    subproblem : str or None
-    varied : tuple of str
-        Parameters of actuators by which members may differ, and after them forces at the knots; n_varied of them.
-    histories : ControlHistories
-        At the stages, with the same parameters of actuators.
-    stage_times : list of (n,) array
-        The three stages of each step, s.
-    knots : Knots or None
-        Of the forces.
+    makes of its history instead, and the biases and scales of this actuator go into it. `varied` are n_varied
+    parameters of actuators, those of the histories, and after them forces at the knots.
 
     Attributes
     ----------
@@ -289,9 +253,9 @@ class StageChanges:
         self._n_of_actuators = sum(name in positions for name in varied)
         self._individual = np.array([positions.get(name) in histories.individual for name in varied], dtype=bool)
         others = tuple(name for name, individual in zip(varied, self._individual, strict=True) if not individual)
-        self.variations = self._variations(
-            [*self._entries(others, np.zeros(self._n_of_actuators)), *self._individual_entries()]
-        )
+        first = len(others)
+        individual = ((stages, first + numbers, *rest) for stages, numbers, *rest in histories.individual_entries())
+        self.variations = self._variations([*self._entries(others, np.zeros(self._n_of_actuators)), *individual])
 
     def numbers(self, amounts: np.ndarray) -> np.ndarray:
         """What the kernels take as amounts, of amounts (n_batch, n_varied): those of own histories come last."""
@@ -308,10 +272,6 @@ class StageChanges:
     def are_linear(self) -> bool:
         """Whether the derivatives are the same at all amounts."""
         return not self._histories.individual
-
-    def _individual_entries(self):
-        first = np.count_nonzero(~self._individual)
-        return ((stages, first + numbers, *rest) for stages, numbers, *rest in self._histories.individual_entries())
 
     def _entries(self, parameters, amounts):
         """Stages, numbers, columns and values of what a unit of each parameter adds, part by part."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # which import this module
     from bayesub.model.simulator import Simulator
     from bayesub.model.trajectory import Trajectory
 
+T = TypeVar("T")
 _FINE = 32  # points of an interval between knots in sums over a history
 _N_TIMES = 2001  # of a flight for the forces of the hull, equidistant
 SMOOTH = "matern_3_2"
@@ -34,21 +35,11 @@ _PLANES["vertical"] = (*PLANES["vertical"][0], "north")
 
 @dataclass(frozen=True)
 class ForceHistory:
-    """Forces and moments on the boat, and the current, over time: linear between the times and constant outside.
+    """Forces and moments on the boat, and the current, over time: linear between the times and constant outside."""
 
-    Attributes
-    ----------
-    times : (n,) array
-        Ascending, s.
-    axes : tuple of str
-        Of X Y Z K M N, north and east.
-    values : (n, n_axes) array
-        N and N m; m/s of the current.
-    """
-
-    times: np.ndarray
-    axes: tuple[str, ...]
-    values: np.ndarray
+    times: np.ndarray  # (n,) ascending, s
+    axes: tuple[str, ...]  # of X Y Z K M N, north and east
+    values: np.ndarray  # (n, n_axes) N and N m; m/s of the current
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """(m, 6) forces and moments X Y Z K M N at times (m,), N and N m."""
@@ -84,18 +75,10 @@ class ForceHistory:
 
 @dataclass(frozen=True)
 class Knots:
-    """Where forces that members of a batch have for themselves are given; they are linear in between.
+    """Where forces that members of a batch have for themselves are given; they are linear in between."""
 
-    Attributes
-    ----------
-    times : (n_knots,) array
-        Equidistant from zero, s.
-    axes : tuple of str
-        Of X Y Z K M N, north and east.
-    """
-
-    times: np.ndarray
-    axes: tuple[str, ...]
+    times: np.ndarray  # (n_knots,) equidistant from zero, s
+    axes: tuple[str, ...]  # of X Y Z K M N, north and east
 
     def part(self, axes: tuple[str, ...]) -> Knots | None:
         """The same knots of those axes that are among the given ones, or None if there are none."""
@@ -227,7 +210,7 @@ class Disturbance:
         return ForceHistory(np.array(times), self.axes, values * np.asarray(self.sds))
 
 
-def by_time(axes: tuple[str, ...], kind: str, of_all, of_currents) -> list[tuple]:
+def by_time(axes: tuple[str, ...], kind: str, of_all: T, of_currents: T | None) -> list[tuple[T, list[int], str]]:
     """The correlation time, positions and kind of the axes that are forces, and of those that are currents.
 
     The time of currents may be None, if it is that of all. Currents are smooth: a bottom track reads their velocity,

@@ -27,39 +27,18 @@ CENTRE_SD = 0.04  # of the length: where added mass is centred; Yrdot/Yvdot and 
 
 @dataclass(frozen=True)
 class CoefficientEstimate:
-    """The estimate of one coefficient.
+    """The estimate of one coefficient."""
 
-    Attributes
-    ----------
-    value : float
-        Non-dimensional.
-    sd : float
-        Standard deviation of the value.
-    source : str
-        Where they come from.
-    """
-
-    value: float
-    sd: float
-    source: str
+    value: float  # non-dimensional
+    sd: float  # standard deviation of the value
+    source: str  # where they come from
 
 
 class Hull:
-    """A hull geometry with what follows from it.
+    """A hull geometry that was read from a source, with what follows from it.
 
-    Attributes
-    ----------
-    file : HullFile
-    source : str
-        Where it was read, for messages.
-    breadth : (n,) array
-        Half the beam at the nodes of integration, m.
-    height : (n,) array
-        Half the height there, m.
-    volume : float
-        m^3.
-    centre : float
-        Of buoyancy, aft of the nose, m.
+    At the nodes of integration `breadth` (n,) is half the beam and `height` (n,) half the height, m; the volume is in
+    m^3, and the centre of buoyancy so far aft of the nose, m.
     """
 
     def __init__(self, file: HullFile, source: str = "geometry"):
@@ -183,10 +162,10 @@ class Hull:
             variances += added_mass.coefficients_of(error, equations) ** 2
         munk = [_is_munk(term) for term in terms]
         variances[munk] = (MUNK_SD * values[munk]) ** 2
-        factors = equations.factors(
-            self.file.hull.length_m, self.file.water_density_kgm3, 1.0
-        )  # none of these has a power of the speed
-        scale = self.file.water_density_kgm3 / factors
+        density = self.file.water_density_kgm3
+        scale = density / equations.factors(
+            self.file.hull.length_m, density, 1.0
+        )  # no power of the speed is among them
         values[np.abs(values * scale) < ROUND_OFF] = 0.0
         return {
             term.name: CoefficientEstimate(float(value), float(sd), _source(term))

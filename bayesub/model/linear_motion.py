@@ -25,13 +25,7 @@ PLANES = {"horizontal": ("v", "r"), "vertical": ("w", "q", "theta")}
 def motion_matrix(boats: Boats, plane: str | None, names: tuple[str, ...]) -> np.ndarray:
     """Matrices (n, k, k) by which small changes of k velocities and angles change a second later, SI units.
 
-    Parameters
-    ----------
-    boats : Boats
-    plane : str or None
-        To which the motion is confined.
-    names : tuple of str
-        Short names of k states; of an angle its rate must be among them.
+    The motion is confined to a plane; of an angle the rate must be among the names.
     """
     speed, length = boats.vehicle.speed_mps, boats.vehicle.length_m
     scales = {"phi": 1.0, "theta": 1.0} | dict.fromkeys("uvw", speed) | dict.fromkeys("pqr", speed / length)

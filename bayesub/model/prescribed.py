@@ -31,18 +31,10 @@ _FEWEST = 5  # readings that a smoothing spline needs
 
 @dataclass(frozen=True)
 class Prescribed:
-    """An angle over time.
+    """An angle over time."""
 
-    Attributes
-    ----------
-    angle : str
-        "pitch" or "yaw".
-    of : callable
-        Times (n,), s -> angles (n,), rad.
-    """
-
-    angle: str
-    of: Callable[[np.ndarray], np.ndarray]
+    angle: str  # "pitch" or "yaw"
+    of: Callable[[np.ndarray], np.ndarray]  # times (n,), s -> angles (n,), rad
 
     @property
     def axis(self) -> str:
@@ -85,18 +77,8 @@ def check(angle: str, subproblem: str | None) -> None:
 def smoothed(angle: str, times: np.ndarray, readings: np.ndarray, sd: float) -> Prescribed:
     """The smoothest angle that misses its readings by their noise.
 
-    It is the cubic smoothing spline whose residuals have the root mean square `sd`.
-
-    Parameters
-    ----------
-    angle : str
-        "pitch" or "yaw".
-    times : (n,) array
-        Ascending, s.
-    readings : (n,) array
-        rad.
-    sd : float
-        Of their noise, rad.
+    It is the cubic smoothing spline through readings (n,), rad, at ascending times (n,), s, whose residuals have the
+    root mean square `sd`, rad. The angle is "pitch" or "yaw".
 
     Raises
     ------

@@ -25,33 +25,15 @@ _THRUST = [workspace.BODY.index(key) for key in workspace.THRUST]
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number that follows from the coefficients of a boat.
+    """A number that follows from the coefficients of a boat."""
 
-    Attributes
-    ----------
-    name : str
-        A key of :data:`QUANTITIES`, or that of a study.
-    unit : str
-        Empty for a ratio, and where the name ends with it.
-    meaning : str
-        One sentence.
-    needs : tuple of str
-        Columns of the controls that it takes, and PROPELLER.
-    subproblem : str
-        Plane in which it is measured; empty if all coefficients may count.
-    function : callable
-        Boats, n of them -> (n,) values.
-    none : str
-        What is so of a boat that has no such value.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-    needs: tuple[str, ...]
-    subproblem: str
-    function: Callable[[Boats], np.ndarray]
-    none: str = "the simulation fails"
+    name: str  # a key of QUANTITIES, or that of a study
+    unit: str  # empty for a ratio, and where the name ends with it
+    meaning: str  # one sentence
+    needs: tuple[str, ...]  # columns of the controls that it takes, and PROPELLER
+    subproblem: str  # plane in which it is measured; empty if all coefficients may count
+    function: Callable[[Boats], np.ndarray]  # n boats -> (n,) values
+    none: str = "the simulation fails"  # what is so of a boat that has no such value
 
     def reason(self, vehicle: Vehicle) -> str:
         """Why a boat has no such quantity; empty if it has."""
@@ -70,17 +52,10 @@ class Quantity:
 
 
 def gradient(vehicle: Vehicle, quantity: Quantity, columns: Sequence[int] | np.ndarray) -> np.ndarray:
-    """Derivatives (n_columns,) of a quantity by some coefficients of a vehicle, in its unit over theirs.
+    """Derivatives (n_columns,) of a quantity by coefficients of a vehicle, in its unit over theirs, by their positions.
 
     They are central differences over a thousandth of a coefficient, flown in one batch; a coefficient that is zero is
     moved by a thousandth of the median size of those that are not.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-    quantity : Quantity
-    columns : (n_columns,) array of int
-        Positions of the coefficients among those of the equations.
     """
     columns, sizes = np.asarray(columns, dtype=int), np.abs(vehicle.xi)
     typical = np.median(sizes[sizes > 0.0]) if sizes.any() else 1.0

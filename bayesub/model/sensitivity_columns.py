@@ -1,7 +1,5 @@
 """Which columns the kernel of sensitivities is asked for, by the names of parameters."""
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
@@ -13,22 +11,12 @@ from bayesub.model.vehicles import Vehicle
 
 
 def sensitivity_columns(
-    parameters: Iterable[str], vehicle: Vehicle, subproblem: str | None, knots: Knots | None = None
+    parameters: tuple[str, ...], vehicle: Vehicle, subproblem: str | None, knots: Knots | None
 ) -> tuple:
-    """What the kernel needs to know of parameters.
+    """What the kernel needs to know of parameters by names as of :meth:`bayesub.model.simulator.Simulator.sensitivities`.
 
     A coefficient is one column, an entry of the body vector or something unknown of an actuator six, one for the force
     along each axis; a force at a knot is one, and a state at the start has none but its own start.
-
-    Parameters
-    ----------
-    parameters : iterable of str
-        Names as for :meth:`bayesub.model.simulator.Simulator.sensitivities`.
-    vehicle : Vehicle
-    subproblem : str or None
-        Plane to which the motion is confined.
-    knots : Knots, optional
-        Of the forces that the equations leave out.
 
     Returns
     -------
@@ -49,7 +37,9 @@ def sensitivity_columns(
         forces = dict(zip(knots.parameters, of_axes, strict=True))
     varied = [name for name in parameters if name in vehicle.actuators.parameters or name in forces]
     after_body = len(equations.names) + 6 * sum(name in workspace.BODY for name in parameters)
-    body, columns, firsts, slots, n_slots = [], [], [], [], 0
+    body: list[int] = []
+    columns: list[tuple[int, float, int, int | None]] = []
+    firsts, slots, n_slots = [], [], 0
     for name in parameters:
         firsts.append(len(columns))
         used = name not in idle

@@ -11,7 +11,7 @@ import numpy as np
 from bayesub.logs.log_files import VELOCITIES, positions
 from bayesub.model.boats import Boats
 from bayesub.model.manoeuvre_files import RUDDER, STERN_PLANE
-from bayesub.model.manoeuvres import Manoeuvre, of_inputs
+from bayesub.model.manoeuvres import of_inputs
 
 TURN, DIVE, ZIGZAG, STOP, JAM = 60.0, 4.0, 20.0, 60.0, 60.0  # ship lengths travelled at the trial speed
 RUDDER_DEG, DIVE_DEG = 35.0, 10.0  # at most; a smaller limit of the boat counts
@@ -40,26 +40,12 @@ def fly(
 ) -> np.ndarray:
     """States (n, n_times, 12) of a flight whose planes are put over at 0 s, every STEP * _SAMPLE ship lengths.
 
-    Parameters
-    ----------
-    boats : Boats
-    lengths : float
-        How far, in ship lengths travelled at the trial speed.
-    plane : str
-        To which the motion is confined.
-    orders : dict of str to (float, float)
-        Column of a control -> where it has come to rest before, and where it is ordered, deg, or as far as it goes.
-    astern : float, optional
-        Ship lengths after which the propeller turns astern, as fast as it has turned ahead.
-    initial : (n, 12) array, optional
-        States at the start.
+    It goes as many ship lengths as are travelled at the trial speed, confined to a plane. `orders` are by the columns
+    of controls where these have come to rest before, and where they are ordered, deg, or as far as they go. After
+    `astern` ship lengths the propeller turns astern, as fast as it has turned ahead. `initial` (n, 12) are the states
+    at the start.
     """
-    manoeuvre = _manoeuvre(boats.vehicle, lengths, plane, orders, astern)
-    dt = STEP * boats.vehicle.length_m / boats.vehicle.speed_mps
-    return boats.fly(manoeuvre, manoeuvre.times[:: _FINE * _SAMPLE], dt, initial)
-
-
-def _manoeuvre(vehicle, lengths, plane, orders, astern) -> Manoeuvre:
+    vehicle = boats.vehicle
     scale = vehicle.length_m / vehicle.speed_mps
     times = np.linspace(0.0, lengths * scale, _FINE * round(lengths / STEP) + 1)
     given = {}
@@ -70,8 +56,8 @@ def _manoeuvre(vehicle, lengths, plane, orders, astern) -> Manoeuvre:
     rpm = np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps)
     if astern is not None:
         rpm[times >= astern * scale] *= -1.0
-    start = Boats(vehicle, vehicle.xi[None]).straight()[0]
-    return of_inputs("quantities", times, inputs, rpm, start, vehicle, subproblem=plane)
+    manoeuvre = of_inputs("quantities", times, inputs, rpm, boats.straight()[0], vehicle, subproblem=plane)
+    return boats.fly(manoeuvre, times[:: _FINE * _SAMPLE], STEP * vehicle.length_m / vehicle.speed_mps, initial)
 
 
 def turn(boats: Boats) -> np.ndarray:
@@ -79,23 +65,23 @@ def turn(boats: Boats) -> np.ndarray:
     return fly(boats, TURN, "horizontal", {RUDDER: (0.0, RUDDER_DEG)})
 
 
+def _turned_by(boats, degrees):
+    return at_heading(boats.once(turn), degrees)
+
+
 def advance(boats: Boats) -> np.ndarray:
     """Distance (n,) ahead at 90 degrees of heading in a turn, m."""
-    return boats.once(_at_heading, 90.0)[:, X]
+    return boats.once(_turned_by, 90.0)[:, X]
 
 
 def transfer(boats: Boats) -> np.ndarray:
     """Distance (n,) to the side at 90 degrees of heading in a turn, m."""
-    return np.abs(boats.once(_at_heading, 90.0)[:, Y])
+    return np.abs(boats.once(_turned_by, 90.0)[:, Y])
 
 
 def tactical_diameter(boats: Boats) -> np.ndarray:
     """Distance (n,) to the side at 180 degrees of heading in a turn, m."""
-    return np.abs(boats.once(_at_heading, 180.0)[:, Y])
-
-
-def _at_heading(boats, degrees):
-    return at_heading(boats.once(turn), degrees)
+    return np.abs(boats.once(_turned_by, 180.0)[:, Y])
 
 
 def at_heading(states: np.ndarray, degrees: float) -> np.ndarray:
@@ -242,16 +228,10 @@ def jam_depth_excursion(boats: Boats) -> np.ndarray:
 
 
 def at(states: np.ndarray, histories: np.ndarray, value: float, points: int = 4) -> np.ndarray:
-    """States (n, k) where histories (n, n_times) first reach a value, by inverse interpolation.
+    """States (n, k) of (n, n_times, k) where histories (n, n_times) first reach a value, by inverse interpolation.
 
-    Parameters
-    ----------
-    states : (n, n_times, k) array
-    histories : (n, n_times) array
-    value : float
-        Of histories that do not reach it the states are not a number.
-    points : int
-        Of the polynomial, 4 for a smooth history and 2 for one that has a kink nearby.
+    Of histories that do not reach it the states are not a number. The polynomial goes through 4 points for a smooth
+    history and 2 for one that has a kink nearby.
     """
     beyond = histories >= value
     n_times = histories.shape[1]
