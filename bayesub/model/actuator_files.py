@@ -116,8 +116,13 @@ class FinSection(ActuatorSection):
         return self
 
     @property
-    def by_angle(self) -> dict[str, float]:
-        """The forces of a unit angle by where the fin stands, on those of the fin of a positive control."""
+    def shares(self) -> dict[str, float]:
+        """What a unit angle does to each control: as its mixing says, or in proportion by where it stands.
+
+        By where it stands it is the force on that of the fin of a positive control.
+        """
+        if self.mixing is not None or self.angle_deg is None:
+            return self.mixing or {}
         angle = np.radians(self.angle_deg)
         parts = {RUDDER: np.cos(angle), STERN_PLANE: -np.sin(angle), AILERON: 1.0}
         return {column: 0.0 if abs(part) < _SNAPPED else float(part) for column, part in parts.items()}
@@ -295,7 +300,7 @@ def check_fit(
                     raise InputError(
                         f"{where}: mixing knows no control '{column}'{nearest(column, known)}", "unknown", column
                     )
-            if not any(share for column, share in _shares(one).items() if column in of_equations):
+            if not any(share for column, share in one.shares.items() if column in of_equations):
                 raise InputError(f"{where}: moves no control of the equations '{equations.name}'", "model", one.name)
         elif one.header in of_equations:
             raise InputError(
@@ -326,10 +331,10 @@ def build(
     members = []
     for one, row in zip(section, mixing, strict=True):
         if one.kind == "fin":
-            angle, dynamics = np.radians([one.limit_deg, one.rate_deg_s]), {"time_constant": one.time_constant_s}
-            dynamics |= {"limit": angle[0].item(), "rate": angle[1].item(), "angle_deg": one.angle_deg}
-            dynamics["turns"] = one.sign if one.mixing is None else 0
-            members.append(_actuator(one.header, row, one.name, **dynamics))
+            limit, rate = np.radians([one.limit_deg, one.rate_deg_s]).tolist()
+            dynamics = {"limit": limit, "rate": rate, "time_constant": one.time_constant_s}
+            turns = one.sign if one.mixing is None else 0
+            members.append(_actuator(one.header, row, one.name, **dynamics, angle_deg=one.angle_deg, turns=turns))
         else:
             members.append(one.build(len(columns), water_density_kgm3))
         if one.zero or one.unit is not None:
@@ -339,7 +344,7 @@ def build(
     moved = mixing.any(axis=0) if len(mixing) else np.zeros(len(columns), dtype=bool)
     for column, row, is_moved in zip(columns, np.eye(len(columns)), moved, strict=True):
         if not (is_moved or column.endswith("_deg")):
-            members.append(_actuator(column, row, rest=_rest(column, rpm)))
+            members.append(_actuator(column, row, rest=rpm if column == "rpm" else 0.0))
     return Actuators((*members, *hull), equations)
 
 
@@ -358,31 +363,22 @@ def hull_members(
 def with_forces(actuators: Actuators, forces: Iterable[tuple[str, np.ndarray, float]]) -> Actuators:
     """The actuators, and one for each column of a log that is a force or a moment from outside.
 
-    Parameters
-    ----------
-    actuators : Actuators
-    forces : iterable
-        Column, (6,) forces and moments of its unit, and value at rest.
+    `forces` are the column, (6,) forces and moments of its unit, and its value at rest.
     """
     none = np.zeros(len(actuators.equations.controls))
     members = [_actuator(column, none, force=force, rest=rest) for column, force, rest in forces]
     return replace(actuators, members=(*actuators.members, *members), direct=actuators.direct and not members)
 
 
-def _rest(column: str, rpm: float) -> float:
-    """The value of a control that nothing orders."""
-    return rpm if column == "rpm" else 0.0
-
-
 def _planes(section: ActuatorsSection, equations: EquationSet, rpm: float) -> Iterator[Actuator]:
     """An actuator for each control of the equations; what is no angle answers at once and has no limit."""
     for control, row in zip(equations.controls, np.eye(len(equations.controls)), strict=True):
-        dynamics = {"rest": _rest(control.column, rpm)}
+        dynamics: dict[str, float] = {}
         if control.column.endswith("_deg"):
-            limit = section.rudder_limit_deg if control.column == RUDDER else section.plane_limit_deg
-            rate, time_constant = np.radians(section.rate_deg_s).item(), section.time_constant_s
-            dynamics |= {"limit": np.radians(limit).item(), "rate": rate, "time_constant": time_constant}
-        yield _actuator(control.column, row, **dynamics)
+            limit = section.rudder_limit_deg if control.column == RUDDER else section.plane_limit_deg or np.nan
+            dynamics |= {"limit": np.radians(limit).item(), "rate": np.radians(section.rate_deg_s).item()}
+            dynamics["time_constant"] = section.time_constant_s
+        yield _actuator(control.column, row, rest=rpm if control.column == "rpm" else 0.0, **dynamics)
 
 
 def _actuator(column: str, mixing: np.ndarray, name: str | None = None, **parts) -> Actuator:
@@ -391,23 +387,18 @@ def _actuator(column: str, mixing: np.ndarray, name: str | None = None, **parts)
     return Actuator(name or column.rpartition("_")[0] or column, column, mixing=mixing, **(forces | parts))
 
 
-def _shares(fin: FinSection) -> dict[str, float]:
-    """What a fin does to each control: as its mixing says, or in proportion by where it stands."""
-    return fin.by_angle if fin.mixing is None else fin.mixing
-
-
-def _mixing(section: Sequence[ActuatorSection], columns: Sequence[str]) -> np.ndarray:
+def _mixing(section: ActuatorArray, columns: Sequence[str]) -> np.ndarray:
     """(n_actuators, n_controls) what a unit angle of each adds to the controls.
 
     By geometry a control is the angle of fins that all stood in its plane and made the same forces: the forces of the
     fins along its direction, each in proportion to its angle, over those of the fins at the angles that it orders.
     """
-    fins = [one for one in section if one.kind == "fin" and one.mixing is None]
     mixing = np.zeros((len(section), len(columns)))
+    fins = {i: one for i, one in enumerate(section) if isinstance(one, FinSection)}
     for j, column in enumerate(columns):
-        size = sum(fin.by_angle.get(column, 0.0) ** 2 for fin in fins)
-        for i, one in enumerate(section):
-            if one.kind == "fin" and column in _shares(one):
-                share = _shares(one)[column]
-                mixing[i, j] = one.sign * (share if one.mixing is not None else share / size if share else 0.0)
+        size = sum(fin.shares.get(column, 0.0) ** 2 for fin in fins.values() if fin.mixing is None)
+        for i, fin in fins.items():
+            if column in fin.shares:
+                share = fin.shares[column]
+                mixing[i, j] = fin.sign * (share / size if fin.mixing is None and share else share)
     return mixing

@@ -163,9 +163,7 @@ class Hull:
         munk = [_is_munk(term) for term in terms]
         variances[munk] = (MUNK_SD * values[munk]) ** 2
         density = self.file.water_density_kgm3
-        scale = density / equations.factors(
-            self.file.hull.length_m, density, 1.0
-        )  # no power of the speed is among them
+        scale = density / equations.factors(self.file.hull.length_m, density, 1.0)  # none has a power of the speed
         values[np.abs(values * scale) < ROUND_OFF] = 0.0
         return {
             term.name: CoefficientEstimate(float(value), float(sd), _source(term))

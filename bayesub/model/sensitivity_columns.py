@@ -13,7 +13,7 @@ from bayesub.model.vehicles import Vehicle
 def sensitivity_columns(
     parameters: tuple[str, ...], vehicle: Vehicle, subproblem: str | None, knots: Knots | None
 ) -> tuple:
-    """What the kernel needs to know of parameters by names as of :meth:`bayesub.model.simulator.Simulator.sensitivities`.
+    """What the kernel needs to know of parameters (:meth:`bayesub.model.simulator.Simulator.sensitivities`).
 
     A coefficient is one column, an entry of the body vector or something unknown of an actuator six, one for the force
     along each axis; a force at a knot is one, and a state at the start has none but its own start.

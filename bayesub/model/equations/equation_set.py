@@ -11,7 +11,7 @@ one. A set is read from a file (:mod:`bayesub.model.equations.files`); its kerne
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING
@@ -38,18 +38,10 @@ _PLANE_OF_CONTROL = {"rudder_deg": "horizontal", "bow_plane_deg": "vertical", "s
 
 @dataclass(frozen=True)
 class Control:
-    """A control that regressors may contain.
+    """A control that regressors may contain."""
 
-    Attributes
-    ----------
-    symbol : str
-        In the regressors.
-    column : str
-        Of a log, with the unit as its suffix.
-    """
-
-    symbol: str
-    column: str
+    symbol: str  # in the regressors
+    column: str  # of a log, with the unit as its suffix
 
     @property
     def short(self) -> str:
@@ -69,37 +61,17 @@ class Control:
 
 @dataclass(frozen=True)
 class Term:
-    """One hydrodynamic term.
+    """One hydrodynamic term; its factor is ``(rho/2) l^length_power U^speed_power``."""
 
-    Attributes
-    ----------
-    name : str
-        Of the coefficient.
-    axis : str
-        One of X, Y, Z, K, M, N.
-    regressor : str
-        Product of factors such as ``u``, ``abs(r)`` or ``sgn(v)``, joined by ``*``.
-    parsed : Regressor
-        The product, with the power of the instantaneous speed where that makes the coefficient non-dimensional.
-    length_power, speed_power : int
-        Powers in the factor ``(rho/2) l^length_power U^speed_power``.
-    unit : str or None
-        Of a dimensional coefficient, which has no factor.
-    label : str
-        LaTeX, such as ``$Y'_{uv}$``.
-    meaning : str
-        In words.
-    """
-
-    name: str
-    axis: str
-    regressor: str
-    parsed: Regressor
+    name: str  # of the coefficient
+    axis: str  # one of X, Y, Z, K, M, N
+    regressor: str  # product of factors such as u, abs(r) or sgn(v), joined by *
+    parsed: Regressor  # with the power of the instantaneous speed where that makes the coefficient non-dimensional
     length_power: int
     speed_power: int
-    unit: str | None
-    label: str
-    meaning: str
+    unit: str | None  # of a dimensional coefficient, which has no factor
+    label: str  # LaTeX, such as $Y'_{uv}$
+    meaning: str  # in words
 
     @property
     def symbols(self) -> frozenset[str]:
@@ -273,8 +245,8 @@ class EquationSet:
         resting, followed = set(), set()
         if manoeuvre is not None:
             followed = {one.axis for one in manoeuvre.prescribed}
-            moving = manoeuvre.controls.any(axis=0)
-            resting = {control.symbol for control, moves in zip(self.controls, moving, strict=True) if not moves}
+            moves = zip(self.controls, manoeuvre.controls.T, strict=True)
+            resting = {control.symbol for control, history in moves if not history.any()}
         subproblem = self.subproblem(subproblem)
         in_equations = self.names if subproblem is None else self.subproblems[subproblem]
         return tuple(
@@ -319,19 +291,16 @@ class EquationSet:
         constants = self.constants(speed_mps, hull)
         along = self.regressors(state, np.zeros((1, 6)), controls, constants)["X"][0]
         factors = self.factors(length_m, water_density_kgm3, speed_mps)[: len(along)]  # surge comes first
+        # The power of a NumPy integer, as in `factors`: that of a Python integer may round otherwise.
         unit = 0.5 * water_density_kgm3 * length_m ** np.array([2])[0]
         return float(-np.sum(xi[: len(along)] * (along / speed_mps**2) * (factors / unit)))
 
     def constants(self, speed_mps: float, hull: np.ndarray | None) -> np.ndarray:
         """(n_constants,) what the kernels need besides the body: the trial speed and the stations of the hull.
 
-        Parameters
-        ----------
-        speed_mps : float
-        hull : (3, n) array or None
-            Positions along the hull, heights and breadths, m.
+        The hull is (3, n) positions from tail to nose, heights and breadths, m.
         """
-        if not self.has_crossflow:
+        if not self.has_crossflow or hull is None:
             return np.array([speed_mps])
         return np.concatenate([[speed_mps], crossflow_points(hull, self.stations).ravel()])
 
@@ -365,18 +334,14 @@ class EquationSet:
         values |= {"du": u - constants[0], "duc": values["uc"] - u}
         if self.has_crossflow:
             values |= crossflow_integrals(values, constants[1:].reshape(3, -1))
-        return {axis: self._columns_of(axis, values) for axis in AXES}
-
-    def _columns_of(self, axis: str, values: dict[str, np.ndarray]) -> np.ndarray:
-        functions = {"": lambda x: x, "abs": np.abs, "sgn": np.sign, "inverse": _inverse}
-        one, columns = np.ones(len(values["u"])), []
+        functions: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+            "": lambda x: x,
+            "abs": np.abs,
+            "sgn": np.sign,
+            "inverse": lambda x: np.divide(1.0, x, out=np.zeros_like(x), where=x > 0.0),  # zero at rest, as in kernels
+        }
+        columns: dict[str, list[np.ndarray]] = {axis: [] for axis in AXES}
         for term in self.terms:
-            if term.axis == axis:
-                factors = (functions[f.function](values[f.symbol]) for f in term.parsed.factors)
-                columns.append(reduce(np.multiply, factors, one))
-        return np.column_stack(columns) if columns else np.empty((len(one), 0))
-
-
-def _inverse(values: np.ndarray) -> np.ndarray:
-    """Zero at rest, as in the kernels."""
-    return np.divide(1.0, values, out=np.zeros_like(values), where=values > 0.0)
+            factors = (functions[f.function](values[f.symbol]) for f in term.parsed.factors)
+            columns[term.axis].append(reduce(np.multiply, factors, np.ones(len(u))))
+        return {axis: np.column_stack(c) if c else np.empty((len(u), 0)) for axis, c in columns.items()}

@@ -50,17 +50,10 @@ _FACTOR = re.compile(r"(?:(abs|sgn)\(([A-Za-z]\w*)\)|([A-Za-z]\w*)|(1))(?:\^(-?\
 
 @dataclass(frozen=True)
 class Factor:
-    """A symbol, its size, its sign or its inverse.
-
-    Attributes
-    ----------
-    symbol : str
-    function : str
-        "", "abs", "sgn" or "inverse".
-    """
+    """A symbol, its size, its sign or its inverse."""
 
     symbol: str
-    function: str = ""
+    function: str = ""  # "", "abs", "sgn" or "inverse"
 
     @property
     def code(self) -> str:
@@ -80,15 +73,9 @@ class Factor:
 
 @dataclass(frozen=True)
 class Regressor:
-    """A product of factors; none is the constant 1.
+    """A product of factors; none is the constant 1."""
 
-    Attributes
-    ----------
-    factors : tuple of Factor
-        In the order in which they were written; a power is repeated.
-    """
-
-    factors: tuple[Factor, ...]
+    factors: tuple[Factor, ...]  # in the order in which they were written; a power is repeated
 
     @property
     def symbols(self) -> frozenset[str]:
@@ -167,24 +154,13 @@ def parse(text: str, controls: Iterable[str]) -> Regressor:
 
 
 def crossflow_points(hull: np.ndarray, stations: int) -> np.ndarray:
-    """Gauss-Legendre points of a hull: positions, and heights and breadths times their weights.
+    """Gauss-Legendre points (3, stations) of a hull: positions, m, and heights and breadths times their weights, m^2.
 
-    The heights and breadths are those of the polynomials of degree stations - 1 that fit the sections best, so that the
-    section times any such polynomial is integrated exactly: only the kinks of the local cross-flow are left as errors,
-    not those of the hull. On the 15 sections of the boat `phoenix` the largest errors of 16 points in hard manoeuvres
-    are 3e-4 of the integral's root mean square; with the sections at the points they are 2e-2.
-
-    Parameters
-    ----------
-    hull : (3, n) array
-        Positions from tail to nose, heights and breadths, m; linear between them.
-    stations : int
-        Number of points.
-
-    Returns
-    -------
-    (3, stations) array
-        m, m^2, m^2.
+    The hull is (3, n): positions from tail to nose, heights and breadths, m; linear between them. The heights and
+    breadths are those of the polynomials of degree stations - 1 that fit the sections best, so that the section times
+    any such polynomial is integrated exactly: only the kinks of the local cross-flow are left as errors, not those of
+    the hull. On the 15 sections of the boat `phoenix` the largest errors of 16 points in hard manoeuvres are 3e-4 of
+    the integral's root mean square; with the sections at the points they are 2e-2.
     """
     x, *sections = hull
     points, weights = legendre.leggauss(stations)
