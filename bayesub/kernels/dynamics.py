@@ -45,16 +45,10 @@ class InverseMass:
         )
 
 
-def ordered_speed(boat: Boat):
-    """n/k0, the speed that the propeller keeps up (m/s)."""
-    return boat.controls[boat.equations.ORDERED_SPEED]
-
-
-def propulsion(body, u, ordered):
-    """Thrust (N) and torque (N m) of the three-branch polynomial, and their derivatives with u.
-
-    They are those of the model manual, section 5. `ordered` is n/k0, the speed that the propeller speed keeps up (m/s).
-    """
+def propulsion(boat: Boat):
+    """Thrust (N) and torque (N m) of the three-branch polynomial (model manual, section 5), and derivatives by u."""
+    body, u = boat.body, boat.state[6]
+    ordered = boat.controls[boat.equations.ORDERED_SPEED]  # n/k0, the speed that the propeller keeps up (m/s)
     ahead = u >= 0.0
     forward = choose(ahead, ordered > u, ordered < u)  # n' = n / (k0 u) > 1
     astern = choose(ahead, ordered <= 0.0, ordered >= 0.0)  # n' <= 0
@@ -130,7 +124,7 @@ def mechanical_forces(boat: Boat, gx, gy, gz) -> tuple:
     velocity = [boat.state[6 + k] for k in range(6)]
     x1, y1, z1, k1, m1, n1 = hydrostatics(boat, gx, gy, gz)
     x2, y2, z2, k2, m2, n2 = rigid_body(boat, velocity, velocity)
-    thrust, torque, _, _ = propulsion(boat.body, velocity[0], ordered_speed(boat))
+    thrust, torque, _, _ = propulsion(boat)
     return x1 - x2 + thrust, y1 - y2, z1 - z2, k1 - k2 + torque, m1 - m2 + thrust * boat.body[at.ZP], n1 - n2
 
 
@@ -140,7 +134,7 @@ def accelerations(boat: Boat, gx, gy, gz) -> tuple:
     x1, y1, z1, k1, m1, n1 = boat.equations.forces(boat.coefficients, boat.controls, boat.constants, *velocity)
     x2, y2, z2, k2, m2, n2 = rigid_body(boat, velocity, velocity)
     x3, y3, z3, k3, m3, n3 = hydrostatics(boat, gx, gy, gz)
-    thrust, torque, _, _ = propulsion(boat.body, velocity[0], ordered_speed(boat))
+    thrust, torque, _, _ = propulsion(boat)
     return boat.inverse_mass @ (
         x1 - x2 + x3 + thrust,
         y1 - y2 + y3,
@@ -231,7 +225,7 @@ def state_jacobian(boat: Boat) -> list[tuple]:
 
     # Velocity: the inverse mass matrix times the derivatives of the forces.
     slopes = list(boat.equations.gradient(boat.coefficients, boat.controls, boat.constants, *velocity))
-    _, _, thrust_u, torque_u = propulsion(boat.body, u, ordered_speed(boat))
+    _, _, thrust_u, torque_u = propulsion(boat)
     by_propeller = thrust_u, 0.0, 0.0, torque_u, thrust_u * boat.body[at.ZP], 0.0
     slopes[0] = tuple(map(operator.add, slopes[0], by_propeller))
     for n in range(6):

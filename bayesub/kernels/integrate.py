@@ -386,23 +386,9 @@ def body_accelerations(
     states: np.ndarray,
     controls: np.ndarray,
 ) -> np.ndarray:
-    """Accelerations of a batch along given states.
+    """Accelerations (n_batch, n_times, 6) of a batch, m/s^2 and rad/s^2, along states (n_batch, n_times, 12).
 
-    Parameters
-    ----------
-    forces : Forces
-        With Euler angles.
-    added_mass : (n, 3) array
-    coefficients : (n_batch, n_terms) array
-        Dimensional (N, m, kg, s).
-    body : (n_batch, N_BODY + N_CONSTANTS) array
-    states : (n_batch, n_times, 12) array
-    controls : (n_times, N_CONTROLS) array
-
-    Returns
-    -------
-    (n_batch, n_times, 6) array
-        m/s^2 and rad/s^2.
+    The other parameters are as those of :func:`integrate`, with Euler angles and controls (n_times, N_CONTROLS).
     """
     coefficients, body, states, controls = map(plain, (coefficients, body, states, controls))
     result = np.empty((*states.shape[:2], 6))

@@ -12,6 +12,7 @@ import math
 import struct
 from collections.abc import Callable
 from functools import singledispatch
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -239,15 +240,9 @@ class _SharedNumbers:
         return writer.everywhere(writer.value(f"load double, {writer.pointer} {place}, align 8"))
 
 
-class _Arrays:
-    """What a lane function is given to compute at once."""
-
-    def __init__(self, work, control, out, a, b):
-        self.work, self.out = _ArrayRows(work), _ArrayRows(out)
-        self.control, self.a, self.b = control, a, b
-
-
 class _ArrayRows:
+    """Rows of lanes in a flat array."""
+
     def __init__(self, numbers):
         self.rows = numbers.reshape(-1, LANES)
 
@@ -274,7 +269,7 @@ def interpreted(function: Callable) -> Callable:
 
     def unit(work, control, out, a, b):
         with np.errstate(all="ignore"):  # as in machine code
-            function(_Arrays(work, control, out, a, b))
+            function(SimpleNamespace(work=_ArrayRows(work), out=_ArrayRows(out), control=control, a=a, b=b))
 
     return unit
 

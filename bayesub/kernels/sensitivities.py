@@ -411,7 +411,10 @@ def sensitivities(
     )
     slots, parameters, sources, axes, rows = (plain(each, int) for each in (slots, parameters, sources, axes, rows))
     variations, step, n_columns = variations.plain(), float(step), len(initial)
-    bodies = _varied(body, parameters)
+    # The body vector, and that with each of the parameters changed as much as it is large.
+    bodies = np.repeat(body, 1 + len(parameters), axis=0)
+    given = body[0, parameters]
+    bodies[np.arange(len(parameters)) + 1, parameters] += np.where(given != 0.0, np.abs(given), 1.0)
     masses = mass_matrices(np.zeros((len(bodies), coefficients.shape[1])), bodies, added_mass)
     matrices = np.empty((_STEPS_AT_ONCE, _N_MATRIX_ROWS, WIDTH))
     n_forces = coefficients.shape[1] + 6 * len(parameters) + np.count_nonzero(slots >= 0)
@@ -426,11 +429,3 @@ def sensitivities(
         rows, matrices, forces, changes, slopes, outputs, result,
     )  # fmt: skip
     return result
-
-
-def _varied(body, parameters):
-    """(1 + n, N_BODY) the body vector, and that with each of the parameters changed as much as it is large."""
-    bodies = np.repeat(body, 1 + len(parameters), axis=0)
-    given = body[0, parameters]
-    bodies[np.arange(len(parameters)) + 1, parameters] += np.where(given != 0.0, np.abs(given), 1.0)
-    return bodies

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pydantic
@@ -61,7 +61,8 @@ class ActuatorSection(Section):
     @property
     def unit(self) -> float | None:
         """SI units in one unit of a column of counts and the like, if the file says it."""
-        return None
+        unit = getattr(self, f"unit_{self.UNIT}", None)
+        return np.radians(unit).item() if unit is not None and self.UNIT == "deg" else unit
 
     @property
     def header(self) -> str:
@@ -96,11 +97,6 @@ class FinSection(ActuatorSection):
     unit_deg: Positive | None = None
 
     UNIT: ClassVar[str] = "deg"
-
-    @property
-    def unit(self) -> float | None:
-        """Radians in one unit of a column of counts and the like, if the file says it."""
-        return None if self.unit_deg is None else np.radians(self.unit_deg).item()
 
     @pydantic.model_validator(mode="after")
     def _mixed_somehow(self):
@@ -160,11 +156,6 @@ class ThrusterSection(PushingSection):
     unit_n: Positive | None = None
 
     UNIT: ClassVar[str] = "n"
-
-    @property
-    def unit(self) -> float | None:
-        """Newtons in one unit of a column of counts and the like, if the file says it."""
-        return self.unit_n
 
     def build(self, n_controls: int, _water_density_kgm3: float) -> Actuator:
         """The actuator."""
@@ -236,11 +227,6 @@ class SlidingMassSection(ActuatorSection):
 
     UNIT: ClassVar[str] = "m"
 
-    @property
-    def position_m(self) -> Vector3:
-        """Its place plays no part: only the way does."""
-        return (0.0, 0.0, 0.0)
-
     def build(self, n_controls: int, _water_density_kgm3: float) -> Actuator:
         """The actuator, whose inertia stays where it was."""
         way = np.array(self.direction) / np.linalg.norm(self.direction)
@@ -308,7 +294,7 @@ def check_fit(
                 "conflict",
                 one.header,
             )
-        elif max(map(abs, one.position_m)) > length_m:
+        elif max(map(abs, getattr(one, "position_m", (0.0,)))) > length_m:
             raise InputError(f"{where}: position_m lies further than length_m from the origin", "value", "position_m")
 
 
@@ -341,9 +327,8 @@ def build(
             unit, si = (1.0, si_factor(one.header)) if one.unit is None else (one.unit, 1.0)
             members[-1] = members[-1].by_column(one.header, unit, one.zero * si)
     # What is no angle and no actuator moves is what the log says it is.
-    moved = mixing.any(axis=0) if len(mixing) else np.zeros(len(columns), dtype=bool)
-    for column, row, is_moved in zip(columns, np.eye(len(columns)), moved, strict=True):
-        if not (is_moved or column.endswith("_deg")):
+    for column, row, parts in zip(columns, np.eye(len(columns)), mixing.T, strict=True):
+        if not (parts.any() or column.endswith("_deg")):
             members.append(_actuator(column, row, rest=rpm if column == "rpm" else 0.0))
     return Actuators((*members, *hull), equations)
 
@@ -381,7 +366,7 @@ def _planes(section: ActuatorsSection, equations: EquationSet, rpm: float) -> It
         yield _actuator(control.column, row, rest=rpm if control.column == "rpm" else 0.0, **dynamics)
 
 
-def _actuator(column: str, mixing: np.ndarray, name: str | None = None, **parts) -> Actuator:
+def _actuator(column: str, mixing: np.ndarray, name: str | None = None, /, **parts: Any) -> Actuator:
     """An actuator without forces but those given; its name is by default that of the column without the unit."""
     forces = dict.fromkeys(("force", "force_of_square", "force_of_speed"), np.zeros(len(AXES)))
     return Actuator(name or column.rpartition("_")[0] or column, column, mixing=mixing, **(forces | parts))

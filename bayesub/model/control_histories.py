@@ -84,7 +84,8 @@ class ControlHistories:
         subproblem: str | None,
     ):
         self._actuators, self._manoeuvre, self._subproblem = vehicle.actuators, manoeuvre, subproblem
-        self._inputs = manoeuvre.controls if vehicle.actuators.direct else manoeuvre.inputs
+        direct = vehicle.actuators.direct
+        self._inputs = manoeuvre.controls if direct or manoeuvre.inputs is None else manoeuvre.inputs
         self._boundaries, self._step = np.append(starts, starts[-1] + step), step
         self._varied, self._changes = varied, changes
         self._commanded = {i for i, a in enumerate(vehicle.actuators.members) if a.short in manoeuvre.commanded}
@@ -172,7 +173,8 @@ class ControlHistories:
         for i in self.individual:
             ends, nominal = self._ends(i, amounts), self._ends(i, none)
             scale, base = self._value(i, "scale", amounts), self._value(i, "scale", none)
-            bias, offset = (self._value(i, "bias", rows) * self._unit(i) for rows in (amounts, none))
+            unit = si_factor(self._actuators.members[i].column)
+            bias, offset = (self._value(i, "bias", rows) * unit for rows in (amounts, none))
             for k, feature in enumerate(features(self._actuators, i, self._subproblem)):
                 change = scale[:, None, None] * feature.of(ends) - base * feature.of(nominal)
                 if k == 0:  # what has a bias has this feature alone
@@ -180,15 +182,13 @@ class ControlHistories:
                 columns.append(change.reshape(len(amounts), -1))
         return np.hstack(columns)
 
-    def _unit(self, i):
-        return si_factor(self._actuators.members[i].column)
-
     def individual_entries(self) -> list[tuple[np.ndarray, ...]]:
         """What a unit of each of the numbers of :meth:`added` adds to the controls at the stages.
 
         Each is the stages, numbers, columns and values of :func:`bayesub.kernels.variations.of_entries`.
         """
-        entries, first, n = [], 0, len(self._boundaries) - 1
+        entries: list[tuple[np.ndarray, ...]] = []
+        first, n = 0, len(self._boundaries) - 1
         for i in self.individual:
             for feature in features(self._actuators, i, self._subproblem):
                 stage, end, column = (part.ravel() for part in np.indices((3, 2, len(feature.row))))
@@ -212,11 +212,12 @@ class ControlHistories:
         from bayesub.model.actuator_response import line_slopes
 
         points, integrals = self._responses(i, self._boundaries, *self._lateness(i, amounts[None]))
+        unit = si_factor(self._actuators.members[i].column)
         ends, (by_delay, by_lag) = self._ends(i, amounts[None])[0], line_slopes(points[0], integrals[0], self._step)
-        scale, change = self._value(i, "scale", amounts[None]), 0.0
+        scale, change = self._value(i, "scale", amounts[None]), np.zeros(1)
         for feature in features(self._actuators, i, self._subproblem):
             of = {
-                "bias": lambda feature=feature: self._unit(i) * feature.slope(ends),
+                "bias": lambda feature=feature: unit * feature.slope(ends),
                 "scale": lambda feature=feature: feature.of(ends),
                 "delay": lambda feature=feature: scale * feature.slope(ends) * by_delay,
                 "lag": lambda feature=feature: scale * feature.slope(ends) * by_lag,
@@ -275,31 +276,29 @@ class StageChanges:
 
     def _entries(self, parameters, amounts):
         """Stages, numbers, columns and values of what a unit of each parameter adds, part by part."""
-        actuators = self._vehicle.actuators
-        forces = {} if self._knots is None else {name: n for n, name in enumerate(self._knots.parameters)}
+        actuators, knots = self._vehicle.actuators, self._knots
+        forces = {} if knots is None else {name: n for n, name in enumerate(knots.parameters)}
         places = {forces[name]: m for m, name in enumerate(parameters) if name in forces}
-        slopes = {name: self._histories.slopes(name, amounts) for name in parameters if name not in forces}
+        slopes = {
+            m: (name, self._histories.slopes(name, amounts)) for m, name in enumerate(parameters) if name not in forces
+        }
         for k, times in enumerate(self._stage_times if len(parameters) else ()):
-            for m, parameter in enumerate(parameters):
-                if parameter in forces:
-                    continue
-                if slopes[parameter] is None:
-                    change = actuators.variation(parameter, self._histories.stages[k], self._subproblem)
+            for m, (name, slope) in slopes.items():
+                if slope is None:
+                    change = actuators.variation(name, self._histories.stages[k], self._subproblem)
                 else:
-                    change = slopes[parameter][:, k]
+                    change = slope[:, k]
                 rows, columns = np.nonzero(change)
                 yield 3 * rows + k, np.full(len(rows), m), columns, change[rows, columns]
-            if places:
-                yield from self._of_forces(k, times, places)
-
-    def _of_forces(self, k, times, places):
-        first = len(self._vehicle.equations.controls) + 1
-        rows, knots, weights = self._knots.hats(times)
-        for a, axis in enumerate(self._knots.axes):
-            numbers = np.array([places.get(n, -1) for n in a * len(self._knots.times) + knots])
-            of = numbers >= 0
-            column = np.full(np.count_nonzero(of), first + AXES.index(axis))
-            yield 3 * rows[of] + k, numbers[of], column, weights[of]
+            if knots is None or not places:
+                continue
+            first = len(self._vehicle.equations.controls) + 1
+            rows, near, weights = knots.hats(times)
+            for a, axis in enumerate(knots.axes):
+                numbers = np.array([places.get(n, -1) for n in a * len(knots.times) + near])
+                of = numbers >= 0
+                column = np.full(np.count_nonzero(of), first + AXES.index(axis))
+                yield 3 * rows[of] + k, numbers[of], column, weights[of]
 
     def _variations(self, entries) -> Variations:
         none = (np.zeros(0, dtype=int),) * 3 + (np.zeros(0),)

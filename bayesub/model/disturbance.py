@@ -199,14 +199,21 @@ class Disturbance:
 
     def sample(self, times: np.ndarray, rng: np.random.Generator) -> ForceHistory:
         """A history at equidistant times (n,), whose covariance between these is exact."""
+        from scipy import signal  # takes a second to import
+
         n = len(times)
         values = np.empty((n, len(self.axes)))
         for time, members, kind in by_time(
             self.axes, self.kind, self.correlation_time_s, self.correlation_time_current_s
         ):
-            step = (times[-1] - times[0]) / max(1, n - 1) / time
-            white = rng.standard_normal((n, 2, len(members)) if kind == SMOOTH else (n, len(members)))
-            values[:, members] = _path(kind, step, white)
+            step = (times[-1] - times[0]) / max(1, n - 1) / time  # of a process of unit sd and correlation time
+            if kind == SMOOTH:
+                shocks, recursion = _matern(step, rng.standard_normal((n, 2, len(members))))
+            else:
+                rho = np.exp(-step)
+                shocks, recursion = rng.standard_normal((n, len(members))), [1.0, -rho]
+                shocks[1:] *= np.sqrt(1.0 - rho**2)
+            values[:, members] = signal.lfilter([1.0], recursion, shocks, axis=0)
         return ForceHistory(np.array(times), self.axes, values * np.asarray(self.sds))
 
 
@@ -220,19 +227,6 @@ def by_time(axes: tuple[str, ...], kind: str, of_all: T, of_currents: T | None) 
     currents = [k for k, axis in enumerate(axes) if axis in CURRENTS]
     groups = (of_all, forces, kind), (of_all if of_currents is None else of_currents, currents, SMOOTH)
     return [group for group in groups if group[1]]
-
-
-def _path(kind, step, white) -> np.ndarray:
-    """(n, n_axes) of a process of unit sd at multiples of a step, in correlation times, of its white noise."""
-    from scipy import signal  # takes a second to import
-
-    if kind == SMOOTH:
-        shocks, recursion = _matern(step, white)
-    else:
-        rho = np.exp(-step)
-        shocks, recursion = white, [1.0, -rho]
-        shocks[1:] *= np.sqrt(1.0 - rho**2)
-    return signal.lfilter([1.0], recursion, shocks, axis=0)
 
 
 def correlation(kind: str, lags: np.ndarray) -> np.ndarray:
@@ -301,18 +295,8 @@ def hull_forces(trajectory: Trajectory, member: int = 0) -> np.ndarray:
 
     Rudder, planes and propeller are left out: in a steady turn the rudder balances the moment of the hull. So are added
     masses, hydrostatics and the forces of actuators from outside, and the terms of the rigid body unless they are in
-    the coefficients of the equation set.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    member : int
-        Which of the batch.
-
-    Returns
-    -------
-    (n_times, 6) array
-        X Y Z K M N, N and N m; zero on the axes that a sub-problem does not have.
+    the coefficients of the equation set. Forces (n_times, 6) of a member of the batch are X Y Z K M N, N and N m; zero
+    on the axes that a sub-problem does not have.
     """
     simulator = trajectory.simulator
     vehicle, equations = simulator.vehicle, simulator.vehicle.equations
@@ -328,15 +312,7 @@ def hull_forces(trajectory: Trajectory, member: int = 0) -> np.ndarray:
 def hull_force_rms(simulators: Iterable[Simulator]) -> np.ndarray:
     """Root mean square over time of the forces of the hull of a vehicle on its manoeuvres, undisturbed.
 
-    Parameters
-    ----------
-    simulators : iterable of Simulator
-        Of one vehicle, whose coefficients are flown; several manoeuvres count by their durations.
-
-    Returns
-    -------
-    (6,) array
-        X Y Z K M N, N and N m.
+    Forces (6,) are X Y Z K M N, N and N m; several manoeuvres of the vehicle count by their durations.
 
     Raises
     ------

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -161,7 +162,7 @@ def of_inputs(
     rpm: np.ndarray,
     initial_state: np.ndarray,
     vehicle: Vehicle,
-    **others: object,
+    **others: Any,
 ) -> Manoeuvre:
     """The manoeuvre of inputs (n, n_actuators) to the actuators of a vehicle; the rest as for :class:`Manoeuvre`.
 

@@ -29,35 +29,7 @@ OF_MANOEUVRE = "of the manoeuvre"
 class Simulator:
     """A vehicle on a manoeuvre, prepared once for many batches of coefficient sets.
 
-    Attributes
-    ----------
-    vehicle : Vehicle
-        Confined to the sub-problem.
-    manoeuvre : Manoeuvre
-    times : (n_times,) array
-        Output times within the manoeuvre, s, which must not descend.
-    dt : float, optional
-        Integration step, s; by default one that is good to 5 cm (:func:`choose_step`).
-    controls : str
-        "linear" interpolates the control history at the Runge-Kutta stages, "hold" takes the value at the start of each
-        step (the convention of the thesis, first order).
-    subproblem : str or None
-        "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
-    attitude : str
-        "euler", or "quaternion" to fly through 90 degrees of pitch (output in Euler angles all the same).
-    varied : tuple of str
-        Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`) by which members of a batch may
-        differ; with the forces at the knots, which come after them, they are n_varied.
-    changes : dict of str to float
-        Parameters of actuators -> how much they differ, for all members, from no bias, a scale of one, no delay and
-        the lag of the vehicle.
-    knots : Knots, optional
-        Where each member has forces of its own that the equations leave out.
-    forces : ForceHistory, optional
-        Forces that the equations leave out, for all members. A current among them moves the boat over the ground, and
-        not in the water, in which all states here are.
-    step : float
-        The integration step that is taken, s.
+    Parameters of actuators are those of :attr:`bayesub.model.actuators.Actuators.parameters`.
 
     Raises
     ------
@@ -65,19 +37,27 @@ class Simulator:
         For an option that does not exist, and for output times that descend or lie outside the manoeuvre.
     """
 
-    vehicle: Vehicle
+    vehicle: Vehicle  # which is then confined to the sub-problem
     manoeuvre: Manoeuvre
-    times: np.ndarray
+    times: np.ndarray  # (n_times,) of output within the manoeuvre, s, which must not descend
     _: KW_ONLY
-    dt: float | None = None
+    dt: float | None = None  # integration step, s; by default one that is good to 5 cm (choose_step)
+    # "linear" interpolates the control history at the Runge-Kutta stages, "hold" takes the value at the start of each
+    # step (the convention of the thesis, first order).
     controls: str = "linear"
-    subproblem: str | None = OF_MANOEUVRE
-    attitude: str = "euler"
+    subproblem: str | None = OF_MANOEUVRE  # "horizontal", "vertical" or None for all six degrees of freedom
+    attitude: str = "euler"  # or "quaternion", to fly through 90 degrees of pitch (output in Euler angles all the same)
+    # Parameters of actuators by which members of a batch may differ; with the forces at the knots, which come after
+    # them, they are n_varied.
     varied: tuple[str, ...] = ()
+    # Parameters of actuators -> how much they differ, for all members, from no bias, a scale of one, no delay and the
+    # lag of the vehicle.
     changes: Mapping[str, float] = field(default_factory=dict)
-    knots: Knots | None = None
+    knots: Knots | None = None  # where each member has forces of its own that the equations leave out
+    # Forces that the equations leave out, for all members. A current among them moves the boat over the ground, and not
+    # in the water, in which all states here are.
     forces: ForceHistory | None = None
-    step: float = field(init=False)
+    step: float = field(init=False)  # the integration step that is taken, s
 
     def __post_init__(self):
         vehicle, manoeuvre, equations = self.vehicle, self.manoeuvre, self.vehicle.equations
@@ -237,24 +217,13 @@ class Simulator:
         parallel: bool = True,
         times: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate a batch of coefficient sets.
+        """Simulate a batch of coefficient sets (n_batch, n_terms).
 
-        Parameters
-        ----------
-        xi : (n_batch, n_terms) array
-        body : (n_batch, N_BODY) array, optional
-            Body vectors, SI units; by default the vehicle's.
-        initial : (n_batch, 12) array, optional
-            States at the start; by default the manoeuvre's.
-        amounts : (n_batch, n_varied) array, optional
-            How much the parameters of the actuators that vary differ, and forces at the knots (N, N m); by default not
-            at all.
-        outputs : tuple of str
-            Short names of the states and accelerations that are wanted.
-        parallel : bool
-            Whether a large batch is shared among threads.
-        times : (n_times,) array, optional
-            Output times, s, that do not descend, none of them after the last of the simulator; by default its own.
+        Body vectors `body` (n_batch, N_BODY), SI units, are by default the vehicle's, the states at the start `initial`
+        (n_batch, 12) those of the manoeuvre. `amounts` (n_batch, n_varied) are how much the parameters of the actuators
+        that vary differ, and forces at the knots (N, N m); by default not at all. `outputs` are short names of the
+        states and accelerations that are wanted. Output times (n_times,), s, do not descend, and none is after the last
+        of the simulator; by default they are its own. A large batch is shared among threads, if it may be `parallel`.
 
         Returns
         -------
@@ -304,25 +273,10 @@ class Simulator:
         """Derivatives of the motion of one coefficient set at the output times.
 
         They are those of the discretised motion, exact to round-off where it is differentiable (model manual, section
-        6).
-
-        Parameters
-        ----------
-        xi : (n_terms,) array
-        parameters : iterable of str
-            Names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9 non-dimensional;
-            mass, weight and buoyancy are three numbers), of states at the start, such as "u0", of what is unknown of
-            actuators, such as "bias_rudder_deg", or of forces at the knots.
-        outputs : tuple of str
-            Short names of the states and accelerations whose derivatives are wanted.
-        body : (N_BODY,) array, optional
-            By default the vehicle's.
-        initial : (12,) array, optional
-            By default the manoeuvre's.
-        amounts : (n_varied,) array, optional
-            As of :meth:`run`.
-        times : (n_times,) array, optional
-            As of :meth:`run`.
+        6). The set is (n_terms,); `parameters` are names of coefficients (non-dimensional), of entries of the body
+        vector (SI units; b1 .. b9 non-dimensional; mass, weight and buoyancy are three numbers), of states at the
+        start, such as "u0", of what is unknown of actuators, such as "bias_rudder_deg", or of forces at the knots. The
+        others are as of :meth:`run`, of one member.
 
         Returns
         -------
@@ -366,21 +320,17 @@ class Simulator:
 
     def _bodies(self, body, n_batch):
         """Body vectors (n_batch, N_BODY), by default the vehicle's, with the constants of the equations."""
-        body = self._repeated(self.vehicle.body, n_batch) if body is None else body
-        bodies = np.hstack([body, self._repeated(self.vehicle.constants, n_batch)])
+        body = np.tile(self.vehicle.body, (n_batch, 1)) if body is None else body
+        bodies = np.hstack([body, np.tile(self.vehicle.constants, (n_batch, 1))])
         bodies[:, [one.inertia for one in self._prescribed]] = prescribed.INERTIA
         return bodies
 
     def _initials(self, initial, n_batch):
         """States at the start (n_batch, 12), by default the manoeuvre's, with the angles that are prescribed."""
-        initial = self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else np.array(initial)
+        initial = np.tile(self.manoeuvre.initial_state, (n_batch, 1)) if initial is None else np.array(initial)
         for one, angle in self._prescribed.items():
             initial[:, log_files.positions(*one.states)] = angle(0.0), angle(0.0, 1)
         return initial
-
-    @staticmethod
-    def _repeated(row, n_batch):
-        return np.repeat(row[None], n_batch, axis=0)
 
 
 def true_step(step: float, manoeuvre: Manoeuvre) -> float:

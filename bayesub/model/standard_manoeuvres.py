@@ -245,7 +245,7 @@ def at(states: np.ndarray, histories: np.ndarray, value: float, points: int = 4)
                 with np.errstate(all="ignore"):
                     weights[:, i] *= (value - near[:, j]) / (near[:, i] - near[:, j])
     found = np.einsum("ni,nik->nk", weights, around)
-    return np.where(beyond.any(axis=1)[:, None], found, np.nan)
+    return np.where(np.any(beyond, axis=1, keepdims=True), found, np.nan)
 
 
 def peak(histories: np.ndarray) -> np.ndarray:

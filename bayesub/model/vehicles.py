@@ -17,13 +17,13 @@ from bayesub.io.notebook import Displayed
 from bayesub.kernels import workspace
 from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model import actuator_files
-from bayesub.model.actuator import GRAVITY_MPS2
+from bayesub.model.actuator import GRAVITY_MPS2, Actuator
 from bayesub.model.actuators import Actuators
 from bayesub.model.equations import AXES, EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import source
 from bayesub.model.propulsion import MeasuredSection, ThrustSection
-from bayesub.model.vehicle_files import CorrelationsSection, VehicleFile, check_fit
+from bayesub.model.vehicle_files import VehicleFile, check_fit
 
 if TYPE_CHECKING:
     from bayesub.kernels import families
@@ -250,7 +250,7 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
     thrust, rpm_per_mps = propulsion.thrust(body, trial.speed_mps, drag)
     if isinstance(propulsion, ThrustSection):
         kn1 = propulsion.torque_nm / propulsion.rpm**2
-    hull_members = ()
+    hull_members: tuple[Actuator, ...] = ()
     if file.displacement is not None:
         lift = weight if body.buoyancy_n is None else body.buoyancy_n
         water = lift, body.centre_of_buoyancy_m, body.water_density_kgm3
@@ -258,8 +258,7 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
     actuators = actuator_files.build(
         file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps, hull_members
     )
-    measured = isinstance(propulsion, MeasuredSection)
-    forces = propulsion.wrenches(body, trial.speed_mps, drag) if measured else ()
+    forces = propulsion.wrenches(body, trial.speed_mps, drag) if isinstance(propulsion, MeasuredSection) else ()
     row = {
         "mass": body.mass_kg,
         **body.inertia_kgm2.model_dump(),
@@ -272,6 +271,10 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         "Kn1": kn1 * rpm_per_mps**2,
         "Kn2": kn2 * rpm_per_mps,
     }
+    correlation = None if file.correlations is None else np.eye(len(equations.names))
+    if file.correlations is not None:
+        columns = equations.columns(file.correlations.coefficients)
+        correlation[np.ix_(columns, columns)] = file.correlations.matrix
     return Vehicle(
         name=file.name,
         description=file.description,
@@ -287,12 +290,5 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         sd=np.array([sds[key] for key in equations.names]),
         equations=equations,
         hull=hull,
-        correlation=None if file.correlations is None else _correlation(file.correlations, equations),
+        correlation=correlation,
     )
-
-
-def _correlation(section: CorrelationsSection, equations: EquationSet) -> np.ndarray:
-    columns = [equations.index[name] for name in section.coefficients]
-    correlation = np.eye(len(equations.names))
-    correlation[np.ix_(columns, columns)] = section.matrix
-    return correlation
