@@ -329,33 +329,14 @@ def integrate(
     *,
     parallel: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate a batch.
+    """Simulate a batch of dimensional coefficients (n_batch, n_terms), N, m, kg, s.
 
-    Parameters
-    ----------
-    forces : Forces
-    added_mass : (n, 3) array
-        Axis, acceleration and coefficient of each added-mass term.
-    coefficients : (n_batch, n_terms) array
-        Dimensional (N, m, kg, s).
-    body : (n_batch, N_BODY + N_CONSTANTS) array
-    initial : (n_batch, 12) array
-        States at the start.
-    stages : (n_steps + 1, 3, N_CONTROLS) array
-        Controls at the start, middle and end of each step.
-    variations : Variations
-        Changes of the controls, n of them, of which each member has its own amounts.
-    amounts : (n_batch, n) array
-    step : float
-        s.
-    times : (n_times,) array
-        Ascending output times from 0 to n_steps * step, s.
-    max_speed : float
-        A member that reaches this speed (m/s) has diverged.
-    rows : (n_outputs,) array
-        Which of the 12 states and, after them, the 6 accelerations (udot .. rdot) are wanted.
-    parallel : bool
-        Whether blocks are shared among threads; the result is bitwise the same.
+    Rows (n, 3) of `added_mass` are axis, acceleration and coefficient of each added-mass term. The members have bodies
+    (n_batch, N_BODY + N_CONSTANTS), states at the start (n_batch, 12), and their own amounts (n_batch, n) of n
+    variations of the controls. Controls at the start, middle and end of each step (s) are `stages` (n_steps + 1, 3,
+    N_CONTROLS). Output times (n_times,), s, ascend from 0 to n_steps * step; `rows` (n_outputs,) say which of the 12
+    states and, after them, the 6 accelerations (udot .. rdot) are wanted. A member that reaches `max_speed` (m/s) has
+    diverged. If it is `parallel` blocks are shared among threads; the result is bitwise the same.
 
     Returns
     -------

@@ -297,14 +297,9 @@ def _wide_slopes(a, b, y):
 
 @batched
 def rounded_slopes(predicted, readings, half_step, sds):
-    """First two derivatives of minus the log probability of each reading.
+    """First and second derivatives (n_batch, n) of minus the log probability of each reading by predicted / sd.
 
-    Returns
-    -------
-    slopes : (n_batch, n) array
-        First derivatives by predicted / sd.
-    information : (n_batch, n) array
-        Second derivatives by predicted / sd, between zero and one.
+    The second ones, the information, are between zero and one.
     """
     slopes, information = np.empty(predicted.shape), np.empty(predicted.shape)
     for member in prange(len(predicted)):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -303,16 +302,20 @@ def build(
     equations: EquationSet,
     water_density_kgm3: float,
     rpm: float,
-    hull: tuple[Actuator, ...] = (),
+    hull: tuple[Actuator, ...],
+    forces: Iterable[tuple[str, np.ndarray, float]],
 ) -> Actuators:
     """The actuators of a vehicle file, which fit its equations (:func:`check_fit`).
 
     A control that is the propeller speed rests at `rpm`, with which the boat propels itself. Those of a `hull` whose
-    buoyancy follows the water come last.
+    buoyancy follows the water come after, and last one for each column of a log that is a force or a moment from
+    outside: `forces` are the column, (6,) forces and moments of its unit, and its value at rest.
     """
-    if isinstance(section, ActuatorsSection):
-        return Actuators(tuple(_planes(section, equations, rpm)), equations, direct=True)
     columns = [control.column for control in equations.controls]
+    still = np.zeros(len(columns))
+    pushing = [_actuator(column, still, force=force, rest=rest) for column, force, rest in forces]
+    if isinstance(section, ActuatorsSection):
+        return Actuators((*_planes(section, equations, rpm), *pushing), equations, direct=not pushing)
     mixing = _mixing(section, columns)
     members = []
     for one, row in zip(section, mixing, strict=True):
@@ -330,7 +333,7 @@ def build(
     for column, row, parts in zip(columns, np.eye(len(columns)), mixing.T, strict=True):
         if not (parts.any() or column.endswith("_deg")):
             members.append(_actuator(column, row, rest=rpm if column == "rpm" else 0.0))
-    return Actuators((*members, *hull), equations)
+    return Actuators((*members, *hull, *pushing), equations)
 
 
 def hull_members(
@@ -343,16 +346,6 @@ def hull_members(
         _actuator(ANOMALY, still, VOLUME, weight=lift / water_density_kgm3, water=water),
         _actuator(PRESSURE, still, COMPRESSIBILITY, weight=-lift * displacement.compressibility_per_bar),
     )
-
-
-def with_forces(actuators: Actuators, forces: Iterable[tuple[str, np.ndarray, float]]) -> Actuators:
-    """The actuators, and one for each column of a log that is a force or a moment from outside.
-
-    `forces` are the column, (6,) forces and moments of its unit, and its value at rest.
-    """
-    none = np.zeros(len(actuators.equations.controls))
-    members = [_actuator(column, none, force=force, rest=rest) for column, force, rest in forces]
-    return replace(actuators, members=(*actuators.members, *members), direct=actuators.direct and not members)
 
 
 def _planes(section: ActuatorsSection, equations: EquationSet, rpm: float) -> Iterator[Actuator]:

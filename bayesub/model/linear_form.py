@@ -103,20 +103,21 @@ def stacked(trials: Sequence[dict[str, LinearSystem]], order: Sequence[str]) -> 
     first, *others = trials
     if not others:
         return first
-    axes = [axis for axis in AXES if any(axis in systems for systems in trials)]
-    return {axis: _stacked([t[axis] for t in trials if axis in t], order) for axis in axes}
-
-
-def _stacked(systems, order) -> LinearSystem:
-    present = {name for system in systems for name in system.names}
-    names = tuple(name for name in order if name in present)
-    matrix = np.zeros((sum(len(system.matrix) for system in systems), len(names)))
-    errors = np.zeros_like(matrix[: len(systems)])
-    end = 0
-    for k, system in enumerate(systems):
-        begin, end = end, end + len(system.matrix)
-        places = [names.index(name) for name in system.names]
-        matrix[begin:end, places] = system.matrix
-        errors[k, places] = system.rounding * np.linalg.norm(system.matrix, axis=0)
-    rounding = np.linalg.norm(errors, axis=0) / np.linalg.norm(matrix, axis=0)
-    return LinearSystem(systems[0].axis, names, matrix, np.concatenate([s.load for s in systems]), rounding)
+    stacks = {}
+    for axis in AXES:
+        systems = [trial[axis] for trial in trials if axis in trial]
+        if not systems:
+            continue
+        present = {name for system in systems for name in system.names}
+        names = tuple(name for name in order if name in present)
+        matrix = np.zeros((sum(len(system.matrix) for system in systems), len(names)))
+        errors = np.zeros_like(matrix[: len(systems)])
+        end = 0
+        for k, system in enumerate(systems):
+            begin, end = end, end + len(system.matrix)
+            places = [names.index(name) for name in system.names]
+            matrix[begin:end, places] = system.matrix
+            errors[k, places] = system.rounding * np.linalg.norm(system.matrix, axis=0)
+        rounding = np.linalg.norm(errors, axis=0) / np.linalg.norm(matrix, axis=0)
+        stacks[axis] = LinearSystem(axis, names, matrix, np.concatenate([s.load for s in systems]), rounding)
+    return stacks

@@ -16,18 +16,9 @@ def sensitivity_columns(
     """What the kernel needs to know of parameters (:meth:`bayesub.model.simulator.Simulator.sensitivities`).
 
     A coefficient is one column, an entry of the body vector or something unknown of an actuator six, one for the force
-    along each axis; a force at a knot is one, and a state at the start has none but its own start.
-
-    Returns
-    -------
-    tuple
-        First column of each parameter; names of those of actuators and knots; and the arguments `slots`,
-        `parameters`, `sources`, `factors`, `axes` and `initial` of the kernel.
-
-    Raises
-    ------
-    InputError
-        For an unknown name.
+    along each axis; a force at a knot is one, and a state at the start has none but its own start. Returned are the
+    first column of each parameter; names of those of actuators and knots; and the arguments `slots`, `parameters`,
+    `sources`, `factors`, `axes` and `initial` of the kernel. InputError for an unknown name.
     """
     equations, idle, factors_of = vehicle.equations, vehicle.idle(subproblem), vehicle.dimensional_factors
     thrust_factor = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
@@ -67,13 +58,9 @@ def sensitivity_columns(
     for column, start in enumerate(starts):
         if start is not None:
             initial[column, start] = 1.0
-    return (
-        firsts,
-        varied,
+    of_kernel = (
         np.array(slots, dtype=int).reshape(-1, 6),
         np.array(body, dtype=int),
-        np.array(sources),
-        np.array(factors),
-        np.array(axes),
-        initial,
+        *map(np.array, (sources, factors, axes)),
     )
+    return firsts, varied, *of_kernel, initial

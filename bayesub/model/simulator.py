@@ -141,24 +141,14 @@ class Simulator:
     @property
     def undisturbed(self) -> "Simulator":
         """The same simulator without the forces that the equations leave out."""
-        return (
-            replace(self, dt=self.step, knots=None, forces=None) if self._disturbed or self.forces is not None else self
-        )
+        calm = self.knots is None and self.forces is None
+        return self if calm else replace(self, dt=self.step, knots=None, forces=None)
 
     def disturbed(self, disturbance: Disturbance | ForceHistory, rng: np.random.Generator | None = None) -> "Simulator":
         """The same simulator with forces that the equations leave out, for all members.
 
-        Parameters
-        ----------
-        disturbance : Disturbance or ForceHistory
-            The forces, or a process, of which a history is sampled at the beginning and end of each step.
-        rng : Generator, optional
-            Of that history.
-
-        Raises
-        ------
-        InputError
-            For a correlation time shorter than a step, and for a process without `rng`.
+        Of a process a history is sampled by `rng` at the beginning and end of each step; InputError without `rng`, and
+        for a correlation time shorter than a step.
         """
         if isinstance(disturbance, Disturbance):
             if rng is None:

@@ -134,7 +134,7 @@ def spiral(boats: Boats, fastest: float) -> tuple[np.ndarray, np.ndarray]:
     """
     rates = np.linspace(-fastest, fastest, 2 * N_RATES + 1)
     start = boats.vehicle_alone.once(_curve_of_one, fastest)
-    return rates, _solved(boats, rates, np.tile(start, (len(boats), 1, 1)))[..., 2]
+    return rates, _steady_turns(boats, rates, np.tile(start, (len(boats), 1, 1)))[..., 2]
 
 
 def _curve_of_one(boat, fastest):
@@ -146,22 +146,28 @@ def _curve_of_one(boat, fastest):
         for k in range(N_RATES + 1):
             place = N_RATES + side * k
             guess = 2.0 * here - before if k > 1 else here
-            found = _solved(boat, rates[place : place + 1], guess[None, None])[0, 0]
+            found = _steady_turns(boat, rates[place : place + 1], guess[None, None])[0, 0]
             before, here = here, found
             curve[0, place] = found
     return curve
 
 
-def _solved(boats, rates, guess):
+def _steady_turns(boats, rates, guess):
     """(n, n_rates, 3) u, v and rudder without acceleration, by Newton's method from a guess; else not a number."""
     speed, length = boats.vehicle.speed_mps, boats.vehicle.length_m
+    n, m, _ = guess.shape
     steps = _NUDGE * np.array([speed, speed, 1.0])
     scales = np.array([length / speed**2, length / speed**2, length**2 / speed**2])
     unknown = guess.copy()
     for _ in range(_ITERATIONS):
         probes = np.repeat(unknown[:, :, None], 4, axis=2)  # as it is, and a step of each
         probes[:, :, [1, 2, 3], [0, 1, 2]] += steps
-        balance = _accelerations(boats, rates, probes) * scales
+        flat = probes.reshape(n, 4 * m, 3)
+        states = np.tile(boats.straight()[0], (n, 4 * m, 1))
+        states[..., [U, V]], states[..., R] = flat[..., :2], np.repeat(rates, 4)
+        controls = boats.controls("horizontal", {RUDDER: flat[..., 2]}, 4 * m)
+        accelerations = boats.accelerations("horizontal", states, controls)[..., _BALANCED]
+        balance = accelerations.reshape(n, m, 4, 3) * scales
         slopes = (balance[:, :, 1:] - balance[:, :, :1]) / steps[:, None]  # by u, v and rudder, of three accelerations
         size = np.abs(balance[:, :, 0]).max(axis=2)
         whole = np.isfinite(slopes).all(axis=(2, 3))
@@ -172,17 +178,6 @@ def _solved(boats, rates, guess):
         step = np.linalg.solve(systems, balance[:, :, 0, :, None])[..., 0]
         unknown -= np.where(going[..., None], step, 0.0)
     return np.where((size <= _TOLERANCE)[..., None], unknown, np.nan)
-
-
-def _accelerations(boats, rates, probes):
-    """(n, m, 4, 3) u', v' and r' at probes (n, m, 4, 3) of u, v and rudder."""
-    n, m, k, _ = probes.shape
-    flat = probes.reshape(n, m * k, 3)
-    states = np.tile(boats.straight(1)[0], (n, m * k, 1))
-    states[..., positions("u", "v")] = flat[..., :2]
-    states[..., positions("r")] = np.repeat(rates, k)[:, None]
-    controls = boats.controls("horizontal", {RUDDER: flat[..., 2]}, m * k)
-    return boats.accelerations("horizontal", states, controls)[..., _BALANCED].reshape(n, m, k, 3)
 
 
 def spiral_curve(boats: Boats) -> tuple[np.ndarray, np.ndarray]:

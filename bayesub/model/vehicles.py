@@ -255,9 +255,6 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         lift = weight if body.buoyancy_n is None else body.buoyancy_n
         water = lift, body.centre_of_buoyancy_m, body.water_density_kgm3
         hull_members = actuator_files.hull_members(file.displacement, *water, len(equations.controls))
-    actuators = actuator_files.build(
-        file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps, hull_members
-    )
     forces = propulsion.wrenches(body, trial.speed_mps, drag) if isinstance(propulsion, MeasuredSection) else ()
     row = {
         "mass": body.mass_kg,
@@ -284,7 +281,9 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         speed_mps=trial.speed_mps,
         depth_m=trial.depth_m,
         rpm_per_mps=rpm_per_mps,
-        actuators=actuator_files.with_forces(actuators, forces),
+        actuators=actuator_files.build(
+            file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps, hull_members, forces
+        ),
         body=np.array([row[key] for key in workspace.BODY]),
         xi=xi,
         sd=np.array([sds[key] for key in equations.names]),

@@ -224,23 +224,11 @@ class EquationSet:
         """Names of the coefficients that play a part in a motion, in the order of the set.
 
         Those of other axes and of motions that a sub-problem does not have play none, nor do those of controls that
-        rest at zero throughout a manoeuvre, nor do coefficients that are zero.
-
-        Parameters
-        ----------
-        vehicle : Vehicle, optional
-            Leaves out the coefficients that are zero for it. Without it coefficients may have any values, as where a
-            prior or a measurement is to say what they are.
-        manoeuvre : Manoeuvre, optional
-            Leaves out the coefficients of controls that it does not move, and those of moments in whose place it
-            prescribes an angle. Its own sub-problem is not asked.
-        subproblem : str, optional
-            "horizontal", "vertical", or None for all degrees of freedom.
-
-        Raises
-        ------
-        InputError
-            For a sub-problem that does not exist.
+        rest at zero throughout a manoeuvre, nor do coefficients that are zero. A vehicle leaves out the coefficients
+        that are zero for it; without it they may have any values, as where a prior or a measurement is to say what they
+        are. A manoeuvre leaves out the coefficients of controls that it does not move, and those of moments in whose
+        place it prescribes an angle; its own sub-problem is not asked. The sub-problem is "horizontal", "vertical", or
+        None for all degrees of freedom; InputError for one that does not exist.
         """
         resting, followed = set(), set()
         if manoeuvre is not None:
@@ -307,23 +295,11 @@ class EquationSet:
     def regressors(
         self, states: np.ndarray, accelerations: np.ndarray, controls: np.ndarray, constants: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """The regressors of each axis, the columns of the linear form ``A xi = b`` (model manual, section 9).
+        """Axis -> regressors (n, n_columns), the columns of the linear form ``A xi = b`` (model manual, section 9).
 
-        Parameters
-        ----------
-        states : (n, 12) array
-            m, rad, m/s, rad/s.
-        accelerations : (n, 6) array
-            Body accelerations, m/s^2 and rad/s^2.
-        controls : (n, n_controls + 1) array
-            Controls of the set, SI units, and after them n/k0, m/s.
-        constants : (n_constants,) array
-            Of :meth:`constants`.
-
-        Returns
-        -------
-        dict of str to array
-            Axis -> (n, n_columns); columns in the order of the set, without the factors of :meth:`factors`.
+        States (n, 12) are in m, rad, m/s and rad/s, body accelerations (n, 6) in m/s^2 and rad/s^2; controls (n,
+        n_controls + 1) are those of the set, SI units, and after them n/k0, m/s; and :meth:`constants` (n_constants,).
+        Columns are in the order of the set, without the factors of :meth:`factors`.
         """
         states, accelerations, controls = np.asarray(states), np.asarray(accelerations), np.asarray(controls)
         values = dict(zip(VELOCITIES, states[:, positions(*VELOCITIES)].T, strict=True))

@@ -252,7 +252,7 @@ def _check_scales(equations: EquationSet) -> None:
     for term in equations.terms:
         forces = [c.symbol for c in equations.controls if c.column.endswith("_n") and c.symbol in term.symbols]
         if term.unit is not None:
-            _check_unit(term, term.unit, controls, forces)
+            _check_unit(term, controls, forces)
             continue
         if forces:
             raise ValueError(
@@ -274,9 +274,9 @@ def _check_scales(equations: EquationSet) -> None:
             )
 
 
-def _check_unit(term: Term, unit: str, controls: dict[str, tuple[int, int]], forces: list[str]) -> None:
+def _check_unit(term: Term, controls: dict[str, tuple[int, int]], forces: list[str]) -> None:
     """ValueError for a unit with which the term is no force or moment; one of other words than these is not judged."""
-    given = np.zeros(3, dtype=int)
+    unit, given = term.unit or "", np.zeros(3, dtype=int)
     for k, part in enumerate(unit.split("/")):
         for word in part.replace("*", " ").split():
             match = _UNIT.fullmatch(word)
