@@ -36,14 +36,9 @@ class ActuatorsSection(Section):
 
 
 class DisplacementSection(Section):
-    """A hull whose buoyancy follows the density and the pressure of the water that a log has.
+    """A hull whose buoyancy follows the density and the pressure of the water that a log has."""
 
-    Attributes
-    ----------
-    compressibility_per_bar : float
-        Share of the volume that a bar of pressure takes away.
-    """
-
+    # Share of the volume that a bar of pressure takes away.
     compressibility_per_bar: float = pydantic.Field(default=0.0, ge=0.0, le=0.01)
 
 

@@ -7,7 +7,6 @@ vehicle whose file has the plain table ``[actuators]`` has the controls of its e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -168,10 +167,7 @@ class Actuators:
     def share(self, column: str, source: str) -> np.ndarray:
         """(n_actuators,) what a unit order of a control of the equations, or of an actuator, asks of each.
 
-        Raises
-        ------
-        InputError
-            That names the `source` of the order, if there is no such control and if no actuator moves it.
+        InputError names the `source` of the order, if there is no such control and if no actuator moves it.
         """
         controls = [control.column for control in self.equations.controls]
         if column in self.columns and not (self.direct or column in controls):
@@ -199,7 +195,11 @@ class Actuators:
                 if share[i] != 0.0
             ]
             if parts:
-                times, demand = parts[0] if len(parts) == 1 else _sum(parts)
+                times, demand = parts[0]
+                if len(parts) > 1:  # each holds from its times on and is zero before
+                    times = np.unique(np.concatenate([at for at, _ in parts]))
+                    held = [np.append(0.0, own)[np.searchsorted(at, times, side="right")] for at, own in parts]
+                    demand = np.sum(held, axis=0)
                 demands[i] = times, demand + self.members[i].zero if self.members[i].zero else demand
         return demands
 
@@ -234,10 +234,7 @@ def with_commands(log: dict[str, np.ndarray], actuators: Actuators) -> tuple[dic
 def values_of_log(actuators: Actuators, log: dict[str, np.ndarray], n: int, source: str) -> np.ndarray:
     """Values (n, n_actuators) of the columns (n,) of a log by their names in memory; at rest those that it lacks.
 
-    Raises
-    ------
-    InputError
-        That names the `source`, for a column of an actuator that the vehicle does not have and that moves.
+    InputError names the `source`, for a column of an actuator that the vehicle does not have and that moves.
     """
     for name, history in log.items():
         if name in CONTROL_HEADERS and name not in actuators.shorts and np.any(np.nan_to_num(history) != 0.0):
@@ -261,10 +258,3 @@ def command_column(column: str) -> str:
 
 # Names in memory of the controls that any log may have -> their columns.
 CONTROL_HEADERS = {COLUMNS[column][0]: column for column in ("rudder_deg", "bow_plane_deg", "stern_plane_deg")}
-
-
-def _sum(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-    """The sum of demands that hold from their times on and are zero before."""
-    times = np.unique(np.concatenate([at for at, _ in parts]))
-    held = (np.append(0.0, demands)[np.searchsorted(at, times, side="right")] for at, demands in parts)
-    return times, np.sum(list(held), axis=0)

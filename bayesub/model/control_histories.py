@@ -57,19 +57,10 @@ class ControlHistories:
     """The histories of a manoeuvre of a vehicle, at the steps of a simulator.
 
     Parameters are as those of :class:`bayesub.model.simulator.Simulator`, n_varied `varied` of actuators alone. Steps
-    begin at `starts` (n,), the last one at the end of the flight; `stage_times` are three arrays (n,), s.
-
-    Attributes
-    ----------
-    individual : tuple of int
-        Positions of the actuators of which each member has a delay or a lag of its own.
-    stages : list of (n, n_actuators) array
-        What acts at the stages, without biases and scales.
-
-    Raises
-    ------
-    InputError
-        For a delay, a lag or a command where the controls are held over a step.
+    begin at `starts` (n,), the last one at the end of the flight; `stage_times` are three arrays (n,), s. What acts at
+    the `stages` is a list of three arrays (n, n_actuators), without biases and scales; `individual` are the positions
+    of the actuators of which each member has a delay or a lag of its own. InputError for a delay, a lag or a command
+    where the controls are held over a step.
     """
 
     def __init__(
@@ -231,12 +222,8 @@ class StageChanges:
 
     Most are amounts of what a unit of each adds. An actuator that has a delay or a lag of a member's own adds what that
     makes of its history instead, and the biases and scales of this actuator go into it. `varied` are n_varied
-    parameters of actuators, those of the histories, and after them forces at the knots.
-
-    Attributes
-    ----------
-    variations : Variations
-        What a unit of each of :meth:`numbers` adds.
+    parameters of actuators, those of the histories, and after them forces at the knots. The `variations` are what a
+    unit of each of :meth:`numbers` adds.
     """
 
     def __init__(

@@ -58,9 +58,5 @@ def sensitivity_columns(
     for column, start in enumerate(starts):
         if start is not None:
             initial[column, start] = 1.0
-    of_kernel = (
-        np.array(slots, dtype=int).reshape(-1, 6),
-        np.array(body, dtype=int),
-        *map(np.array, (sources, factors, axes)),
-    )
-    return firsts, varied, *of_kernel, initial
+    of_slots, of_body = np.array(slots, dtype=int).reshape(-1, 6), np.array(body, dtype=int)
+    return firsts, varied, of_slots, of_body, *map(np.array, (sources, factors, axes)), initial

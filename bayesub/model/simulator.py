@@ -30,11 +30,7 @@ class Simulator:
     """A vehicle on a manoeuvre, prepared once for many batches of coefficient sets.
 
     Parameters of actuators are those of :attr:`bayesub.model.actuators.Actuators.parameters`.
-
-    Raises
-    ------
-    InputError
-        For an option that does not exist, and for output times that descend or lie outside the manoeuvre.
+    InputError for an option that does not exist, and for output times that descend or lie outside the manoeuvre.
     """
 
     vehicle: Vehicle  # which is then confined to the sub-problem
@@ -331,12 +327,8 @@ def true_step(step: float, manoeuvre: Manoeuvre) -> float:
 def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, attitude: str = "euler") -> float:
     """The largest step of 1, 0.5, 0.2, 0.1, .. s that keeps the position within 5 cm of the one at half the step.
 
-    The search starts at a tenth of a ship length travelled.
-
-    Raises
-    ------
-    InputError
-        If a boat that completes the manoeuvre has no such step.
+    The search starts at a tenth of a ship length travelled. InputError if a boat that completes the
+    manoeuvre has no such step.
     """
     times = np.linspace(0.0, manoeuvre.duration, 201)
     ladder = steps(vehicle, manoeuvre)

@@ -161,10 +161,7 @@ class EquationSet:
     def subproblem(self, wanted: str | None) -> str | None:
         """The sub-problem that is flown if `wanted` is asked for: the horizontal one of three degrees of freedom.
 
-        Raises
-        ------
-        InputError
-            For one that the set does not have.
+        InputError for one that the set does not have.
         """
         if wanted is None:
             return "horizontal" if self.degrees_of_freedom == 3 else None

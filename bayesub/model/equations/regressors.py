@@ -123,10 +123,7 @@ class Regressor:
 def parse(text: str, controls: Iterable[str]) -> Regressor:
     """Read a regressor such as ``u*abs(r)*dr``, whose controls have these symbols.
 
-    Raises
-    ------
-    ValueError
-        With what is wrong and what is possible.
+    ValueError says what is wrong and what is possible.
     """
     symbols = (*VELOCITIES, *SYMBOLS, *controls)
     factors: list[Factor] = []
