@@ -1,8 +1,8 @@
 """The histories of a manoeuvre: what the log says of the actuators, and the values that act, late or behind a command.
 
 A value that is delayed, or that follows a command, is integrated over the steps of the simulator
-(:mod:`bayesub.model.actuator_response`): the motion is then smooth in a delay and a lag, although the history has kinks
-and jumps and the simulator has steps. All others are taken at the stages of the steps as the log has them.
+(:mod:`bayesub.kernels.actuator_response`): the motion is then smooth in a delay and a lag, although the history has
+kinks and jumps and the simulator has steps. All others are taken at the stages of the steps as the log has them.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class ControlHistories:
 
     def _responses(self, i, boundaries, delays, lags):
         """Values at boundaries (n_batch, n, 2) and integrals (n_batch, n - 1, 4) of actuator i."""
-        from bayesub.model.actuator_response import responses  # importing numba takes a second
+        from bayesub.kernels.actuator_response import responses  # importing numba takes a second
 
         actuator, times = self._actuators.members[i], self._manoeuvre.times
         values = np.ascontiguousarray(self._inputs[:, i])
@@ -149,7 +149,7 @@ class ControlHistories:
 
     def _ends(self, i, amounts):
         """What acts at the begin and end of each step (n_batch, n, 2)."""
-        from bayesub.model.actuator_response import straight_lines
+        from bayesub.kernels.actuator_response import straight_lines
 
         return straight_lines(self._responses(i, self._boundaries, *self._lateness(i, amounts))[1], self._step)
 
@@ -200,7 +200,7 @@ class ControlHistories:
         i, kind = self._actuators.parameters[parameter]
         if kind in ("bias", "scale") and i not in self.individual:
             return None
-        from bayesub.model.actuator_response import line_slopes
+        from bayesub.kernels.actuator_response import line_slopes
 
         points, integrals = self._responses(i, self._boundaries, *self._lateness(i, amounts[None]))
         unit = si_factor(self._actuators.members[i].column)

@@ -268,9 +268,9 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         "Kn1": kn1 * rpm_per_mps**2,
         "Kn2": kn2 * rpm_per_mps,
     }
-    correlation = None if file.correlations is None else np.eye(len(equations.names))
+    correlation = None
     if file.correlations is not None:
-        columns = equations.columns(file.correlations.coefficients)
+        columns, correlation = equations.columns(file.correlations.coefficients), np.eye(len(equations.names))
         correlation[np.ix_(columns, columns)] = file.correlations.matrix
     return Vehicle(
         name=file.name,
