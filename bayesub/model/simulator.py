@@ -29,8 +29,8 @@ OF_MANOEUVRE = "of the manoeuvre"
 class Simulator:
     """A vehicle on a manoeuvre, prepared once for many batches of coefficient sets.
 
-    Parameters of actuators are those of :attr:`bayesub.model.actuators.Actuators.parameters`.
-    InputError for an option that does not exist, and for output times that descend or lie outside the manoeuvre.
+    Parameters of actuators are those of :attr:`bayesub.model.actuators.Actuators.parameters`. InputError for an option
+    that does not exist, and for output times that descend or lie outside the manoeuvre.
     """
 
     vehicle: Vehicle  # which is then confined to the sub-problem

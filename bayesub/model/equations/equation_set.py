@@ -285,8 +285,10 @@ class EquationSet:
 
         The hull is (3, n) positions from tail to nose, heights and breadths, m.
         """
-        if not self.has_crossflow or hull is None:
+        if not self.has_crossflow:
             return np.array([speed_mps])
+        if hull is None:
+            raise ValueError(f"equations '{self.name}' integrate the cross-flow along a hull, and there is none")
         return np.concatenate([[speed_mps], crossflow_points(hull, self.stations).ravel()])
 
     def regressors(
