@@ -26,7 +26,7 @@ from itertools import product
 import numpy as np
 
 import bayesub as bs
-from bayesub.model.time_step import choose_step
+from bayesub.model.simulator import choose_step
 from rounded import plots, readings, tables
 from rounded.readings import FITS
 from thesis import cases

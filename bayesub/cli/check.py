@@ -264,7 +264,7 @@ def _truth(truth) -> str:
 
 def _disturbance(problem) -> str:
     """The unmodelled forces that a study infers: sds in units of force and as shares, time and knots; or nothing."""
-    from bayesub.model.hull_forces import hull_force_rms
+    from bayesub.model.disturbance import hull_force_rms
     from bayesub.study.schema.disturbance_section import central, in_words
 
     trials = [p for _, p, _ in problem.each_trial(problem.prior.mean)]

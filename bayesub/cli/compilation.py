@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.io import toml_files
-from bayesub.kernels.families import family
-from bayesub.kernels.units import UNITS
+from bayesub.kernels.families import UNITS, family
 from bayesub.model.equations import load_equations
 from bayesub.model.equations.generate import source
 from bayesub.model.manoeuvres import load_manoeuvre

@@ -9,9 +9,8 @@ import numpy as np
 
 from bayesub.findings.missing_terms import FALSE_ALARMS, FollowedRegressor, followed, scores
 from bayesub.logs.log_files import ANGLES, positions
-from bayesub.model.disturbance import CURRENTS, DISTURBED, unit
+from bayesub.model.disturbance import CURRENTS, DISTURBED, hull_forces, unit
 from bayesub.model.equations import AXES
-from bayesub.model.hull_forces import hull_forces
 from bayesub.problem.distributions import Prior
 from bayesub.problem.disturbances import force_scales
 from bayesub.sensors.current import seen

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayesub.logs import consistency, log_files
+from bayesub.model.actuators import values_of_log, with_commands
 from bayesub.model.vehicles import Vehicle
 
 
@@ -56,7 +57,7 @@ def check(
 def _together(log, vehicle) -> dict[str, tuple[np.ndarray, tuple[str, ...]]]:
     """Short name of a control of the equations -> its history (n,) by the fins of the log, and their columns."""
     actuators, times = vehicle.actuators, np.arange(len(log["time"]))
-    angles, _ = actuators.commanded(log)
+    angles, _ = with_commands(log, actuators)
     angles = {name: angles[name] for name in actuators.shorts if name in angles and np.isfinite(angles[name]).any()}
     if not angles:
         return {}
@@ -64,7 +65,7 @@ def _together(log, vehicle) -> dict[str, tuple[np.ndarray, tuple[str, ...]]]:
         name: np.interp(times, times[np.isfinite(column)], column[np.isfinite(column)])
         for name, column in angles.items()
     }
-    mixed = actuators.mixed(actuators.values(whole, len(times), "the log"))
+    mixed = actuators.mixed(values_of_log(actuators, whole, len(times), "the log"))
     result = {}
     for k, control in enumerate(vehicle.equations.controls):
         moved = zip(actuators.shorts, actuators.columns, actuators.mixing[k], strict=True)

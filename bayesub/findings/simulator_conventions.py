@@ -15,10 +15,9 @@ import numpy as np
 
 from bayesub.io.errors import one_line
 from bayesub.kernels import workspace as at
-from bayesub.model import mass
 from bayesub.model.equations.equation_set import Term
 from bayesub.model.equations.regressors import parse
-from bayesub.model.vehicles import Vehicle
+from bayesub.model.vehicles import Vehicle, mass_matrix
 
 _COLUMNS = {"dr": "rudder_deg", "ds": "stern_plane_deg", "db": "bow_plane_deg"}
 # Axis -> regressors and their names in npsauv.m, which has each bow plane by itself, so that theirs are halves of ours.
@@ -58,9 +57,9 @@ class Boat:
         places = self.equations.columns(known.names)
         self.xi[places], self.sd[places] = known.mean, known.sd
         none = np.zeros(len(self.xi))
-        self.rigid_mass = mass.mass_matrix(self.equations, none, vehicle.body)
+        self.rigid_mass = mass_matrix(self.equations, none, vehicle.body)
         dimensional = self.xi * vehicle.dimensional_factors
-        self.added_mass = mass.mass_matrix(self.equations, dimensional, vehicle.body) - self.rigid_mass
+        self.added_mass = mass_matrix(self.equations, dimensional, vehicle.body) - self.rigid_mass
 
     @property
     def body(self) -> dict[str, float]:

@@ -93,7 +93,7 @@ def balance(boat: Vehicle) -> Examination:
     if not any(thrusts.values()) and _thrust_terms(boat):
         reason = "thrust and resistance are terms of the equations"
         return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reason})
-    if not any(thrusts.values()) and boat.actuators.weigh:
+    if not any(thrusts.values()) and any(a.weight.any() for a in boat.actuators.members):
         return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": GLIDES})
     straight = forces(boat)
     drag, symbol = -straight.values["X"], "" if pushed else _drag_symbol(boat, straight)

@@ -3,71 +3,52 @@
 These are lane functions (:mod:`bayesub.kernels.lanes`), for whatever adds and multiplies.
 """
 
+import functools
+import operator
 from collections.abc import Sequence
 from types import ModuleType
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from bayesub.kernels import workspace as at
-from bayesub.kernels.lanes import choose
-from bayesub.kernels.trigonometry import sine_cosine
+from bayesub.kernels.lanes import choose, sine_cosine
+
+
+class Numbers(Protocol):
+    """Whatever has numbers, or lanes of them, by position."""
+
+    def __getitem__(self, k: int, /): ...
 
 
 class Boat(NamedTuple):
-    """What the equations of motion ask for, as anything that gives numbers by their position.
+    """What the equations of motion ask for, as anything that gives numbers by their position."""
 
-    Attributes
-    ----------
-    equations : module
-        Of the forces of an equation set (:mod:`bayesub.model.equations.generate`).
-    state : 12 or, with a quaternion, 13 numbers
-        In the order of the rows of :data:`bayesub.kernels.workspace.STATE`.
-    body : N_BODY numbers
-    inverse_mass : InverseMass
-    coefficients : n_terms numbers
-        Dimensional.
-    constants : N_CONSTANTS numbers
-        The trial speed, and stations of the hull if the set integrates along it.
-    controls : N_CONTROLS numbers
-        Those of the set, SI units; n/k0, m/s; and forces from outside, if there are any.
-    """
-
-    equations: ModuleType
-    state: Sequence
-    body: Sequence
+    equations: ModuleType  # of the forces of an equation set (bayesub.model.equations.generate)
+    state: Numbers  # 12 or, with a quaternion, 13, in the order of the rows of bayesub.kernels.workspace.STATE
+    body: Numbers  # N_BODY
     inverse_mass: "InverseMass"
-    coefficients: Sequence
-    constants: Sequence
-    controls: Sequence
+    coefficients: Numbers  # n_terms, dimensional
+    constants: Numbers  # N_CONSTANTS: the trial speed, and stations of the hull if the set integrates along it
+    controls: Numbers  # N_CONTROLS: of the set, SI units; n/k0, m/s; and forces from outside, if there are any
 
 
 class InverseMass:
     """The inverse mass matrix, of its 36 entries row by row."""
 
-    def __init__(self, entries: Sequence):
+    def __init__(self, entries: Numbers):
         self.entries = entries
 
     def __matmul__(self, forces: Sequence) -> tuple:
         """The six accelerations by forces and moments."""
-        return tuple(_dot([self.entries[6 * row + axis] for axis in range(6)], forces) for row in range(6))
+        return tuple(
+            functools.reduce(operator.add, (self.entries[6 * row + axis] * forces[axis] for axis in range(6)))
+            for row in range(6)
+        )
 
 
-def _dot(row, vector):
-    total = row[0] * vector[0]
-    for a, b in zip(row[1:], vector[1:], strict=True):
-        total = total + a * b
-    return total
-
-
-def ordered_speed(boat: Boat):
-    """n/k0, the speed that the propeller keeps up (m/s)."""
-    return boat.controls[boat.equations.ORDERED_SPEED]
-
-
-def propulsion(body, u, ordered):
-    """Thrust (N) and torque (N m) of the three-branch polynomial, and their derivatives with u.
-
-    They are those of the model manual, section 5. `ordered` is n/k0, the speed that the propeller speed keeps up (m/s).
-    """
+def propulsion(boat: Boat):
+    """Thrust (N) and torque (N m) of the three-branch polynomial (model manual, section 5), and derivatives by u."""
+    body, u = boat.body, boat.state[6]
+    ordered = boat.controls[boat.equations.ORDERED_SPEED]  # n/k0, the speed that the propeller keeps up (m/s)
     ahead = u >= 0.0
     forward = choose(ahead, ordered > u, ordered < u)  # n' = n / (k0 u) > 1
     astern = choose(ahead, ordered <= 0.0, ordered >= 0.0)  # n' <= 0
@@ -143,7 +124,7 @@ def mechanical_forces(boat: Boat, gx, gy, gz) -> tuple:
     velocity = [boat.state[6 + k] for k in range(6)]
     x1, y1, z1, k1, m1, n1 = hydrostatics(boat, gx, gy, gz)
     x2, y2, z2, k2, m2, n2 = rigid_body(boat, velocity, velocity)
-    thrust, torque, _, _ = propulsion(boat.body, velocity[0], ordered_speed(boat))
+    thrust, torque, _, _ = propulsion(boat)
     return x1 - x2 + thrust, y1 - y2, z1 - z2, k1 - k2 + torque, m1 - m2 + thrust * boat.body[at.ZP], n1 - n2
 
 
@@ -153,7 +134,7 @@ def accelerations(boat: Boat, gx, gy, gz) -> tuple:
     x1, y1, z1, k1, m1, n1 = boat.equations.forces(boat.coefficients, boat.controls, boat.constants, *velocity)
     x2, y2, z2, k2, m2, n2 = rigid_body(boat, velocity, velocity)
     x3, y3, z3, k3, m3, n3 = hydrostatics(boat, gx, gy, gz)
-    thrust, torque, _, _ = propulsion(boat.body, velocity[0], ordered_speed(boat))
+    thrust, torque, _, _ = propulsion(boat)
     return boat.inverse_mass @ (
         x1 - x2 + x3 + thrust,
         y1 - y2 + y3,
@@ -207,3 +188,52 @@ def quaternion_derivative(boat: Boat) -> tuple:
         *accelerated,
         -0.5 * (q1 * p + q2 * q + q3 * r),
     )
+
+
+def state_jacobian(boat: Boat) -> list[tuple]:
+    """The derivatives of :func:`euler_derivative`: the tangent-linear equations (model manual, section 6).
+
+    They are twelve rows with N_COLUMNS columns: nothing depends on the position, so that there is one for each of
+    phi theta psi u v w p q r.
+    """
+    sphi, cphi = sine_cosine(boat.state[3])
+    sth, cth = sine_cosine(boat.state[4])
+    spsi, cpsi = sine_cosine(boat.state[5])
+    u, v, w, _, q, r = velocity = [boat.state[6 + k] for k in range(6)]
+    none = (0.0, 0.0, 0.0)
+
+    # Position: the rotation itself, and its derivatives applied to the velocity after roll and after roll and pitch.
+    y1, z1 = cphi * v - sphi * w, sphi * v + cphi * w
+    x2, z2 = cth * u + sth * z1, cth * z1 - sth * u
+    xx, xy, xz = cpsi * cth, cpsi * sth * sphi - spsi * cphi, spsi * sphi + cpsi * cphi * sth
+    yx, yy, yz = spsi * cth, cpsi * cphi + sphi * sth * spsi, sth * spsi * cphi - cpsi * sphi
+    position = [
+        (xz * v - xy * w, cpsi * z2, -spsi * x2 - cpsi * y1, xx, xy, xz, *none),
+        (yz * v - yy * w, spsi * z2, cpsi * x2 - spsi * y1, yx, yy, yz, *none),
+        (cth * y1, -x2, 0.0, -sth, cth * sphi, cth * cphi, *none),
+    ]
+
+    # Euler angles.
+    secant = 1.0 / cth
+    tangent = sth * secant
+    yawing, pitching = (sphi * q + cphi * r) * secant, cphi * q - sphi * r
+    attitude = [
+        (tangent * pitching, yawing * secant, 0.0, *none, 1.0, tangent * sphi, tangent * cphi),
+        (-cth * yawing, 0.0, 0.0, *none, 0.0, cphi, -sphi),
+        (secant * pitching, tangent * yawing, 0.0, *none, 0.0, secant * sphi, secant * cphi),
+    ]
+
+    # Velocity: the inverse mass matrix times the derivatives of the forces.
+    slopes = list(boat.equations.gradient(boat.coefficients, boat.controls, boat.constants, *velocity))
+    _, _, thrust_u, torque_u = propulsion(boat)
+    by_propeller = thrust_u, 0.0, 0.0, torque_u, thrust_u * boat.body[at.ZP], 0.0
+    slopes[0] = tuple(map(operator.add, slopes[0], by_propeller))
+    for n in range(6):
+        unit = [float(k == n) for k in range(6)]
+        by_mass = map(operator.add, rigid_body(boat, velocity, unit), rigid_body(boat, unit, velocity))
+        slopes[n] = tuple(map(operator.sub, slopes[n], by_mass))
+    rolling = hydrostatics(boat, 0.0, cth * cphi, -cth * sphi)
+    pitching = hydrostatics(boat, -cth, -sth * sphi, -sth * cphi)
+    columns = [boat.inverse_mass @ force for force in (rolling, pitching, *slopes)]
+    columns.insert(2, (0.0,) * 6)  # heading
+    return [*position, *attitude, *zip(*columns, strict=True)]

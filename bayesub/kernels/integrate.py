@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from bayesub.kernels.attitude import euler_angles, quaternion
 from bayesub.kernels.jit import jit, spliced, unit, variants, widest_vectors
 from bayesub.kernels.mass import inverses, mass_matrices
 from bayesub.kernels.memory import plain
@@ -33,19 +32,10 @@ MAX_PITCH = math.radians(85.0)
 
 
 class Forces(NamedTuple):
-    """What a loop has to know of an equation set.
+    """What a loop has to know of an equation set."""
 
-    Attributes
-    ----------
-    stage : int
-        Address of the lane function that takes a stage of a step (:mod:`bayesub.kernels.units`).
-    quaternions : bool
-        Whether its states have a quaternion.
-    n_coefficients, n_controls, n_constants : int
-    """
-
-    stage: int
-    quaternions: bool
+    stage: int  # address of the lane function that takes a stage of a step (bayesub.kernels.families)
+    quaternions: bool  # whether its states have a quaternion
     n_coefficients: int
     n_controls: int
     n_constants: int
@@ -102,6 +92,32 @@ def _evaluate(forces, work, stages, variations, amounts, n, part, weight, ahead)
     if amounts.shape[0]:
         _vary_controls(forces, work, variations, n, part, amounts)
     unit(forces.stage, work, stages[n, part], work, 0, weight, ahead)
+
+
+@spliced
+def quaternion(phi, theta, psi):
+    """(q0, q1, q2, q3) of roll, pitch and yaw (rad), scalar part first."""
+    sphi, cphi = math.sin(0.5 * phi), math.cos(0.5 * phi)
+    sth, cth = math.sin(0.5 * theta), math.cos(0.5 * theta)
+    spsi, cpsi = math.sin(0.5 * psi), math.cos(0.5 * psi)
+    return (
+        cphi * cth * cpsi + sphi * sth * spsi,
+        sphi * cth * cpsi - cphi * sth * spsi,
+        cphi * sth * cpsi + sphi * cth * spsi,
+        cphi * cth * spsi - sphi * sth * cpsi,
+    )
+
+
+@spliced
+def euler_angles(q0, q1, q2, q3):
+    """Roll and yaw in -pi .. pi and pitch in -pi/2 .. pi/2 (rad) of a quaternion of any length."""
+    length2 = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
+    sine = 2.0 * (q0 * q2 - q1 * q3) / length2
+    return (
+        math.atan2(2.0 * (q2 * q3 + q0 * q1), q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3),
+        math.asin(min(1.0, max(-1.0, sine))),
+        math.atan2(2.0 * (q1 * q2 + q0 * q3), q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3),
+    )
 
 
 @spliced
@@ -223,22 +239,9 @@ def _lose(states, member, begin, end):
 
 @jit
 def _integrate_block(
-    block,
-    forces,
-    coefficients,
-    body,
-    inverse_mass,
-    initial,
-    stages,
-    variations,
-    amounts,
-    step,
-    times,
-    max_speed,
-    rows,
-    states,
-    status,
-):
+    block, forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step, times, max_speed,
+    rows, states, status,
+):  # fmt: skip
     """Integrate one block of members and write their `states` at `times` and `status`; see :func:`integrate`."""
     widest_vectors()
     first = block * LANES
@@ -326,33 +329,14 @@ def integrate(
     *,
     parallel: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate a batch.
+    """Simulate a batch of dimensional coefficients (n_batch, n_terms), N, m, kg, s.
 
-    Parameters
-    ----------
-    forces : Forces
-    added_mass : (n, 3) array
-        Axis, acceleration and coefficient of each added-mass term.
-    coefficients : (n_batch, n_terms) array
-        Dimensional (N, m, kg, s).
-    body : (n_batch, N_BODY + N_CONSTANTS) array
-    initial : (n_batch, 12) array
-        States at the start.
-    stages : (n_steps + 1, 3, N_CONTROLS) array
-        Controls at the start, middle and end of each step.
-    variations : Variations
-        Changes of the controls, n of them, of which each member has its own amounts.
-    amounts : (n_batch, n) array
-    step : float
-        s.
-    times : (n_times,) array
-        Ascending output times from 0 to n_steps * step, s.
-    max_speed : float
-        A member that reaches this speed (m/s) has diverged.
-    rows : (n_outputs,) array
-        Which of the 12 states and, after them, the 6 accelerations (udot .. rdot) are wanted.
-    parallel : bool
-        Whether blocks are shared among threads; the result is bitwise the same.
+    Rows (n, 3) of `added_mass` are axis, acceleration and coefficient of each added-mass term. The members have bodies
+    (n_batch, N_BODY + N_CONSTANTS), states at the start (n_batch, 12), and their own amounts (n_batch, n) of n
+    variations of the controls. Controls at the start, middle and end of each step (s) are `stages` (n_steps + 1, 3,
+    N_CONTROLS). Output times (n_times,), s, ascend from 0 to n_steps * step; `rows` (n_outputs,) say which of the 12
+    states and, after them, the 6 accelerations (udot .. rdot) are wanted. A member that reaches `max_speed` (m/s) has
+    diverged. If it is `parallel` blocks are shared among threads; the result is bitwise the same.
 
     Returns
     -------
@@ -383,23 +367,9 @@ def body_accelerations(
     states: np.ndarray,
     controls: np.ndarray,
 ) -> np.ndarray:
-    """Accelerations of a batch along given states.
+    """Accelerations (n_batch, n_times, 6) of a batch, m/s^2 and rad/s^2, along states (n_batch, n_times, 12).
 
-    Parameters
-    ----------
-    forces : Forces
-        With Euler angles.
-    added_mass : (n, 3) array
-    coefficients : (n_batch, n_terms) array
-        Dimensional (N, m, kg, s).
-    body : (n_batch, N_BODY + N_CONSTANTS) array
-    states : (n_batch, n_times, 12) array
-    controls : (n_times, N_CONTROLS) array
-
-    Returns
-    -------
-    (n_batch, n_times, 6) array
-        m/s^2 and rad/s^2.
+    The other parameters are as those of :func:`integrate`, with Euler angles and controls (n_times, N_CONTROLS).
     """
     coefficients, body, states, controls = map(plain, (coefficients, body, states, controls))
     result = np.empty((*states.shape[:2], 6))

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import FunctionType
+from typing import Any
 
 import llvmlite
 import llvmlite.binding as llvm
@@ -27,9 +28,11 @@ from bayesub.kernels import compiled_files, lanes
 from bayesub.kernels.memory import keep_freed_memory, plain
 from bayesub.kernels.workspace import LANES
 
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
 keep_freed_memory()
-INTERPRETED = bool(numba.config.DISABLE_JIT)
-_EXACT = {"error_model": "numpy"}
+INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]  # made by numba when it is imported
+_EXACT: dict[str, Any] = {"error_model": "numpy"}
 _SETTINGS = _EXACT | {"fastmath": {"contract"}}
 # Loops that are shared among threads are written so; no other is.
 _THREADS = dict.fromkeys(
@@ -49,7 +52,7 @@ def _sources(folder: Path) -> bytes:
 
 
 def _key(*parts: str | bytes) -> str:
-    versions = numba.__version__, llvmlite.__version__, repr(processor()), str(numba.config.OPT)
+    versions = numba.__version__, llvmlite.__version__, repr(processor()), str(numba.config.OPT)  # type: ignore[attr-defined]
     return compiled_files.digest(_sources(Path(__file__).parent), *versions, *parts)
 
 
@@ -68,7 +71,7 @@ class _Kept(NullCache):
     def load_overload(self, sig, target_context):
         content = compiled_files.load(self._key(sig))
         if content is None:
-            _say_that_this_takes_time()
+            _tell_user_to_wait()
             return None
         called, compiled = pickle.loads(content)
         if not all(_is_loaded(*one) for one in called):
@@ -103,31 +106,25 @@ def _add_alone(dispatcher, cres):
 
 
 @functools.cache
-def _say_that_this_takes_time() -> None:
+def _tell_user_to_wait() -> None:
     if sys.stderr.isatty():
         print("bayesub: compiling, once for this version on this processor: some ten seconds", file=sys.stderr)
 
 
-def jit(function=None, *, threads: bool = False, exact: bool = False):
+def jit(function: Callable | None = None, *, threads: bool = False, exact: bool = False) -> Any:
     """Compile a loop when it is first called, or load it.
 
     Its machine code is its own: of what it calls, loops are compiled and kept by themselves, so that each is compiled
-    once and is the same whoever compiled it; and :data:`inline` and :data:`spliced` functions are part of it.
-
-    Parameters
-    ----------
-    function : callable
-    threads : bool
-        Whether its ``prange`` is shared among threads.
-    exact : bool
-        Whether each product and each sum is rounded, also where the processor could do both at once.
+    once and is the same whoever compiled it; and :data:`inline` and :data:`spliced` functions are part of it. With
+    `threads` its ``prange`` is shared among them; if it is `exact` each product and each sum is rounded, also where the
+    processor could do both at once.
     """
     if function is None:
         return functools.partial(jit, threads=threads, exact=exact)
     if INTERPRETED:
         return np.errstate(all="ignore")(function)  # as in machine code
     options = (_EXACT if exact else _SETTINGS) | ({"parallel": _THREADS} if threads else {})
-    dispatcher = numba.njit(nogil=True, **options)(function)
+    dispatcher: Any = numba.njit(nogil=True, **options)(function)
     dispatcher._cache = _Kept(function, options)
     dispatcher.add_overload = functools.partial(_add_alone, dispatcher)
     return dispatcher
@@ -139,7 +136,7 @@ def variants(function) -> tuple[Callable, Callable]:
     return jit(serial), jit(function, threads=True)
 
 
-def batched(function):
+def batched(function: Callable) -> Callable[..., Any]:
     """Compile a kernel whose first argument is a batch, to run on all threads if that has more than LANES members.
 
     For fewer, waking the threads would take longer than the work. The attribute `variants` of the result holds both
@@ -152,14 +149,14 @@ def batched(function):
         given = (plain(each, each.dtype.type) if isinstance(each, np.ndarray) else float(each) for each in arguments)
         return (parallel if len(batch) > LANES else serial)(plain(batch), *given)
 
-    kernel.variants = serial, parallel
+    kernel.variants = serial, parallel  # type: ignore[attr-defined]
     return kernel
 
 
 # Part of whoever calls it: `inline` in the machine code, with what it promises, `spliced` in the text.
-inline = functools.partial(numba.njit, forceinline=True, **_SETTINGS)
-inline_exact = functools.partial(numba.njit, forceinline=True, **_EXACT)
-spliced = functools.partial(numba.njit, inline="always", **_SETTINGS)
+inline: Decorator = functools.partial(numba.njit, forceinline=True, **_SETTINGS)
+inline_exact: Decorator = functools.partial(numba.njit, forceinline=True, **_EXACT)
+spliced: Decorator = functools.partial(numba.njit, inline="always", **_SETTINGS)
 
 
 def widest_vectors():
@@ -169,18 +166,6 @@ def widest_vectors():
     """
 
 
-@type_callable(widest_vectors)
-def _type_widest_vectors(context):
-    return lambda: types.void
-
-
-@lower_builtin(widest_vectors)
-def _lower_widest_vectors(context, builder, signature, arguments):
-    # llvmlite's own `add` takes only attributes that it knows.
-    set.add(builder.function.attributes, '"prefer-vector-width"="512"')
-    return context.get_dummy_value()
-
-
 def distinct_arrays():
     """Promise the compiler that the arrays given to the function that calls this do not overlap.
 
@@ -188,9 +173,11 @@ def distinct_arrays():
     """
 
 
-@type_callable(distinct_arrays)
-def _type_distinct_arrays(context):
-    return lambda: types.void
+@lower_builtin(widest_vectors)
+def _lower_widest_vectors(context, builder, signature, arguments):
+    # llvmlite's own `add` takes only attributes that it knows.
+    set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+    return context.get_dummy_value()
 
 
 @lower_builtin(distinct_arrays)
@@ -201,7 +188,11 @@ def _lower_distinct_arrays(context, builder, signature, arguments):
     return context.get_dummy_value()
 
 
-def _called_unit(typingctx, code, work, control, out, row, a, b):
+for _function in (widest_vectors, distinct_arrays):
+    type_callable(_function)(lambda context: lambda: types.void)
+
+
+def _call_unit(typingctx, code, work, control, out, row, a, b):
     """Call a lane function with `work`, `control`, `out` from a row on, and the numbers `a` and `b`."""
 
     def generate(context, builder, signature, values):
@@ -217,17 +208,15 @@ def _called_unit(typingctx, code, work, control, out, row, a, b):
     return types.void(types.int64, work, control, out, types.int64, types.float64, types.float64), generate
 
 
-if INTERPRETED:
-
-    def unit(code, work, control, out, row, a, b):
-        """Call a lane function of NumPy with `out` from a row on."""
-        code(work, control, out.reshape(-1)[row * LANES :], a, b)
-
-else:
-    unit = intrinsic(_called_unit)
+def _interpret_unit(code, work, control, out, row, a, b):
+    """Call a lane function of NumPy with `out` from a row on."""
+    code(work, control, out.reshape(-1)[row * LANES :], a, b)
 
 
-def unit_address(function: Callable, *names: str):
+unit: Callable[..., Any] = _interpret_unit if INTERPRETED else intrinsic(_call_unit)
+
+
+def unit_address(function: Callable, *names: str) -> Any:
     """What :func:`unit` calls: where the code of a lane function is, compiled or loaded.
 
     `names` are all that the function depends on besides the modules of this folder.
@@ -266,17 +255,17 @@ def _module(function: Callable, width: int) -> llvm.ModuleRef:
     module.triple, module.data_layout = processor()[0], str(machine.target_data)
     options = llvm.create_pipeline_tuning_options(speed_level=2)
     options.slp_vectorization = options.loop_vectorization = False
-    builder = llvm.create_pass_builder(machine, options)
-    builder.getModulePassManager().run(module, builder)
+    passes = llvm.create_pass_builder(machine, options)
+    passes.getModulePassManager().run(module, passes)
     return module
 
 
 @functools.cache
 def _width() -> int:
     """How many numbers the processor takes at once, by the registers of an addition of eight."""
-    assembly = _machine().emit_assembly(_module(_added, LANES))
+
+    def addition(given):
+        given.out[0] = given.work[0] + given.work[1]
+
+    assembly = _machine().emit_assembly(_module(addition, LANES))
     return 8 if "%zmm" in assembly else 4 if "%ymm" in assembly else 2
-
-
-def _added(given):
-    given.out[0] = given.work[0] + given.work[1]

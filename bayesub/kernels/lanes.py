@@ -8,9 +8,11 @@ computes.
 Rows of `work` and `out` hold one number for each lane; those of `control` are the same for all lanes.
 """
 
+import math
 import struct
 from collections.abc import Callable
 from functools import singledispatch
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -59,7 +61,7 @@ class Lanes:
     """A number for each lane in a function that is being written."""
 
     __slots__ = ("name", "writer")
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]  # as of whatever can be compared
 
     def __init__(self, writer: "_Writer", name: str):
         self.writer, self.name = writer, name
@@ -122,16 +124,15 @@ class Rows:
 class _Writer:
     """The text of a function of LLVM, for vectors of `width` lanes, in a loop over the LANES of a block.
 
-    Parameters
-    ----------
-    width : int
-        2, 4 or 8: how many numbers the processor takes at once.
-    typed_pointers : bool
-        Whether pointers are written as of LLVM 15, with what they point to.
+    The width is 2, 4 or 8, how many numbers the processor takes at once; with `typed_pointers` they are written as of
+    LLVM 15, with what they point to.
     """
 
     def __init__(self, width: int, typed_pointers: bool):
-        self.width, self.lines, self.known, self.called = width, [], {}, set()
+        self.width = width
+        self.lines: list[str] = []
+        self.known: dict[str, str] = {}  # instruction -> name of what it gives
+        self.called: set[str] = set()
         self.vector, self.truth = f"<{width} x double>", f"<{width} x i1>"
         self.pointer, self.to_vector = ("double*", f"{self.vector}*") if typed_pointers else ("ptr", "ptr")
         self.work, self.out = _WrittenRows(self, "work"), _WrittenRows(self, "out")
@@ -202,7 +203,8 @@ class _WrittenRows:
     """Rows of lanes behind a pointer: what was read or written once is known."""
 
     def __init__(self, writer: _Writer, symbol: str):
-        self.writer, self.symbol, self.values = writer, symbol, {}
+        self.writer, self.symbol = writer, symbol
+        self.values: dict[int, Lanes] = {}
 
     def _place(self, row: int) -> str:
         writer = self.writer
@@ -238,15 +240,9 @@ class _SharedNumbers:
         return writer.everywhere(writer.value(f"load double, {writer.pointer} {place}, align 8"))
 
 
-class _Arrays:
-    """What a lane function is given to compute at once."""
-
-    def __init__(self, work, control, out, a, b):
-        self.work, self.out = _ArrayRows(work), _ArrayRows(out)
-        self.control, self.a, self.b = control, a, b
-
-
 class _ArrayRows:
+    """Rows of lanes in a flat array."""
+
     def __init__(self, numbers):
         self.rows = numbers.reshape(-1, LANES)
 
@@ -258,18 +254,10 @@ class _ArrayRows:
 
 
 def written(function: Callable, name: str, width: int, *, typed_pointers: bool = False) -> str:
-    """A lane function as a module of LLVM; the parameters are those of the function and of its vectors.
+    """A lane function as a module of LLVM, in which it has a name, for vectors of 2, 4 or 8 lanes.
 
-    Parameters
-    ----------
-    function : callable
-        Takes one argument, whose `work` and `out` are rows, `control` numbers, and `a` and `b` two numbers more.
-    name : str
-        Of the function of LLVM.
-    width : int
-        2, 4 or 8 lanes of a vector.
-    typed_pointers : bool
-        Whether LLVM is as old as 15.
+    The function takes one argument, whose `work` and `out` are rows, `control` numbers, and `a` and `b` two numbers
+    more; `typed_pointers` are those of LLVM 15 and older.
     """
     writer = _Writer(width, typed_pointers)
     function(writer)
@@ -281,6 +269,34 @@ def interpreted(function: Callable) -> Callable:
 
     def unit(work, control, out, a, b):
         with np.errstate(all="ignore"):  # as in machine code
-            function(_Arrays(work, control, out, a, b))
+            function(SimpleNamespace(work=_ArrayRows(work), out=_ArrayRows(out), control=control, a=a, b=b))
 
     return unit
+
+
+# pi/2 in two parts; the first has 20 trailing zero bits, so that its multiples up to 2^20 are exact (Cody & Waite).
+_HALF_PI_HIGH = 1.57079632673412561417e00
+_HALF_PI_LOW = 6.07710050650619224932e-11
+_TWO_OVER_PI = 2.0 / math.pi
+_ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to the nearest integer
+_S3, _S5, _S7, _S9 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880
+_S11, _S13, _S15 = -1 / 39916800, 1 / 6227020800, -1 / 1307674368000
+_C2, _C4, _C6, _C8 = -1 / 2, 1 / 24, -1 / 720, 1 / 40320
+_C10, _C12, _C14, _C16 = -1 / 3628800, 1 / 479001600, -1 / 87178291200, 1 / 20922789888000
+
+
+@singledispatch
+def sine_cosine(angle):
+    """Sine and cosine of `angle` (rad): Taylor series on [-pi/4, pi/4], to 2e-16 while abs(angle) < 1e6."""
+    turns = (angle * _TWO_OVER_PI + _ROUND) - _ROUND
+    x = (angle - turns * _HALF_PI_HIGH) - turns * _HALF_PI_LOW
+    x2 = x * x
+    s = x + x * x2 * (_S3 + x2 * (_S5 + x2 * (_S7 + x2 * (_S9 + x2 * (_S11 + x2 * (_S13 + x2 * _S15))))))
+    c = 1.0 + x2 * (_C2 + x2 * (_C4 + x2 * (_C6 + x2 * (_C8 + x2 * (_C10 + x2 * (_C12 + x2 * (_C14 + x2 * _C16)))))))
+    half = turns * 0.5
+    odd = half != (half + _ROUND) - _ROUND  # an odd number of quarter turns swaps sine and cosine
+    pair = turns - 4.0 * ((turns * 0.25 + _ROUND) - _ROUND)  # quarter turns in -2 .. 2
+    sine, cosine = choose(odd, (c, s), (s, c))
+    sine = choose((pair > 1.5) | (pair < -0.5), -sine, sine)
+    cosine = choose((pair > 0.5) | (pair < -1.5), -cosine, cosine)
+    return sine, cosine

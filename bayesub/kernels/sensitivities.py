@@ -55,7 +55,7 @@ _N_MATRIX_ROWS = _GAINS + 6 * N_STAGES
 
 
 class Slopes(NamedTuple):
-    """Addresses of the lane functions of an equation set that derivatives need (:mod:`bayesub.kernels.units`)."""
+    """Addresses of the lane functions of an equation set that derivatives need (:mod:`bayesub.kernels.families`)."""
 
     linearise: int
     regressors: int
@@ -365,29 +365,17 @@ def sensitivities(
     equations, slopes_of, added_mass, coefficients, body, history, stages, variations, slots, step, times,
     parameters, sources, factors, axes, initial, rows,
 ):  # fmt: skip
-    """Derivatives of the motion of one member by the parameters of `n` columns.
+    """Derivatives (n_times, n, n_rows) of the motion of one member by the parameters of `n` columns.
+
+    Its `history` (n_steps + 1, 4, 12) is from :func:`fly`, and `stages` have all amounts of its variations added; the
+    rest is as for :func:`bayesub.kernels.integrate.integrate`, but for:
 
     Parameters
     ----------
-    equations : Forces
-    slopes_of : Slopes
-    added_mass : (n, 3) array
-        As for :func:`bayesub.kernels.integrate.integrate`.
-    coefficients : (1, n_terms) array
-        Dimensional (N, m, kg, s).
-    body : (1, N_BODY + N_CONSTANTS) array
-    history : (n_steps + 1, 4, 12) array
-        From :func:`fly`.
-    stages : (n_steps + 1, 3, N_CONTROLS) array
-        Controls, with all amounts of the variations of this member added.
     variations : Variations
         Changes of the controls whose amounts are parameters, n_variations of them.
     slots : (n_variations, 6) array
         Number, from zero, of the force along each axis that a change makes, or -1 where none is asked for.
-    step : float
-        s.
-    times : (n_times,) array
-        s.
     parameters : (n_body,) array
         Positions in the body vector of the body parameters.
     sources : (n,) array
@@ -399,19 +387,16 @@ def sensitivities(
         Axis 0 .. 5 along which it acts.
     initial : (n, N_STATES) array
         Sensitivities at the start.
-    rows : (n_rows,) array
-        Which of the states (0 .. 11) and accelerations (12 .. 17) are wanted.
-
-    Returns
-    -------
-    (n_times, n, n_rows)
     """
     coefficients, body, history, stages, times, factors = map(
         plain, (coefficients, body, history, stages, times, factors)
     )
     slots, parameters, sources, axes, rows = (plain(each, int) for each in (slots, parameters, sources, axes, rows))
     variations, step, n_columns = variations.plain(), float(step), len(initial)
-    bodies = _varied(body, parameters)
+    # The body vector, and that with each of the parameters changed as much as it is large.
+    bodies = np.repeat(body, 1 + len(parameters), axis=0)
+    given = body[0, parameters]
+    bodies[np.arange(len(parameters)) + 1, parameters] += np.where(given != 0.0, np.abs(given), 1.0)
     masses = mass_matrices(np.zeros((len(bodies), coefficients.shape[1])), bodies, added_mass)
     matrices = np.empty((_STEPS_AT_ONCE, _N_MATRIX_ROWS, WIDTH))
     n_forces = coefficients.shape[1] + 6 * len(parameters) + np.count_nonzero(slots >= 0)
@@ -426,11 +411,3 @@ def sensitivities(
         rows, matrices, forces, changes, slopes, outputs, result,
     )  # fmt: skip
     return result
-
-
-def _varied(body, parameters):
-    """(1 + n, N_BODY) the body vector, and that with each of the parameters changed as much as it is large."""
-    bodies = np.repeat(body, 1 + len(parameters), axis=0)
-    given = body[0, parameters]
-    bodies[np.arange(len(parameters)) + 1, parameters] += np.where(given != 0.0, np.abs(given), 1.0)
-    return bodies

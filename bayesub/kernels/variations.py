@@ -12,27 +12,17 @@ class Variations(NamedTuple):
 
     The start, middle and end of step i are the stages 3 i, 3 i + 1 and 3 i + 2. Entries from ``starts[s]`` to
     ``starts[s + 1]`` are those of stage s.
-
-    Attributes
-    ----------
-    starts : (n_stages + 1,) array
-    numbers : (n_entries,) array
-        Which change, 0 to n - 1.
-    columns : (n_entries,) array
-        Which control.
-    values : (n_entries,) array
-        What a unit of the change adds to it.
     """
 
-    starts: np.ndarray
-    numbers: np.ndarray
-    columns: np.ndarray
-    values: np.ndarray
+    starts: np.ndarray  # (n_stages + 1,)
+    numbers: np.ndarray  # (n_entries,) which change, 0 to n - 1
+    columns: np.ndarray  # (n_entries,) which control
+    values: np.ndarray  # (n_entries,) what a unit of the change adds to it
 
     def plain(self) -> "Variations":
         """The same in contiguous arrays that may be written to."""
-        *integers, values = self
-        return Variations(*(plain(part, int) for part in integers), plain(values))
+        starts, numbers, columns = (plain(part, int) for part in self[:3])
+        return Variations(starts, numbers, columns, plain(self.values))
 
     def added(self, amounts: np.ndarray, n_columns: int) -> np.ndarray:
         """(n_steps, 3, n_columns) what `amounts` (n,) of the changes add to the controls."""

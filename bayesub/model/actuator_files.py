@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pydantic
@@ -13,10 +12,9 @@ import pydantic
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section
 from bayesub.logs.log_files import COLUMNS, CONTROL_COLUMNS, si_factor
-from bayesub.model.actuator import Actuator
+from bayesub.model.actuator import ANOMALY, GRAVITY_MPS2, PRESSURE, Actuator, WaterColumn
 from bayesub.model.actuators import AILERON, Actuators
 from bayesub.model.equations import AXES, EquationSet
-from bayesub.model.water import ANOMALY, GRAVITY_MPS2, PRESSURE, WaterColumn
 
 RUDDER, BOW_PLANE, STERN_PLANE, *_ = CONTROL_COLUMNS
 RAW_UNITS = ("counts", "percent", "us")  # of columns as a computer commands them; us are microseconds
@@ -38,14 +36,9 @@ class ActuatorsSection(Section):
 
 
 class DisplacementSection(Section):
-    """A hull whose buoyancy follows the density and the pressure of the water that a log has.
+    """A hull whose buoyancy follows the density and the pressure of the water that a log has."""
 
-    Attributes
-    ----------
-    compressibility_per_bar : float
-        Share of the volume that a bar of pressure takes away.
-    """
-
+    # Share of the volume that a bar of pressure takes away.
     compressibility_per_bar: float = pydantic.Field(default=0.0, ge=0.0, le=0.01)
 
 
@@ -62,7 +55,8 @@ class ActuatorSection(Section):
     @property
     def unit(self) -> float | None:
         """SI units in one unit of a column of counts and the like, if the file says it."""
-        return None
+        unit = getattr(self, f"unit_{self.UNIT}", None)
+        return np.radians(unit).item() if unit is not None and self.UNIT == "deg" else unit
 
     @property
     def header(self) -> str:
@@ -98,11 +92,6 @@ class FinSection(ActuatorSection):
 
     UNIT: ClassVar[str] = "deg"
 
-    @property
-    def unit(self) -> float | None:
-        """Radians in one unit of a column of counts and the like, if the file says it."""
-        return None if self.unit_deg is None else np.radians(self.unit_deg).item()
-
     @pydantic.model_validator(mode="after")
     def _mixed_somehow(self):
         if self.mixing is None and self.angle_deg is None:
@@ -117,8 +106,13 @@ class FinSection(ActuatorSection):
         return self
 
     @property
-    def by_angle(self) -> dict[str, float]:
-        """The forces of a unit angle by where the fin stands, on those of the fin of a positive control."""
+    def shares(self) -> dict[str, float]:
+        """What a unit angle does to each control: as its mixing says, or in proportion by where it stands.
+
+        By where it stands it is the force on that of the fin of a positive control.
+        """
+        if self.mixing is not None or self.angle_deg is None:
+            return self.mixing or {}
         angle = np.radians(self.angle_deg)
         parts = {RUDDER: np.cos(angle), STERN_PLANE: -np.sin(angle), AILERON: 1.0}
         return {column: 0.0 if abs(part) < _SNAPPED else float(part) for column, part in parts.items()}
@@ -156,11 +150,6 @@ class ThrusterSection(PushingSection):
     unit_n: Positive | None = None
 
     UNIT: ClassVar[str] = "n"
-
-    @property
-    def unit(self) -> float | None:
-        """Newtons in one unit of a column of counts and the like, if the file says it."""
-        return self.unit_n
 
     def build(self, n_controls: int, _water_density_kgm3: float) -> Actuator:
         """The actuator."""
@@ -232,11 +221,6 @@ class SlidingMassSection(ActuatorSection):
 
     UNIT: ClassVar[str] = "m"
 
-    @property
-    def position_m(self) -> Vector3:
-        """Its place plays no part: only the way does."""
-        return (0.0, 0.0, 0.0)
-
     def build(self, n_controls: int, _water_density_kgm3: float) -> Actuator:
         """The actuator, whose inertia stays where it was."""
         way = np.array(self.direction) / np.linalg.norm(self.direction)
@@ -296,7 +280,7 @@ def check_fit(
                     raise InputError(
                         f"{where}: mixing knows no control '{column}'{nearest(column, known)}", "unknown", column
                     )
-            if not any(share for column, share in _shares(one).items() if column in of_equations):
+            if not any(share for column, share in one.shares.items() if column in of_equations):
                 raise InputError(f"{where}: moves no control of the equations '{equations.name}'", "model", one.name)
         elif one.header in of_equations:
             raise InputError(
@@ -304,7 +288,7 @@ def check_fit(
                 "conflict",
                 one.header,
             )
-        elif max(map(abs, one.position_m)) > length_m:
+        elif max(map(abs, getattr(one, "position_m", (0.0,)))) > length_m:
             raise InputError(f"{where}: position_m lies further than length_m from the origin", "value", "position_m")
 
 
@@ -313,35 +297,38 @@ def build(
     equations: EquationSet,
     water_density_kgm3: float,
     rpm: float,
-    hull: tuple[Actuator, ...] = (),
+    hull: tuple[Actuator, ...],
+    forces: Iterable[tuple[str, np.ndarray, float]],
 ) -> Actuators:
     """The actuators of a vehicle file, which fit its equations (:func:`check_fit`).
 
     A control that is the propeller speed rests at `rpm`, with which the boat propels itself. Those of a `hull` whose
-    buoyancy follows the water come last.
+    buoyancy follows the water come after, and last one for each column of a log that is a force or a moment from
+    outside: `forces` are the column, (6,) forces and moments of its unit, and its value at rest.
     """
-    if isinstance(section, ActuatorsSection):
-        return Actuators(tuple(_planes(section, equations, rpm)), equations, direct=True)
     columns = [control.column for control in equations.controls]
+    still = np.zeros(len(columns))
+    pushing = [_actuator(column, still, force=force, rest=rest) for column, force, rest in forces]
+    if isinstance(section, ActuatorsSection):
+        return Actuators((*_planes(section, equations, rpm), *pushing), equations, direct=not pushing)
     mixing = _mixing(section, columns)
     members = []
     for one, row in zip(section, mixing, strict=True):
         if one.kind == "fin":
-            angle, dynamics = np.radians([one.limit_deg, one.rate_deg_s]), {"time_constant": one.time_constant_s}
-            dynamics |= {"limit": angle[0].item(), "rate": angle[1].item(), "angle_deg": one.angle_deg}
-            dynamics["turns"] = one.sign if one.mixing is None else 0
-            members.append(_actuator(one.header, row, one.name, **dynamics))
+            limit, rate = np.radians([one.limit_deg, one.rate_deg_s]).tolist()
+            dynamics = {"limit": limit, "rate": rate, "time_constant": one.time_constant_s}
+            turns = one.sign if one.mixing is None else 0
+            members.append(_actuator(one.header, row, one.name, **dynamics, angle_deg=one.angle_deg, turns=turns))
         else:
             members.append(one.build(len(columns), water_density_kgm3))
         if one.zero or one.unit is not None:
             unit, si = (1.0, si_factor(one.header)) if one.unit is None else (one.unit, 1.0)
             members[-1] = members[-1].by_column(one.header, unit, one.zero * si)
     # What is no angle and no actuator moves is what the log says it is.
-    moved = mixing.any(axis=0) if len(mixing) else np.zeros(len(columns), dtype=bool)
-    for column, row, is_moved in zip(columns, np.eye(len(columns)), moved, strict=True):
-        if not (is_moved or column.endswith("_deg")):
-            members.append(_actuator(column, row, rest=_rest(column, rpm)))
-    return Actuators((*members, *hull), equations)
+    for column, row, parts in zip(columns, np.eye(len(columns)), mixing.T, strict=True):
+        if not (parts.any() or column.endswith("_deg")):
+            members.append(_actuator(column, row, rest=rpm if column == "rpm" else 0.0))
+    return Actuators((*members, *hull, *pushing), equations)
 
 
 def hull_members(
@@ -356,59 +343,35 @@ def hull_members(
     )
 
 
-def with_forces(actuators: Actuators, forces: Iterable[tuple[str, np.ndarray, float]]) -> Actuators:
-    """The actuators, and one for each column of a log that is a force or a moment from outside.
-
-    Parameters
-    ----------
-    actuators : Actuators
-    forces : iterable
-        Column, (6,) forces and moments of its unit, and value at rest.
-    """
-    none = np.zeros(len(actuators.equations.controls))
-    members = [_actuator(column, none, force=force, rest=rest) for column, force, rest in forces]
-    return replace(actuators, members=(*actuators.members, *members), direct=actuators.direct and not members)
-
-
-def _rest(column: str, rpm: float) -> float:
-    """The value of a control that nothing orders."""
-    return rpm if column == "rpm" else 0.0
-
-
 def _planes(section: ActuatorsSection, equations: EquationSet, rpm: float) -> Iterator[Actuator]:
     """An actuator for each control of the equations; what is no angle answers at once and has no limit."""
     for control, row in zip(equations.controls, np.eye(len(equations.controls)), strict=True):
-        dynamics = {"rest": _rest(control.column, rpm)}
+        dynamics: dict[str, float] = {}
         if control.column.endswith("_deg"):
-            limit = section.rudder_limit_deg if control.column == RUDDER else section.plane_limit_deg
-            rate, time_constant = np.radians(section.rate_deg_s).item(), section.time_constant_s
-            dynamics |= {"limit": np.radians(limit).item(), "rate": rate, "time_constant": time_constant}
-        yield _actuator(control.column, row, **dynamics)
+            limit = section.rudder_limit_deg if control.column == RUDDER else section.plane_limit_deg or np.nan
+            dynamics |= {"limit": np.radians(limit).item(), "rate": np.radians(section.rate_deg_s).item()}
+            dynamics["time_constant"] = section.time_constant_s
+        yield _actuator(control.column, row, rest=rpm if control.column == "rpm" else 0.0, **dynamics)
 
 
-def _actuator(column: str, mixing: np.ndarray, name: str | None = None, **parts) -> Actuator:
+def _actuator(column: str, mixing: np.ndarray, name: str | None = None, /, **parts: Any) -> Actuator:
     """An actuator without forces but those given; its name is by default that of the column without the unit."""
     forces = dict.fromkeys(("force", "force_of_square", "force_of_speed"), np.zeros(len(AXES)))
     return Actuator(name or column.rpartition("_")[0] or column, column, mixing=mixing, **(forces | parts))
 
 
-def _shares(fin: FinSection) -> dict[str, float]:
-    """What a fin does to each control: as its mixing says, or in proportion by where it stands."""
-    return fin.by_angle if fin.mixing is None else fin.mixing
-
-
-def _mixing(section: Sequence[ActuatorSection], columns: Sequence[str]) -> np.ndarray:
+def _mixing(section: ActuatorArray, columns: Sequence[str]) -> np.ndarray:
     """(n_actuators, n_controls) what a unit angle of each adds to the controls.
 
     By geometry a control is the angle of fins that all stood in its plane and made the same forces: the forces of the
     fins along its direction, each in proportion to its angle, over those of the fins at the angles that it orders.
     """
-    fins = [one for one in section if one.kind == "fin" and one.mixing is None]
     mixing = np.zeros((len(section), len(columns)))
+    fins = {i: one for i, one in enumerate(section) if isinstance(one, FinSection)}
     for j, column in enumerate(columns):
-        size = sum(fin.by_angle.get(column, 0.0) ** 2 for fin in fins)
-        for i, one in enumerate(section):
-            if one.kind == "fin" and column in _shares(one):
-                share = _shares(one)[column]
-                mixing[i, j] = one.sign * (share if one.mixing is not None else share / size if share else 0.0)
+        size = sum(fin.shares.get(column, 0.0) ** 2 for fin in fins.values() if fin.mixing is None)
+        for i, fin in fins.items():
+            if column in fin.shares:
+                share = fin.shares[column]
+                mixing[i, j] = fin.sign * (share / size if fin.mixing is None and share else share)
     return mixing

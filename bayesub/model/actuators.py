@@ -7,18 +7,16 @@ vehicle whose file has the plain table ``[actuators]`` has the controls of its e
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError
 from bayesub.logs.log_files import COLUMNS, si_factor
 from bayesub.model.actuator import N_WEIGHTS, Actuator
 from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.equations.equation_set import PLANES
-from bayesub.model.water import with_water
 
 AILERON = "aileron_deg"
 COMMAND = "command"
@@ -28,21 +26,11 @@ Orders = dict[str, tuple[np.ndarray, np.ndarray]]  # column -> times (m,) in sec
 
 @dataclass(frozen=True)
 class Actuators:
-    """All actuators of a vehicle.
+    """All actuators of a vehicle."""
 
-    Attributes
-    ----------
-    members : tuple of Actuator
-        n_actuators of them.
-    equations : EquationSet
-        Whose controls they move.
-    direct : bool
-        Whether they are the controls of the equations themselves.
-    """
-
-    members: tuple[Actuator, ...]
-    equations: EquationSet
-    direct: bool = False
+    members: tuple[Actuator, ...]  # n_actuators of them
+    equations: EquationSet  # whose controls they move
+    direct: bool = False  # whether they are the controls of the equations themselves
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
@@ -64,13 +52,10 @@ class Actuators:
         """(n_actuators,) values with which they do nothing."""
         return np.array([actuator.zero for actuator in self.members])
 
-    def _from_zero(self, values):
-        return values - self.zeros if self.zeros.any() else values
-
     @cached_property
     def external(self) -> bool:
         """Whether any makes forces from outside of the equations."""
-        return bool(self._wrench.any() or self._weight.any())
+        return any(part.any() for part in self._unit_forces)
 
     @cached_property
     def mixing(self) -> np.ndarray:
@@ -102,20 +87,11 @@ class Actuators:
             return np.min(limits / np.abs(self.allocation), axis=0, initial=np.inf)
 
     @cached_property
-    def _wrench(self) -> np.ndarray:
-        """(3, n_actuators, 6) forces by value, by its square with its sign, and by its size and the speed."""
-        rows = [[a.force, a.force_of_square, a.force_of_speed] for a in self.members]
-        return np.reshape(rows, (len(rows), 3, 6)).swapaxes(0, 1)
-
-    @property
-    def weigh(self) -> bool:
-        """Whether any changes the weight or the buoyancy of the boat."""
-        return bool(self._weight.any())
-
-    @cached_property
-    def _weight(self) -> np.ndarray:
-        """(n_actuators, 4) weights and their moments of unit values."""
-        return np.reshape([actuator.weight for actuator in self.members], (len(self.members), N_WEIGHTS))
+    def _unit_forces(self) -> tuple[np.ndarray, ...]:
+        """Rows (6,) of forces by value, by its signed square, by its size and the speed; and rows (4,) of weights."""
+        n, rows = len(self.members), [[a.force, a.force_of_square, a.force_of_speed] for a in self.members]
+        weights = np.reshape([a.weight for a in self.members], (n, N_WEIGHTS))
+        return *np.reshape(rows, (n, 3, len(AXES))).swapaxes(0, 1), weights
 
     @cached_property
     def parameters(self) -> dict[str, tuple[int, str]]:
@@ -134,30 +110,19 @@ class Actuators:
                 parameters[f"lag_{actuator.name}_s"] = (i, "lag")
         return parameters
 
-    def nominal(self, parameter: str) -> float:
-        """The value of a parameter with which the log is what acts; of a lag that of the vehicle."""
-        i, kind = self.parameters[parameter]
-        return self.members[i].time_constant if kind == "lag" else {"bias": 0.0, "scale": 1.0, "delay": 0.0}[kind]
-
-    def changes(self, values: Mapping[str, float]) -> dict[str, float]:
-        """How much parameters of these values differ from their nominal ones; InputError for an unknown name."""
-        for name in values:
-            if name not in self.parameters:
-                raise InputError(f"actuators: there is no '{name}'{nearest(name, self.parameters)}", "unknown", name)
-        return {name: value - self.nominal(name) for name, value in values.items()}
-
     def mixed(self, values: np.ndarray) -> np.ndarray:
         """Controls (n, n_controls) of the equations, SI units, for values (n, n_actuators)."""
-        return values if self.direct else self._from_zero(values) @ self.mixing.T
+        return values if self.direct else (values - self.zeros) @ self.mixing.T
 
     def wrenches(self, values: np.ndarray, subproblem: str | None) -> np.ndarray:
         """(n, 12) forces from outside X Y Z K M N, N and N m, and after them what of each goes with u (1 m/s).
 
         In a sub-problem those of other axes are zero.
         """
-        values = self._from_zero(values)
-        steady = values @ self._wrench[0] + (values * np.abs(values)) @ self._wrench[1]
-        wrenches = np.hstack([steady, np.abs(values) @ self._wrench[2]])
+        by_value, by_square, by_speed, _ = self._unit_forces
+        values = values - self.zeros
+        steady = values @ by_value + (values * np.abs(values)) @ by_square
+        wrenches = np.hstack([steady, np.abs(values) @ by_speed])
         axes = AXES if subproblem is None else PLANES[subproblem][0]
         return np.where([axis in axes for axis in AXES * 2], wrenches, 0.0)
 
@@ -167,23 +132,14 @@ class Actuators:
         In the horizontal sub-problem, in which weight is balanced, there are none; the vertical one keeps those in its
         plane.
         """
-        kept = {"horizontal": [False] * 4, "vertical": [True, True, False, True]}.get(subproblem, [True] * 4)
-        return np.where(kept, self._from_zero(values) @ self._weight, 0.0)
+        kept = {None: [True] * 4, "horizontal": [False] * 4, "vertical": [True, True, False, True]}[subproblem]
+        return np.where(kept, (values - self.zeros) @ self._unit_forces[3], 0.0)
 
     def kernel_controls(self, values: np.ndarray, ordered_speed: np.ndarray, subproblem: str | None) -> np.ndarray:
-        """What the kernels take as controls.
+        """What the kernels take as controls: (n, n_controls + 1) controls of the equations and n/k0.
 
-        Parameters
-        ----------
-        values : (n, n_actuators) array
-        ordered_speed : (n,) array
-            n/k0 of [propulsion], m/s.
-        subproblem : str or None
-
-        Returns
-        -------
-        (n, n_controls + 1) array
-            Controls of the equations and n/k0; 16 more columns if there are forces from outside.
+        There are 16 more columns if there are forces from outside. `values` is (n, n_actuators), and `ordered_speed`
+        (n,) n/k0 of [propulsion], m/s.
         """
         parts = [self.mixed(values), ordered_speed[:, None]]
         if self.external:
@@ -211,10 +167,7 @@ class Actuators:
     def share(self, column: str, source: str) -> np.ndarray:
         """(n_actuators,) what a unit order of a control of the equations, or of an actuator, asks of each.
 
-        Raises
-        ------
-        InputError
-            That names the `source` of the order, if there is no such control and if no actuator moves it.
+        InputError names the `source` of the order, if there is no such control and if no actuator moves it.
         """
         controls = [control.column for control in self.equations.controls]
         if column in self.columns and not (self.direct or column in controls):
@@ -242,7 +195,11 @@ class Actuators:
                 if share[i] != 0.0
             ]
             if parts:
-                times, demand = parts[0] if len(parts) == 1 else _sum(parts)
+                times, demand = parts[0]
+                if len(parts) > 1:  # each holds from its times on and is zero before
+                    times = np.unique(np.concatenate([at for at, _ in parts]))
+                    held = [np.append(0.0, own)[np.searchsorted(at, times, side="right")] for at, own in parts]
+                    demand = np.sum(held, axis=0)
                 demands[i] = times, demand + self.members[i].zero if self.members[i].zero else demand
         return demands
 
@@ -257,49 +214,40 @@ class Actuators:
     def log_columns(self) -> tuple[str, ...]:
         """All columns that a log may have of them: their own, commands of those that have a lag, and of the water."""
         commands = (command_column(a.column) for a in self.members if a.rate is not None)
-        return (*self.columns, *commands, *self.water_columns)
+        water = dict.fromkeys(column for a in self.members if a.water is not None for column in a.water.columns)
+        return (*self.columns, *commands, *water)
 
-    def commanded(self, log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-        """A log with commands in place of the columns that it lacks, and the short names of these."""
-        log, commanded = dict(log), []
-        for actuator in self.members:
-            command = log.pop(command_column(actuator.column), None)
-            if command is not None and actuator.short not in log:
-                log[actuator.short] = command
-                commanded.append(actuator.short)
-            elif actuator.commanded and actuator.short in log:
-                commanded.append(actuator.short)
-        return log, tuple(commanded)
 
-    @property
-    def water_columns(self) -> tuple[str, ...]:
-        """Columns of a log from which those of actuators follow with the density of the water."""
-        return tuple(dict.fromkeys(column for a in self.members if a.water is not None for column in a.water.columns))
+def with_commands(log: dict[str, np.ndarray], actuators: Actuators) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
+    """A log with commands in place of the columns of actuators that it lacks, and the short names of these."""
+    log, commanded = dict(log), []
+    for actuator in actuators.members:
+        command = log.pop(command_column(actuator.column), None)
+        if command is not None and actuator.short not in log:
+            log[actuator.short] = command
+            commanded.append(actuator.short)
+        elif actuator.commanded and actuator.short in log:
+            commanded.append(actuator.short)
+    return log, tuple(commanded)
 
-    def with_water(self, log: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """A log with the columns of actuators in place of :attr:`water_columns`."""
-        return with_water(log, {a.column: a.water for a in self.members if a.water is not None})
 
-    def values(self, log: dict[str, np.ndarray], n: int, source: str) -> np.ndarray:
-        """Values (n, n_actuators) of the columns (n,) of a log by their names in memory; at rest those that it lacks.
+def values_of_log(actuators: Actuators, log: dict[str, np.ndarray], n: int, source: str) -> np.ndarray:
+    """Values (n, n_actuators) of the columns (n,) of a log by their names in memory; at rest those that it lacks.
 
-        Raises
-        ------
-        InputError
-            That names the `source`, for a column of an actuator that the vehicle does not have and that moves.
-        """
-        for name, history in log.items():
-            if name in CONTROL_HEADERS and name not in self.shorts and np.any(np.nan_to_num(history) != 0.0):
-                if self.direct:
-                    self.equations.control(CONTROL_HEADERS[name], source)
-                raise InputError(
-                    f"{source}: has {CONTROL_HEADERS[name]}, which the boat does not have; it is moved by "
-                    f"{', '.join(self.columns) or 'nothing'}",
-                    "unknown",
-                    CONTROL_HEADERS[name],
-                )
-        columns = [log.get(actuator.short, np.full(n, actuator.rest)) for actuator in self.members]
-        return np.column_stack(columns or [np.empty((n, 0))])
+    InputError names the `source`, for a column of an actuator that the vehicle does not have and that moves.
+    """
+    for name, history in log.items():
+        if name in CONTROL_HEADERS and name not in actuators.shorts and np.any(np.nan_to_num(history) != 0.0):
+            if actuators.direct:
+                actuators.equations.control(CONTROL_HEADERS[name], source)
+            raise InputError(
+                f"{source}: has {CONTROL_HEADERS[name]}, which the boat does not have; it is moved by "
+                f"{', '.join(actuators.columns) or 'nothing'}",
+                "unknown",
+                CONTROL_HEADERS[name],
+            )
+    columns = [log.get(actuator.short, np.full(n, actuator.rest)) for actuator in actuators.members]
+    return np.column_stack(columns or [np.empty((n, 0))])
 
 
 def command_column(column: str) -> str:
@@ -310,10 +258,3 @@ def command_column(column: str) -> str:
 
 # Names in memory of the controls that any log may have -> their columns.
 CONTROL_HEADERS = {COLUMNS[column][0]: column for column in ("rudder_deg", "bow_plane_deg", "stern_plane_deg")}
-
-
-def _sum(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-    """The sum of demands that hold from their times on and are zero before."""
-    times = np.unique(np.concatenate([at for at, _ in parts]))
-    held = (np.append(0.0, demands)[np.searchsorted(at, times, side="right")] for at, demands in parts)
-    return times, np.sum(list(held), axis=0)

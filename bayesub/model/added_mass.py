@@ -16,14 +16,9 @@ N_ANGLES = 4096  # of the boundary of a section; its fin roots make the Fourier 
 def ellipsoid(a: float, b: float, c: float) -> tuple[np.ndarray, np.ndarray]:
     """Lamb's factors of an ellipsoid with semi-axes a (along x), b (y) and c (z): sphere, spheroids, disc and all.
 
-    A body of revolution has Lamb's k1 and k2 as the first two factors of mass and k' as the second of inertia.
-
-    Returns
-    -------
-    mass : (3,) array
-        Added mass along x, y, z in units of the displaced mass.
-    inertia : (3,) array
-        Added moment of inertia about x, y, z in units of that of the displaced fluid.
+    They are (3,) added masses along x, y, z in units of the displaced mass, and (3,) added moments of inertia about
+    these in units of that of the displaced fluid. A body of revolution has Lamb's k1 and k2 as the first two factors of
+    mass and k' as the second of inertia.
     """
     # SciPy is imported where it computes, because a command that only reads files starts sooner without it.
     from scipy import special
@@ -50,7 +45,7 @@ def long_ovoid(radius: float) -> float:
     return 2.0 * np.pi / 3.0 * radius**3
 
 
-def section(radius, top, bottom):
+def section(radius: float | np.ndarray, top: float | np.ndarray, bottom: float | np.ndarray) -> np.ndarray:
     """Sway added mass per length of a circle with a fin above and below, m^2 (radius and tips from the axis, m).
 
     Joukowski's map takes the section to a plate and that to a circle; without fins it is pi r^2, with equal fins
@@ -97,12 +92,7 @@ def _roll(radius, top, bottom, power):
 def finite_span(span: float, chord: float) -> float:
     """Added mass of a rectangular plate in units of its strips (Pabst 1930); 1 for a short span, chord/span for a long.
 
-    Parameters
-    ----------
-    span : float
-        From tip to tip, m.
-    chord : float
-        m.
+    The span is from tip to tip, m.
     """
     ratio = span / chord
     return (1.0 - 0.425 * ratio / (1.0 + ratio**2)) / np.sqrt(1.0 + ratio**2)
@@ -112,18 +102,9 @@ def coefficients_of(added: np.ndarray, equations: EquationSet) -> np.ndarray:
     """The coefficients of a body in ideal fluid from its added-mass matrix (Kirchhoff; Lamb article 124).
 
     Momentum p and angular momentum h are `added` times the velocities; the force is -dp/dt - omega x p and the moment
-    -dh/dt - omega x h - velocity x p. Products of speeds that the equations do not have are left out.
-
-    Parameters
-    ----------
-    added : (6, 6) array
-        Symmetric, per density of the fluid.
-    equations : EquationSet
-
-    Returns
-    -------
-    (n_terms,) array
-        Coefficients, per density and without the factors that make them dimensional.
+    -dh/dt - omega x h - velocity x p. Products of speeds that the equations do not have are left out. `added` (6, 6) is
+    symmetric; like the coefficients (n_terms,), which lack the factors that make them dimensional, it is per density of
+    the fluid.
     """
     added = np.asarray(added, dtype=float)
     units = np.eye(6)

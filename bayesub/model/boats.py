@@ -18,28 +18,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Boats:
-    """Boats that differ from a vehicle in their coefficients, and perhaps in their bodies and actuators.
+    """Boats that differ from a vehicle in their coefficients, and perhaps in their bodies and actuators."""
 
-    Attributes
-    ----------
-    vehicle : Vehicle
-        What they have in common: equations, kinds of actuators, length, trial speed.
-    xi : (n, n_terms) array
-        Coefficients.
-    body_changes : (n, N_BODY) array or None
-        What their body vectors are more than the vehicle's, SI units.
-    in_six : bool
-        Whether motions in a plane are flown with the kernels of all degrees of freedom, which give the same and take
-        up to twice as long: for whoever has compiled only those.
-    actuator_changes : mapping of str to (n,) array
-        Bias, scale or delay of an actuator (:attr:`bayesub.model.actuators.Actuators.parameters`) -> how much that of
-        each boat is more than the nominal one. Orders are what a log has; lags are those of the vehicle.
-    """
-
-    vehicle: Vehicle
-    xi: np.ndarray
-    body_changes: np.ndarray | None = None
+    vehicle: Vehicle  # what they have in common: equations, kinds of actuators, length, trial speed
+    xi: np.ndarray  # (n, n_terms) coefficients
+    body_changes: np.ndarray | None = None  # (n, N_BODY) what body vectors are more than the vehicle's, SI units
+    # Whether motions in a plane are flown with the kernels of all degrees of freedom, which give the same and take up
+    # to twice as long: for whoever has compiled only those.
     in_six: bool = False
+    # Bias, scale or delay of an actuator (Actuators.parameters) -> (n,) how much that of each boat is more than the
+    # nominal one. Orders are what a log has; lags are those of the vehicle.
     actuator_changes: Mapping[str, np.ndarray] = field(default_factory=dict)
     _kept: dict = field(default_factory=dict, repr=False, compare=False)
 
@@ -64,16 +52,9 @@ class Boats:
     ) -> np.ndarray:
         """States (n, n_times, 12) of a manoeuvre, SI units and radians; not a number from the failure of a boat on.
 
-        Parameters
-        ----------
-        manoeuvre : Manoeuvre
-            Loaded for the vehicle; the motion is confined to its plane, if it has one.
-        times : (n_times,) array
-            s, within the manoeuvre.
-        dt : float, optional
-            Integration step, s; by default that of :class:`bayesub.model.simulator.Simulator`.
-        initial : (n, 12) array, optional
-            States at the start; by default the manoeuvre's.
+        The manoeuvre is loaded for the vehicle; the motion is confined to its plane, if it has one. `times` (n_times,)
+        are within it, s; the integration step `dt` (s) is by default that of the simulator, and the states at the start
+        `initial` (n, 12) those of the manoeuvre.
         """
         plane = manoeuvre.subproblem
         varied = self.varied(plane)
@@ -82,16 +63,10 @@ class Boats:
         return simulator.run(self.confined(plane), body=self.bodies(plane), initial=initial, amounts=amounts)[0]
 
     def accelerations(self, plane: str | None, states: np.ndarray, controls: np.ndarray) -> np.ndarray:
-        """Body accelerations (n, n_states, 6), m/s^2 and rad/s^2.
+        """Body accelerations (n, n_states, 6), m/s^2 and rad/s^2, of a motion that is confined to a plane.
 
-        Parameters
-        ----------
-        plane : str or None
-            To which the motion is confined.
-        states : (n_states, 12) array
-            The same of all boats, or (n, n_states, 12) of each.
-        controls : (n_states, n_kernel_controls) or (n, n_states, n_kernel_controls) array
-            As :meth:`controls` gives them.
+        States (n_states, 12) are the same of all boats, or (n, n_states, 12) those of each; controls are as
+        :meth:`controls` gives them.
         """
         kernel = self.vehicle.kernels(self._kernels_of(plane)).body_accelerations
         dimensional = self.confined(plane) * self.vehicle.dimensional_factors
@@ -105,17 +80,9 @@ class Boats:
     def controls(self, plane: str | None, orders: dict[str, np.ndarray] | None = None, n: int = 1) -> np.ndarray:
         """What the kernels take as controls, with the propeller of straight flight and all else at rest but for orders.
 
-        Parameters
-        ----------
-        plane : str or None
-        orders : dict of str to (n,) or (n_boats, n) array
-            Column of a control -> what is ordered of all boats, or of each, SI units.
-        n : int
-
-        Returns
-        -------
-        (n, n_kernel_controls) array
-            The same of all boats; (n_boats, n, n_kernel_controls) if orders or actuators are those of each.
+        `orders` are (n,) of all boats, or (n_boats, n) of each, SI units, by the columns of controls. The result is
+        (n, n_kernel_controls), the same of all boats; (n_boats, n, n_kernel_controls) if orders or actuators are those
+        of each.
         """
         actuators, orders = self.vehicle.actuators, orders or {}
         values = np.tile(actuators.rest, (n, 1))

@@ -1,5 +1,9 @@
 """Closed loops: plane orders that depend on how the vehicle moves, flown once by the kernels and recorded."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from bayesub.io.errors import InputError
@@ -9,6 +13,9 @@ from bayesub.logs.log_files import positions
 from bayesub.model.actuators import Orders
 from bayesub.model.vehicles import Vehicle
 
+if TYPE_CHECKING:  # which imports this module
+    from bayesub.model.manoeuvre_files import AutopilotSection
+
 BOW_PLANE, STERN_PLANE = "bow_plane_deg", "stern_plane_deg"
 DEPTH, ROLL, PITCH = positions("z", "phi", "theta")
 PITCH_RATE, YAW_RATE = positions("q", "r")
@@ -17,24 +24,11 @@ PITCH_RATE, YAW_RATE = positions("q", "r")
 class Flight:
     """A vehicle under way, steered by orders that hold for whole samples of its control history.
 
-    Between samples the planes move linearly and the integrator takes one step, so that flying the recorded history
-    again with a step of one sample gives the same track.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-    subproblem : str or None
-        Plane to which the motion is confined, if to any.
-    sample : float
-        Spacing of the control history, s.
-    inputs : (n + 1, n_actuators) array
-        Of the actuators, SI units; those that are not ordered stay as they are, the others are overwritten.
-    state : (12,) array
-        At the start.
-    fixed : dict
-        Orders that are given whatever the motion, and of which `inputs` are the answer: column -> times, s, and orders.
-    source : str
-        Whose orders these are, for errors.
+    Between samples (`sample` s apart) the planes move linearly and the integrator takes one step, so that flying the
+    recorded history again with a step of one sample gives the same track. It begins with a state (12,). Of the `inputs`
+    (n + 1, n_actuators) to the actuators, SI units, those that are not ordered stay as they are, the others are
+    overwritten. The orders `fixed` are given whatever the motion, and `inputs` are the answer to them; `source` says in
+    errors whose orders these are.
     """
 
     def __init__(
@@ -44,11 +38,11 @@ class Flight:
         sample: float,
         inputs: np.ndarray,
         state: np.ndarray,
-        fixed: Orders | None = None,
-        source: str = "manoeuvre",
+        fixed: Orders,
+        source: str,
     ):
         self.vehicle, self.subproblem = vehicle.restricted(subproblem), subproblem
-        self.sample, self.inputs, self.state, self.fixed = sample, inputs, state, fixed or {}
+        self.sample, self.inputs, self.state, self.fixed = sample, inputs, state, fixed
         self.source = source
         self.now = 0  # samples flown
         self.orders: dict[str, tuple[list[int], list[float]]] = {}  # column -> (samples of the orders, orders)
@@ -65,7 +59,12 @@ class Flight:
         elapsed, actuators = np.arange(n + 1) * self.sample, self.vehicle.actuators
         inputs = self.inputs[self.now : self.now + n + 1]
         given = {column: (elapsed[:1], np.array([order])) for column, order in orders.items()}
-        demands = actuators.demands(self._fixed_from_now() | given, self.source)
+        fixed = {}  # by the time from now, of those before now the last one
+        for column, (times, ordered) in self.fixed.items():
+            times = times - self.now * self.sample
+            first = max(0, np.count_nonzero(times <= 0.0) - 1)
+            fixed[column] = np.maximum(times[first:], 0.0), ordered[first:]
+        demands = actuators.demands(fixed | given, self.source)
         for i in actuators.demands(given, self.source):
             inputs[:, i] = actuators.members[i].response(elapsed, *demands[i], start=inputs[0, i])
         self_propelled = np.full(n + 1, self.vehicle.speed_mps)  # n/k0
@@ -85,15 +84,6 @@ class Flight:
             np.arange(workspace.N_STATES),
         )
         return states[0]
-
-    def _fixed_from_now(self) -> Orders:
-        """The fixed orders by the time from now, of those before now the last one."""
-        orders = {}
-        for column, (times, ordered) in self.fixed.items():
-            times = times - self.now * self.sample
-            first = max(0, np.count_nonzero(times <= 0.0) - 1)
-            orders[column] = np.maximum(times[first:], 0.0), ordered[first:]
-        return orders
 
     def hold(self, orders: dict[str, float], n: int) -> None:
         """Give these orders (rad) and fly `n` samples."""
@@ -117,21 +107,8 @@ class Flight:
 def zigzag(flight: Flight, plane: str, angle: float, watched: int, reversal: float, executes: int, first: int) -> None:
     """Put a plane over, and to the other side whenever heading or pitch has followed far enough; then amidships.
 
-    Parameters
-    ----------
-    flight : Flight
-    plane : str
-        Column of the control.
-    angle : float
-        Of the plane, rad.
-    watched : int
-        Position of heading or pitch in the state.
-    reversal : float
-        How far that must go to the side of the plane, rad.
-    executes : int
-        How often the plane is put over.
-    first : int
-        Sample of the first time.
+    The plane, a column of a control, is put over `executes` times to an `angle` (rad), from the sample `first` on, and
+    `watched` is the position of heading or pitch in the state, which must go to its side by `reversal` (rad).
     """
     flight.hold({plane: 0.0}, first)
     sign = 0.0
@@ -148,22 +125,12 @@ def zigzag(flight: Flight, plane: str, angle: float, watched: int, reversal: flo
     flight.hold({plane: 0.0}, flight.remaining)
 
 
-def control_depth(flight: Flight, autopilot, depths: np.ndarray, every: int) -> None:
+def control_depth(flight: Flight, autopilot: AutopilotSection, depths: np.ndarray, every: int) -> None:
     """Let an autopilot bring the boat to ordered depths.
 
     The depth error in ship lengths orders a pitch, up to a limit, and the pitch error and the pitch rate (per ship
     length travelled) order the stern planes, of which a positive angle pitches the bow down; the bow planes, if used,
-    mirror them.
-
-    Parameters
-    ----------
-    flight : Flight
-    autopilot : AutopilotSection
-        Its gains (:mod:`bayesub.model.manoeuvre_files`).
-    depths : (n + 1,) array
-        Ordered depth at each sample, m.
-    every : int
-        Samples from one order to the next.
+    mirror them. `depths` (n + 1,) are ordered at each sample, m; an order follows the one before after `every` samples.
     """
     length, speed = flight.vehicle.length_m, flight.vehicle.speed_mps
     limit = np.radians(autopilot.pitch_limit_deg)

@@ -9,19 +9,9 @@ import numpy as np
 from bayesub.model.equations import AXES, load_equations
 
 __all__ = [
-    "ADDED_MASSES",
-    "AXES",
-    "EQUATIONS",
-    "HORIZONTAL",
-    "INDEX",
-    "NAMES",
-    "SUBPROBLEMS",
-    "TERMS",
-    "VERTICAL",
-    "columns",
-    "names_of_axis",
-    "regressors",
-]
+    "ADDED_MASSES", "AXES", "EQUATIONS", "HORIZONTAL", "INDEX", "NAMES", "SUBPROBLEMS", "TERMS", "VERTICAL", "columns",
+    "names_of_axis", "regressors",
+]  # fmt: skip
 
 EQUATIONS = load_equations("booth")
 TERMS = EQUATIONS.terms

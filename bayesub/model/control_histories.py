@@ -1,8 +1,8 @@
 """The histories of a manoeuvre: what the log says of the actuators, and the values that act, late or behind a command.
 
 A value that is delayed, or that follows a command, is integrated over the steps of the simulator
-(:mod:`bayesub.model.actuator_response`): the motion is then smooth in a delay and a lag, although the history has kinks
-and jumps and the simulator has steps. All others are taken at the stages of the steps as the log has them.
+(:mod:`bayesub.kernels.actuator_response`): the motion is then smooth in a delay and a lag, although the history has
+kinks and jumps and the simulator has steps. All others are taken at the stages of the steps as the log has them.
 """
 
 from __future__ import annotations
@@ -13,8 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from bayesub.io.errors import InputError
+from bayesub.kernels.variations import Variations, of_entries
 from bayesub.logs.log_files import si_factor
 from bayesub.model.actuators import Actuators
+from bayesub.model.disturbance import Knots
+from bayesub.model.equations import AXES
 
 if TYPE_CHECKING:
     from bayesub.model.manoeuvres import Manoeuvre
@@ -25,21 +28,11 @@ PARTS = np.array([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]])  # of the ends of a strai
 
 
 class Feature(NamedTuple):
-    """A function of the value of an actuator, and what it adds to what the kernels take as controls.
+    """A function of the value of an actuator, and what it adds to what the kernels take as controls."""
 
-    Attributes
-    ----------
-    row : (n_columns,) array
-        What a unit of the function adds.
-    of : callable
-        Value (..) -> function (..).
-    slope : callable
-        Value (..) -> derivative of the function (..).
-    """
-
-    row: np.ndarray
-    of: Callable[[np.ndarray], np.ndarray]
-    slope: Callable[[np.ndarray], np.ndarray]
+    row: np.ndarray  # (n_columns,) what a unit of the function adds
+    of: Callable[[np.ndarray], np.ndarray]  # value (..) -> function (..)
+    slope: Callable[[np.ndarray], np.ndarray]  # value (..) -> derivative of the function (..)
 
 
 def features(actuators: Actuators, i: int, subproblem: str | None) -> list[Feature]:
@@ -63,34 +56,11 @@ def features(actuators: Actuators, i: int, subproblem: str | None) -> list[Featu
 class ControlHistories:
     """The histories of a manoeuvre of a vehicle, at the steps of a simulator.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-    manoeuvre : Manoeuvre
-    starts : (n,) array
-        When the steps begin, s; the last one begins at the end of the flight.
-    step : float
-        s.
-    stage_times : list of (n,) array
-        The three stages of each step, s.
-    varied : sequence of str
-        Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`) by which members of a batch may
-        differ, n_varied of them.
-    changes : dict of str to float
-        Parameters of actuators -> how much they differ, for all members, from their nominal values.
-    subproblem : str or None
-
-    Attributes
-    ----------
-    individual : tuple of int
-        Positions of the actuators of which each member has a delay or a lag of its own.
-    stages : list of (n, n_actuators) array
-        What acts at the stages, without biases and scales.
-
-    Raises
-    ------
-    InputError
-        For a delay, a lag or a command where the controls are held over a step.
+    Parameters are as those of :class:`bayesub.model.simulator.Simulator`, n_varied `varied` of actuators alone. Steps
+    begin at `starts` (n,), the last one at the end of the flight; `stage_times` are three arrays (n,), s. What acts at
+    the `stages` is a list of three arrays (n, n_actuators), without biases and scales; `individual` are the positions
+    of the actuators of which each member has a delay or a lag of its own. InputError for a delay, a lag or a command
+    where the controls are held over a step.
     """
 
     def __init__(
@@ -105,7 +75,8 @@ class ControlHistories:
         subproblem: str | None,
     ):
         self._actuators, self._manoeuvre, self._subproblem = vehicle.actuators, manoeuvre, subproblem
-        self._inputs = manoeuvre.controls if vehicle.actuators.direct else manoeuvre.inputs
+        direct = vehicle.actuators.direct
+        self._inputs = manoeuvre.controls if direct or manoeuvre.inputs is None else manoeuvre.inputs
         self._boundaries, self._step = np.append(starts, starts[-1] + step), step
         self._varied, self._changes = varied, changes
         self._commanded = {i for i, a in enumerate(vehicle.actuators.members) if a.short in manoeuvre.commanded}
@@ -148,7 +119,7 @@ class ControlHistories:
         if not names:
             return np.zeros(len(amounts))
         (name,) = names
-        value = np.full(len(amounts), self._actuators.nominal(name) + self._changes.get(name, 0.0))
+        value = np.full(len(amounts), self._actuators.members[i].nominal(kind) + self._changes.get(name, 0.0))
         if name in self._varied:
             value += amounts[:, self._varied.index(name)]
         return value
@@ -162,7 +133,7 @@ class ControlHistories:
 
     def _responses(self, i, boundaries, delays, lags):
         """Values at boundaries (n_batch, n, 2) and integrals (n_batch, n - 1, 4) of actuator i."""
-        from bayesub.model.actuator_response import responses  # importing numba takes a second
+        from bayesub.kernels.actuator_response import responses  # importing numba takes a second
 
         actuator, times = self._actuators.members[i], self._manoeuvre.times
         values = np.ascontiguousarray(self._inputs[:, i])
@@ -178,7 +149,7 @@ class ControlHistories:
 
     def _ends(self, i, amounts):
         """What acts at the begin and end of each step (n_batch, n, 2)."""
-        from bayesub.model.actuator_response import straight_lines
+        from bayesub.kernels.actuator_response import straight_lines
 
         return straight_lines(self._responses(i, self._boundaries, *self._lateness(i, amounts))[1], self._step)
 
@@ -193,7 +164,8 @@ class ControlHistories:
         for i in self.individual:
             ends, nominal = self._ends(i, amounts), self._ends(i, none)
             scale, base = self._value(i, "scale", amounts), self._value(i, "scale", none)
-            bias, offset = (self._value(i, "bias", rows) * self._unit(i) for rows in (amounts, none))
+            unit = si_factor(self._actuators.members[i].column)
+            bias, offset = (self._value(i, "bias", rows) * unit for rows in (amounts, none))
             for k, feature in enumerate(features(self._actuators, i, self._subproblem)):
                 change = scale[:, None, None] * feature.of(ends) - base * feature.of(nominal)
                 if k == 0:  # what has a bias has this feature alone
@@ -201,15 +173,13 @@ class ControlHistories:
                 columns.append(change.reshape(len(amounts), -1))
         return np.hstack(columns)
 
-    def _unit(self, i):
-        return si_factor(self._actuators.members[i].column)
-
     def individual_entries(self) -> list[tuple[np.ndarray, ...]]:
         """What a unit of each of the numbers of :meth:`added` adds to the controls at the stages.
 
         Each is the stages, numbers, columns and values of :func:`bayesub.kernels.variations.of_entries`.
         """
-        entries, first, n = [], 0, len(self._boundaries) - 1
+        entries: list[tuple[np.ndarray, ...]] = []
+        first, n = 0, len(self._boundaries) - 1
         for i in self.individual:
             for feature in features(self._actuators, i, self._subproblem):
                 stage, end, column = (part.ravel() for part in np.indices((3, 2, len(feature.row))))
@@ -230,17 +200,95 @@ class ControlHistories:
         i, kind = self._actuators.parameters[parameter]
         if kind in ("bias", "scale") and i not in self.individual:
             return None
-        from bayesub.model.actuator_response import line_slopes
+        from bayesub.kernels.actuator_response import line_slopes
 
         points, integrals = self._responses(i, self._boundaries, *self._lateness(i, amounts[None]))
+        unit = si_factor(self._actuators.members[i].column)
         ends, (by_delay, by_lag) = self._ends(i, amounts[None])[0], line_slopes(points[0], integrals[0], self._step)
-        scale, change = self._value(i, "scale", amounts[None]), 0.0
+        scale, change = self._value(i, "scale", amounts[None]), np.zeros(1)
         for feature in features(self._actuators, i, self._subproblem):
             of = {
-                "bias": lambda feature=feature: self._unit(i) * feature.slope(ends),
+                "bias": lambda feature=feature: unit * feature.slope(ends),
                 "scale": lambda feature=feature: feature.of(ends),
                 "delay": lambda feature=feature: scale * feature.slope(ends) * by_delay,
                 "lag": lambda feature=feature: scale * feature.slope(ends) * by_lag,
             }[kind]()
             change = change + (of @ PARTS.T)[:, :, None] * feature.row
         return change
+
+
+class StageChanges:
+    """The changes of the controls at the stages by which members of a batch differ: actuators, and forces at knots.
+
+    Most are amounts of what a unit of each adds. An actuator that has a delay or a lag of a member's own adds what that
+    makes of its history instead, and the biases and scales of this actuator go into it. `varied` are n_varied
+    parameters of actuators, those of the histories, and after them forces at the knots. The `variations` are what a
+    unit of each of :meth:`numbers` adds.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        subproblem: str | None,
+        varied: tuple[str, ...],
+        histories: ControlHistories,
+        stage_times: list[np.ndarray],
+        knots: Knots | None,
+    ):
+        self._vehicle, self._subproblem, self._histories = vehicle, subproblem, histories
+        self._stage_times, self._knots = stage_times, knots
+        positions = {name: i for name, (i, _) in vehicle.actuators.parameters.items()}
+        self._n_of_actuators = sum(name in positions for name in varied)
+        self._individual = np.array([positions.get(name) in histories.individual for name in varied], dtype=bool)
+        others = tuple(name for name, individual in zip(varied, self._individual, strict=True) if not individual)
+        first = len(others)
+        individual = ((stages, first + numbers, *rest) for stages, numbers, *rest in histories.individual_entries())
+        self.variations = self._variations([*self._entries(others, np.zeros(self._n_of_actuators)), *individual])
+
+    def numbers(self, amounts: np.ndarray) -> np.ndarray:
+        """What the kernels take as amounts, of amounts (n_batch, n_varied): those of own histories come last."""
+        if not self._histories.individual:
+            return amounts
+        return np.hstack([amounts[:, ~self._individual], self._histories.added(amounts[:, : self._n_of_actuators])])
+
+    def by(self, parameters: tuple[str, ...], amounts: np.ndarray | None) -> Variations:
+        """The derivatives of the controls by parameters, at amounts (n_varied,) or none."""
+        n = self._n_of_actuators
+        return self._variations(self._entries(parameters, np.zeros(n) if amounts is None else amounts[:n]))
+
+    @property
+    def are_linear(self) -> bool:
+        """Whether the derivatives are the same at all amounts."""
+        return not self._histories.individual
+
+    def _entries(self, parameters, amounts):
+        """Stages, numbers, columns and values of what a unit of each parameter adds, part by part."""
+        actuators, knots = self._vehicle.actuators, self._knots
+        forces = {} if knots is None else {name: n for n, name in enumerate(knots.parameters)}
+        places = {forces[name]: m for m, name in enumerate(parameters) if name in forces}
+        slopes = {
+            m: (name, self._histories.slopes(name, amounts)) for m, name in enumerate(parameters) if name not in forces
+        }
+        for k, times in enumerate(self._stage_times if len(parameters) else ()):
+            for m, (name, slope) in slopes.items():
+                if slope is None:
+                    change = actuators.variation(name, self._histories.stages[k], self._subproblem)
+                else:
+                    change = slope[:, k]
+                rows, columns = np.nonzero(change)
+                yield 3 * rows + k, np.full(len(rows), m), columns, change[rows, columns]
+            if knots is None or not places:
+                continue
+            first = len(self._vehicle.equations.controls) + 1
+            rows, near, weights = knots.hats(times)
+            for a, axis in enumerate(knots.axes):
+                numbers = np.array([places.get(n, -1) for n in a * len(knots.times) + near])
+                of = numbers >= 0
+                column = np.full(np.count_nonzero(of), first + AXES.index(axis))
+                yield 3 * rows[of] + k, numbers[of], column, weights[of]
+
+    def _variations(self, entries) -> Variations:
+        none = (np.zeros(0, dtype=int),) * 3 + (np.zeros(0),)
+        stages, *rest = (np.concatenate(part) for part in zip(none, *entries, strict=True))
+        order = np.argsort(rest[0], kind="stable")  # a member adds its amounts in their order
+        return of_entries(len(self._stage_times[0]), stages[order], *(part[order] for part in rest))

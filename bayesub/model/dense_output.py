@@ -17,12 +17,7 @@ _PLACES = np.arange(4) / 3.0  # in a step
 class DenseOutput:
     """The steps of the integrator as pieces of a motion; before the first and after the last their polynomials go on.
 
-    Parameters
-    ----------
-    step : float
-        Of the integrator, s.
-    end : float
-        Of the motion, from time zero, s; where it is not a multiple of the step the last piece is shorter.
+    Where the `end` of the motion (s, from time zero) is not a multiple of the step (s) the last piece is shorter.
     """
 
     def __init__(self, step: float, end: float):
@@ -42,20 +37,10 @@ class DenseOutput:
     def at(
         self, times: np.ndarray, pieces: np.ndarray, looked: np.ndarray, outputs: np.ndarray, *, rates: bool = False
     ) -> np.ndarray:
-        """(n_batch, n, n_outputs) outputs at times (n_batch, n), or their rates of change.
+        """(n_batch, n, n_outputs) outputs at times (n_batch, n), s, in their :meth:`pieces`, or their rates of change.
 
-        Parameters
-        ----------
-        times : (n_batch, n) array
-            s.
-        pieces : (n_batch, n) array
-            Of :meth:`pieces`.
-        looked : (m,) array
-            The different ones among these, ascending.
-        outputs : (n_batch, 4 m, n_outputs) array
-            At their :meth:`looks`.
-        rates : bool
-            Whether derivatives by time are wanted.
+        `looked` (m,) are the different ones among the pieces, ascending, and `outputs` (n_batch, 4 m, n_outputs) those
+        at their :meth:`looks`.
         """
         lengths = self._lengths[pieces]
         weights = (_slopes if rates else _values)(3.0 * (times - self._starts[pieces]) / lengths)

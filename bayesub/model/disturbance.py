@@ -6,8 +6,11 @@ stays the same; what is left is the lever of the centre of gravity about that of
 the water, which is small beside gravity.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -15,7 +18,13 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 
+if TYPE_CHECKING:  # which import this module
+    from bayesub.model.simulator import Simulator
+    from bayesub.model.trajectory import Trajectory
+
+T = TypeVar("T")
 _FINE = 32  # points of an interval between knots in sums over a history
+_N_TIMES = 2001  # of a flight for the forces of the hull, equidistant
 SMOOTH = "matern_3_2"
 KINDS = ("ornstein_uhlenbeck", SMOOTH)
 CURRENTS = ("north", "east")
@@ -26,21 +35,11 @@ _PLANES["vertical"] = (*PLANES["vertical"][0], "north")
 
 @dataclass(frozen=True)
 class ForceHistory:
-    """Forces and moments on the boat, and the current, over time: linear between the times and constant outside.
+    """Forces and moments on the boat, and the current, over time: linear between the times and constant outside."""
 
-    Attributes
-    ----------
-    times : (n,) array
-        Ascending, s.
-    axes : tuple of str
-        Of X Y Z K M N, north and east.
-    values : (n, n_axes) array
-        N and N m; m/s of the current.
-    """
-
-    times: np.ndarray
-    axes: tuple[str, ...]
-    values: np.ndarray
+    times: np.ndarray  # (n,) ascending, s
+    axes: tuple[str, ...]  # of X Y Z K M N, north and east
+    values: np.ndarray  # (n, n_axes) N and N m; m/s of the current
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """(m, 6) forces and moments X Y Z K M N at times (m,), N and N m."""
@@ -58,12 +57,12 @@ class ForceHistory:
         return values
 
     @property
-    def of_forces(self) -> "ForceHistory | None":
+    def of_forces(self) -> ForceHistory | None:
         """The forces alone, or None if there are none."""
         return self._part(AXES)
 
     @property
-    def of_current(self) -> "ForceHistory | None":
+    def of_current(self) -> ForceHistory | None:
         """The current alone, or None if there is none."""
         return self._part(CURRENTS)
 
@@ -76,20 +75,12 @@ class ForceHistory:
 
 @dataclass(frozen=True)
 class Knots:
-    """Where forces that members of a batch have for themselves are given; they are linear in between.
+    """Where forces that members of a batch have for themselves are given; they are linear in between."""
 
-    Attributes
-    ----------
-    times : (n_knots,) array
-        Equidistant from zero, s.
-    axes : tuple of str
-        Of X Y Z K M N, north and east.
-    """
+    times: np.ndarray  # (n_knots,) equidistant from zero, s
+    axes: tuple[str, ...]  # of X Y Z K M N, north and east
 
-    times: np.ndarray
-    axes: tuple[str, ...]
-
-    def part(self, axes: tuple[str, ...]) -> "Knots | None":
+    def part(self, axes: tuple[str, ...]) -> Knots | None:
         """The same knots of those axes that are among the given ones, or None if there are none."""
         members = tuple(axis for axis in self.axes if axis in axes)
         return Knots(self.times, members) if members else None
@@ -208,18 +199,25 @@ class Disturbance:
 
     def sample(self, times: np.ndarray, rng: np.random.Generator) -> ForceHistory:
         """A history at equidistant times (n,), whose covariance between these is exact."""
+        from scipy import signal  # takes a second to import
+
         n = len(times)
         values = np.empty((n, len(self.axes)))
         for time, members, kind in by_time(
             self.axes, self.kind, self.correlation_time_s, self.correlation_time_current_s
         ):
-            step = (times[-1] - times[0]) / max(1, n - 1) / time
-            white = rng.standard_normal((n, 2, len(members)) if kind == SMOOTH else (n, len(members)))
-            values[:, members] = _path(kind, step, white)
+            step = (times[-1] - times[0]) / max(1, n - 1) / time  # of a process of unit sd and correlation time
+            if kind == SMOOTH:
+                shocks, recursion = _matern(step, rng.standard_normal((n, 2, len(members))))
+            else:
+                rho = np.exp(-step)
+                shocks, recursion = rng.standard_normal((n, len(members))), [1.0, -rho]
+                shocks[1:] *= np.sqrt(1.0 - rho**2)
+            values[:, members] = signal.lfilter([1.0], recursion, shocks, axis=0)
         return ForceHistory(np.array(times), self.axes, values * np.asarray(self.sds))
 
 
-def by_time(axes: tuple[str, ...], kind: str, of_all, of_currents) -> list[tuple]:
+def by_time(axes: tuple[str, ...], kind: str, of_all: T, of_currents: T | None) -> list[tuple[T, list[int], str]]:
     """The correlation time, positions and kind of the axes that are forces, and of those that are currents.
 
     The time of currents may be None, if it is that of all. Currents are smooth: a bottom track reads their velocity,
@@ -229,19 +227,6 @@ def by_time(axes: tuple[str, ...], kind: str, of_all, of_currents) -> list[tuple
     currents = [k for k, axis in enumerate(axes) if axis in CURRENTS]
     groups = (of_all, forces, kind), (of_all if of_currents is None else of_currents, currents, SMOOTH)
     return [group for group in groups if group[1]]
-
-
-def _path(kind, step, white) -> np.ndarray:
-    """(n, n_axes) of a process of unit sd at multiples of a step, in correlation times, of its white noise."""
-    from scipy import signal  # takes a second to import
-
-    if kind == SMOOTH:
-        shocks, recursion = _matern(step, white)
-    else:
-        rho = np.exp(-step)
-        shocks, recursion = white, [1.0, -rho]
-        shocks[1:] *= np.sqrt(1.0 - rho**2)
-    return signal.lfilter([1.0], recursion, shocks, axis=0)
 
 
 def correlation(kind: str, lags: np.ndarray) -> np.ndarray:
@@ -303,3 +288,46 @@ def check_axes(axes: Iterable[str], subproblem: str | None = None) -> None:
                 "conflict",
                 axis,
             )
+
+
+def hull_forces(trajectory: Trajectory, member: int = 0) -> np.ndarray:
+    """Hydrodynamic forces and moments along a motion, by the terms of velocities.
+
+    Rudder, planes and propeller are left out: in a steady turn the rudder balances the moment of the hull. So are added
+    masses, hydrostatics and the forces of actuators from outside, and the terms of the rigid body unless they are in
+    the coefficients of the equation set. Forces (n_times, 6) of a member of the batch are X Y Z K M N, N and N m; zero
+    on the axes that a sub-problem does not have.
+    """
+    simulator = trajectory.simulator
+    vehicle, equations = simulator.vehicle, simulator.vehicle.equations
+    controls = simulator.controls_at(trajectory.times)[:, : len(equations.controls) + 1]
+    resting = np.zeros((len(trajectory.times), len(AXES)))  # accelerations
+    blocks = equations.regressors(trajectory.states[member], resting, controls, vehicle.constants)
+    commands = {control.symbol for control in equations.controls} | {"uc", "duc"}
+    steered = [bool(term.symbols & commands) for term in equations.terms]
+    dimensional = np.where(steered, 0.0, simulator.dimensional(trajectory.xi[member])[0])
+    return np.stack([blocks[axis] @ dimensional[equations.columns(equations.names_of_axis(axis))] for axis in AXES], 1)
+
+
+def hull_force_rms(simulators: Iterable[Simulator]) -> np.ndarray:
+    """Root mean square over time of the forces of the hull of a vehicle on its manoeuvres, undisturbed.
+
+    Forces (6,) are X Y Z K M N, N and N m; several manoeuvres of the vehicle count by their durations. InputError if it
+    fails on one.
+    """
+    squares, total = np.zeros(len(AXES)), 0.0
+    for simulator in simulators:
+        manoeuvre = simulator.manoeuvre
+        times = np.linspace(0.0, manoeuvre.duration, _N_TIMES)
+        trajectory = simulator.at(times).undisturbed.trajectory(simulator.vehicle.xi)
+        if trajectory.status[0] != "ok":
+            status = trajectory.status[0].replace("_", " ")
+            raise InputError(
+                f"disturbance: a share is of the forces of '{simulator.vehicle.name}' on {manoeuvre.name}, where the "
+                f"boat {status}; give sd, or sd_n and sd_nm",
+                "model",
+                "share",
+            )
+        squares += manoeuvre.duration * np.mean(hull_forces(trajectory) ** 2, axis=0)
+        total += manoeuvre.duration
+    return np.sqrt(squares / total)

@@ -27,39 +27,18 @@ CENTRE_SD = 0.04  # of the length: where added mass is centred; Yrdot/Yvdot and 
 
 @dataclass(frozen=True)
 class CoefficientEstimate:
-    """The estimate of one coefficient.
+    """The estimate of one coefficient."""
 
-    Attributes
-    ----------
-    value : float
-        Non-dimensional.
-    sd : float
-        Standard deviation of the value.
-    source : str
-        Where they come from.
-    """
-
-    value: float
-    sd: float
-    source: str
+    value: float  # non-dimensional
+    sd: float  # standard deviation of the value
+    source: str  # where they come from
 
 
 class Hull:
-    """A hull geometry with what follows from it.
+    """A hull geometry that was read from a source, with what follows from it.
 
-    Attributes
-    ----------
-    file : HullFile
-    source : str
-        Where it was read, for messages.
-    breadth : (n,) array
-        Half the beam at the nodes of integration, m.
-    height : (n,) array
-        Half the height there, m.
-    volume : float
-        m^3.
-    centre : float
-        Of buoyancy, aft of the nose, m.
+    At the nodes of integration `breadth` (n,) is half the beam and `height` (n,) half the height, m; the volume is in
+    m^3, and the centre of buoyancy so far aft of the nose, m.
     """
 
     def __init__(self, file: HullFile, source: str = "geometry"):
@@ -100,17 +79,13 @@ class Hull:
         along, about = added_mass.ellipsoid(hull.length_m, *widest)
         surge, sway, heave = along * self.volume
         turning = np.diag([0.0, 0.0, 0.0, *about * self.displaced_inertia])
-        shift = CENTRE_SD * hull.length_m
         ahead = np.diag([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
         blunter = added_mass.long_ovoid(0.5 * np.sqrt(widest[0] * widest[1])) - surge
-        parts = [
-            (_crosswise(sway, heave, self.origin - self.centre), HULL_SD),
-            (turning, HULL_SD),
-        ]
+        parts = [(_crosswise(sway, heave, self.origin - self.centre), HULL_SD), (turning, HULL_SD)]
         for fins in self.file.fins:
             crosswise, rolling = self._fins(fins)
             parts += [(crosswise, FIN_SD), (rolling, ROLL_SD)]
-        off_centre = _crosswise(sway, heave, shift) - _crosswise(sway, heave, 0.0)
+        off_centre = _crosswise(sway, heave, CENTRE_SD * hull.length_m) - _crosswise(sway, heave, 0.0)
         off_centre[[4, 5], [4, 5]] = 0.0  # second order
         surging = surge * ahead, np.hypot(HULL_SD * surge, blunter) * ahead
         return [surging, *((part, sd * part) for part, sd in parts), (np.zeros((6, 6)), off_centre)]
@@ -159,39 +134,29 @@ class Hull:
     def estimates(self, equations: EquationSet) -> dict[str, CoefficientEstimate]:
         """Coefficient of a set -> estimate: added masses, what follows from them without speed ahead, Munk's moments.
 
-        Where speed ahead makes lift (Yuv, Nur, ..) ideal fluid has little to say, and nothing is estimated.
-
-        Raises
-        ------
-        InputError
-            If a number is not finite. They are not looked at before, because a geometry is checked without SciPy.
+        Where speed ahead makes lift (Yuv, Nur, ..) ideal fluid has little to say, and nothing is estimated. InputError
+        if a number is not finite. They are not looked at before, because a geometry is checked without SciPy.
         """
+        terms, density = equations.terms, self.file.water_density_kgm3
+        values, variances = np.zeros(len(terms)), np.zeros(len(terms))
+        munk = [_is_munk(term) for term in terms]
         try:
             with np.errstate(all="ignore"):
-                estimates = self._estimates(equations)
+                for part, error in self.parts():
+                    values += added_mass.coefficients_of(part, equations)
+                    variances += added_mass.coefficients_of(error, equations) ** 2
+                variances[munk] = (MUNK_SD * values[munk]) ** 2
+                scale = density / equations.factors(self.file.hull.length_m, density, 1.0)  # none has a power of U
+                values[np.abs(values * scale) < ROUND_OFF] = 0.0
+                values, sds = values * scale, np.sqrt(variances) * scale
         except OverflowError:
             raise _extreme(self.source) from None
-        if not np.isfinite([number for e in estimates.values() for number in (e.value, e.sd)]).all():
+        estimated = [sd > ROUND_OFF and (m or "u" not in t.symbols) for t, m, sd in zip(terms, munk, sds, strict=True)]
+        if not np.isfinite([values[estimated], sds[estimated]]).all():
             raise _extreme(self.source)
-        return estimates
-
-    def _estimates(self, equations: EquationSet) -> dict[str, CoefficientEstimate]:
-        terms = equations.terms
-        values, variances = np.zeros(len(terms)), np.zeros(len(terms))
-        for part, error in self.parts():
-            values += added_mass.coefficients_of(part, equations)
-            variances += added_mass.coefficients_of(error, equations) ** 2
-        munk = [_is_munk(term) for term in terms]
-        variances[munk] = (MUNK_SD * values[munk]) ** 2
-        factors = equations.factors(
-            self.file.hull.length_m, self.file.water_density_kgm3, 1.0
-        )  # none of these has a power of the speed
-        scale = self.file.water_density_kgm3 / factors
-        values[np.abs(values * scale) < ROUND_OFF] = 0.0
         return {
-            term.name: CoefficientEstimate(float(value), float(sd), _source(term))
-            for term, value, sd in zip(terms, values * scale, np.sqrt(variances) * scale, strict=True)
-            if sd > ROUND_OFF and (_is_munk(term) or "u" not in term.symbols)
+            terms[k].name: CoefficientEstimate(float(values[k]), float(sds[k]), _source(terms[k]))
+            for k in np.flatnonzero(estimated)
         }
 
 
@@ -221,13 +186,7 @@ def _source(term: Term) -> str:
 
 
 def load_hull(path: str | Path) -> Hull:
-    """Read a hull geometry file.
-
-    Raises
-    ------
-    InputError
-        With file, key and remedy.
-    """
+    """Read a hull geometry file; InputError with file, key and remedy."""
     try:
         with np.errstate(all="ignore"):
             file = toml_files.read_toml(Path(path), HullFile)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayesub.logs.log_files import ACCELERATIONS
-from bayesub.model.equations import AXES, EquationSet
+from bayesub.model.equations import AXES
 from bayesub.model.trajectory import Trajectory
 
 _REGRESSOR_ROUNDING = 3 * np.finfo(float).eps  # six roundings of half an epsilon: nu, four factors, the dimension
@@ -15,26 +15,13 @@ _ROUND_OFF_ONLY = 0.1  # relative error of a column that holds no motion
 
 @dataclass(frozen=True)
 class LinearSystem:
-    """One axis of the linear form ``matrix @ xi = load`` (model manual, section 9), in N or N m.
+    """One axis of the linear form ``matrix @ xi = load`` (model manual, section 9), in N or N m."""
 
-    Attributes
-    ----------
-    axis : str
-        One of X, Y, Z, K, M, N.
-    names : tuple of str
-        Coefficients, n_columns of them.
-    matrix : (n_samples, n_columns) array
-        Dimensional regressors.
-    load : (n_samples,) array
-    rounding : float or (n_columns,) array
-        Relative error (root mean square) to which each column is known.
-    """
-
-    axis: str
-    names: tuple[str, ...]
-    matrix: np.ndarray
-    load: np.ndarray
-    rounding: float | np.ndarray = _REGRESSOR_ROUNDING
+    axis: str  # one of X, Y, Z, K, M, N
+    names: tuple[str, ...]  # coefficients, n_columns of them
+    matrix: np.ndarray  # (n_samples, n_columns) dimensional regressors
+    load: np.ndarray  # (n_samples,)
+    rounding: float | np.ndarray = _REGRESSOR_ROUNDING  # relative error (root mean square) of all or each column
 
 
 def linear_systems(
@@ -81,7 +68,9 @@ def linear_systems(
     noise = {}
     if isinstance(trajectory, Trajectory):
         dimensional = simulator.dimensional(xi)[0]
-        short = _forces(equations, columns, dimensional - held) - loads
+        of_axes = {axis: equations.columns(equations.names_of_axis(axis)) for axis in columns}
+        forces = [block @ (dimensional - held)[of_axes[axis]] for axis, block in columns.items()]
+        short = np.stack(forces, axis=1) - loads
         errors = np.linalg.norm(np.linalg.solve(mass_matrix(dimensional, body), short.T), axis=1)
         # An acceleration is what two forces leave over, and no better than the round-off of either.
         errors += np.finfo(float).eps * np.linalg.norm(without, axis=0)
@@ -114,26 +103,21 @@ def stacked(trials: Sequence[dict[str, LinearSystem]], order: Sequence[str]) -> 
     first, *others = trials
     if not others:
         return first
-    axes = [axis for axis in AXES if any(axis in systems for systems in trials)]
-    return {axis: _stacked([t[axis] for t in trials if axis in t], order) for axis in axes}
-
-
-def _stacked(systems, order) -> LinearSystem:
-    present = {name for system in systems for name in system.names}
-    names = tuple(name for name in order if name in present)
-    matrix = np.zeros((sum(len(system.matrix) for system in systems), len(names)))
-    errors = np.zeros_like(matrix[: len(systems)])
-    end = 0
-    for k, system in enumerate(systems):
-        begin, end = end, end + len(system.matrix)
-        places = [names.index(name) for name in system.names]
-        matrix[begin:end, places] = system.matrix
-        errors[k, places] = system.rounding * np.linalg.norm(system.matrix, axis=0)
-    rounding = np.linalg.norm(errors, axis=0) / np.linalg.norm(matrix, axis=0)
-    return LinearSystem(systems[0].axis, names, matrix, np.concatenate([s.load for s in systems]), rounding)
-
-
-def _forces(equations: EquationSet, columns, dimensional) -> np.ndarray:
-    """(n_samples, 6) hydrodynamic forces, N and N m, of dimensional coefficients (n_terms,) on regressors by axis."""
-    parts = [block @ dimensional[equations.columns(equations.names_of_axis(a))] for a, block in columns.items()]
-    return np.stack(parts, axis=1)
+    stacks = {}
+    for axis in AXES:
+        systems = [trial[axis] for trial in trials if axis in trial]
+        if not systems:
+            continue
+        present = {name for system in systems for name in system.names}
+        names = tuple(name for name in order if name in present)
+        matrix = np.zeros((sum(len(system.matrix) for system in systems), len(names)))
+        errors = np.zeros_like(matrix[: len(systems)])
+        end = 0
+        for k, system in enumerate(systems):
+            begin, end = end, end + len(system.matrix)
+            places = [names.index(name) for name in system.names]
+            matrix[begin:end, places] = system.matrix
+            errors[k, places] = system.rounding * np.linalg.norm(system.matrix, axis=0)
+        rounding = np.linalg.norm(errors, axis=0) / np.linalg.norm(matrix, axis=0)
+        stacks[axis] = LinearSystem(axis, names, matrix, np.concatenate([s.load for s in systems]), rounding)
+    return stacks

@@ -25,13 +25,7 @@ PLANES = {"horizontal": ("v", "r"), "vertical": ("w", "q", "theta")}
 def motion_matrix(boats: Boats, plane: str | None, names: tuple[str, ...]) -> np.ndarray:
     """Matrices (n, k, k) by which small changes of k velocities and angles change a second later, SI units.
 
-    Parameters
-    ----------
-    boats : Boats
-    plane : str or None
-        To which the motion is confined.
-    names : tuple of str
-        Short names of k states; of an angle its rate must be among them.
+    The motion is confined to a plane; of an angle the rate must be among the names.
     """
     speed, length = boats.vehicle.speed_mps, boats.vehicle.length_m
     scales = {"phi": 1.0, "theta": 1.0} | dict.fromkeys("uvw", speed) | dict.fromkeys("pqr", speed / length)
@@ -110,16 +104,15 @@ def stability_index(boats: Boats, plane: str) -> np.ndarray:
     mass = bodies[:, workspace.MASS] * vehicle.speed_mps * separate
     horizontal = plane == "horizontal"
     across, turning, force, moment, sign = ("v", "r", "Y", "N", -1.0) if horizontal else ("w", "q", "Z", "M", 1.0)
+    columns = {axis: vehicle.equations.columns(vehicle.equations.names_of_axis(axis)) for axis in (force, moment)}
     with np.errstate(all="ignore"):
-        drift, rate = ({a: _slope(boats, variable, a) for a in (force, moment)} for variable in (across, turning))
+        drift, rate = (
+            {axis: boats.xi[:, k] @ regressor_slopes(vehicle, variable)[k] for axis, k in columns.items()}
+            for variable in (across, turning)
+        )
         lever = rate[moment] - mass * bodies[:, workspace.XG]
         index = 1.0 - drift[moment] * (rate[force] + sign * mass) / (drift[force] * lever)
     return np.where((drift[force] < 0.0) & (lever < 0.0), index, np.nan)
-
-
-def _slope(boats, variable, axis):
-    columns = boats.vehicle.equations.columns(boats.vehicle.equations.names_of_axis(axis))
-    return boats.xi[:, columns] @ regressor_slopes(boats.vehicle, variable)[columns]
 
 
 def critical_speed(boats: Boats) -> np.ndarray:

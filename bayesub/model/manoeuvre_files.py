@@ -119,10 +119,7 @@ class ManoeuvreFile(Section):
     def responses(self, vehicle: Vehicle, orders: Orders) -> np.ndarray:
         """Values (n_samples + 1, n_actuators): the answer of the actuators to `orders`, SI units.
 
-        Raises
-        ------
-        InputError
-            For a control that the vehicle does not have.
+        InputError for a control that the vehicle does not have.
         """
         orders = {column: (at * self.clock(vehicle), ordered) for column, (at, ordered) in orders.items()}
         return vehicle.actuators.responses(self.times(vehicle), orders, f"manoeuvre '{self.name}'")
@@ -267,13 +264,7 @@ KINDS: dict[str, type[ManoeuvreFile]] = {
 
 
 def read_manoeuvre(path: Path) -> ManoeuvreFile:
-    """Read a manoeuvre file of any kind.
-
-    Raises
-    ------
-    InputError
-        With file, key and remedy.
-    """
+    """Read a manoeuvre file of any kind; InputError with file, key and remedy."""
     content = toml_files.read_toml_table(path)
     kind = content.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:

@@ -2,13 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.logs import log_files
-from bayesub.model.actuators import command_column
+from bayesub.model.actuator import with_water
+from bayesub.model.actuators import command_column, values_of_log, with_commands
 from bayesub.model.manoeuvre_files import ManoeuvreFile, RandomFile, read_manoeuvre, straight_and_level
 from bayesub.model.prescribed import Prescribed
 from bayesub.model.vehicles import Vehicle
@@ -160,7 +162,7 @@ def of_inputs(
     rpm: np.ndarray,
     initial_state: np.ndarray,
     vehicle: Vehicle,
-    **others: object,
+    **others: Any,
 ) -> Manoeuvre:
     """The manoeuvre of inputs (n, n_actuators) to the actuators of a vehicle; the rest as for :class:`Manoeuvre`.
 
@@ -177,9 +179,10 @@ def of_inputs(
 
 def _from_csv(path: Path, vehicle: Vehicle) -> Manoeuvre:
     actuators = vehicle.actuators
-    log, commanded = actuators.commanded(actuators.with_water(log_files.read_log(path, actuators.log_columns)))
+    log = with_water(log_files.read_log(path, actuators.log_columns), actuators.members)
+    log, commanded = with_commands(log, actuators)
     times = log.pop("time")
-    values = actuators.values(log, len(times), str(path))
+    values = values_of_log(actuators, log, len(times), str(path))
     if log and not any(name in log for name in vehicle.inputs):
         expected = ", ".join(log_files.HEADERS.get(name, name) for name in vehicle.inputs)
         raise InputError(f"{path}: has no control column; expected some of {expected}", "missing")

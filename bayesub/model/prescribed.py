@@ -23,36 +23,26 @@ if TYPE_CHECKING:  # it takes half a second to import
 INERTIA = 1e15  # kg m^2; a moment of 100 N m turns it by 1e-5 rad in 4 hours
 PLANES = {"pitch": "vertical", "yaw": "horizontal"}
 STATES = {"pitch": ("theta", "q"), "yaw": ("psi", "r")}
-_AXES = {"pitch": "M", "yaw": "N"}
-_INERTIAS = {"pitch": workspace.IYY, "yaw": workspace.IZZ}
 _SMOOTHNESS = (-12.0, 12.0)  # decimal logarithms of the penalty of curvature between which it is sought
 _FEWEST = 5  # readings that a smoothing spline needs
 
 
 @dataclass(frozen=True)
 class Prescribed:
-    """An angle over time.
+    """An angle over time."""
 
-    Attributes
-    ----------
-    angle : str
-        "pitch" or "yaw".
-    of : callable
-        Times (n,), s -> angles (n,), rad.
-    """
-
-    angle: str
-    of: Callable[[np.ndarray], np.ndarray]
+    angle: str  # "pitch" or "yaw"
+    of: Callable[[np.ndarray], np.ndarray]  # times (n,), s -> angles (n,), rad
 
     @property
     def axis(self) -> str:
         """The moment whose equation it takes the place of."""
-        return _AXES[self.angle]
+        return {"pitch": "M", "yaw": "N"}[self.angle]
 
     @property
     def inertia(self) -> int:
         """Position of its moment of inertia in the body vector."""
-        return _INERTIAS[self.angle]
+        return {"pitch": workspace.IYY, "yaw": workspace.IZZ}[self.angle]
 
     @property
     def states(self) -> tuple[str, str]:
@@ -82,23 +72,9 @@ def check(angle: str, subproblem: str | None) -> None:
 def smoothed(angle: str, times: np.ndarray, readings: np.ndarray, sd: float) -> Prescribed:
     """The smoothest angle that misses its readings by their noise.
 
-    It is the cubic smoothing spline whose residuals have the root mean square `sd`.
-
-    Parameters
-    ----------
-    angle : str
-        "pitch" or "yaw".
-    times : (n,) array
-        Ascending, s.
-    readings : (n,) array
-        rad.
-    sd : float
-        Of their noise, rad.
-
-    Raises
-    ------
-    InputError
-        For fewer than five readings.
+    It is the cubic smoothing spline through readings (n,), rad, at ascending times (n,), s, whose residuals have the
+    root mean square `sd`, rad. The angle is "pitch" or "yaw". InputError for fewer than five
+    readings.
     """
     from scipy.interpolate import make_smoothing_spline
     from scipy.optimize import brentq

@@ -25,13 +25,7 @@ class PropulsionSection(Section):
     def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:
         """b1 .. b9 and k0 (rpm per m/s).
 
-        Parameters
-        ----------
-        body : BodySection
-        speed : float
-            At which trials begin, m/s.
-        drag : float
-            In straight flight at that speed, on (rho/2) l^2 speed^2.
+        Trials begin at the speed (m/s), at which the drag in straight flight is on (rho/2) l^2 speed^2.
         """
         raise NotImplementedError
 

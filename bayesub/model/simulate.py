@@ -1,16 +1,25 @@
 """Simulate trials: a vehicle, a manoeuvre and a batch of coefficient sets give a batch of trajectories."""
 
 from collections.abc import Mapping
+from typing import TypedDict, Unpack
 
 import numpy as np
 
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, nearest
 from bayesub.model.disturbance import Disturbance, ForceHistory
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.simulator import MAX_STEPS, OF_MANOEUVRE, Simulator
-from bayesub.model.time_step import true_step
+from bayesub.model.simulator import MAX_STEPS, Simulator, true_step
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
+
+
+class Integration(TypedDict, total=False):
+    """How a motion is integrated, as :class:`bayesub.model.simulator.Simulator` takes it."""
+
+    dt: float | None
+    controls: str
+    subproblem: str | None
+    attitude: str
 
 
 def simulate(
@@ -18,14 +27,11 @@ def simulate(
     manoeuvre: Manoeuvre,
     *,
     xi: np.ndarray | None = None,
-    dt: float | None = None,
     sample: float | None = None,
-    controls: str = "linear",
-    subproblem: str | None = OF_MANOEUVRE,
-    attitude: str = "euler",
     actuators: Mapping[str, float] | None = None,
     disturbance: Disturbance | ForceHistory | None = None,
     rng: np.random.Generator | None = None,
+    **integration: Unpack[Integration],
 ) -> Trajectory:
     """Simulate a manoeuvre.
 
@@ -37,17 +43,8 @@ def simulate(
     manoeuvre : Manoeuvre
     xi : (n_terms,) or (n_batch, n_terms) array, optional
         Non-dimensional coefficients; by default the vehicle's own.
-    dt : float, optional
-        Integration step, s; by default a tenth (:func:`true_step`) of the one that keeps the position within 5 cm
-        (:func:`choose_step`), so that a record of the motion does not come from the integrator that fits it.
     sample : float, optional
         Output interval, s; by default the spacing of the control history.
-    controls : str
-        "linear" or "hold", as for :class:`Simulator`.
-    subproblem : str or None
-        "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
-    attitude : str
-        "euler" or "quaternion".
     actuators : dict of str to float, optional
         What is wrong with the log of the actuators: nuisance parameters -> values, such as ``{"delay_rudder_s": 0.4}``.
     disturbance : Disturbance or ForceHistory, optional
@@ -55,6 +52,15 @@ def simulate(
         integration step, or the history itself.
     rng : Generator, optional
         Of that history.
+    dt : float, optional
+        Integration step, s; by default a tenth (:func:`true_step`) of the one that keeps the position within 5 cm
+        (:func:`choose_step`), so that a record of the motion does not come from the integrator that fits it.
+    controls : str
+        "linear" or "hold", as for :class:`Simulator`.
+    subproblem : str or None
+        "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
+    attitude : str
+        "euler" or "quaternion".
 
     Raises
     ------
@@ -82,11 +88,16 @@ def simulate(
             f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}", "value", "sample"
         )
     times = np.minimum(times, manoeuvre.duration)
-    options = {"controls": controls, "subproblem": subproblem, "attitude": attitude}
-    options["changes"] = vehicle.actuators.changes(actuators or {})
-    if dt is None:
-        dt = true_step(Simulator(vehicle, manoeuvre, times, **options).step, manoeuvre)
-    simulator = Simulator(vehicle, manoeuvre, times, dt=dt, **options)
+    changes, known = {}, vehicle.actuators.parameters
+    for name, value in (actuators or {}).items():
+        if name not in known:
+            raise InputError(f"actuators: there is no '{name}'{nearest(name, known)}", "unknown", name)
+        i, kind = known[name]
+        changes[name] = value - vehicle.actuators.members[i].nominal(kind)
+    if integration.get("dt") is None:
+        model = Simulator(vehicle, manoeuvre, times, changes=changes, **integration)
+        integration["dt"] = true_step(model.step, manoeuvre)
+    simulator = Simulator(vehicle, manoeuvre, times, changes=changes, **integration)
     if disturbance is not None:
         simulator = simulator.disturbed(disturbance, rng)
     return simulator.trajectory(xi)

@@ -1,173 +1,150 @@
 """A vehicle on a manoeuvre, prepared once, and flown with many batches of coefficient sets."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import KW_ONLY, dataclass, field, replace
 
 import numpy as np
 
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, nearest
+from bayesub.kernels import workspace
 from bayesub.logs import log_files
 from bayesub.model import prescribed
-from bayesub.model.control_histories import ControlHistories
+from bayesub.model.control_histories import ControlHistories, StageChanges
 from bayesub.model.disturbance import Disturbance, ForceHistory, Knots, check_axes
 from bayesub.model.equations import AXES
 from bayesub.model.equations.generate import EXTERNAL
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.sensitivity_columns import sensitivity_columns
-from bayesub.model.stage_changes import StageChanges
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 
 STATUS = ("ok", "diverged", "left_envelope")
 MAX_SPEED_RATIO = 10.0  # a member faster than this many times the trial speed has diverged
 MAX_STEPS = 2_000_000  # of one flight, and of its output times
+STEP_TOLERANCE_M = 0.05  # position change on halving the step that an automatic step must keep
+FINER = 10.0  # steps of a true motion in one of the model that is fitted to its record
 OF_MANOEUVRE = "of the manoeuvre"
 
 
+@dataclass(eq=False, repr=False)
 class Simulator:
     """A vehicle on a manoeuvre, prepared once for many batches of coefficient sets.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-    manoeuvre : Manoeuvre
-    times : (n_times,) array
-        Output times within the manoeuvre, s, which must not descend.
-    dt : float, optional
-        Integration step, s; by default one that is good to 5 cm (:func:`choose_step`).
-    controls : str
-        "linear" interpolates the control history at the Runge-Kutta stages, "hold" takes the value at the start of each
-        step (the convention of the thesis, first order).
-    subproblem : str or None
-        "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
-    attitude : str
-        "euler", or "quaternion" to fly through 90 degrees of pitch (output in Euler angles all the same).
-    varied : tuple of str
-        Parameters of actuators (:attr:`bayesub.model.actuators.Actuators.parameters`), n_varied of them, by which
-        members of a batch may differ.
-    changes : dict of str to float
-        Parameters of actuators -> how much they differ, for all members, from no bias, a scale of one, no delay and
-        the lag of the vehicle.
-    knots : Knots, optional
-        Where each member has forces of its own that the equations leave out; they vary after the parameters of
-        actuators.
-    forces : ForceHistory, optional
-        Forces that the equations leave out, for all members. A current among them moves the boat over the ground, and
-        not in the water, in which all states here are.
-
-    Raises
-    ------
-    InputError
-        For an option that does not exist, and for output times that descend or lie outside the manoeuvre.
+    Parameters of actuators are those of :attr:`bayesub.model.actuators.Actuators.parameters`. InputError for an option
+    that does not exist, and for output times that descend or lie outside the manoeuvre.
     """
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        manoeuvre: Manoeuvre,
-        times: np.ndarray,
-        *,
-        dt: float | None = None,
-        controls: str = "linear",
-        subproblem: str | None = OF_MANOEUVRE,
-        attitude: str = "euler",
-        varied: tuple[str, ...] = (),
-        changes: Mapping[str, float] | None = None,
-        knots: Knots | None = None,
-        forces: ForceHistory | None = None,
-    ):
-        if subproblem == OF_MANOEUVRE:
-            subproblem = manoeuvre.subproblem
-        subproblem = vehicle.equations.subproblem(subproblem)
-        if controls not in ("linear", "hold"):
-            raise InputError(f"unknown control convention '{controls}': expected linear or hold", "unknown", "controls")
-        if attitude not in ("euler", "quaternion"):
-            raise InputError(f"unknown attitude '{attitude}': expected euler or quaternion", "unknown", "attitude")
-        if dt is not None and not (np.isfinite(dt) and dt > 0):
-            raise InputError(f"the time step must be a positive number of seconds, found {dt}", "value", "dt")
-        manoeuvre.check(vehicle)
-        self.knots, self.forces = knots, forces
-        for axes in (() if part is None else part.axes for part in (knots, forces)):
-            if axes:
-                check_axes(axes, subproblem)
-        for one in manoeuvre.prescribed:
-            prescribed.check(one.angle, subproblem)
-            if controls == "hold":
+    vehicle: Vehicle  # which is then confined to the sub-problem
+    manoeuvre: Manoeuvre
+    times: np.ndarray  # (n_times,) of output within the manoeuvre, s, which must not descend
+    _: KW_ONLY
+    dt: float | None = None  # integration step, s; by default one that is good to 5 cm (choose_step)
+    # "linear" interpolates the control history at the Runge-Kutta stages, "hold" takes the value at the start of each
+    # step (the convention of the thesis, first order).
+    controls: str = "linear"
+    subproblem: str | None = OF_MANOEUVRE  # "horizontal", "vertical" or None for all six degrees of freedom
+    attitude: str = "euler"  # or "quaternion", to fly through 90 degrees of pitch (output in Euler angles all the same)
+    # Parameters of actuators by which members of a batch may differ; with the forces at the knots, which come after
+    # them, they are n_varied.
+    varied: tuple[str, ...] = ()
+    # Parameters of actuators -> how much they differ, for all members, from no bias, a scale of one, no delay and the
+    # lag of the vehicle.
+    changes: Mapping[str, float] = field(default_factory=dict)
+    knots: Knots | None = None  # where each member has forces of its own that the equations leave out
+    # Forces that the equations leave out, for all members. A current among them moves the boat over the ground, and not
+    # in the water, in which all states here are.
+    forces: ForceHistory | None = None
+    step: float = field(init=False)  # the integration step that is taken, s
+
+    def __post_init__(self):
+        vehicle, manoeuvre, equations = self.vehicle, self.manoeuvre, self.vehicle.equations
+        self.subproblem = equations.subproblem(
+            manoeuvre.subproblem if self.subproblem == OF_MANOEUVRE else self.subproblem
+        )
+        self._check_options()
+        self._disturbed = self.knots is not None or (self.forces is not None and self.forces.of_forces is not None)
+        self._pushed = self._disturbed or bool(manoeuvre.prescribed)
+        self.kernels = vehicle.kernels(self.subproblem, external=self._pushed)
+        self.vehicle = vehicle.restricted(self.subproblem)
+        self.step = choose_step(vehicle, manoeuvre, self.subproblem, self.attitude) if self.dt is None else self.dt
+        self.step, self.times = float(self.step), np.array(self.times, dtype=float)
+        self._check_times()
+        self._inactive = np.isin(equations.names, equations.active(subproblem=self.subproblem), invert=True)
+        self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
+        n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
+        boundaries = np.arange(max(n_steps, 3) + 1) * self.step
+        self._prescribed = {one: one.on_steps(boundaries) for one in manoeuvre.prescribed}
+        starts = np.arange(n_steps + 1) * self.step
+        middle, end = (0.0, 0.0) if self.controls == "hold" else (0.5, 1.0)
+        stage_times = [starts + f * self.step for f in (0.0, middle, end)]
+        self.histories = ControlHistories(
+            vehicle, manoeuvre, starts, self.step, stage_times, self.varied, self.changes, self.subproblem
+        )
+        pairs = zip(stage_times, self.histories.stages, strict=True)
+        self._stages = np.stack([self._controls(at, inputs) for at, inputs in pairs], axis=1)
+        self._varied = (*self.varied, *(() if self.knots is None else self.knots.parameters))
+        self._stage_changes = StageChanges(
+            vehicle, self.subproblem, self._varied, self.histories, stage_times, self.knots
+        )
+
+    def _check_options(self):
+        """InputError for options that do not exist or do not go together."""
+        if self.controls not in ("linear", "hold"):
+            raise InputError(
+                f"unknown control convention '{self.controls}': expected linear or hold", "unknown", "controls"
+            )
+        if self.attitude not in ("euler", "quaternion"):
+            raise InputError(f"unknown attitude '{self.attitude}': expected euler or quaternion", "unknown", "attitude")
+        if self.dt is not None and not (np.isfinite(self.dt) and self.dt > 0):
+            raise InputError(f"the time step must be a positive number of seconds, found {self.dt}", "value", "dt")
+        self.manoeuvre.check(self.vehicle)
+        for part in (self.knots, self.forces):
+            if part is not None and part.axes:
+                check_axes(part.axes, self.subproblem)
+        for one in self.manoeuvre.prescribed:
+            prescribed.check(one.angle, self.subproblem)
+            if self.controls == "hold":
                 raise InputError(
                     f"prescribed: {one.angle} cannot be held over a step; leave out controls = hold",
                     "conflict",
                     "controls",
                 )
-        felt = None if forces is None else forces.of_forces
-        self._disturbed = knots is not None or felt is not None
-        self._pushed = self._disturbed or bool(manoeuvre.prescribed)
-        self.kernels = vehicle.kernels(subproblem, external=self._pushed)
-        self.vehicle = vehicle.restricted(subproblem)
-        self.manoeuvre = manoeuvre
-        self.subproblem = subproblem
-        self.convention, self.attitude = controls, attitude
-        self.varied = (*varied, *(() if knots is None else knots.parameters))
-        self.changes = dict(changes or {})
-        from bayesub.model.time_step import choose_step  # it flies simulators itself
 
-        self.step = choose_step(vehicle, manoeuvre, subproblem, attitude) if dt is None else float(dt)
-        self.times = np.array(times, dtype=float)
-        if self.times.size == 0 or not (self.times[0] >= 0 and self.times[-1] <= manoeuvre.duration * (1 + 1e-12)):
+    def _check_times(self):
+        """InputError for output times that descend or lie outside the manoeuvre, and for too many steps."""
+        times, manoeuvre = self.times, self.manoeuvre
+        if times.size == 0 or not (times[0] >= 0 and times[-1] <= manoeuvre.duration * (1 + 1e-12)):
             raise InputError(
                 f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s", "value", "times"
             )
-        steps = np.diff(self.times)
+        steps = np.diff(times)
         if not np.all(steps >= 0):
             k = int(np.argmin(steps >= 0))
             raise InputError(
-                f"output times must ascend, found {self.times[k + 1]:g} s after {self.times[k]:g} s", "value", "times"
+                f"output times must ascend, found {times[k + 1]:g} s after {times[k]:g} s", "value", "times"
             )
-        if not self.times[-1] / self.step <= MAX_STEPS:
+        if not times[-1] / self.step <= MAX_STEPS:
             raise InputError(
-                f"{manoeuvre.name}: {self.times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
+                f"{manoeuvre.name}: {times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
                 "shorten the manoeuvre or give a longer step",
                 "limit",
                 "dt",
             )
-        n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
-        starts = np.arange(n_steps + 1) * self.step
-        middle, end = (0.0, 0.0) if controls == "hold" else (0.5, 1.0)
-        equations = vehicle.equations
-        self._inactive = np.isin(equations.names, equations.active(subproblem=subproblem), invert=True)
-        self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
-        boundaries = np.arange(max(n_steps, 3) + 1) * self.step
-        self._prescribed = {one: one.on_steps(boundaries) for one in manoeuvre.prescribed}
-        self._stage_times = [starts + f * self.step for f in (0.0, middle, end)]
-        of_actuators = tuple(name for name in self.varied if name in vehicle.actuators.parameters)
-        self.histories = ControlHistories(
-            vehicle, manoeuvre, starts, self.step, self._stage_times, of_actuators, self.changes, subproblem
-        )
-        pairs = zip(self._stage_times, self.histories.stages, strict=True)
-        self._stages = np.stack([self._controls(at, inputs) for at, inputs in pairs], axis=1)
-        self._stage_changes = StageChanges(vehicle, subproblem, self.varied, self.histories, self._stage_times, knots)
 
     def at(self, times: np.ndarray) -> "Simulator":
         """The same simulator with other output times."""
-        return self._changed(times=times)
+        return replace(self, dt=self.step, times=times)
 
     @property
     def undisturbed(self) -> "Simulator":
         """The same simulator without the forces that the equations leave out."""
-        return self._changed(knots=None, forces=None) if self._disturbed or self.forces is not None else self
+        calm = self.knots is None and self.forces is None
+        return self if calm else replace(self, dt=self.step, knots=None, forces=None)
 
     def disturbed(self, disturbance: Disturbance | ForceHistory, rng: np.random.Generator | None = None) -> "Simulator":
         """The same simulator with forces that the equations leave out, for all members.
 
-        Parameters
-        ----------
-        disturbance : Disturbance or ForceHistory
-            The forces, or a process, of which a history is sampled at the beginning and end of each step.
-        rng : Generator, optional
-            Of that history.
-
-        Raises
-        ------
-        InputError
-            For a correlation time shorter than a step, and for a process without `rng`.
+        Of a process a history is sampled by `rng` at the beginning and end of each step; InputError without `rng`, and
+        for a correlation time shorter than a step.
         """
         if isinstance(disturbance, Disturbance):
             if rng is None:
@@ -181,21 +158,7 @@ class Simulator:
                 )
             n_steps = int(np.ceil(self.manoeuvre.duration / self.step * (1.0 - 1e-12)))
             disturbance = disturbance.sample(np.arange(n_steps + 1) * self.step, rng)
-        return self._changed(forces=disturbance)
-
-    def _changed(self, **changes) -> "Simulator":
-        arguments = {
-            "times": self.times,
-            "dt": self.step,
-            "controls": self.convention,
-            "subproblem": self.subproblem,
-            "attitude": self.attitude,
-            "varied": tuple(name for name in self.varied if name in self.vehicle.actuators.parameters),
-            "changes": self.changes,
-            "knots": self.knots,
-            "forces": self.forces,
-        }
-        return Simulator(self.vehicle, self.manoeuvre, **arguments | changes)
+        return replace(self, dt=self.step, forces=disturbance)
 
     def controls_at(self, times: np.ndarray) -> np.ndarray:
         """(n, n_controls + 1): the controls of the equations and n/k0; then, if there are any, forces from outside."""
@@ -240,24 +203,13 @@ class Simulator:
         parallel: bool = True,
         times: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate a batch of coefficient sets.
+        """Simulate a batch of coefficient sets (n_batch, n_terms).
 
-        Parameters
-        ----------
-        xi : (n_batch, n_terms) array
-        body : (n_batch, N_BODY) array, optional
-            Body vectors, SI units; by default the vehicle's.
-        initial : (n_batch, 12) array, optional
-            States at the start; by default the manoeuvre's.
-        amounts : (n_batch, n_varied) array, optional
-            How much the parameters of the actuators that vary differ, and forces at the knots (N, N m); by default not
-            at all.
-        outputs : tuple of str
-            Short names of the states and accelerations that are wanted.
-        parallel : bool
-            Whether a large batch is shared among threads.
-        times : (n_times,) array, optional
-            Output times, s, that do not descend, none of them after the last of the simulator; by default its own.
+        Body vectors `body` (n_batch, N_BODY), SI units, are by default the vehicle's, the states at the start `initial`
+        (n_batch, 12) those of the manoeuvre. `amounts` (n_batch, n_varied) are how much the parameters of the actuators
+        that vary differ, and forces at the knots (N, N m); by default not at all. `outputs` are short names of the
+        states and accelerations that are wanted. Output times (n_times,), s, do not descend, and none is after the last
+        of the simulator; by default they are its own. A large batch is shared among threads, if it may be `parallel`.
 
         Returns
         -------
@@ -274,7 +226,7 @@ class Simulator:
             self._initials(initial, n_batch),
             self._stages,
             self._stage_changes.variations,
-            self._stage_changes.numbers(np.zeros((n_batch, len(self.varied))) if amounts is None else amounts),
+            self._stage_changes.numbers(np.zeros((n_batch, len(self._varied))) if amounts is None else amounts),
             self.step,
             self.times if times is None else times,
             MAX_SPEED_RATIO * self.vehicle.speed_mps,
@@ -307,25 +259,10 @@ class Simulator:
         """Derivatives of the motion of one coefficient set at the output times.
 
         They are those of the discretised motion, exact to round-off where it is differentiable (model manual, section
-        6).
-
-        Parameters
-        ----------
-        xi : (n_terms,) array
-        parameters : iterable of str
-            Names of coefficients (non-dimensional), of entries of the body vector (SI units; b1 .. b9 non-dimensional;
-            mass, weight and buoyancy are three numbers), of states at the start, such as "u0", of what is unknown of
-            actuators, such as "bias_rudder_deg", or of forces at the knots.
-        outputs : tuple of str
-            Short names of the states and accelerations whose derivatives are wanted.
-        body : (N_BODY,) array, optional
-            By default the vehicle's.
-        initial : (12,) array, optional
-            By default the manoeuvre's.
-        amounts : (n_varied,) array, optional
-            As of :meth:`run`.
-        times : (n_times,) array, optional
-            As of :meth:`run`.
+        6). The set is (n_terms,); `parameters` are names of coefficients (non-dimensional), of entries of the body
+        vector (SI units; b1 .. b9 non-dimensional; mass, weight and buoyancy are three numbers), of states at the
+        start, such as "u0", of what is unknown of actuators, such as "bias_rudder_deg", or of forces at the knots. The
+        others are as of :meth:`run`, of one member.
 
         Returns
         -------
@@ -343,7 +280,13 @@ class Simulator:
             stages = stages + self._stage_changes.variations.added(numbers, stages.shape[2])
         max_speed = MAX_SPEED_RATIO * self.vehicle.speed_mps
         history = self.kernels.fly(dimensional, bodies, initial, stages, self.step, max_speed)
-        firsts, variations, slots, *columns = self._sensitivity_columns(parameters, amounts)
+        parameters = tuple(parameters)
+        if parameters not in self._columns:
+            firsts, varied, *columns = sensitivity_columns(parameters, self.vehicle, self.subproblem, self.knots)
+            self._columns[parameters] = firsts, varied, self._stage_changes.by(varied, amounts), *columns
+        firsts, varied, variations, slots, *columns = self._columns[parameters]
+        if not self._stage_changes.are_linear:
+            variations = self._stage_changes.by(varied, amounts)
         rows = np.array(log_files.positions(*outputs))
         times = self.times if times is None else times
         derivatives = self.kernels.sensitivities(
@@ -352,17 +295,6 @@ class Simulator:
         if len(firsts) < derivatives.shape[1]:
             derivatives = np.add.reduceat(derivatives, firsts, axis=1)
         return derivatives.swapaxes(1, 2)
-
-    def _sensitivity_columns(self, parameters, amounts):
-        """First column of each parameter, and what the kernel `sensitivities` asks for, variations first."""
-        parameters = tuple(parameters)
-        if parameters not in self._columns:
-            firsts, varied, slots, *arrays = sensitivity_columns(parameters, self.vehicle, self.subproblem, self.knots)
-            self._columns[parameters] = firsts, varied, self._stage_changes.by(varied, amounts), slots, *arrays
-        firsts, varied, variations, *arrays = self._columns[parameters]
-        if not self._stage_changes.are_linear:
-            variations = self._stage_changes.by(varied, amounts)
-        return firsts, variations, *arrays
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:
         """The motion of coefficient sets `xi` (n_batch, n_terms), all twelve states."""
@@ -374,18 +306,110 @@ class Simulator:
 
     def _bodies(self, body, n_batch):
         """Body vectors (n_batch, N_BODY), by default the vehicle's, with the constants of the equations."""
-        body = self._repeated(self.vehicle.body, n_batch) if body is None else body
-        bodies = np.hstack([body, self._repeated(self.vehicle.constants, n_batch)])
+        body = np.tile(self.vehicle.body, (n_batch, 1)) if body is None else body
+        bodies = np.hstack([body, np.tile(self.vehicle.constants, (n_batch, 1))])
         bodies[:, [one.inertia for one in self._prescribed]] = prescribed.INERTIA
         return bodies
 
     def _initials(self, initial, n_batch):
         """States at the start (n_batch, 12), by default the manoeuvre's, with the angles that are prescribed."""
-        initial = self._repeated(self.manoeuvre.initial_state, n_batch) if initial is None else np.array(initial)
+        initial = np.tile(self.manoeuvre.initial_state, (n_batch, 1)) if initial is None else np.array(initial)
         for one, angle in self._prescribed.items():
             initial[:, log_files.positions(*one.states)] = angle(0.0), angle(0.0, 1)
         return initial
 
-    @staticmethod
-    def _repeated(row, n_batch):
-        return np.repeat(row[None], n_batch, axis=0)
+
+def sensitivity_columns(
+    parameters: tuple[str, ...], vehicle: Vehicle, subproblem: str | None, knots: Knots | None
+) -> tuple:
+    """What the kernel needs to know of parameters (:meth:`bayesub.model.simulator.Simulator.sensitivities`).
+
+    A coefficient is one column, an entry of the body vector or something unknown of an actuator six, one for the force
+    along each axis; a force at a knot is one, and a state at the start has none but its own start. Returned are the
+    first column of each parameter; names of those of actuators and knots; and the arguments `slots`, `parameters`,
+    `sources`, `factors`, `axes` and `initial` of the kernel. InputError for an unknown name.
+    """
+    equations, idle, factors_of = vehicle.equations, vehicle.idle(subproblem), vehicle.dimensional_factors
+    thrust_factor = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
+    forces = {}
+    if knots is not None:
+        of_axes = [axis for axis in knots.axes for _ in knots.times]
+        forces = dict(zip(knots.parameters, of_axes, strict=True))
+    varied = [name for name in parameters if name in vehicle.actuators.parameters or name in forces]
+    after_body = len(equations.names) + 6 * sum(name in workspace.BODY for name in parameters)
+    body: list[int] = []
+    columns: list[tuple[int, float, int, int | None]] = []
+    firsts, slots, n_slots = [], [], 0
+    for name in parameters:
+        firsts.append(len(columns))
+        used = name not in idle
+        if name in equations.index:
+            k = equations.index[name]
+            columns.append((k, used * factors_of[k], AXES.index(equations.terms[k].axis), None))
+        elif name in workspace.BODY:
+            first = len(equations.names) + 6 * len(body)
+            factor = used * (thrust_factor if name in workspace.THRUST else 1.0)
+            columns += [(first + axis, factor, axis, None) for axis in range(6)]
+            body.append(workspace.BODY.index(name))
+        elif name in varied:
+            along = range(6) if name not in forces else (AXES.index(forces[name]),)
+            columns += [(after_body + n_slots + k, 1.0, axis, None) for k, axis in enumerate(along)]
+            slots.append([n_slots + along.index(axis) if axis in along else -1 for axis in range(6)])
+            n_slots += len(along)
+        elif name[-1:] == "0" and name[:-1] in log_files.STATES:
+            columns.append((0, 0.0, 0, log_files.STATES.index(name[:-1])))
+        else:
+            valid = [*equations.names, *workspace.BODY, *(f"{state}0" for state in log_files.STATES)]
+            valid += vehicle.actuators.parameters
+            raise InputError(f"unknown parameter '{name}'{nearest(name, valid)}", "unknown", name)
+    sources, factors, axes, starts = zip(*columns, strict=True)
+    initial = np.zeros((len(columns), workspace.N_STATES))
+    for column, start in enumerate(starts):
+        if start is not None:
+            initial[column, start] = 1.0
+    of_slots, of_body = np.array(slots, dtype=int).reshape(-1, 6), np.array(body, dtype=int)
+    return firsts, varied, of_slots, of_body, *map(np.array, (sources, factors, axes)), initial
+
+
+def true_step(step: float, manoeuvre: Manoeuvre) -> float:
+    """The step at which a motion is flown whose record is fitted at `step` (s): a tenth, as MAX_STEPS allow."""
+    return min(step, max(step / FINER, 2.0 * manoeuvre.duration / MAX_STEPS))
+
+
+def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, attitude: str = "euler") -> float:
+    """The largest step of 1, 0.5, 0.2, 0.1, .. s that keeps the position within 5 cm of the one at half the step.
+
+    The search starts at a tenth of a ship length travelled. InputError if a boat that completes the
+    manoeuvre has no such step.
+    """
+    times = np.linspace(0.0, manoeuvre.duration, 201)
+    ladder = steps(vehicle, manoeuvre)
+    for step in ladder:
+        coarse, fine = (
+            Simulator(vehicle, manoeuvre, times, dt=dt, subproblem=subproblem, attitude=attitude).run(vehicle.xi)[0][
+                0, :, :3
+            ]
+            for dt in (step, step / 2)
+        )
+        # A vehicle that fails is compared up to its failure.
+        both = np.isfinite(coarse[:, 0]) & np.isfinite(fine[:, 0])
+        if both.any() and np.linalg.norm(coarse[both] - fine[both], axis=1).max() < STEP_TOLERANCE_M:
+            return step
+    if both.all():
+        raise InputError(
+            f"{manoeuvre.name}: no step down to {ladder[-1]:g} s keeps the position of '{vehicle.name}' within 5 cm; "
+            "give a step (dt)",
+            "model",
+            "dt",
+        )
+    return ladder[-1]
+
+
+def steps(vehicle: Vehicle, manoeuvre: Manoeuvre) -> list[float]:
+    """The steps that may be chosen: 5, 2, 1, 0.5, .. s from a tenth of a ship length travelled down.
+
+    The shortest is such that a flight at half of it has no more than MAX_STEPS.
+    """
+    ladder = [m * 10.0**e for e in range(1, -5, -1) for m in (5, 2, 1)]
+    ladder = [step for step in ladder if step <= 0.1 * vehicle.length_m / vehicle.speed_mps] or ladder[-1:]
+    return [step for step in ladder if 2.0 * manoeuvre.duration / step <= MAX_STEPS] or ladder[:1]

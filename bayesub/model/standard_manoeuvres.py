@@ -8,11 +8,10 @@ measured, such as 180 degrees of heading, or its simulation fails before, the me
 
 import numpy as np
 
-from bayesub.logs.log_files import positions
+from bayesub.logs.log_files import VELOCITIES, positions
 from bayesub.model.boats import Boats
 from bayesub.model.manoeuvre_files import RUDDER, STERN_PLANE
-from bayesub.model.manoeuvres import Manoeuvre, of_inputs
-from bayesub.model.spiral import N_RATES, spiral
+from bayesub.model.manoeuvres import of_inputs
 
 TURN, DIVE, ZIGZAG, STOP, JAM = 60.0, 4.0, 20.0, 60.0, 60.0  # ship lengths travelled at the trial speed
 RUDDER_DEG, DIVE_DEG = 35.0, 10.0  # at most; a smaller limit of the boat counts
@@ -23,6 +22,11 @@ _FINE, _SAMPLE = 4, 2  # parts of a step between which controls are linear, and 
 _BEFORE = 1e3  # ship lengths before the start, in which a plane has come to rest where it was ordered
 X, Y, Z, PSI, U, V, R = positions("x", "y", "z", "psi", "u", "v", "r")
 _TRACK = list(positions("x", "y", "z"))
+
+N_RATES = 24  # of turn of a spiral, on each side
+_NUDGE = 1e-6  # of the speed and of 1 rad, for derivatives
+_TOLERANCE, _ITERATIONS = 1e-9, 12  # accelerations, on U^2 / l and U^2 / l^2
+_BALANCED = [VELOCITIES.index(name) for name in "uvr"]
 
 
 def fly(
@@ -36,26 +40,12 @@ def fly(
 ) -> np.ndarray:
     """States (n, n_times, 12) of a flight whose planes are put over at 0 s, every STEP * _SAMPLE ship lengths.
 
-    Parameters
-    ----------
-    boats : Boats
-    lengths : float
-        How far, in ship lengths travelled at the trial speed.
-    plane : str
-        To which the motion is confined.
-    orders : dict of str to (float, float)
-        Column of a control -> where it has come to rest before, and where it is ordered, deg, or as far as it goes.
-    astern : float, optional
-        Ship lengths after which the propeller turns astern, as fast as it has turned ahead.
-    initial : (n, 12) array, optional
-        States at the start.
+    It goes as many ship lengths as are travelled at the trial speed, confined to a plane. `orders` are by the columns
+    of controls where these have come to rest before, and where they are ordered, deg, or as far as they go. After
+    `astern` ship lengths the propeller turns astern, as fast as it has turned ahead. `initial` (n, 12) are the states
+    at the start.
     """
-    manoeuvre = _manoeuvre(boats.vehicle, lengths, plane, orders, astern)
-    dt = STEP * boats.vehicle.length_m / boats.vehicle.speed_mps
-    return boats.fly(manoeuvre, manoeuvre.times[:: _FINE * _SAMPLE], dt, initial)
-
-
-def _manoeuvre(vehicle, lengths, plane, orders, astern) -> Manoeuvre:
+    vehicle = boats.vehicle
     scale = vehicle.length_m / vehicle.speed_mps
     times = np.linspace(0.0, lengths * scale, _FINE * round(lengths / STEP) + 1)
     given = {}
@@ -66,8 +56,8 @@ def _manoeuvre(vehicle, lengths, plane, orders, astern) -> Manoeuvre:
     rpm = np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps)
     if astern is not None:
         rpm[times >= astern * scale] *= -1.0
-    start = Boats(vehicle, vehicle.xi[None]).straight()[0]
-    return of_inputs("quantities", times, inputs, rpm, start, vehicle, subproblem=plane)
+    manoeuvre = of_inputs("quantities", times, inputs, rpm, boats.straight()[0], vehicle, subproblem=plane)
+    return boats.fly(manoeuvre, times[:: _FINE * _SAMPLE], STEP * vehicle.length_m / vehicle.speed_mps, initial)
 
 
 def turn(boats: Boats) -> np.ndarray:
@@ -75,23 +65,23 @@ def turn(boats: Boats) -> np.ndarray:
     return fly(boats, TURN, "horizontal", {RUDDER: (0.0, RUDDER_DEG)})
 
 
+def _turned_by(boats, degrees):
+    return at_heading(boats.once(turn), degrees)
+
+
 def advance(boats: Boats) -> np.ndarray:
     """Distance (n,) ahead at 90 degrees of heading in a turn, m."""
-    return boats.once(_at_heading, 90.0)[:, X]
+    return boats.once(_turned_by, 90.0)[:, X]
 
 
 def transfer(boats: Boats) -> np.ndarray:
     """Distance (n,) to the side at 90 degrees of heading in a turn, m."""
-    return np.abs(boats.once(_at_heading, 90.0)[:, Y])
+    return np.abs(boats.once(_turned_by, 90.0)[:, Y])
 
 
 def tactical_diameter(boats: Boats) -> np.ndarray:
     """Distance (n,) to the side at 180 degrees of heading in a turn, m."""
-    return np.abs(boats.once(_at_heading, 180.0)[:, Y])
-
-
-def _at_heading(boats, degrees):
-    return at_heading(boats.once(turn), degrees)
+    return np.abs(boats.once(_turned_by, 180.0)[:, Y])
 
 
 def at_heading(states: np.ndarray, degrees: float) -> np.ndarray:
@@ -134,8 +124,64 @@ def overshoots(boats: Boats, degrees: float) -> np.ndarray:
     return np.stack(found, axis=1)
 
 
+def spiral(boats: Boats, fastest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rates of turn (2 N_RATES + 1,) up to the fastest (rad/s), and the rudder (n, 2 N_RATES + 1) that holds them, rad.
+
+    It is the result of Bech's reversed spiral, which stands on the unstable branch too; Dieudonne's direct spiral jumps
+    over that, and its loop lies between the two folds of the curve (IMO circular MSC/Circ.1053, explanatory notes to
+    the standards for ship manoeuvrability, 2002). The boat turns in the horizontal plane with the propeller speed of
+    straight flight. Steady turns are solved for, not waited for; not a number where none is found.
+    """
+    rates = np.linspace(-fastest, fastest, 2 * N_RATES + 1)
+    start = boats.vehicle_alone.once(_curve_of_one, fastest)
+    return rates, _steady_turns(boats, rates, np.tile(start, (len(boats), 1, 1)))[..., 2]
+
+
+def _curve_of_one(boat, fastest):
+    """(1, n_rates, 3) speeds u and v and the rudder of a boat, from straight flight outwards."""
+    rates = np.linspace(-fastest, fastest, 2 * N_RATES + 1)
+    curve = np.full((1, len(rates), 3), np.nan)
+    for side in (1, -1):
+        before = here = np.array([boat.vehicle.speed_mps, 0.0, 0.0])
+        for k in range(N_RATES + 1):
+            place = N_RATES + side * k
+            guess = 2.0 * here - before if k > 1 else here
+            found = _steady_turns(boat, rates[place : place + 1], guess[None, None])[0, 0]
+            before, here = here, found
+            curve[0, place] = found
+    return curve
+
+
+def _steady_turns(boats, rates, guess):
+    """(n, n_rates, 3) u, v and rudder without acceleration, by Newton's method from a guess; else not a number."""
+    speed, length = boats.vehicle.speed_mps, boats.vehicle.length_m
+    n, m, _ = guess.shape
+    steps = _NUDGE * np.array([speed, speed, 1.0])
+    scales = np.array([length / speed**2, length / speed**2, length**2 / speed**2])
+    unknown = guess.copy()
+    for _ in range(_ITERATIONS):
+        probes = np.repeat(unknown[:, :, None], 4, axis=2)  # as it is, and a step of each
+        probes[:, :, [1, 2, 3], [0, 1, 2]] += steps
+        flat = probes.reshape(n, 4 * m, 3)
+        states = np.tile(boats.straight()[0], (n, 4 * m, 1))
+        states[..., [U, V]], states[..., R] = flat[..., :2], np.repeat(rates, 4)
+        controls = boats.controls("horizontal", {RUDDER: flat[..., 2]}, 4 * m)
+        accelerations = boats.accelerations("horizontal", states, controls)[..., _BALANCED]
+        balance = accelerations.reshape(n, m, 4, 3) * scales
+        slopes = (balance[:, :, 1:] - balance[:, :, :1]) / steps[:, None]  # by u, v and rudder, of three accelerations
+        size = np.abs(balance[:, :, 0]).max(axis=2)
+        whole = np.isfinite(slopes).all(axis=(2, 3))
+        going = whole & (np.linalg.det(np.where(whole[..., None, None], slopes, 0.0)) != 0.0) & ~(size <= _TOLERANCE)
+        if not going.any():
+            break
+        systems = np.where(going[..., None, None], slopes.swapaxes(2, 3), np.eye(3))
+        step = np.linalg.solve(systems, balance[:, :, 0, :, None])[..., 0]
+        unknown -= np.where(going[..., None], step, 0.0)
+    return np.where((size <= _TOLERANCE)[..., None], unknown, np.nan)
+
+
 def spiral_curve(boats: Boats) -> tuple[np.ndarray, np.ndarray]:
-    """As :func:`bayesub.model.spiral.spiral`, up to the rate of turn that all rudder gives the vehicle."""
+    """The :func:`spiral` up to the rate of turn that all rudder gives the vehicle."""
     return spiral(boats, abs(float(boats.vehicle_alone.once(turn)[0, -1, R])))
 
 
@@ -177,16 +223,10 @@ def jam_depth_excursion(boats: Boats) -> np.ndarray:
 
 
 def at(states: np.ndarray, histories: np.ndarray, value: float, points: int = 4) -> np.ndarray:
-    """States (n, k) where histories (n, n_times) first reach a value, by inverse interpolation.
+    """States (n, k) of (n, n_times, k) where histories (n, n_times) first reach a value, by inverse interpolation.
 
-    Parameters
-    ----------
-    states : (n, n_times, k) array
-    histories : (n, n_times) array
-    value : float
-        Of histories that do not reach it the states are not a number.
-    points : int
-        Of the polynomial, 4 for a smooth history and 2 for one that has a kink nearby.
+    Of histories that do not reach it the states are not a number. The polynomial goes through 4 points for a smooth
+    history and 2 for one that has a kink nearby.
     """
     beyond = histories >= value
     n_times = histories.shape[1]
@@ -200,7 +240,7 @@ def at(states: np.ndarray, histories: np.ndarray, value: float, points: int = 4)
                 with np.errstate(all="ignore"):
                     weights[:, i] *= (value - near[:, j]) / (near[:, i] - near[:, j])
     found = np.einsum("ni,nik->nk", weights, around)
-    return np.where(beyond.any(axis=1)[:, None], found, np.nan)
+    return np.where(np.any(beyond, axis=1, keepdims=True), found, np.nan)
 
 
 def peak(histories: np.ndarray) -> np.ndarray:

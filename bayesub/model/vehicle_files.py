@@ -49,13 +49,9 @@ class BodySection(Section):
     centre_of_buoyancy_m: Vector3
 
     @pydantic.model_validator(mode="after")
-    def _one_buoyancy(self):
+    def _consistent(self):
         if self.neutrally_buoyant == (self.buoyancy_n is not None):
             raise ValueError("give either neutrally_buoyant = true or neutrally_buoyant = false with buoyancy_n")
-        return self
-
-    @pydantic.model_validator(mode="after")
-    def _centres_aboard(self):
         for key in ("centre_of_gravity_m", "centre_of_buoyancy_m"):
             if max(map(abs, getattr(self, key))) > self.length_m:
                 raise ValueError(f"{key} lies further than length_m from the origin")

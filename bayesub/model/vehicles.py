@@ -15,17 +15,21 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.notebook import Displayed
 from bayesub.kernels import workspace
-from bayesub.model import actuator_files, mass
+from bayesub.logs.log_files import ACCELERATIONS
+from bayesub.model import actuator_files
+from bayesub.model.actuator import GRAVITY_MPS2, Actuator
 from bayesub.model.actuators import Actuators
-from bayesub.model.equations import EquationSet, load_equations
+from bayesub.model.equations import AXES, EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, beside, equation_files
 from bayesub.model.equations.generate import source
 from bayesub.model.propulsion import MeasuredSection, ThrustSection
-from bayesub.model.vehicle_files import CorrelationsSection, VehicleFile, check_fit
-from bayesub.model.water import GRAVITY_MPS2
+from bayesub.model.vehicle_files import VehicleFile, check_fit
 
 if TYPE_CHECKING:
     from bayesub.kernels import families
+
+MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+SINGULAR = 1e-12  # smallest singular value over the largest, in units of length and mass of the boat; hulls have 1e-3
 
 
 @dataclass(frozen=True)
@@ -121,7 +125,7 @@ class Vehicle(Displayed):
     @property
     def mass_matrix(self) -> np.ndarray:
         """(6, 6) mass and added mass, kg, kg m and kg m^2 (model manual, section 6)."""
-        return mass.mass_matrix(self.equations, self.xi * self.dimensional_factors, self.body)
+        return mass_matrix(self.equations, self.xi * self.dimensional_factors, self.body)
 
     def restricted(self, subproblem: str | None) -> Vehicle:
         """The vehicle confined to a plane, without the coefficients and mechanical couplings of other motions.
@@ -152,6 +156,32 @@ class Vehicle(Displayed):
             if self.equations.degrees_of_freedom == 6:
                 idle |= {"xG"}
         return frozenset(idle)
+
+
+def mass_matrix(equations: EquationSet, dimensional: np.ndarray, body: np.ndarray) -> np.ndarray:
+    """The mass matrix M = M_rb - M_a (6, 6), kg, kg m and kg m^2 (model manual, sections 2 and 6), without kernels.
+
+    It is that of dimensional coefficients (n_terms,) and of a body vector (N_BODY,) in the order of
+    :data:`bayesub.kernels.workspace.BODY`. Kernels have their own (:mod:`bayesub.kernels.mass`); a test compares them.
+    """
+    mass, (x, y, z) = body[workspace.MASS], body[[workspace.XG, workspace.YG, workspace.ZG]]
+    ixx, iyy, izz, ixy, iyz, izx = body[workspace.IXX : workspace.IZX + 1]
+    lever = mass * np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])  # the cross product with the centre of gravity
+    inertia = np.array([[ixx, -ixy, -izx], [-ixy, iyy, -iyz], [-izx, -iyz, izz]])
+    matrix = np.block([[mass * np.eye(3), -lever], [lever, inertia]])
+    for term, coefficient in zip(equations.terms, dimensional, strict=True):
+        if term.is_added_mass:
+            matrix[AXES.index(term.axis), ACCELERATIONS.index(term.regressor)] -= coefficient
+    return matrix
+
+
+def without_inertia(matrix: np.ndarray, length_m: float, degrees_of_freedom: int) -> str:
+    """The motion whose acceleration costs no force, "surge" to "yaw"; empty if the matrix (6, 6) is regular."""
+    moving = [0, 1, 5] if degrees_of_freedom == 3 else list(range(6))
+    size = np.array([1.0] * 3 + [length_m] * 3)
+    scaled = (matrix / np.outer(size, size))[np.ix_(moving, moving)]
+    _, values, motions = np.linalg.svd(scaled)
+    return MOTIONS[moving[np.argmax(np.abs(motions[-1]))]] if values[-1] <= SINGULAR * values[0] else ""
 
 
 def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehicle:
@@ -191,7 +221,7 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
             "straight flight has a drag (a negative Xuu), and the size of the coefficients",
             "model",
         )
-    motion = mass.without_inertia(vehicle.mass_matrix, vehicle.length_m, equations.degrees_of_freedom)
+    motion = without_inertia(vehicle.mass_matrix, vehicle.length_m, equations.degrees_of_freedom)
     if motion:
         raise InputError(
             f"{path}: the mass matrix is singular: nothing resists an acceleration in {motion}; check mass and inertia "
@@ -220,16 +250,12 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
     thrust, rpm_per_mps = propulsion.thrust(body, trial.speed_mps, drag)
     if isinstance(propulsion, ThrustSection):
         kn1 = propulsion.torque_nm / propulsion.rpm**2
-    hull_members = ()
+    hull_members: tuple[Actuator, ...] = ()
     if file.displacement is not None:
         lift = weight if body.buoyancy_n is None else body.buoyancy_n
         water = lift, body.centre_of_buoyancy_m, body.water_density_kgm3
         hull_members = actuator_files.hull_members(file.displacement, *water, len(equations.controls))
-    actuators = actuator_files.build(
-        file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps, hull_members
-    )
-    measured = isinstance(propulsion, MeasuredSection)
-    forces = propulsion.wrenches(body, trial.speed_mps, drag) if measured else ()
+    forces = propulsion.wrenches(body, trial.speed_mps, drag) if isinstance(propulsion, MeasuredSection) else ()
     row = {
         "mass": body.mass_kg,
         **body.inertia_kgm2.model_dump(),
@@ -242,6 +268,10 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         "Kn1": kn1 * rpm_per_mps**2,
         "Kn2": kn2 * rpm_per_mps,
     }
+    correlation = None
+    if file.correlations is not None:
+        columns, correlation = equations.columns(file.correlations.coefficients), np.eye(len(equations.names))
+        correlation[np.ix_(columns, columns)] = file.correlations.matrix
     return Vehicle(
         name=file.name,
         description=file.description,
@@ -251,18 +281,13 @@ def _built(file: VehicleFile, equations: EquationSet) -> Vehicle:
         speed_mps=trial.speed_mps,
         depth_m=trial.depth_m,
         rpm_per_mps=rpm_per_mps,
-        actuators=actuator_files.with_forces(actuators, forces),
+        actuators=actuator_files.build(
+            file.actuators, equations, body.water_density_kgm3, rpm_per_mps * trial.speed_mps, hull_members, forces
+        ),
         body=np.array([row[key] for key in workspace.BODY]),
         xi=xi,
         sd=np.array([sds[key] for key in equations.names]),
         equations=equations,
         hull=hull,
-        correlation=None if file.correlations is None else _correlation(file.correlations, equations),
+        correlation=correlation,
     )
-
-
-def _correlation(section: CorrelationsSection, equations: EquationSet) -> np.ndarray:
-    columns = [equations.index[name] for name in section.coefficients]
-    correlation = np.eye(len(equations.names))
-    correlation[np.ix_(columns, columns)] = section.matrix
-    return correlation

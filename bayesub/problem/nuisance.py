@@ -214,7 +214,7 @@ def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
             "conflict",
             name,
         )
-    return Nuisance(name, vehicle.actuators.nominal(name), motion={name: 1.0})
+    return Nuisance(name, actuator.nominal(kind), motion={name: 1.0})
 
 
 def _body_value(vehicle, key):

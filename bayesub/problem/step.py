@@ -8,7 +8,7 @@ from bayesub.io.errors import InputError
 from bayesub.kernels import workspace
 from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.time_step import choose_step, steps
+from bayesub.model.simulator import choose_step, steps
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import Prior
 from bayesub.problem.forward_model import ForwardModel
@@ -56,8 +56,8 @@ def sensed_step(
     Returns
     -------
     float
-        One of :func:`bayesub.model.time_step.steps`, s; for a boat that fails at the mean of the prior with all of them
-        that of :func:`bayesub.model.time_step.choose_step`.
+        One of :func:`bayesub.model.simulator.steps`, s; for a boat that fails at the mean of the prior with all of them
+        that of :func:`bayesub.model.simulator.choose_step`.
 
     Raises
     ------

@@ -13,9 +13,8 @@ from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.checks.calibration import N_DRAWS
 from bayesub.inference.sampling.histories import marginal_mode, with_process
 from bayesub.model.coefficients import HORIZONTAL
-from bayesub.model.disturbance import CURRENTS, Disturbance
+from bayesub.model.disturbance import CURRENTS, Disturbance, hull_force_rms
 from bayesub.model.equations import AXES
-from bayesub.model.hull_forces import hull_force_rms
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import load_vehicle

@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
-from bayesub.model.time_step import true_step
+from bayesub.model.simulator import true_step
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem

@@ -9,7 +9,7 @@ from bayesub.inference.checks import calibration
 from bayesub.inference.sampling import sample
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulate import simulate
-from bayesub.model.time_step import true_step
+from bayesub.model.simulator import true_step
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem

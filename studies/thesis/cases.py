@@ -15,8 +15,7 @@ from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.coefficients import NAMES
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.model.simulate import simulate
-from bayesub.model.simulator import Simulator
-from bayesub.model.time_step import true_step
+from bayesub.model.simulator import Simulator, true_step
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem

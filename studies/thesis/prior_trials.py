@@ -5,7 +5,7 @@ import numpy as np
 from bayesub.inference.checks.calibration import prior_trajectory
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
-from bayesub.model.time_step import true_step
+from bayesub.model.simulator import true_step
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem.likelihoods import Normal
 from bayesub.problem.priors import Spread

@@ -12,7 +12,7 @@ from bayesub.inference.sampling import Posterior
 from bayesub.model.coefficients import NAMES, SUBPROBLEMS
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
-from bayesub.model.time_step import choose_step
+from bayesub.model.simulator import choose_step
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.priors import Normal

@@ -20,7 +20,7 @@ from bayesub.model.equations.equation_set import Term
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
-from bayesub.model.time_step import choose_step
+from bayesub.model.simulator import choose_step
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors

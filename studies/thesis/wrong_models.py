@@ -11,10 +11,9 @@ from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks.explanations import explanations
 from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.model.coefficients import HORIZONTAL, INDEX
-from bayesub.model.disturbance import Disturbance
+from bayesub.model.disturbance import Disturbance, hull_force_rms
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
-from bayesub.model.hull_forces import hull_force_rms
 from bayesub.model.trajectory import Trajectory
 from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.priors import perturbed, relative_normal

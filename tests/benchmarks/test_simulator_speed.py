@@ -9,8 +9,7 @@ import pytest
 
 from bayesub.cli.bench import spiral
 from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulator import Simulator
-from bayesub.model.time_step import STEP_TOLERANCE_M
+from bayesub.model.simulator import STEP_TOLERANCE_M, Simulator
 from bayesub.model.vehicles import load_vehicle
 from rivals import arithmetic, scalar_simulator
 

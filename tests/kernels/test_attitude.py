@@ -5,7 +5,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.kernels import attitude
+from bayesub.kernels import integrate
 
 
 @pytest.fixture
@@ -26,13 +26,13 @@ def loop():
 
 def test_euler_angles_and_quaternions_are_inverses(rng):
     for angles in rng.uniform([-np.pi, -1.5, -np.pi], [np.pi, 1.5, np.pi], (50, 3)):
-        np.testing.assert_allclose(attitude.euler_angles(*attitude.quaternion(*angles)), angles, atol=1e-13)
+        np.testing.assert_allclose(integrate.euler_angles(*integrate.quaternion(*angles)), angles, atol=1e-13)
 
 
 def test_a_quaternion_rotates_like_the_euler_angles(rng):
     """Both rotation matrices have the downward direction (-sth, cth sphi, cth cphi) in body axes."""
     phi, theta, psi = rng.uniform(-1.0, 1.0, 3)
-    q0, q1, q2, q3 = attitude.quaternion(phi, theta, psi)
+    q0, q1, q2, q3 = integrate.quaternion(phi, theta, psi)
     down = 2 * (q1 * q3 - q0 * q2), 2 * (q2 * q3 + q0 * q1), q0**2 - q1**2 - q2**2 + q3**2
     expected = -np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)
     np.testing.assert_allclose(down, expected, atol=1e-15)

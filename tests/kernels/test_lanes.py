@@ -9,8 +9,7 @@ from support import lane_functions, user_set
 
 from bayesub.io import toml_files
 from bayesub.kernels import compiled_files, jit, lanes
-from bayesub.kernels.families import family
-from bayesub.kernels.units import UNITS
+from bayesub.kernels.families import UNITS, family
 from bayesub.kernels.workspace import BODY, BODY_ROWS, COEFFICIENTS, INVERSE_MASS, LANES, STAGE
 from bayesub.model.equations import load_equations
 from bayesub.model.equations.generate import source

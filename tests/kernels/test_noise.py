@@ -10,7 +10,7 @@ import pytest
 from scipy import special, stats
 
 from bayesub.kernels import noise
-from bayesub.kernels.special import LOG_2, exponential, mills_ratio, split
+from bayesub.kernels.noise import LOG_2, exponential, mills_ratio, split
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="what is compiled is what is tested")
 HALF_WIDTHS = [5e-7, 5e-4, 1e-2, 0.3, 0.99, 1.0, 1.01, 2.5, 12.0, 500.0]

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.lane_functions import mapped
 
-from bayesub.kernels.trigonometry import sine_cosine
+from bayesub.kernels.lanes import sine_cosine
 
 
 def interpreted(angles):

@@ -6,9 +6,8 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.logs.log_files import positions
-from bayesub.model.disturbance import KINDS, Disturbance, ForceHistory, Knots, correlation
+from bayesub.model.disturbance import KINDS, Disturbance, ForceHistory, Knots, correlation, hull_force_rms, hull_forces
 from bayesub.model.equations import AXES
-from bayesub.model.hull_forces import hull_force_rms, hull_forces
 from bayesub.model.linear_form import linear_systems
 
 STEP = 0.5  # s

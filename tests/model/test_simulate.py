@@ -11,8 +11,7 @@ import bayesub as bs
 from bayesub.kernels.workspace import BODY
 from bayesub.logs.log_files import OUTPUTS
 from bayesub.model.coefficients import AXES, HORIZONTAL, INDEX, NAMES, names_of_axis
-from bayesub.model.simulator import Simulator
-from bayesub.model.time_step import STEP_TOLERANCE_M, choose_step
+from bayesub.model.simulator import STEP_TOLERANCE_M, Simulator, choose_step
 
 # What changes sign when port and starboard are exchanged.
 ODD_STATES = np.array([1, -1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1])

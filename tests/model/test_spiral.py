@@ -10,8 +10,7 @@ from bayesub.kernels import workspace
 from bayesub.model.boats import Boats
 from bayesub.model.coefficients import INDEX
 from bayesub.model.linear_motion import stability_index
-from bayesub.model.spiral import spiral
-from bayesub.model.standard_manoeuvres import R, fly, spiral_curve, spiral_loop_width
+from bayesub.model.standard_manoeuvres import R, fly, spiral, spiral_curve, spiral_loop_width
 
 SUBOFF = bs.load_vehicle("suboff")
 MASS = SUBOFF.body[workspace.MASS] / SUBOFF.dimensional_factors[INDEX["Yvdot"]]

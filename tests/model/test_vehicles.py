@@ -9,8 +9,7 @@ from support.refusals import refused
 import bayesub as bs
 from bayesub.kernels.workspace import BODY
 from bayesub.model.coefficients import NAMES
-from bayesub.model.mass import MOTIONS, without_inertia
-from bayesub.model.vehicles import GRAVITY_MPS2
+from bayesub.model.vehicles import GRAVITY_MPS2, MOTIONS, without_inertia
 
 
 @pytest.mark.parametrize("name", ["suboff", "auv690", "npsauv"])

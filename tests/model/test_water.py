@@ -10,9 +10,9 @@ from support.refusals import refused
 import bayesub as bs
 from bayesub.kernels import workspace
 from bayesub.logs import log_files
+from bayesub.model.actuator import Actuator, WaterColumn, with_water
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import GRAVITY_MPS2
-from bayesub.model.water import WaterColumn, with_water
 
 BALLAST = {"kind": "ballast", "name": "ballast", "position_m": [20.0, 1.0, -2.0]}
 SLIDING = {"kind": "sliding_mass", "name": "battery", "mass_kg": 4e4, "direction": [2.0, 0.0, 0.0]}
@@ -86,7 +86,9 @@ def test_hull_follows_density_and_pressure(weighted):
 def test_displaced_volume_becomes_lift_with_the_density_of_the_place():
     """A density that is read more rarely is interpolated; without it the lift is that in water of the vehicle file."""
     time, volume = np.arange(3.0), np.array([0.0, 100.0, -200.0])
-    columns = {"b_n": WaterColumn("b_cm3", 1000.0), "density_anomaly_kgm3": WaterColumn(None, 1000.0)}
+    waters = {"b_n": WaterColumn("b_cm3", 1000.0), "density_anomaly_kgm3": WaterColumn(None, 1000.0)}
+    nothing = np.zeros(1), *np.zeros((3, 6))
+    columns = [Actuator("one", column, *nothing, water=water) for column, water in waters.items()]
     log = {"time": time, "b_cm3": volume, "density_kgm3": np.array([1000.0, np.nan, 1020.0]), "depth": time}
     values = with_water(log, columns)
     assert set(values) == {"time", "depth", "b_n", "density_anomaly_kgm3"}

@@ -7,10 +7,9 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.model import time_step
+from bayesub.model import simulator
 from bayesub.model.coefficients import NAMES
-from bayesub.model.simulator import MAX_STEPS, Simulator
-from bayesub.model.time_step import steps, true_step
+from bayesub.model.simulator import MAX_STEPS, Simulator, steps, true_step
 from bayesub.problem import step as module
 from bayesub.problem.likelihoods import Normal
 from bayesub.problem.problem import Problem
@@ -132,7 +131,7 @@ def test_a_step_that_is_given_is_taken():
 
 def test_no_step_is_short_enough(monkeypatch):
     """For readings that are exact to a femtometre; the message names the channel and the remedy."""
-    monkeypatch.setattr(time_step, "MAX_STEPS", 20_000)  # or it takes ten seconds
+    monkeypatch.setattr(simulator, "MAX_STEPS", 20_000)  # or it takes ten seconds
     with refused("model", "dt"):
         posed("npsauv", bs.sensors.Sensor("x_m", sd=1e-15))
 

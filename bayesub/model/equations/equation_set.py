@@ -11,7 +11,7 @@ one. A set is read from a file (:mod:`bayesub.model.equations.files`); its kerne
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING
@@ -20,8 +20,7 @@ import numpy as np
 
 from bayesub.io.errors import InputError, nearest
 from bayesub.logs.log_files import ACCELERATIONS, COLUMNS, VELOCITIES, positions
-from bayesub.model.equations import crossflow
-from bayesub.model.equations.regressors import CROSSFLOW, Regressor
+from bayesub.model.equations.regressors import CROSSFLOW, Regressor, crossflow_integrals, crossflow_points
 
 if TYPE_CHECKING:
     from bayesub.model.manoeuvres import Manoeuvre
@@ -39,18 +38,10 @@ _PLANE_OF_CONTROL = {"rudder_deg": "horizontal", "bow_plane_deg": "vertical", "s
 
 @dataclass(frozen=True)
 class Control:
-    """A control that regressors may contain.
+    """A control that regressors may contain."""
 
-    Attributes
-    ----------
-    symbol : str
-        In the regressors.
-    column : str
-        Of a log, with the unit as its suffix.
-    """
-
-    symbol: str
-    column: str
+    symbol: str  # in the regressors
+    column: str  # of a log, with the unit as its suffix
 
     @property
     def short(self) -> str:
@@ -70,37 +61,17 @@ class Control:
 
 @dataclass(frozen=True)
 class Term:
-    """One hydrodynamic term.
+    """One hydrodynamic term; its factor is ``(rho/2) l^length_power U^speed_power``."""
 
-    Attributes
-    ----------
-    name : str
-        Of the coefficient.
-    axis : str
-        One of X, Y, Z, K, M, N.
-    regressor : str
-        Product of factors such as ``u``, ``abs(r)`` or ``sgn(v)``, joined by ``*``.
-    parsed : Regressor
-        The product, with the power of the instantaneous speed where that makes the coefficient non-dimensional.
-    length_power, speed_power : int
-        Powers in the factor ``(rho/2) l^length_power U^speed_power``.
-    unit : str or None
-        Of a dimensional coefficient, which has no factor.
-    label : str
-        LaTeX, such as ``$Y'_{uv}$``.
-    meaning : str
-        In words.
-    """
-
-    name: str
-    axis: str
-    regressor: str
-    parsed: Regressor
+    name: str  # of the coefficient
+    axis: str  # one of X, Y, Z, K, M, N
+    regressor: str  # product of factors such as u, abs(r) or sgn(v), joined by *
+    parsed: Regressor  # with the power of the instantaneous speed where that makes the coefficient non-dimensional
     length_power: int
     speed_power: int
-    unit: str | None
-    label: str
-    meaning: str
+    unit: str | None  # of a dimensional coefficient, which has no factor
+    label: str  # LaTeX, such as $Y'_{uv}$
+    meaning: str  # in words
 
     @property
     def symbols(self) -> frozenset[str]:
@@ -190,10 +161,7 @@ class EquationSet:
     def subproblem(self, wanted: str | None) -> str | None:
         """The sub-problem that is flown if `wanted` is asked for: the horizontal one of three degrees of freedom.
 
-        Raises
-        ------
-        InputError
-            For one that the set does not have.
+        InputError for one that the set does not have.
         """
         if wanted is None:
             return "horizontal" if self.degrees_of_freedom == 3 else None
@@ -253,29 +221,17 @@ class EquationSet:
         """Names of the coefficients that play a part in a motion, in the order of the set.
 
         Those of other axes and of motions that a sub-problem does not have play none, nor do those of controls that
-        rest at zero throughout a manoeuvre, nor do coefficients that are zero.
-
-        Parameters
-        ----------
-        vehicle : Vehicle, optional
-            Leaves out the coefficients that are zero for it. Without it coefficients may have any values, as where a
-            prior or a measurement is to say what they are.
-        manoeuvre : Manoeuvre, optional
-            Leaves out the coefficients of controls that it does not move, and those of moments in whose place it
-            prescribes an angle. Its own sub-problem is not asked.
-        subproblem : str, optional
-            "horizontal", "vertical", or None for all degrees of freedom.
-
-        Raises
-        ------
-        InputError
-            For a sub-problem that does not exist.
+        rest at zero throughout a manoeuvre, nor do coefficients that are zero. A vehicle leaves out the coefficients
+        that are zero for it; without it they may have any values, as where a prior or a measurement is to say what they
+        are. A manoeuvre leaves out the coefficients of controls that it does not move, and those of moments in whose
+        place it prescribes an angle; its own sub-problem is not asked. The sub-problem is "horizontal", "vertical", or
+        None for all degrees of freedom; InputError for one that does not exist.
         """
         resting, followed = set(), set()
         if manoeuvre is not None:
             followed = {one.axis for one in manoeuvre.prescribed}
-            moving = manoeuvre.controls.any(axis=0)
-            resting = {control.symbol for control, moves in zip(self.controls, moving, strict=True) if not moves}
+            moves = zip(self.controls, manoeuvre.controls.T, strict=True)
+            resting = {control.symbol for control, history in moves if not history.any()}
         subproblem = self.subproblem(subproblem)
         in_equations = self.names if subproblem is None else self.subproblems[subproblem]
         return tuple(
@@ -320,42 +276,29 @@ class EquationSet:
         constants = self.constants(speed_mps, hull)
         along = self.regressors(state, np.zeros((1, 6)), controls, constants)["X"][0]
         factors = self.factors(length_m, water_density_kgm3, speed_mps)[: len(along)]  # surge comes first
+        # The power of a NumPy integer, as in `factors`: that of a Python integer may round otherwise.
         unit = 0.5 * water_density_kgm3 * length_m ** np.array([2])[0]
         return float(-np.sum(xi[: len(along)] * (along / speed_mps**2) * (factors / unit)))
 
     def constants(self, speed_mps: float, hull: np.ndarray | None) -> np.ndarray:
         """(n_constants,) what the kernels need besides the body: the trial speed and the stations of the hull.
 
-        Parameters
-        ----------
-        speed_mps : float
-        hull : (3, n) array or None
-            Positions along the hull, heights and breadths, m.
+        The hull is (3, n) positions from tail to nose, heights and breadths, m.
         """
         if not self.has_crossflow:
             return np.array([speed_mps])
-        return np.concatenate([[speed_mps], crossflow.quadrature(hull, self.stations).ravel()])
+        if hull is None:
+            raise ValueError(f"equations '{self.name}' integrate the cross-flow along a hull, and there is none")
+        return np.concatenate([[speed_mps], crossflow_points(hull, self.stations).ravel()])
 
     def regressors(
         self, states: np.ndarray, accelerations: np.ndarray, controls: np.ndarray, constants: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """The regressors of each axis, the columns of the linear form ``A xi = b`` (model manual, section 9).
+        """Axis -> regressors (n, n_columns), the columns of the linear form ``A xi = b`` (model manual, section 9).
 
-        Parameters
-        ----------
-        states : (n, 12) array
-            m, rad, m/s, rad/s.
-        accelerations : (n, 6) array
-            Body accelerations, m/s^2 and rad/s^2.
-        controls : (n, n_controls + 1) array
-            Controls of the set, SI units, and after them n/k0, m/s.
-        constants : (n_constants,) array
-            Of :meth:`constants`.
-
-        Returns
-        -------
-        dict of str to array
-            Axis -> (n, n_columns); columns in the order of the set, without the factors of :meth:`factors`.
+        States (n, 12) are in m, rad, m/s and rad/s, body accelerations (n, 6) in m/s^2 and rad/s^2; controls (n,
+        n_controls + 1) are those of the set, SI units, and after them n/k0, m/s; and :meth:`constants` (n_constants,).
+        Columns are in the order of the set, without the factors of :meth:`factors`.
         """
         states, accelerations, controls = np.asarray(states), np.asarray(accelerations), np.asarray(controls)
         values = dict(zip(VELOCITIES, states[:, positions(*VELOCITIES)].T, strict=True))
@@ -365,19 +308,15 @@ class EquationSet:
         values |= {"nu": np.hypot(v, w), "V": np.sqrt(u * u + v * v + w * w), "U": np.full(len(u), constants[0])}
         values |= {"du": u - constants[0], "duc": values["uc"] - u}
         if self.has_crossflow:
-            values |= crossflow.integrals(values, constants[1:].reshape(3, -1))
-        return {axis: self._columns_of(axis, values) for axis in AXES}
-
-    def _columns_of(self, axis: str, values: dict[str, np.ndarray]) -> np.ndarray:
-        functions = {"": lambda x: x, "abs": np.abs, "sgn": np.sign, "inverse": _inverse}
-        one, columns = np.ones(len(values["u"])), []
+            values |= crossflow_integrals(values, constants[1:].reshape(3, -1))
+        functions: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+            "": lambda x: x,
+            "abs": np.abs,
+            "sgn": np.sign,
+            "inverse": lambda x: np.divide(1.0, x, out=np.zeros_like(x), where=x > 0.0),  # zero at rest, as in kernels
+        }
+        columns: dict[str, list[np.ndarray]] = {axis: [] for axis in AXES}
         for term in self.terms:
-            if term.axis == axis:
-                factors = (functions[f.function](values[f.symbol]) for f in term.parsed.factors)
-                columns.append(reduce(np.multiply, factors, one))
-        return np.column_stack(columns) if columns else np.empty((len(one), 0))
-
-
-def _inverse(values: np.ndarray) -> np.ndarray:
-    """Zero at rest, as in the kernels."""
-    return np.divide(1.0, values, out=np.zeros_like(values), where=values > 0.0)
+            factors = (functions[f.function](values[f.symbol]) for f in term.parsed.factors)
+            columns[term.axis].append(reduce(np.multiply, factors, np.ones(len(u))))
+        return {axis: np.column_stack(c) if c else np.empty((len(u), 0)) for axis, c in columns.items()}

@@ -117,10 +117,11 @@ def load_equations(name: str | Path, located: Callable[[str], str] = str) -> Equ
         With file, key and remedy: a term that is given twice or depends linearly on others, an unknown symbol, a
         coefficient whose powers make no force.
     """
-    files, base = _extended(str(name), located), None
-    for path, text in reversed(files.values()):
-        base = _load(path, text, base)
-    return base
+    *extensions, base = _extended(str(name), located).values()
+    equations = _load(*base, None)
+    for path, text in reversed(extensions):
+        equations = _load(path, text, equations)
+    return equations
 
 
 def equation_files(name: str | Path, located: Callable[[str], str] = str) -> list[str]:
@@ -179,11 +180,12 @@ def beside(path: str | Path, name: str) -> str:
 
 def _built(file: EquationFile, base: EquationSet | None) -> EquationSet:
     controls = {control.symbol: control for control in base.controls} if base else {}
+    of_base = f"'{base.name}'" if base else ""
     for symbol, column in file.controls.items():
         if controls.get(symbol, Control(symbol, column)).column != column:
-            raise ValueError(f"controls.{symbol}: is '{controls[symbol].column}' in '{base.name}'")
+            raise ValueError(f"controls.{symbol}: is '{controls[symbol].column}' in {of_base}")
         if any(other.column == column and other.symbol != symbol for other in controls.values()):
-            raise ValueError(f"controls.{symbol}: '{column}' has another symbol in '{base.name}'")
+            raise ValueError(f"controls.{symbol}: '{column}' has another symbol in {of_base}")
         controls[symbol] = Control(symbol, column)
     inherited = {term.name: term for term in base.terms} if base else {}
     values = {key: getattr(file, key) for key in ("degrees_of_freedom", "rigid_body_terms", "speed", "stations")}
@@ -274,8 +276,8 @@ def _check_scales(equations: EquationSet) -> None:
 
 def _check_unit(term: Term, controls: dict[str, tuple[int, int]], forces: list[str]) -> None:
     """ValueError for a unit with which the term is no force or moment; one of other words than these is not judged."""
-    given = np.zeros(3, dtype=int)
-    for k, part in enumerate(term.unit.split("/")):
+    unit, given = term.unit or "", np.zeros(3, dtype=int)
+    for k, part in enumerate(unit.split("/")):
         for word in part.replace("*", " ").split():
             match = _UNIT.fullmatch(word)
             if not match or k > 1:
@@ -285,10 +287,10 @@ def _check_unit(term: Term, controls: dict[str, tuple[int, int]], forces: list[s
     wanted = np.array([1, (1 if term.axis in "XYZ" else 2) - metres, -2 - seconds])
     wanted -= sum(f.symbol in forces for f in term.parsed.factors if f.function != "sgn") * np.array(_BASE["N"])
     if (given != wanted).any():
-        unit = " ".join(b if n == 1 else f"{b}^{n}" for b, n in zip(("kg", "m", "s"), wanted, strict=True) if n) or "1"
+        fit = " ".join(b if n == 1 else f"{b}^{n}" for b, n in zip(("kg", "m", "s"), wanted, strict=True) if n) or "1"
         raise ValueError(
-            f"terms.{term.axis}.{term.name}: {term.regressor} with a coefficient in {term.unit} is no "
-            f"{'force' if term.axis in 'XYZ' else 'moment'}; in {unit} it would be"
+            f"terms.{term.axis}.{term.name}: {term.regressor} with a coefficient in {unit} is no "
+            f"{'force' if term.axis in 'XYZ' else 'moment'}; in {fit} it would be"
         )
 
 

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import functools
 import textwrap
-from collections.abc import Callable
 
 from bayesub.logs.log_files import ACCELERATIONS, VELOCITIES
 from bayesub.model.equations.equation_set import AXES, EquationSet, Term
-from bayesub.model.equations.regressors import CROSSFLOW, Regressor
+from bayesub.model.equations.regressors import CROSSFLOW
 
 _HEADER = '''\
 """Equations '{name}', {motion}, {terms} terms, by bayesub.model.equations.generate."""
@@ -101,11 +100,7 @@ class _Writer:
             (AXES.index(t.axis), ACCELERATIONS.index(t.regressor), k) for k, t in self.terms if t.is_added_mass
         )
         n_terms = len(self.equations.terms)
-        motion = (
-            f"{self.subproblem or 'all'} degrees of freedom"
-            if not self.subproblem
-            else f"{self.subproblem} sub-problem"
-        )
+        motion = f"{self.subproblem} sub-problem" if self.subproblem else "all degrees of freedom"
         integrates = any(term.symbols & set(CROSSFLOW) for _, term in self.terms)
         parts = {
             "name": self.equations.name,
@@ -129,13 +124,15 @@ class _Writer:
             text = text.replace(f"{{{name}}}", textwrap.indent("\n".join(lines), "    "))
         return text
 
-    def _parts(self, axis: str, expression: Callable[[Regressor], str]) -> list[tuple[int, Term, str]]:
-        """Position, term and expression of the summands of an axis, if any plays a part.
+    def _parts(self, axis: str, variable: str | None = None) -> list[tuple[int, Term, str]]:
+        """Position, term and expression of the summands of an axis, or of its derivative, if any plays a part.
 
         The first two stay in any case: a compiler that contracts multiplies and adds begins with either of them, so
         that without one of them the last digits would be others than those of the whole sum.
         """
-        parts = [(k, t, text) for k, t in self.steady if t.axis == axis and (text := expression(t.parsed))]
+        of_axis = [(k, term) for k, term in self.steady if term.axis == axis]
+        texts = [term.parsed.code if variable is None else term.parsed.derivative(variable) for _, term in of_axis]
+        parts = [(k, term, text) for (k, term), text in zip(of_axis, texts, strict=True) if text]
         if not any(term.name in self.active for _, term, _ in parts):
             return []
         return [part for n, part in enumerate(parts) if n < 2 or part[1].name in self.active]
@@ -143,7 +140,7 @@ class _Writer:
     def _forces(self) -> list[str]:
         sums, used = [], []
         for axis in AXES:
-            parts = self._parts(axis, lambda regressor: regressor.code)
+            parts = self._parts(axis)
             used += [term for _, term, _ in parts]
             sums += _sum(axis, parts, f"external_{axis} + external_{axis}_u * u" if self.external else "")
         return [*self._values(used, of_external=True), *sums, f"return {', '.join(AXES)}"]
@@ -152,7 +149,7 @@ class _Writer:
         sums, used = [], []
         for axis in AXES:
             for variable in VELOCITIES:
-                parts = self._parts(axis, lambda regressor, x=variable: regressor.derivative(x))
+                parts = self._parts(axis, variable)
                 used += [term for _, term, _ in parts]
                 external = f"external_{axis}_u" if self.external and variable == "u" else ""
                 sums += _sum(f"{axis}_{variable}", parts, external)
@@ -161,10 +158,9 @@ class _Writer:
         return [*lines, "return (", *(f"    {column}," for column in columns), ")"]
 
     def _regressors(self) -> list[str]:
-        active = dict(self.terms)
         rows = [
-            f"    {active[k].parsed.code if k in active else '0.0'},  # {term.name}"
-            for k, term in enumerate(self.equations.terms)
+            f"    {term.parsed.code if term.name in self.active else '0.0'},  # {term.name}"
+            for term in self.equations.terms
         ]
         return [*self._values([term for _, term in self.terms]), "return (", *rows, ")"]
 
@@ -172,7 +168,7 @@ class _Writer:
         sums, used = [], []
         for k, control in enumerate(self.controls):
             for a, axis in enumerate(AXES):
-                parts = self._parts(axis, lambda regressor, x=control: regressor.derivative(x))
+                parts = self._parts(axis, control)
                 used += [term for _, term, _ in parts]
                 factor = {f"external_{axis}": "1.0", f"external_{axis}_u": "u"}.get(control, "")
                 if parts or factor:

@@ -7,6 +7,8 @@ import numpy as np
 from bayesub.io import templates
 from bayesub.io.errors import InputError
 from bayesub.logs import log_files
+from bayesub.model.actuator import with_water
+from bayesub.model.actuators import values_of_log, with_commands
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 from bayesub.model.vehicles import Vehicle, load_vehicle
@@ -70,8 +72,8 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     """
     boat = load_vehicle(vehicle)
     log = log_files.read_log(data, boat.actuators.log_columns, weight_density=boat.weight_density_npm3)
-    log, _ = boat.actuators.commanded(boat.actuators.with_water(log))
-    plane = _plane(boat, np.nan_to_num(boat.actuators.values(log, len(log["time"]), str(data))))
+    log, _ = with_commands(with_water(log, boat.actuators.members), boat.actuators)
+    plane = _plane(boat, np.nan_to_num(values_of_log(boat.actuators, log, len(log["time"]), str(data))))
     changing = MOVING.get(plane, log_files.STATES)
     measured = [
         key for key in log_files.HEADERS if key in log and key in QUANTITIES and np.isfinite(log[key]).sum() >= 3

@@ -12,9 +12,8 @@ import pydantic
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.io.toml_files import Positive, Section
-from bayesub.model.disturbance import CURRENTS, Disturbance, by_time, check_axes, unit
+from bayesub.model.disturbance import CURRENTS, Disturbance, by_time, check_axes, hull_force_rms, unit
 from bayesub.model.equations import AXES
-from bayesub.model.hull_forces import hull_force_rms
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.distributions import Prior
@@ -81,7 +80,7 @@ class DisturbanceSection(Section):
     sd_n, sd_nm : dict of str to number or prior, or None
         Axis -> sd of a force, N, and of a moment, N m.
     share : dict of str to number or prior, or None
-        Axis -> sd over the force of the hull on the manoeuvre (:func:`bayesub.model.hull_forces.hull_force_rms`).
+        Axis -> sd over the force of the hull on the manoeuvre (:func:`bayesub.model.disturbance.hull_force_rms`).
     sd_mps : dict of str to number or prior, or None
         Axis -> sd of the current, m/s.
     correlation_time_s : number or prior

@@ -8,6 +8,8 @@ import numpy as np
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.logs import log_files
+from bayesub.model.actuator import with_water
+from bayesub.model.actuators import values_of_log, with_commands
 from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import Manoeuvre, of_inputs
 from bayesub.model.prescribed import STATES, Prescribed, check, smoothed
@@ -129,9 +131,9 @@ def read_trial(
             listed = (log_files.HEADERS.get(name, name) for name in log)
             raise InputError(f"{path}: ignore names '{column}', no column{nearest(column, listed)}", "unknown", column)
         del log[short]
-    log = vehicle.actuators.with_water(log)
+    log = with_water(log, vehicle.actuators.members)
     length_time = vehicle.length_m / vehicle.speed_mps
-    log, commanded = vehicle.actuators.commanded(log)
+    log, commanded = with_commands(log, vehicle.actuators)
     begin, times, inputs, rpm = _controls(log, commanded, vehicle, path, max_control_gap_s or length_time)
     readings = {name: values for name, values in log.items() if name not in (*CONTROL_COLUMNS, *columns)}
     readings["time"] = readings["time"] - begin
@@ -226,7 +228,7 @@ def _controls(log, commanded, vehicle, path, max_gap):
                     f"{path}: control column '{column}' needs two cells at least; delete it if unused", "data", column
                 )
             cells[name] = log["time"][given], log[name][given]
-    vehicle.actuators.values(log, len(log["time"]), str(path))  # refuses controls of another boat
+    values_of_log(vehicle.actuators, log, len(log["time"]), str(path))  # refuses controls of another boat
     if not cells:
         expected = ", ".join(log_files.HEADERS.get(name, name) for name in vehicle.inputs)
         raise InputError(f"{path}: has no control column; expected some of {expected}", "missing", expected)
@@ -247,7 +249,7 @@ def _controls(log, commanded, vehicle, path, max_gap):
     times = np.unique(np.concatenate([times for times, _ in cells.values()]))
     times = times[(times >= begin) & (times <= end)]
     joined = {name: (_held if name in commanded else np.interp)(times, *cell) for name, cell in cells.items()}
-    inputs = vehicle.actuators.values(joined, len(times), str(path))
+    inputs = values_of_log(vehicle.actuators, joined, len(times), str(path))
     return begin, times - begin, inputs, vehicle.propeller_speed(joined, len(times))
 
 

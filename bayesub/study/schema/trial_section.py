@@ -203,7 +203,7 @@ class TrialKeys(Section):
         if self.data is not None:
             return trial
         from bayesub.model.simulate import simulate
-        from bayesub.model.time_step import true_step
+        from bayesub.model.simulator import true_step
 
         actuators = self.truth.actuators
         truth = simulate(vehicle, trial.manoeuvre, dt=true_step(step, trial.manoeuvre), actuators=actuators)

@@ -17,8 +17,7 @@ from bayesub.cli.bench import BATCH, TIMES, perturbed, spiral
 from bayesub.cli.stopwatch import each_number_of_threads, shortest, with_python
 from bayesub.io.errors import InputError
 from bayesub.model import coefficients
-from bayesub.model.simulator import Simulator
-from bayesub.model.time_step import STEP_TOLERANCE_M
+from bayesub.model.simulator import STEP_TOLERANCE_M, Simulator
 from rivals import arithmetic, cpp_simulator, jax_simulator, scalar_simulator
 from rivals.in_threads import in_threads
 

@@ -15,8 +15,7 @@ import numpy as np
 from bayesub.cli.bench import BATCH, perturbed, spiral
 from bayesub.cli.stopwatch import shortest
 from bayesub.kernels.dynamics import Boat, InverseMass, euler_derivative
-from bayesub.kernels.lanes import choose, sqrt
-from bayesub.kernels.trigonometry import sine_cosine
+from bayesub.kernels.lanes import choose, sine_cosine, sqrt
 from bayesub.logs import log_files
 from bayesub.model.simulator import Simulator
 from rivals.in_threads import in_threads

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 from bayesub.kernels.dynamics import Boat, InverseMass, euler_derivative
 from bayesub.kernels.families import Family
-from bayesub.kernels.lanes import Rows, choose, sqrt
-from bayesub.kernels.trigonometry import sine_cosine
+from bayesub.kernels.lanes import Rows, choose, sine_cosine, sqrt
 from bayesub.kernels.workspace import BODY_ROWS, COEFFICIENTS, INVERSE_MASS, STATE
 
 

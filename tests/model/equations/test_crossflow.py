@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.model.equations import crossflow
+from bayesub.model.equations.regressors import crossflow_integrals, crossflow_points
 
 FILE = Path(bs.__file__).parent / "data" / "vehicles" / "phoenix.toml"
 
@@ -21,7 +21,7 @@ def hull():
 @pytest.mark.parametrize("stations", [2, 3, 8, 16])
 def test_sections_times_polynomials_are_exact(hull, stations, rng):
     """By panels between the sections, where both are polynomials."""
-    x, height, breadth = crossflow.quadrature(hull, stations)
+    x, height, breadth = crossflow_points(hull, stations)
     polynomial = np.polynomial.Polynomial(rng.standard_normal(stations))
     ends = hull[0]
     points, weights = np.polynomial.legendre.leggauss(20)
@@ -39,8 +39,8 @@ def test_sixteen_points_are_close_to_fine_integrals(hull, rng):
     x = np.linspace(hull[0, 0], hull[0, -1], 4001)
     dx = np.full(len(x), x[1] - x[0])
     dx[[0, -1]] /= 2.0
-    exact = crossflow.integrals(values, np.stack([x, *(np.interp(x, hull[0], s) * dx for s in hull[1:])]))
-    ours = crossflow.integrals(values, crossflow.quadrature(hull, 16))
+    exact = crossflow_integrals(values, np.stack([x, *(np.interp(x, hull[0], s) * dx for s in hull[1:])]))
+    ours = crossflow_integrals(values, crossflow_points(hull, 16))
     for name, integral in exact.items():
         error = np.abs(ours[name] - integral).max() / np.sqrt((integral**2).mean())
         assert error < 5e-4, name  # 2e-4 measured; 2.4e-2 with the sections at the points

@@ -6,7 +6,7 @@ from support import small_study
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.model.hull_forces import hull_force_rms
+from bayesub.model.disturbance import hull_force_rms
 from bayesub.problem.disturbances import force_scales
 from bayesub.study.run.prepare import prepare
 from bayesub.study.schema.disturbance_section import DisturbanceSection, TrueDisturbanceSection, central, in_words

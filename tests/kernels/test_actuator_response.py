@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bayesub.model.actuator_response import line_slopes, response, straight_lines
+from bayesub.kernels.actuator_response import line_slopes, response, straight_lines
 
 TIMES = np.array([0.0, 1.3, 1.9, 4.0, 6.6, 7.1, 9.5, 12.0])
 VALUES = np.array([0.2, 1.5, -0.4, -0.4, 0.9, -1.2, 0.3, 0.1])

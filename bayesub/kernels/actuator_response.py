@@ -51,25 +51,12 @@ def response(times, values, slopes, rate, boundaries, delay, lag, points, integr
 
     The demand is ``values[k] + slopes[k] (t - times[k])`` from ``times[k]`` on, and ``values[0]`` before. The value
     follows by ``value' = clip((demand - value) / lag, -rate, rate)`` (model manual, equation 7.3), in closed form from
-    one change to the next, and starts settled; without a lag it is the demand itself. It acts `delay` later.
+    one change to the next, and starts settled; without a lag it is the demand itself. It acts `delay` later. Times are
+    in s and ascend, values in SI units; the largest rate may be infinite.
 
-    Parameters
-    ----------
-    times, values, slopes : (n,) arrays
-        Of the demand; s, SI units, SI units a second.
-    rate : float
-        Largest rate, SI units a second; may be infinite.
-    boundaries : (m + 1,) array
-        Ascending, s.
-    delay : float
-        s.
-    lag : float
-        s; zero for none.
-    points : (m + 1, 2) array
-        Written: the value at each boundary, and its derivative by the lag.
-    integrals : (m, 4) array
-        Written: for each step the integrals of the value and of the time since the begin of the step times the value,
-        and the derivatives of both by the lag.
+    Written are the value at each of the `boundaries` (m + 1,), and its derivative by the lag, into `points` (m + 1, 2);
+    and for each step the integrals of the value and of the time since the begin of the step times the value, and the
+    derivatives of both by the lag, into `integrals` (m, 4).
     """
     integrals[:] = 0.0
     limit = rate * lag
@@ -130,22 +117,11 @@ def responses(times, values, slopes, rate, boundaries, delays, lags, points, int
 
 
 def straight_lines(integrals: np.ndarray, step: float) -> np.ndarray:
-    """The straight line in each step that has the mean and the first moment of a value, by its two ends.
+    """The straight line in each step that has the mean and the first moment of a value, by its two ends (.., m, 2).
 
-    What it leaves out of a kink or a jump inside a step moves a boat by the third power of the step, where values taken
-    at the stages leave out the first; and it changes smoothly with a delay.
-
-    Parameters
-    ----------
-    integrals : (.., m, 2 or more) array
-        Of the value, and of the time since the begin of the step times the value, as of :func:`response`.
-    step : float
-        Length of the steps, s.
-
-    Returns
-    -------
-    (.., m, 2) array
-        The line at the begin and end of each step.
+    What it leaves out of a kink or a jump inside a step (s) moves a boat by the third power of the step, where values
+    taken at the stages leave out the first; and it changes smoothly with a delay. Of the `integrals` (.., m, 2 or more)
+    of :func:`response` the first two count.
     """
     mean = integrals[..., 0] / step
     half_rise = integrals[..., 1] * (6.0 / step**2) - 3.0 * mean
@@ -158,14 +134,7 @@ def straight_lines(integrals: np.ndarray, step: float) -> np.ndarray:
 def line_slopes(points: np.ndarray, integrals: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """The derivatives of :func:`straight_lines` by the delay and by the lag, (.., m, 2) each.
 
-    Parameters
-    ----------
-    points : (.., m + 1, 2) array
-        Of :func:`response`.
-    integrals : (.., m, 4) array
-        Of :func:`response`.
-    step : float
-        Length of the steps, s.
+    Points (.., m + 1, 2) and integrals (.., m, 4) are those of :func:`response`.
     """
     after, before = points[..., 1:, 0], points[..., :-1, 0]
     by_delay = np.stack([before - after, integrals[..., 0] - step * after], axis=-1)

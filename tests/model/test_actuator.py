@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bayesub.kernels.actuators import step_response
-from bayesub.model.actuator import Actuator
+from bayesub.model.actuator import Actuator, step_response
 
 RATE, TAU, LIMIT = 0.087, 1.3, 0.5
 
