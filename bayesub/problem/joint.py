@@ -148,7 +148,7 @@ class JointProblem(PosteriorDensity):
         return stacked(systems, self.equations.names)
 
     def of_trials(self, change: Callable[[TrialProblem], TrialProblem]) -> "JointProblem":
-        """As :meth:`bayesub.problem.views.Viewed.of_trials`."""
+        """As :meth:`bayesub.problem.base.Viewed.of_trials`."""
         changed = {name: change(problem) for name, problem in self.problems.items()}
         return self if all(changed[name] is self.problems[name] for name in changed) else JointProblem(changed)
 

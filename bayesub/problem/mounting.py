@@ -16,10 +16,9 @@ import numpy as np
 
 from bayesub.io.errors import InputError
 from bayesub.logs.log_files import STATES
-from bayesub.sensors.lever_arm import TURNING
 from bayesub.sensors.measurement import Arms, MeasurementModel
 from bayesub.sensors.record import Channel, Record
-from bayesub.sensors.velocity import QUANTITIES
+from bayesub.sensors.velocity import QUANTITIES, TURNING
 
 AXES = ("x", "y", "z")
 _LEVER = "lever_"

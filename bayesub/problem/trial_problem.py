@@ -2,18 +2,94 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
-from bayesub.problem import views
-from bayesub.problem.base import Costs, coefficient_names
+from bayesub.io.errors import InputError
+from bayesub.model.linear_form import LinearSystem, linear_systems
+from bayesub.model.trajectory import Trajectory
+from bayesub.problem.base import Costs, PosteriorDensity, coefficient_names, of_readings
 from bayesub.problem.distributions import Prior, joined
 from bayesub.problem.disturbances import History, of_history, of_process
-from bayesub.problem.flown import FlownTrial
 from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.likelihood import Likelihood
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior
+
+
+class FlownTrial(PosteriorDensity):
+    """The motion of one trial, and the truth behind a synthetic record.
+
+    Attributes
+    ----------
+    forward : the forward model
+    inferred : positions of the nuisance parameters that are inferred, among those of the forward model
+    readings : (n_readings,) measured values, SI units
+    """
+
+    forward: ForwardModel
+    inferred: list[int]
+    readings: np.ndarray
+
+    def nuisance_values(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_nuisances) of parameters (n_batch, n_params)."""
+        raise NotImplementedError
+
+    def arguments(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficient sets and nuisance values of parameters (n_batch, n_params), as the forward model takes them."""
+        return self.coefficient_sets(parameters), self.nuisance_values(parameters)
+
+    @property
+    def _true_xi(self) -> np.ndarray:
+        record = self.forward.record
+        return self.forward.vehicle.xi if record.truth is None else record.truth
+
+    @property
+    def reference(self) -> np.ndarray:
+        """(n_params,) the truth behind a synthetic record, otherwise the values of the vehicle and the manoeuvre.
+
+        Of parameters of the noise that nobody knows it is the value given with the noise model. Histories of forces
+        are those of the truth between the knots, as near as they come to it.
+        """
+        return np.concatenate([self._true_xi[self.columns], self._true_nuisances[self.inferred]])
+
+    @cached_property
+    def _true_nuisances(self) -> np.ndarray:
+        """(n_nuisances,) of the truth behind a synthetic record, or where they are held."""
+        record, held = self.forward.record, zip(self.forward.nuisances.names, self.forward.nuisances.held, strict=True)
+        values = np.array([record.nuisances.get(name, value) for name, value in held])
+        return values if record.forces is None else self.forward.with_history(values, record.forces)
+
+    def truth(self) -> tuple[np.ndarray, np.ndarray]:
+        """Noise-free readings (n_readings,) and states over the ground (n_times, 12) behind a synthetic record.
+
+        The boat feels the forces of the truth, on whichever axes the problem infers any.
+        """
+        forces = self.forward.record.forces
+        readings, states = self.forward.disturbed(self._true_xi[None], self._true_nuisances[None], forces)
+        self.forward.measurement.to_nearest_turn(readings[None], self.readings)
+        return readings, states
+
+    def trajectory(self, parameters: np.ndarray) -> Trajectory:
+        """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params).
+
+        It is through the water, of the vehicle from the start of the manoeuvre, without nuisance parameters.
+        """
+        return self.forward.simulator.trajectory(self.coefficient_sets(parameters))
+
+    def motion(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
+        return self.forward.states(*self.arguments(np.atleast_2d(parameters)))
+
+    def forces(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) unmodelled forces at the knots, N and N m, of parameters (n_batch, n_params)."""
+        return self.forward.forces(self.nuisance_values(np.atleast_2d(parameters)))
+
+    def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
+        """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, of the body and start that are inferred."""
+        trajectory = self.forward.trajectory(*self.arguments(np.atleast_2d(parameters)))
+        return linear_systems(trajectory, free=self.names[: len(self.columns)])
 
 
 @dataclass(eq=False, repr=False)
@@ -83,7 +159,7 @@ class TrialProblem(FlownTrial):
         return TrialProblem(**parts | changes)
 
     def of_trials(self, change: "Callable[[TrialProblem], TrialProblem]") -> "TrialProblem":
-        """As :meth:`bayesub.problem.views.Viewed.of_trials`."""
+        """As :meth:`bayesub.problem.base.Viewed.of_trials`."""
         return change(self)
 
     def with_readings(self, readings: np.ndarray) -> "TrialProblem":
@@ -91,8 +167,21 @@ class TrialProblem(FlownTrial):
         return self.view(readings=np.asarray(readings, dtype=float))
 
     def read_earlier(self, seconds: float) -> "TrialProblem":
-        """As :func:`bayesub.problem.views.read_earlier`."""
-        return views.read_earlier(self, seconds)
+        """The same problem with readings that were taken so much earlier than the record says.
+
+        Those that would be from before the start or after the end of the trial are left out; InputError if that leaves
+        nothing of a channel.
+        """
+        record, duration = self.record.earlier(seconds), self.manoeuvre.duration
+        inside = [(channel.times >= 0.0) & (channel.times <= duration) for channel in record.channels]
+        for channel, kept in zip(record.channels, inside, strict=True):
+            if not kept.any():
+                raise InputError(
+                    f"no reading of '{channel.name}' is of the trial if it was taken {seconds:g} s earlier",
+                    "data",
+                    channel.name,
+                )
+        return of_readings(self, record, inside)
 
     @property
     def costs(self) -> Costs:

@@ -6,9 +6,20 @@ and presets are those of a boat (:func:`autosub`, ..). :func:`observe` takes any
 
 from bayesub.sensors import velocity
 from bayesub.sensors.current import over_ground
-from bayesub.sensors.instruments import ADCP, DVL, GPS, INS, Compass, Instrument, Pressure, Track
+from bayesub.sensors.instruments import (
+    ADCP,
+    DVL,
+    GPS,
+    INS,
+    Compass,
+    Instrument,
+    Pressure,
+    Track,
+    autosub,
+    thesis_rounding,
+    tracking_range,
+)
 from bayesub.sensors.observe import observe, unread
-from bayesub.sensors.presets import autosub, thesis_rounding, tracking_range
 from bayesub.sensors.record import Channel, Record
 from bayesub.sensors.sensor import QUANTITIES, Sensor, flat, modified
 

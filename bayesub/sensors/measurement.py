@@ -1,7 +1,7 @@
 """What the channels of a record read of a motion without error, and how that depends on the motion.
 
 This is the one place where a motion through the water becomes readings: it knows which channels feel the current
-(:mod:`bayesub.sensors.current`), which have a lever arm (:mod:`bayesub.sensors.lever_arm`), and which know a heading
+(:mod:`bayesub.sensors.current`), which have a lever arm (:mod:`bayesub.sensors.velocity`), and which know a heading
 up to whole turns only. :func:`bayesub.sensors.observe` asks it for the truth behind a record, and
 :class:`bayesub.problem.problem.Problem` for predictions.
 """
@@ -14,8 +14,8 @@ import numpy as np
 from bayesub.logs.log_files import ANGLES
 from bayesub.sensors import velocity
 from bayesub.sensors.current import Water, seen, seen_slopes
-from bayesub.sensors.lever_arm import TURNING, displaced, displaced_slopes
 from bayesub.sensors.record import TURN, Channel
+from bayesub.sensors.velocity import TURNING, displaced, displaced_slopes
 
 Arms = Mapping[str, np.ndarray]  # instrument -> its lever arm (3,), or (n_batch, 3)
 _KNOWN: Arms = {}

@@ -74,7 +74,7 @@ def observe(
 def unread(sensors: Sensor | Instrument | Iterable, duration: float) -> Record:
     """The record that sensors are about to make of a trial of `duration` (s): its values are not numbers.
 
-    It says all that the choice of an integration step depends on (:mod:`bayesub.problem.step`).
+    It says all that the choice of an integration step depends on (:mod:`bayesub.problem.problem`).
     """
     channels = []
     for sensor in flat(sensors):

@@ -11,8 +11,8 @@ from bayesub.logs import log_files
 from bayesub.model.disturbance import ForceHistory
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.trajectory import Trajectory
-from bayesub.sensors.lever_arm import TURNING
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat
+from bayesub.sensors.velocity import TURNING
 
 TURN = 2.0 * np.pi
 _SLACK = 0.05  # turns by which noise may push a heading beyond the ends of the turn to which a log confines it
@@ -82,7 +82,7 @@ class Channel:
 
     @property
     def displaced(self) -> bool:
-        """Whether the readings contain a lever arm (:mod:`bayesub.sensors.lever_arm`)."""
+        """Whether the readings contain a lever arm (:mod:`bayesub.sensors.velocity`)."""
         return any(self.lever_arm_m) and self.state in TURNING
 
 

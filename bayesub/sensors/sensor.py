@@ -88,7 +88,7 @@ class Sensor:
         Its noise in units of the ordinary one.
     lever_arm_m : (float, float, float) or None
         Where the sensor is, ahead, to starboard and down from the body origin; None for the origin. It adds to
-        position, velocity and acceleration as on a rigid body (:mod:`bayesub.sensors.lever_arm`).
+        position, velocity and acceleration as on a rigid body (:mod:`bayesub.sensors.velocity`).
     clock_offset_s : float
         How far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t was taken at
         t - clock_offset_s.

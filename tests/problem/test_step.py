@@ -11,7 +11,7 @@ from bayesub.model import time_step
 from bayesub.model.coefficients import NAMES
 from bayesub.model.simulator import MAX_STEPS, Simulator
 from bayesub.model.time_step import steps, true_step
-from bayesub.problem import step as module
+from bayesub.problem import problem as module
 from bayesub.problem.likelihoods import Normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors import unread

@@ -1,14 +1,20 @@
-"""Sensors in study files: a section for each kind, whose keys are the arguments of the sensor in Python."""
+"""Sensors in study files, a section for each kind, whose keys are its arguments in Python; and columns of actuators."""
 
 import functools
 import inspect
 import operator
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Literal
 
+import numpy as np
 import pydantic
 
 from bayesub import sensors
+from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Section
+from bayesub.model.actuator_files import RAW_UNITS
+from bayesub.model.vehicles import Vehicle
 
 KINDS = {
     "track": sensors.Track,
@@ -84,3 +90,80 @@ def _section(kind: str) -> type[SensorSection]:
 AnySensorSection = Annotated[
     functools.reduce(operator.or_, [_section(kind) for kind in KINDS]), pydantic.Field(discriminator="kind")
 ]
+
+
+class ControlSection(Section):
+    """How the log of a study has an actuator.
+
+    Attributes
+    ----------
+    column : str or None
+        Of the log; by default that of the vehicle.
+    unit_deg, unit_n : float or None
+        Degrees of a fin, newtons of a thruster, in a unit of a column of counts and the like; negative if it counts the
+        other way round. The limit of a fin is a hundred per cent by default.
+    zero : float
+        Where the column stands when the actuator does nothing.
+    commanded : bool
+        Whether the column is of commands.
+    """
+
+    column: str | None = pydantic.Field(default=None, pattern=rf"^[A-Za-z][A-Za-z0-9_]*_({'|'.join(RAW_UNITS)})$")
+    unit_deg: float | None = None
+    unit_n: float | None = None
+    zero: float = 0.0
+    commanded: bool = False
+
+    @pydantic.model_validator(mode="after")
+    def _of_a_column(self):
+        for key in ("unit_deg", "unit_n"):
+            if getattr(self, key) == 0.0:
+                raise ValueError(f"{key} must not be zero")
+        if self.column is None and any(getattr(self, key) for key in ("unit_deg", "unit_n", "zero")):
+            raise InputError("unit and zero are those of a column; give column, which ends with its unit", "missing")
+        return self
+
+    def unit(self, name: str, native: str, limit: float) -> float:
+        """SI units in a unit of the column, of an actuator of a name, the unit `native` and a limit in SI units."""
+        key = {"deg": "unit_deg", "n": "unit_n"}.get(native)
+        size = None if key is None else getattr(self, key)
+        if size is not None:
+            return np.radians(size).item() if native == "deg" else size
+        if native == "deg" and self.column.endswith("_percent") and np.isfinite(limit):
+            return limit / 100.0
+        if key is None:
+            raise InputError(
+                f"controls.{name}: its column ends with _{native} and has no other; leave column out",
+                "conflict",
+                f"controls.{name}.column",
+            )
+        raise InputError(
+            f"controls.{name}: {key} is missing; give a guess of how much one unit of {self.column} is",
+            "missing",
+            f"controls.{name}.{key}",
+        )
+
+
+def with_columns(vehicle: Vehicle, sections: Mapping[str, ControlSection]) -> Vehicle:
+    """The vehicle with the columns of a study; InputError for an actuator that it does not have."""
+    if not sections:
+        return vehicle
+    members = {actuator.name: actuator for actuator in vehicle.actuators.members}
+    for name, section in sections.items():
+        if name not in members:
+            raise InputError(
+                f"controls.{name}: there is no such actuator{nearest(name, members)}", "unknown", f"controls.{name}"
+            )
+        actuator = members[name]
+        if section.column is not None:
+            unit = section.unit(name, actuator.unit, actuator.limit)
+            actuator = actuator.by_column(section.column, unit, section.zero)
+        if section.commanded and actuator.rate is None:
+            raise InputError(
+                f"controls.{name}: answers a command at once; leave commanded out",
+                "conflict",
+                f"controls.{name}.commanded",
+            )
+        members[name] = replace(actuator, commanded=section.commanded)
+    direct = vehicle.actuators.direct and all(section.column is None for section in sections.values())
+    return replace(vehicle, actuators=replace(vehicle.actuators, members=tuple(members.values()), direct=direct))

@@ -12,13 +12,11 @@ from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import files_of_equations
 from bayesub.study.provenance import copies, environment, file_digest
-from bayesub.study.schema.check_section import CheckSection, check_names
-from bayesub.study.schema.control_section import ControlSection
 from bayesub.study.schema.derived_section import DerivedSection
 from bayesub.study.schema.disturbance_section import DisturbanceSection
 from bayesub.study.schema.prior_section import AnyNoiseSection, PriorSection
-from bayesub.study.schema.sensor_section import AnySensorSection
-from bayesub.study.schema.trial_section import TrialKeys, TrialSection
+from bayesub.study.schema.sensor_section import AnySensorSection, ControlSection
+from bayesub.study.schema.trial_section import CheckSection, TrialKeys, TrialSection, check_names
 
 
 class FreeSection(Section):

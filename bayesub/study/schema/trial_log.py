@@ -16,7 +16,7 @@ from bayesub.problem import priors
 from bayesub.problem.mounting import mounts
 from bayesub.problem.nuisance import CURRENTS, INITIAL, MOVING
 from bayesub.sensors import QUANTITIES, Record, flat, velocity
-from bayesub.sensors.lever_arm import TURNING
+from bayesub.sensors.velocity import TURNING
 
 CONTROL_COLUMNS = (*log_files.CONTROLS, "rpm")
 
