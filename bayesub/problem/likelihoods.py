@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import gammaln, log_ndtr, ndtri, ndtri_exp, stdtr
 
 from bayesub.io.errors import InputError
+from bayesub.io.toml_files import Positive
 from bayesub.kernels import noise as kernel
 from bayesub.problem.noise import (
     Noise,
@@ -46,7 +47,7 @@ def reading_noise(sd: float, resolution: float = 0.0) -> Noise:
 
 
 @dataclass(frozen=True)
-class Normal(Noise):
+class Normal(Noise, kind="normal"):
     """Independent normal noise of standard deviation `sd`, in the unit of the readings."""
 
     SAMPLED = ("sd",)
@@ -86,7 +87,7 @@ class Normal(Noise):
 
 
 @dataclass(frozen=True)
-class UnknownSd(Noise):
+class UnknownSd(Noise, kind="unknown_sd"):
     """Independent normal noise whose standard deviation is integrated out under the prior density 1/sd.
 
     The log density is
@@ -95,6 +96,8 @@ class UnknownSd(Noise):
 
     infinite if every reading is met exactly. `sd` is a guess of it, with which readings are drawn and pictures drawn.
     """
+
+    words = "of unknown size, guessed"
 
     sd: float
 
@@ -145,17 +148,18 @@ class UnknownSd(Noise):
 
 
 @dataclass(frozen=True)
-class StudentT(Noise):
+class StudentT(Noise, kind="student_t"):
     """Independent noise with the t distribution of `dof` degrees of freedom and scale `sd`: normal with outliers.
 
     The standard deviation is sd sqrt(dof / (dof - 2)) if dof > 2, and infinite otherwise.
     """
 
+    words = "Student t"
     SAMPLED = ("sd", "dof")
     heavy_tailed = True
 
     sd: float
-    dof: float
+    dof: Positive
 
     def __post_init__(self):
         positive("sd", self.sd)
@@ -195,17 +199,18 @@ class StudentT(Noise):
 
 
 @dataclass(frozen=True)
-class AR1(Noise):
+class AR1(Noise, kind="ar1"):
     """Normal noise of stationary standard deviation `sd` with correlation exp(-lag / correlation_time_s).
 
     It is the first-order autoregressive (Ornstein-Uhlenbeck) process seen at ascending times with any gaps.
     """
 
+    words = "first-order autoregressive"
     SAMPLED = ("sd", "correlation_time_s")
     is_normal = True
 
     sd: float
-    correlation_time_s: float
+    correlation_time_s: Positive
 
     def __post_init__(self):
         positive("sd", self.sd)

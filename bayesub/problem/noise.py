@@ -19,8 +19,13 @@ class Noise:
     simulation failed; `readings` and `times` (s) are (n,). Arrays that are contiguous are not copied. The attributes
     that may be unknown are named in :attr:`SAMPLED`; :meth:`of_members` gives each member its own.
 
+    A subclass with a kind, as in ``class AR1(Noise, kind="ar1")``, is a model of study files by that name. Its first
+    attribute is `sd`; the others, with their types and defaults, are the keys of its section.
+
     Attributes
     ----------
+    KINDS : name in study files -> model
+    words : what a report calls it; of normal noise nothing
     SAMPLED : names of the attributes that a problem may infer
     is_normal : whether with known attributes -|residuals|^2 / 2 is the log density but for a constant, and
         :meth:`weigh` does not depend on the prediction
@@ -28,10 +33,16 @@ class Noise:
     heavy_tailed : whether the gradient vanishes far from the reading, so that a search from there goes nowhere
     """
 
+    KINDS: ClassVar[dict[str, type["Noise"]]] = {}
+    words: ClassVar[str] = ""
     SAMPLED: ClassVar[tuple[str, ...]] = ()
     is_normal: ClassVar[bool] = False
     has_density: ClassVar[bool] = True
     heavy_tailed: ClassVar[bool] = False
+
+    def __init_subclass__(cls, kind: str = ""):
+        if kind:
+            Noise.KINDS[kind] = cls
 
     def of_members(self, **values: np.ndarray | float) -> Self:
         """The same noise, in which the named attributes are those of each member, (n_batch,), or of one, a number.

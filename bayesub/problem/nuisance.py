@@ -230,13 +230,11 @@ def _of_channels(channels, noises) -> dict[str, Nuisance]:
         column = log_files.HEADERS[channel.quantity]
         factor = log_files.si_factor(column)
         nuisances.append(Nuisance(f"bias_{column}", 0.0, factor, channel=channel.name, attribute="bias"))
-        names = {
-            "sd": (f"sd_{column}", factor),
-            "dof": (f"dof_{channel.name}", 1.0),
-            "correlation_time_s": (f"correlation_time_{channel.name}_s", 1.0),
-        }
         for attribute in noise.SAMPLED:
-            name, factor_of = names[attribute]
+            stem = attribute.removesuffix("_s")
+            name, factor_of = f"{stem}_{channel.name}{attribute.removeprefix(stem)}", 1.0
+            if attribute == "sd":
+                name, factor_of = f"sd_{column}", factor
             value = getattr(noise, attribute) / factor_of
             nuisances.append(Nuisance(name, value, factor_of, channel=channel.name, attribute=attribute))
     return {nuisance.name: nuisance for nuisance in nuisances}

@@ -21,13 +21,14 @@ from bayesub.sensors.instruments import (
 )
 from bayesub.sensors.observe import observe, unread
 from bayesub.sensors.record import Channel, Record
-from bayesub.sensors.sensor import QUANTITIES, Sensor, flat, modified
+from bayesub.sensors.sensor import KINDS, QUANTITIES, Sensor, flat, modified, register
 
 __all__ = [
     "ADCP",
     "DVL",
     "GPS",
     "INS",
+    "KINDS",
     "QUANTITIES",
     "Channel",
     "Compass",
@@ -41,6 +42,7 @@ __all__ = [
     "modified",
     "observe",
     "over_ground",
+    "register",
     "thesis_rounding",
     "tracking_range",
     "unread",

@@ -15,7 +15,7 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive
 from bayesub.logs.log_files import HEADERS
 from bayesub.model.vehicles import GRAVITY_MPS2
-from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat
+from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat, register
 
 _COLUMNS = {channel_name(quantity): HEADERS[quantity] for quantity in QUANTITIES}
 
@@ -65,6 +65,7 @@ class Instrument:
             yield Sensor(column, sd, resolution, self.interval_s, instrument=type(self).__name__.lower())
 
 
+@register
 @dataclass(frozen=True)
 class Track(Instrument):
     """A tracking range or an inertial navigator: position and attitude with independent normal noise.
@@ -106,6 +107,10 @@ class Track(Instrument):
         return self.attitude_sd_deg
 
 
+register(Sensor)  # here, as messages name the kinds in this order
+
+
+@register
 @dataclass(frozen=True)
 class Pressure(Instrument):
     """A pressure gauge, which reads depth; a constant error of the surface is its bias (:func:`modified`)."""
@@ -118,6 +123,7 @@ class Pressure(Instrument):
     channels: tuple[str, ...] = CHANNELS
 
 
+@register
 @dataclass(frozen=True)
 class Compass(Instrument):
     """A compass, magnetic or gyroscopic, which reads heading; its deviation is a bias (:func:`modified`)."""
@@ -130,6 +136,7 @@ class Compass(Instrument):
     channels: tuple[str, ...] = CHANNELS
 
 
+@register
 @dataclass(frozen=True)
 class INS(Instrument):
     """An inertial navigation system: attitude, rates, and linear and angular accelerations in body axes.
@@ -152,6 +159,7 @@ class INS(Instrument):
     channels: tuple[str, ...] = (*ATTITUDE, *RATES)
 
 
+@register
 @dataclass(frozen=True)
 class DVL(Instrument):
     """A Doppler log locked on to the bottom: body velocities over the ground, current included."""
@@ -164,6 +172,7 @@ class DVL(Instrument):
     channels: tuple[str, ...] = CHANNELS
 
 
+@register
 @dataclass(frozen=True)
 class ADCP(Instrument):
     """A Doppler current profiler: body velocities through the water, which are those of the equations of motion."""
@@ -176,6 +185,7 @@ class ADCP(Instrument):
     channels: tuple[str, ...] = CHANNELS
 
 
+@register
 @dataclass(frozen=True)
 class GPS(Instrument):
     """A satellite receiver: position, and if named velocity over the ground, speed and course over ground.
@@ -199,6 +209,7 @@ class GPS(Instrument):
 PHINS_ACCELEROMETER_MPS2 = 50e-6 * GRAVITY_MPS2  # 50 micro-g (thesis section 9.1.1)
 
 
+@register
 def autosub(
     *,
     interval_s: float = 1.0,
@@ -230,6 +241,7 @@ def autosub(
     return _selected([Pressure(sd_m=depth_sd_m, interval_s=interval_s), dvl, ins], channels)
 
 
+@register
 def thesis_rounding(
     *,
     interval_s: float = 1.0,
@@ -258,6 +270,7 @@ def thesis_rounding(
     return _selected([adcp, ins], channels)
 
 
+@register
 def tracking_range(
     *,
     interval_s: float = 1.0,

@@ -1,9 +1,9 @@
 """One sensor: what it reads, when, and how wrong."""
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from bayesub.logs.log_files import ACCELERATIONS, COLUMNS, HEADERS, STATES, si_f
 from bayesub.sensors import velocity
 
 MAX_READINGS = 1_000_000
+KINDS: dict[str, Callable[..., "Sensor | Iterable"]] = {}  # name in files -> what gives the sensors, see `register`
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,18 @@ _VALID = [column for column, (name, _) in COLUMNS.items() if name in QUANTITIES]
 def channel_name(quantity: str) -> str:
     """The name of a channel: the column of its quantity without the unit, such as ``yaw`` or ``u_ground``."""
     return HEADERS[quantity].rpartition("_")[0]
+
+
+_Make = TypeVar("_Make", bound=Callable[..., Any])
+
+
+def register(make: _Make) -> _Make:
+    """Let study files have a function or class that gives sensors, under its name in small letters.
+
+    Its arguments are the keys of a ``[[sensors]]`` of that kind; all have types, which the values of keys must be of.
+    """
+    KINDS[make.__name__.lower()] = make
+    return make
 
 
 @dataclass(frozen=True)

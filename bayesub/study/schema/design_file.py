@@ -20,8 +20,8 @@ from bayesub.problem.nuisance import MOVING
 from bayesub.sensors import Sensor, flat, unread
 from bayesub.sensors.sensor import QUANTITIES
 from bayesub.study.schema.disturbance_section import DisturbanceSection
-from bayesub.study.schema.prior_section import AnyNoiseSection, PriorOfOne, PriorSection, noise_models
-from bayesub.study.schema.sensor_section import AnySensorSection
+from bayesub.study.schema.prior_section import NoiseSection, PriorOfOne, PriorSection, noise_models
+from bayesub.study.schema.sensor_section import SensorSection
 from bayesub.study.schema.study_file import FreeSection
 
 PRIOR_SD = 0.25
@@ -54,11 +54,11 @@ class DesignFile(Section):
         Unmodelled forces, whose histories are integrated out.
     """
 
-    sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
+    sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
     free: FreeSection | None = None
     prior: PriorSection | None = None
     nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
-    noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
+    noise: dict[str, NoiseSection] = pydantic.Field(default_factory=dict)
     disturbance: DisturbanceSection | None = None
 
     @pydantic.model_validator(mode="after")

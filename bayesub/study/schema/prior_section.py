@@ -1,23 +1,23 @@
 """Priors and noise models in study files."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.toml_files import Positive, Section
+from bayesub.io.toml_files import KindSection, Positive, Section
 from bayesub.logs import log_files
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.sensors import Channel
 
 if TYPE_CHECKING:
-    from bayesub.problem.likelihoods import Normal
+    from bayesub.problem.noise import Noise
 
 LogSd = Annotated[float, pydantic.Field(gt=0, le=10)]  # ten is a factor of 22,000
 
@@ -216,77 +216,33 @@ def _mean_and_sd(cells: list[str], where: str) -> tuple[float, float]:
     return mean, sd
 
 
-class NoiseSection(Section):
-    """Keys of all noise models of a channel; numbers are in the unit of its column.
+class NoiseSection(KindSection):
+    """Keys of all noise models of a channel; the others are those of its kind (:class:`bayesub.problem.noise.Noise`).
 
     Attributes
     ----------
-    sd : float or None
-        Standard deviation; by default that of noise and rounding of the sensor together.
+    sd : in the unit of the column; by default that of noise and rounding of the sensor together
     """
 
     sd: Positive | None = None
 
-    def build(self, channel: Channel) -> "Normal":
-        """The noise model, in SI units."""
-        from bayesub.problem import likelihoods
+    not_keys: ClassVar = ("sd",)
 
-        make = getattr(likelihoods, _NOISES[self.kind])
+    @classmethod
+    def registered(cls) -> Mapping[str, type["Noise"]]:
+        """The noise models that have a name in files."""
+        from bayesub.problem.likelihoods import Noise
+
+        return Noise.KINDS
+
+    def build(self, channel: Channel) -> "Noise":
+        """The noise model, in SI units."""
         given = self.model_dump(exclude={"kind", "sd"})
         factor = log_files.si_factor(channel.quantity)
-        return make(channel.total_sd if self.sd is None else factor * self.sd, **given)
+        return self.make(channel.total_sd if self.sd is None else factor * self.sd, **given)
 
 
-class NormalNoise(NoiseSection):
-    """Normal; rounding counts as noise."""
-
-    kind: Literal["normal"]
-
-
-class UnknownSdNoise(NoiseSection):
-    """Normal, its standard deviation integrated out."""
-
-    kind: Literal["unknown_sd"]
-
-
-class StudentTNoise(NoiseSection):
-    """Student t, for outliers.
-
-    Attributes
-    ----------
-    dof : float
-        Degrees of freedom.
-    """
-
-    kind: Literal["student_t"]
-    dof: Positive
-
-
-class AR1Noise(NoiseSection):
-    """Autoregressive of first order, for slow errors.
-
-    Attributes
-    ----------
-    correlation_time_s : float
-        In which the correlation falls to 1/e.
-    """
-
-    kind: Literal["ar1"]
-    correlation_time_s: Positive
-
-
-_NOISES = {
-    "normal": "Normal",
-    "unknown_sd": "UnknownSd",
-    "student_t": "StudentT",
-    "ar1": "AR1",
-}
-AnyNoiseSection = Annotated[
-    NormalNoise | UnknownSdNoise | StudentTNoise | AR1Noise, pydantic.Field(discriminator="kind")
-]
-
-
-def noise_models(sections: dict[str, NoiseSection], trials) -> list[dict[str, object]]:
+def noise_models(sections: Mapping[str, NoiseSection], trials: Sequence[Sequence[Channel]]) -> list[dict[str, "Noise"]]:
     """For the channels of each trial: channel name -> noise model, of sections by column.
 
     Raises InputError for a column that no sensor of any trial reads.

@@ -1,42 +1,25 @@
 """Sensors in study files, a section for each kind, whose keys are its arguments in Python; and columns of actuators."""
 
-import functools
 import inspect
-import operator
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 import pydantic
 
 from bayesub import sensors
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.toml_files import Section
+from bayesub.io.toml_files import KindSection, Section
 from bayesub.model.actuator_files import RAW_UNITS
 from bayesub.model.vehicles import Vehicle
 
-KINDS = {
-    "track": sensors.Track,
-    "sensor": sensors.Sensor,
-    "pressure": sensors.Pressure,
-    "compass": sensors.Compass,
-    "ins": sensors.INS,
-    "dvl": sensors.DVL,
-    "adcp": sensors.ADCP,
-    "gps": sensors.GPS,
-    "autosub": sensors.autosub,
-    "thesis_rounding": sensors.thesis_rounding,
-    "tracking_range": sensors.tracking_range,
-}
-
-
-PRESETS = ("autosub", "thesis_rounding", "tracking_range")
+PRESETS = tuple(kind for kind, make in sensors.KINDS.items() if not isinstance(make, type))
 PLACED = ("lever_arm_m", "clock_offset_s", "direction", "instrument")
 FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outliers alone is none
 
 
-class SensorSection(Section):
+class SensorSection(KindSection):
     """Keys of every kind of sensor, besides its own: faults, place and clock (:class:`bayesub.sensors.Sensor`).
 
     Attributes
@@ -67,6 +50,13 @@ class SensorSection(Section):
     direction: tuple[float, float, float] | None = None
     instrument: str | None = None
 
+    not_keys: ClassVar = PLACED  # which are given above, and left out of a completed study that has none
+
+    @classmethod
+    def registered(cls) -> Mapping[str, Callable[..., Any]]:
+        """The sensors and instruments of :mod:`bayesub.sensors`, and whatever else was registered there."""
+        return sensors.KINDS
+
     @pydantic.model_validator(mode="after")
     def _can_exist(self):
         self.build()
@@ -74,22 +64,9 @@ class SensorSection(Section):
 
     def build(self) -> tuple[sensors.Sensor, ...]:
         """The sensors that the section describes; InputError if they cannot exist."""
-        make = KINDS[self.kind]
         changes = self.model_dump(exclude={"kind"}, exclude_none=True)
-        arguments = {key: changes.pop(key) for key in inspect.signature(make).parameters if key in changes}
-        return sensors.modified(make(**arguments), **changes)
-
-
-def _section(kind: str) -> type[SensorSection]:
-    # Place and clock are left out of a completed study that gives none, so that earlier runs resume.
-    arguments = [a for a in inspect.signature(KINDS[kind]).parameters.values() if a.name not in PLACED]
-    keys = {a.name: (a.annotation, ... if a.default is a.empty else a.default) for a in arguments}
-    return pydantic.create_model(f"{kind}_section", __base__=SensorSection, kind=(Literal[kind], ...), **keys)
-
-
-AnySensorSection = Annotated[
-    functools.reduce(operator.or_, [_section(kind) for kind in KINDS]), pydantic.Field(discriminator="kind")
-]
+        arguments = {key: changes.pop(key) for key in inspect.signature(self.make).parameters if key in changes}
+        return sensors.modified(self.make(**arguments), **changes)
 
 
 class ControlSection(Section):

@@ -14,8 +14,8 @@ from bayesub.model.vehicles import files_of_equations
 from bayesub.study.provenance import copies, environment, file_digest
 from bayesub.study.schema.derived_section import DerivedSection
 from bayesub.study.schema.disturbance_section import DisturbanceSection
-from bayesub.study.schema.prior_section import AnyNoiseSection, PriorSection
-from bayesub.study.schema.sensor_section import AnySensorSection, ControlSection
+from bayesub.study.schema.prior_section import NoiseSection, PriorSection
+from bayesub.study.schema.sensor_section import ControlSection, SensorSection
 from bayesub.study.schema.trial_section import CheckSection, TrialKeys, TrialSection, check_names
 
 
@@ -132,11 +132,11 @@ class Study(TrialKeys):
     check: tuple[CheckSection, ...] | None = None
     seed: int = pydantic.Field(ge=0)
     dt_s: Positive | None = None
-    sensors: tuple[AnySensorSection, ...] = ()
+    sensors: tuple[SensorSection, ...] = ()
     controls: dict[str, ControlSection] = pydantic.Field(default_factory=dict)
     free: FreeSection
     prior: PriorSection
-    noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
+    noise: dict[str, NoiseSection] = pydantic.Field(default_factory=dict)
     disturbance: DisturbanceSection | None = None
     derived: tuple[DerivedSection, ...] = ()
     baselines: BaselinesSection = BaselinesSection()

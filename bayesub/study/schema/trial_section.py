@@ -18,7 +18,7 @@ from bayesub.problem.priors import Prior
 from bayesub.sensors import observe, unread
 from bayesub.study.schema.disturbance_section import TrueDisturbanceSection, true_parameters
 from bayesub.study.schema.prior_section import PriorOfOne
-from bayesub.study.schema.sensor_section import FAULTS, PRESETS, AnySensorSection, SensorSection
+from bayesub.study.schema.sensor_section import FAULTS, PRESETS, SensorSection
 
 if TYPE_CHECKING:
     from bayesub.problem.trial_problem import TrialProblem
@@ -232,7 +232,7 @@ class TrialSection(TrialKeys):
     """
 
     name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
-    sensors: tuple[AnySensorSection, ...] | None = None
+    sensors: tuple[SensorSection, ...] | None = None
 
     @pydantic.model_validator(mode="after")
     def _not_of_the_body(self):
@@ -255,7 +255,7 @@ class InstrumentsFile(Section):
         The current in which the boat flies.
     """
 
-    sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
+    sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
     truth: TruthSection = TruthSection()
 
 
@@ -303,7 +303,7 @@ class CheckSection(TrialKeys):
     """
 
     name: str = pydantic.Field(default="", pattern=r"^[A-Za-z0-9_-]*$")
-    sensors: tuple[AnySensorSection, ...] | None = None
+    sensors: tuple[SensorSection, ...] | None = None
     warm_up_s: Positive | None = None
 
     @pydantic.model_validator(mode="before")
