@@ -35,14 +35,11 @@ class SlowNoise:
 
     Attributes
     ----------
-    rows : slice
-        Of the channel among the residuals.
-    times : (n_times,) array
-        Correlation times, s.
-    whitened : (n_times, n, n_params + 1) array
-        Jacobian by standard coordinates, and residuals, whose noise is then independent and of unit variance.
-    half_log_determinants : (n_times,) array
-        Of the correlation of the noise.
+    rows : of the channel among the residuals
+    times : (n_times,) correlation times, s
+    whitened : (n_times, n, n_params + 1) Jacobian by standard coordinates, and residuals, whose noise is then
+        independent and of unit variance
+    half_log_determinants : (n_times,) of the correlation of the noise
     """
 
     rows: slice
@@ -57,12 +54,9 @@ class Alternatives:
 
     Attributes
     ----------
-    residuals : (n_rows,) array
-        With nothing that is left out, in first order.
-    standard : (n_params,) array
-        The parameters in coordinates in which their prior is standard normal.
-    jacobian : (n_rows, n_params) array
-        By these.
+    residuals : (n_rows,) with nothing that is left out, in first order
+    standard : (n_params,) the parameters in coordinates in which their prior is standard normal
+    jacobian : (n_rows, n_params) by these
     effects : dict of str to dict of str to (n_rows, k) array
         Kind ("bias", "current", "coefficient") -> name -> columns for a unit of a parameter, one for each trial or
         component; of a coefficient for as much as its value.

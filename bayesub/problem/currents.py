@@ -15,13 +15,9 @@ class Currents:
 
     Parameters
     ----------
-    nuisances : Nuisances
-    disturbances : Disturbances or None
-        With histories of a current, perhaps.
-    histories : slice
-        Of the nuisance parameters, those of the disturbances.
-    times : (n_times,) array
-        At which the water is wanted where no others are given, s.
+    disturbances : with histories of a current, perhaps
+    histories : of the nuisance parameters, those of the disturbances
+    times : (n_times,) at which the water is wanted where no others are given, s
     """
 
     def __init__(self, nuisances: Nuisances, disturbances: Disturbances | None, histories: slice, times: np.ndarray):
@@ -59,11 +55,9 @@ class Currents:
 
         Parameters
         ----------
-        values : (n_batch, n_nuisances) array
-        times : (n_batch, n_times) array, optional
-            s, if members have their own.
-        history : ForceHistory, optional
-            Of the current of one member, by default that of the values.
+        values : (n_batch, n_nuisances)
+        times : (n_batch, n_times), s, if members have their own
+        history : of the current of one member, by default that of the values
         """
         currents = self._nuisances.currents(values)
         steady = None if currents is None else Water.steady(currents, self._times if times is None else times)
@@ -104,11 +98,9 @@ class Currents:
 
         Parameters
         ----------
-        measurement : MeasurementModel
-        outputs : (n_times, n_measured) array
-        values : (1, n_nuisances) array
-        times : (n_times,) array or None
-            s, if they are not those of all.
+        outputs : (n_times, n_measured)
+        values : (1, n_nuisances)
+        times : (n_times,), s, if they are not those of all
         water, arms : as of :meth:`bayesub.sensors.measurement.MeasurementModel.slopes`
         """
         slopes = np.zeros((measurement.n_readings, values.shape[1]))

@@ -71,24 +71,18 @@ class UnknownDisturbance:
 
     Attributes
     ----------
-    axes : tuple of str
-        Of X Y Z K M N, and north and east for a current that varies.
-    sds : dict of str to float or Prior
-        Axis -> standard deviation, non-dimensional: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with
-        the trial speed U; of a current in m/s; or the prior of it.
-    correlation_time_s : float or Prior
-        Of all axes.
-    kind : str
-        As of :class:`bayesub.model.disturbance.Disturbance`.
-    knot_interval_s : float or None
-        By default half of the correlation time of forces and a fifth of that of currents, or of their prior medians.
-    correlation_time_current_s : float, Prior or None
-        Correlation time of the current, if it is not that of the forces.
+    axes : of X Y Z K M N, and north and east for a current that varies
+    sds : axis -> standard deviation, non-dimensional: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with
+        the trial speed U; of a current in m/s; or the prior of it
+    correlation_time_s : of all axes
+    kind : as of :class:`bayesub.model.disturbance.Disturbance`
+    knot_interval_s : by default half of the correlation time of forces and a fifth of that of currents, or of their
+        prior medians
+    correlation_time_current_s : correlation time of the current, if it is not that of the forces
 
     Raises
     ------
-    InputError
-        For an axis or kind that does not exist, and numbers that are not positive.
+    InputError : for an axis or kind that does not exist, and numbers that are not positive
     """
 
     axes: tuple[str, ...]
@@ -164,10 +158,7 @@ class Disturbances:
 
     Attributes
     ----------
-    unknown : UnknownDisturbance
-    vehicle : Vehicle
-    duration : float
-        Of the readings, from the start of the manoeuvre, s.
+    duration : of the readings, from the start of the manoeuvre, s
     """
 
     unknown: UnknownDisturbance
@@ -298,8 +289,7 @@ class _Factor:
 
     Attributes
     ----------
-    table : (n_nodes, n_knots, n_knots) array
-        Coefficients of Chebyshev polynomials.
+    table : (n_nodes, n_knots, n_knots) coefficients of Chebyshev polynomials
     """
 
     def __init__(self, knots: Knots, kind: str, time: float | Prior):
@@ -347,13 +337,9 @@ class History:
 
     Attributes
     ----------
-    rows : slice
-        Of the residuals, those that the forces move.
-    columns : (n_white,) array
-        Positions of the white coordinates among the parameters, axis after axis.
-    process : (n_process,) array
-        Positions of the parameters of the process.
-    disturbances : Disturbances
+    rows : of the residuals, those that the forces move
+    columns : (n_white,) positions of the white coordinates among the parameters, axis after axis
+    process : (n_process,) positions of the parameters of the process
     """
 
     rows: slice

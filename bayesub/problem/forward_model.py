@@ -26,12 +26,8 @@ class ReadingTimes:
 
     Parameters
     ----------
-    simulator : Simulator
-        With output at all times at which a channel reads.
-    measurement : MeasurementModel
-    mounting : Mounting
-    latest_s : float
-        How much later than the record says the last readings may have been taken.
+    simulator : with output at all times at which a channel reads
+    latest_s : how much later than the record says the last readings may have been taken
     """
 
     def __init__(self, simulator: Simulator, measurement: MeasurementModel, mounting: Mounting, latest_s: float):
@@ -283,10 +279,9 @@ class ForwardModel:
 
         Parameters
         ----------
-        sets : (1, n_terms) array
-        values : (1, n_nuisances) array
-        forces : ForceHistory, optional
-            That the equations leave out; by default those of `values`.
+        sets : (1, n_terms)
+        values : (1, n_nuisances)
+        forces : that the equations leave out; by default those of `values`
         """
         body, initial = self.nuisances.body(values), self.nuisances.initial(values)
         amounts = self.nuisances.amounts(values)

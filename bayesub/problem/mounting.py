@@ -30,11 +30,8 @@ class Mount:
 
     Attributes
     ----------
-    instrument : str
-    axis : str
-        Of its lever arm, x, y or z; empty for the clock.
-    value : float
-        What the sensors say, s or m.
+    axis : of its lever arm, x, y or z; empty for the clock
+    value : what the sensors say, s or m
     """
 
     instrument: str
@@ -93,16 +90,12 @@ def within_reach(record: Record, spans: dict[str, tuple[float, float]], duration
 
     Parameters
     ----------
-    record : Record
-    spans : dict of str to (float, float)
-        Instrument -> how much later than its channels say readings may have been taken, at least and at most, s.
-    duration : float
-        Of the trial, s.
+    spans : instrument -> how much later than its channels say readings may have been taken, at least and at most, s
+    duration : of the trial, s
 
     Raises
     ------
-    InputError
-        For a channel of which nothing is left.
+    InputError : for a channel of which nothing is left
     """
     channels = []
     for channel in record.channels:
@@ -137,9 +130,7 @@ class Mounting:
 
     Parameters
     ----------
-    members : dict of int to Mount
-        Position among the nuisance parameters -> what it is.
-    channels : sequence of Channel
+    members : position among the nuisance parameters -> what it is
 
     Attributes
     ----------

@@ -69,21 +69,13 @@ class Nuisance:
 
     Attributes
     ----------
-    name : str
-    value : float
-        Where it is if it is not inferred, in its unit.
-    factor : float
-        SI units in its unit.
-    motion : dict of str to float
-        Parameters of :meth:`bayesub.model.simulator.Simulator.sensitivities` -> SI units for a unit of this one.
-    channel : str
-        Name of the channel, for parameters of one.
-    attribute : str
-        Of the noise of the channel, or "bias".
-    mount : Mount or None
-        What it is of an instrument.
-    later_s : (float, float)
-        Of a clock, how much later than the record says readings may have been taken, at least and at most.
+    value : where it is if it is not inferred, in its unit
+    factor : SI units in its unit
+    motion : parameters of :meth:`bayesub.model.simulator.Simulator.sensitivities` -> SI units for a unit of this one
+    channel : name of the channel, for parameters of one
+    attribute : of the noise of the channel, or "bias"
+    mount : what it is of an instrument
+    later_s : of a clock, how much later than the record says readings may have been taken, at least and at most
     """
 
     name: str
@@ -101,8 +93,7 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
 
     Raises
     ------
-    InputError
-        For a name that does not exist, or that has no part in the sub-problem of the manoeuvre.
+    InputError : for a name that does not exist, or that has no part in the sub-problem of the manoeuvre
     """
     if name in BODY:
         idle = vehicle.idle(manoeuvre.subproblem)
@@ -245,11 +236,9 @@ class Nuisances:
 
     Attributes
     ----------
-    parameters : tuple of Nuisance
-        n of them.
+    parameters : n of them
     names : tuple of str
-    held : (n,) array
-        Their values if they are not inferred.
+    held : (n,) their values if they are not inferred
     varied : tuple of str
         What they change of actuators.
     """

@@ -48,20 +48,13 @@ def sensed_step(
 
     Parameters
     ----------
-    vehicle : Vehicle
-        Of the problem.
-    manoeuvre : Manoeuvre
-        That it flies.
-    forward_at : callable
-        Gives the forward model with a step, s.
-    noises : sequence of Noise
-        The noise model of each channel.
-    prior : Prior
-        Of the free coefficients, followed by the nuisance parameters.
-    columns : (n_coefficients,) array
-        Positions of the free coefficients in a set.
-    xi : (n_terms,) array
-        Values of the other coefficients.
+    vehicle : of the problem
+    manoeuvre : that it flies
+    forward_at : gives the forward model with a step, s
+    noises : the noise model of each channel
+    prior : of the free coefficients, followed by the nuisance parameters
+    columns : (n_coefficients,) positions of the free coefficients in a set
+    xi : (n_terms,) values of the other coefficients
 
     Returns
     -------
@@ -71,8 +64,7 @@ def sensed_step(
 
     Raises
     ------
-    InputError
-        If no step is short enough.
+    InputError : if no step is short enough
     """
     parameters = np.vstack([prior.mean, prior.sample(np.random.default_rng(_SEED), N_DRAWS)])
     sets = np.repeat(xi[None], len(parameters), axis=0)
@@ -239,8 +231,7 @@ def channel_noises(channels: Iterable[Channel], by_name: dict[str, Noise]) -> tu
 
     Raises
     ------
-    InputError
-        For the name of a channel that is not among them.
+    InputError : for the name of a channel that is not among them
     """
     names = [channel.name for channel in channels]
     for name in by_name:

@@ -16,13 +16,9 @@ class UnseenTrial:
 
     Attributes
     ----------
-    name : str
-    problem : TrialProblem
-        Of the trial alone, with the vehicle and the prior of those that were fitted.
-    warm_up_s : float
-        Time from its start in which its readings say what the fitted trials do not tell.
-    is_left_out : bool
-        Whether it is one of the trials of the study, left out of a fit of the others.
+    problem : of the trial alone, with the vehicle and the prior of those that were fitted
+    warm_up_s : time from its start in which its readings say what the fitted trials do not tell
+    is_left_out : whether it is one of the trials of the study, left out of a fit of the others
     """
 
     name: str
@@ -35,10 +31,8 @@ class UnseenTrial:
 
         Parameters
         ----------
-        fitted : Problem or JointProblem
-            Of the trials that were fitted.
-        best : (n_fitted,) array
-            Its parameters, at which the errors are taken.
+        fitted : of the trials that were fitted
+        best : (n_fitted,) its parameters, at which the errors are taken
         """
         squares: dict[str, list[np.ndarray]] = {}
         for _, problem, values in fitted.each_trial(best):

@@ -16,10 +16,8 @@ class Water:
 
     Attributes
     ----------
-    velocity : (.., n_times, 2) array
-        To the north and to the east, m/s.
-    displacement : (.., n_times, 2) array
-        Since the start, m.
+    velocity : (.., n_times, 2) to the north and to the east, m/s
+    displacement : (.., n_times, 2) since the start, m
     """
 
     velocity: np.ndarray
@@ -63,10 +61,8 @@ def over_ground(states: np.ndarray, times: np.ndarray, current: "tuple[float, fl
 
     Parameters
     ----------
-    states : (.., n_times, 12) array
-        Through the water, from :func:`bayesub.simulate`.
-    times : (n_times,) array
-        s.
+    states : (.., n_times, 12) through the water, from :func:`bayesub.simulate`
+    times : (n_times,), s
     current : (2,) or Water
         Constant, to the north and to the east, m/s; or how the water moves at these times.
 
@@ -88,10 +84,8 @@ def seen(state: str, attitude: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    state : str
-        Short name.
-    attitude : (.., n_times, 3) array
-        phi, theta, psi, rad.
+    state : short name
+    attitude : (.., n_times, 3) phi, theta, psi, rad
     """
     if state in ("x", "y"):
         parts = np.zeros((*np.shape(attitude)[:-1], 2))

@@ -35,10 +35,8 @@ class Instrument:
 
     Attributes
     ----------
-    channels : tuple of str
-        Those that are measured.
-    interval_s : float
-        One reading every so many seconds, the first after one interval.
+    channels : those that are measured
+    interval_s : one reading every so many seconds, the first after one interval
     """
 
     CHANNELS: ClassVar[tuple[str, ...]]  # all that it can measure
@@ -72,14 +70,10 @@ class Track(Instrument):
 
     Attributes
     ----------
-    position_sd_m : float
-        Standard deviation of x, y, z.
-    attitude_sd_deg : float
-        Standard deviation of roll, pitch, yaw.
-    interval_s : float
-        One reading every so many seconds, the first after one interval.
-    channels : tuple of str
-        Those that are measured, of x, y, z, roll, pitch, yaw.
+    position_sd_m : standard deviation of x, y, z
+    attitude_sd_deg : standard deviation of roll, pitch, yaw
+    interval_s : one reading every so many seconds, the first after one interval
+    channels : those that are measured, of x, y, z, roll, pitch, yaw
     """
 
     CHANNELS = tuple(TRACK_CHANNELS)

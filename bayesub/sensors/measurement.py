@@ -45,20 +45,15 @@ class MeasurementModel:
 
     Parameters
     ----------
-    channels : sequence of Channel
-        Of which the quantity, the times and the lever arm count; their values need not be known yet.
-    current : bool
-        Whether there is a current.
-    clocks : collection of str
-        Instruments that have rows of times for themselves, because their clocks are not known.
-    moved : collection of str
-        Instruments whose lever arms are not known.
+    channels : of which the quantity, the times and the lever arm count; their values need not be known yet
+    current : whether there is a current
+    clocks : instruments that have rows of times for themselves, because their clocks are not known
+    moved : instruments whose lever arms are not known
 
     Attributes
     ----------
-    channels : tuple of Channel
-    times : (n_times,) array
-        All times at which a channel reads, ascending, s; those of instruments in `clocks` come after the others.
+    times : (n_times,) all times at which a channel reads, ascending, s; those of instruments in `clocks` come after the
+        others
     by_clock : dict of str to slice
         Instrument in `clocks` -> its times.
     measured : tuple of str
@@ -141,12 +136,9 @@ class MeasurementModel:
 
         Parameters
         ----------
-        outputs : (n_batch, n_times, n_measured) array
-            The :attr:`measured` outputs in the water.
-        water : Water, optional
-            Of (n_batch, n_times, 2) or (n_times, 2) each; for a model with a current.
-        arms : Arms
-            Lever arms of the instruments that are moved.
+        outputs : (n_batch, n_times, n_measured) the :attr:`measured` outputs in the water
+        water : of (n_batch, n_times, 2) or (n_times, 2) each; for a model with a current
+        arms : lever arms of the instruments that are moved
         """
         readings = outputs.reshape(len(outputs), -1).take(self._position, axis=1)
         if water is not None:
@@ -181,9 +173,9 @@ class MeasurementModel:
 
         Parameters
         ----------
-        predicted : (n_batch, n_readings) array
-            What the sensors would read, bias included; not a number where there is no prediction.
-        readings : (n_readings,) array
+        predicted : (n_batch, n_readings) what the sensors would read, bias included; not a number where there is no
+            prediction
+        readings : (n_readings,)
         """
         for part in self._wrapped:
             predicted[:, part] -= TURN * np.round((predicted[:, part] - readings[part]) / TURN)
@@ -199,14 +191,10 @@ class MeasurementModel:
 
         Parameters
         ----------
-        sensitivities : (n_times, n_measured, n_params) array
-            Derivatives of the :attr:`measured` outputs.
-        outputs : (n_times, n_measured) array, optional
-            The outputs, needed if there is a current or a lever arm.
-        water : Water, optional
-            Of (n_times, 2) each; for a model with a current.
-        arms : Arms
-            Lever arms (3,) of the instruments that are moved.
+        sensitivities : (n_times, n_measured, n_params) derivatives of the :attr:`measured` outputs
+        outputs : (n_times, n_measured) the outputs, needed if there is a current or a lever arm
+        water : of (n_times, 2) each; for a model with a current
+        arms : lever arms (3,) of the instruments that are moved
         """
         slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
         if outputs is None:
@@ -234,11 +222,9 @@ class MeasurementModel:
 
         Parameters
         ----------
-        outputs : (n_times, n_measured) array
-        water : Water or None
-            Of (n_times, 2) each; for a model with a current.
-        arms : Arms
-            Lever arms (3,) of the instruments that are moved; derivatives by all others are zero.
+        outputs : (n_times, n_measured)
+        water : of (n_times, 2) each; for a model with a current
+        arms : lever arms (3,) of the instruments that are moved; derivatives by all others are zero
         """
         slopes, units = np.zeros((self.n_readings, 3)), np.eye(3)[:, None]
         for place in self._at_lever_arms:
@@ -260,15 +246,11 @@ class MeasurementModel:
 
         Parameters
         ----------
-        rates : (n_times, n_measured) array
-            Derivatives of the outputs by time.
-        outputs : (n_times, n_measured) array
-        water : Water or None
-            Of (n_times, 2) each; for a model with a current.
-        by_time : Water or None
-            Derivatives of it by time.
-        arms : Arms
-            Lever arms (3,) of the instruments that are moved.
+        rates : (n_times, n_measured) derivatives of the outputs by time
+        outputs : (n_times, n_measured)
+        water : of (n_times, 2) each; for a model with a current
+        by_time : derivatives of it by time
+        arms : lever arms (3,) of the instruments that are moved
         """
         slopes = self.slopes(rates[..., None], outputs, water, arms)[:, 0]
         if by_time is None:
@@ -282,13 +264,11 @@ class MeasurementModel:
 
         Parameters
         ----------
-        outputs : (n_times, n_measured) array
-        by_current : Water
-            Derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the east.
-        water : Water, optional
-            Of (n_times, 2) each: where it is, for speed and course over ground, which are not linear in it.
-        arms : Arms
-            Lever arms (3,) of the instruments that are moved.
+        outputs : (n_times, n_measured)
+        by_current : derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the
+            east
+        water : of (n_times, 2) each: where it is, for speed and course over ground, which are not linear in it
+        arms : lever arms (3,) of the instruments that are moved
 
         Returns
         -------

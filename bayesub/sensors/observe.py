@@ -26,23 +26,17 @@ def observe(
 
     Parameters
     ----------
-    trajectory : Trajectory
-    sensors : Sensor, Instrument, or sequence of them
-        A :class:`Sensor`, an instrument such as :class:`Track`, a preset, or a sequence of them.
-    rng : Generator or None
-        Source of noise, outliers and dropouts, which are drawn sensor after sensor. None gives the truth itself as
+    sensors : a :class:`Sensor`, an instrument such as :class:`Track`, a preset, or a sequence of them
+    rng : source of noise, outliers and dropouts, which are drawn sensor after sensor. None gives the truth itself as
         readings, which keep the sd of their sensor as their weight.
-    member : int
-        Which of the batch.
-    current_mps : (float, float)
-        A constant current in which the boat moves, to the north and to the east, besides that of the disturbance of
-        the trajectory.
+    member : which of the batch
+    current_mps : a constant current in which the boat moves, to the north and to the east, besides that of the
+        disturbance of the trajectory
 
     Raises
     ------
-    InputError
-        If the member failed, if the trial is shorter than the interval of a sensor or a time of a reading lies outside
-        it, if two sensors make channels of one name, or if every reading of a sensor is missing.
+    InputError : if the member failed, if the trial is shorter than the interval of a sensor or a time of a reading lies
+        outside it, if two sensors make channels of one name, or if every reading of a sensor is missing
     """
     if trajectory.status[member] != "ok":
         raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured", "model", "trajectory")

@@ -21,10 +21,8 @@ class Quantity:
 
     Attributes
     ----------
-    state : str
-        Short name of a state, of a body acceleration, or of a velocity (:mod:`bayesub.sensors.velocity`).
-    over_ground : bool
-        Whether the current is in it.
+    state : short name of a state, of a body acceleration, or of a velocity (:mod:`bayesub.sensors.velocity`)
+    over_ground : whether the current is in it
     """
 
     state: str
@@ -79,38 +77,24 @@ class Sensor:
 
     Attributes
     ----------
-    column : str
-        The quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
-    sd : float
-        Standard deviation of the noise, in the unit of the column.
-    resolution : float
-        Rounding step in the unit of the column, 0 if there is none.
-    interval_s : float
-        One reading every so many seconds, the first after one interval.
-    times : (n,) tuple of float or None
-        Ascending times of the readings in s, instead of the interval.
-    bias : float
-        What is added to every reading, in the unit of the column.
-    dropout : float
-        Probability that a reading is missing.
-    gaps : tuple of (start, end)
-        Readings from start to end (s) are missing.
-    outlier_probability : float
-        Probability that a reading is an outlier.
-    outlier_scale : float
-        Its noise in units of the ordinary one.
-    lever_arm_m : (float, float, float) or None
-        Where the sensor is, ahead, to starboard and down from the body origin; None for the origin. It adds to
-        position, velocity and acceleration as on a rigid body (:mod:`bayesub.sensors.velocity`).
-    clock_offset_s : float
-        How far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t was taken at
-        t - clock_offset_s.
-    direction : (float, float, float) or None
-        Of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of any
-        length, along which it reads; None for the size of the horizontal velocity.
-    instrument : str or None
-        Name of the instrument that it is part of, with which it shares the clock and the place; None if it is one by
-        itself, with the name of its channel.
+    column : the quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
+    sd : standard deviation of the noise, in the unit of the column
+    resolution : rounding step in the unit of the column, 0 if there is none
+    interval_s : one reading every so many seconds, the first after one interval
+    times : (n,) ascending times of the readings in s, instead of the interval
+    bias : what is added to every reading, in the unit of the column
+    dropout : probability that a reading is missing
+    gaps : readings from start to end (s) are missing
+    outlier_probability : probability that a reading is an outlier
+    outlier_scale : its noise in units of the ordinary one
+    lever_arm_m : where the sensor is, ahead, to starboard and down from the body origin; None for the origin. It adds
+        to position, velocity and acceleration as on a rigid body (:mod:`bayesub.sensors.velocity`).
+    clock_offset_s : how far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t
+        was taken at t - clock_offset_s
+    direction : of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of
+        any length, along which it reads; None for the size of the horizontal velocity
+    instrument : name of the instrument that it is part of, with which it shares the clock and the place; None if it is
+        one by itself, with the name of its channel
     """
 
     column: str
@@ -238,8 +222,7 @@ def flat(sensors: Sensor | Iterable) -> tuple[Sensor, ...]:
 
     Raises
     ------
-    InputError
-        If there is none, or if two read the same quantity.
+    InputError : if there is none, or if two read the same quantity
     """
     sensors = tuple(_each(sensors))
     if not sensors:
@@ -268,12 +251,9 @@ def modified(sensors: Sensor | Iterable, channels: Iterable[str] | None = None, 
 
     Parameters
     ----------
-    sensors : Sensor, Instrument, or sequence of them
-        Whatever :func:`observe` takes.
-    channels : iterable of str, optional
-        Names of the channels to change, such as ``["u_ground"]``; by default all.
-    **changes : Any
-        Attributes of :class:`Sensor`.
+    sensors : whatever :func:`observe` takes
+    channels : names of the channels to change, such as ``["u_ground"]``; by default all
+    **changes : attributes of :class:`Sensor`
     """
     sensors = flat(sensors)
     names = [channel_name(sensor.quantity) for sensor in sensors]

@@ -37,12 +37,9 @@ def displaced(state: str, lever_arm_m: ArrayLike, turning: np.ndarray) -> np.nda
 
     Parameters
     ----------
-    state : str
-        Short name, a key of TURNING.
-    lever_arm_m : (3,) or (.., 3)
-        Ahead, to starboard and down from the body origin.
-    turning : (.., 3) array
-        The attitude, rates or angular accelerations that TURNING names, rad, rad/s or rad/s^2.
+    state : short name, a key of TURNING
+    lever_arm_m : (3,) or (.., 3) ahead, to starboard and down from the body origin
+    turning : (.., 3) the attitude, rates or angular accelerations that TURNING names, rad, rad/s or rad/s^2
     """
     if state in "xyz":
         return np.sum(row_of_rotation(state, turning) * np.asarray(lever_arm_m), axis=-1)
@@ -78,10 +75,8 @@ def causes(state: str, displaced: bool) -> tuple[str, ...]:
 
     Parameters
     ----------
-    state : str
-        Short name of what is read.
-    displaced : bool
-        Whether the sensor has a lever arm.
+    state : short name of what is read
+    displaced : whether the sensor has a lever arm
     """
     if state not in QUANTITIES:
         return (state,)
@@ -115,16 +110,12 @@ def readings(
 
     Parameters
     ----------
-    quantity : str
-        Short name, one of QUANTITIES.
-    motion : (.., n_causes) array
-        The states that :func:`causes` names, through the water.
-    current : (.., 2) array
-        To the north and to the east, m/s, where and when the reading is taken.
-    lever_arm_m : (3,) or (.., 3)
-        Ahead, to starboard and down from the body origin; of no account without rates among the motion.
-    direction : (3,), optional
-        Unit vector in body axes along which a log reads.
+    quantity : short name, one of QUANTITIES
+    motion : (.., n_causes) the states that :func:`causes` names, through the water
+    current : (.., 2) to the north and to the east, m/s, where and when the reading is taken
+    lever_arm_m : (3,) or (.., 3) ahead, to starboard and down from the body origin; of no account without rates among
+        the motion
+    direction : (3,) unit vector in body axes along which a log reads
     """
     if quantity == "stw":
         if direction is not None:
@@ -152,16 +143,11 @@ def slopes(
 
     Parameters
     ----------
-    quantity : str
-        As of :func:`readings`.
-    motion : (n, n_causes) array
-        As of :func:`readings`.
-    current : (n, 2) array
-        As of :func:`readings`.
-    lever_arm_m : (3,)
-        As of :func:`readings`.
-    direction : (3,), optional
-        As of :func:`readings`.
+    quantity : as of :func:`readings`
+    motion : (n, n_causes) as of :func:`readings`
+    current : (n, 2) as of :func:`readings`
+    lever_arm_m : (3,) as of :func:`readings`
+    direction : (3,) as of :func:`readings`
     """
     n_causes = motion.shape[1]
     stepped = motion[None] + 1j * _TINY * np.eye(n_causes)[:, None]

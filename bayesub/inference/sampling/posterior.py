@@ -147,7 +147,7 @@ class Posterior(Displayed):
 
     @property
     def contraction(self) -> np.ndarray:
-        """(n_params,) posterior sd over the sd of the prior of each parameter by itself: 1 where the data said nothing."""
+        """(n_params,) posterior sd over the prior sd of each parameter by itself: 1 where the data said nothing."""
         return self.sd / self.prior_sd
 
     def contraction_given(self, prior: InferencePrior) -> np.ndarray:
@@ -158,7 +158,7 @@ class Posterior(Displayed):
         return prior.contraction(self.draws)
 
     def contraction_along(self, directions: np.ndarray) -> np.ndarray:
-        """(n,) posterior sd over prior sd along directions (n, n_params) in prior sds; the latter as in `contraction`."""
+        """(n,) as :attr:`contraction`, along directions (n, n_params) in prior sds."""
         return np.std((self.draws - self.prior_mean) / self.prior_sd @ directions.T, axis=0)
 
     @cached_property

@@ -24,16 +24,12 @@ class DerivedSection(Section):
 
     Attributes
     ----------
-    name : str
-        Ends with the unit, as in ``first_dive_m``.
-    function : str
-        ``file.py:function``, the file relative to the study. The function takes boats, n of them
+    name : ends with the unit, as in ``first_dive_m``
+    function : ``file.py:function``, the file relative to the study. The function takes boats, n of them
         (:class:`bayesub.model.boats.Boats`), and returns n numbers, not a number where a boat has none. The file must
         not need others beside it.
-    meaning : str
-        One sentence for the report.
-    none : str
-        What is so of a boat that has no such value.
+    meaning : one sentence for the report
+    none : what is so of a boat that has no such value
     """
 
     name: str = pydantic.Field(pattern=r"^[a-z][a-z0-9_]*$")
@@ -51,15 +47,13 @@ class DerivedSection(Section):
 
         Parameters
         ----------
-        vehicle : Vehicle
-            Of the study.
-        path : callable
-            Where the file is, by its name in the study.
+        vehicle : of the study
+        path : where the file is, by its name in the study
 
         Raises
         ------
-        InputError
-            For a name that is taken, a function that is not there, and one that fails or returns something else.
+        InputError : for a name that is taken, a function that is not there, and one that fails or returns something
+            else
         """
         from bayesub.model.boats import Boats  # they import numba, which a study file is read without
         from bayesub.model.quantities import QUANTITIES, Quantity

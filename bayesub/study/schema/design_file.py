@@ -40,18 +40,12 @@ class DesignFile(Section):
 
     Attributes
     ----------
-    sensors : tuple of SensorSection
-        At least one.
-    free : FreeSection or None
-        The coefficients to infer; by default all that have a value.
-    prior : PriorSection or None
-        By default normal, with a quarter of the value.
-    nuisance : dict of str to PriorOfOne
-        What else is unknown.
-    noise : dict of str to NoiseSection
-        Column -> noise model.
-    disturbance : DisturbanceSection or None
-        Unmodelled forces, whose histories are integrated out.
+    sensors : at least one
+    free : the coefficients to infer; by default all that have a value
+    prior : by default normal, with a quarter of the value
+    nuisance : what else is unknown
+    noise : column -> noise model
+    disturbance : unmodelled forces, whose histories are integrated out
     """
 
     sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
@@ -83,20 +77,14 @@ class DesignFile(Section):
 
         Parameters
         ----------
-        vehicle : Vehicle
-        family : Family
-            Of the trial, for its sub-problem and duration.
-        typical : Manoeuvre
-            Of which shares of the forces of the hull are taken, and the integration step.
-        source : Path or None
-            The file, from whose folder it names others.
-        free : tuple of str
-            The coefficients to infer, if the file does not say.
+        family : of the trial, for its sub-problem and duration
+        typical : of which shares of the forces of the hull are taken, and the integration step
+        source : the file, from whose folder it names others
+        free : the coefficients to infer, if the file does not say
 
         Raises
         ------
-        InputError
-            Begins with the file.
+        InputError : begins with the file
         """
         with error_source("" if source is None else str(source)):
             folder = Path() if source is None else source.parent
@@ -153,7 +141,6 @@ def read_design(path: Path) -> DesignFile:
 
     Raises
     ------
-    InputError
-        With file, key and remedy.
+    InputError : with file, key and remedy
     """
     return toml_files.read_toml(path, DesignFile)

@@ -32,13 +32,7 @@ _UNITS = {"sd_n": "in newton", "sd_nm": "in newton metre", "sd_mps": "in m/s"}
 
 
 class LogNormalPrior(Section):
-    """The prior of a positive number.
-
-    Attributes
-    ----------
-    median : float
-    log_sd : float
-    """
+    """The prior of a positive number."""
 
     median: Positive
     log_sd: LogSd
@@ -74,24 +68,15 @@ class DisturbanceSection(Section):
 
     Attributes
     ----------
-    axes : tuple of str
-        Of X Y Z K M N, and north and east for a current that varies in time.
-    sd : dict of str to number or prior, or None
-        Axis -> non-dimensional sd: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with the trial speed U.
-    sd_n, sd_nm : dict of str to number or prior, or None
-        Axis -> sd of a force, N, and of a moment, N m.
-    share : dict of str to number or prior, or None
-        Axis -> sd over the force of the hull on the manoeuvre (:func:`bayesub.model.hull_forces.hull_force_rms`).
-    sd_mps : dict of str to number or prior, or None
-        Axis -> sd of the current, m/s.
-    correlation_time_s : number or prior
-    correlation_time_current_s : number, prior or None
-        Of the current, if it is not that of the forces.
-    kind : str
-        Of the forces, as of :class:`bayesub.model.disturbance.Disturbance`.
-    knot_interval_s : float or None
-        Time between the forces that are inferred; by default as of
-        :class:`bayesub.problem.disturbances.UnknownDisturbance`.
+    axes : of X Y Z K M N, and north and east for a current that varies in time
+    sd : axis -> non-dimensional sd: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with the trial speed U
+    sd_n, sd_nm : axis -> sd of a force, N, and of a moment, N m
+    share : axis -> sd over the force of the hull on the manoeuvre (:func:`bayesub.model.hull_forces.hull_force_rms`)
+    sd_mps : axis -> sd of the current, m/s
+    correlation_time_current_s : of the current, if it is not that of the forces
+    kind : of the forces, as of :class:`bayesub.model.disturbance.Disturbance`
+    knot_interval_s : time between the forces that are inferred; by default as of
+        :class:`bayesub.problem.disturbances.UnknownDisturbance`
     """
 
     axes: tuple[str, ...]
@@ -165,13 +150,11 @@ class DisturbanceSection(Section):
 
         Parameters
         ----------
-        simulators : sequence of Simulator
-            Of the trials.
+        simulators : of the trials
 
         Raises
         ------
-        InputError
-            For an axis that does not move in a trial, and for a share of no force.
+        InputError : for an axis that does not move in a trial, and for a share of no force
         """
         for simulator in simulators:
             check_axes(self.axes, simulator.subproblem)
@@ -193,13 +176,11 @@ class DisturbanceSection(Section):
 
         Parameters
         ----------
-        simulators : sequence of Simulator
-            Of the trials, all of one vehicle.
+        simulators : of the trials, all of one vehicle
 
         Raises
         ------
-        InputError
-            As of :meth:`units`.
+        InputError : as of :meth:`units`
         """
         factors = self.units(simulators) / force_scales(simulators[0].vehicle, self.axes)
         amounts = {axis: (self.amount(axis), factor) for axis, factor in zip(self.axes, factors, strict=True)}
@@ -239,8 +220,7 @@ class TrueDisturbanceSection(DisturbanceSection):
 
         Raises
         ------
-        InputError
-            As of :meth:`units`, and for a correlation time shorter than the step.
+        InputError : as of :meth:`units`, and for a correlation time shorter than the step
         """
         simulator, (stream,) = trajectory.simulator, rng.spawn(1)
         process = self.known(simulator)
@@ -266,9 +246,7 @@ def in_words(disturbance: Disturbance, rms: np.ndarray | None = None, inferred: 
 
     Parameters
     ----------
-    disturbance : Disturbance
-    rms : (6,) array or None
-        Forces of the hull, N and N m, of which the shares are given.
+    rms : (6,) forces of the hull, N and N m, of which the shares are given
     inferred : container of str
         Axes, and names of correlation times, whose numbers are medians of priors.
     """
@@ -296,12 +274,7 @@ def central(unknown: UnknownDisturbance, vehicle: Vehicle) -> tuple[Disturbance,
 
 
 class DisturbanceFile(Section):
-    """Unmodelled forces, for ``bayesub simulate --disturbance``.
-
-    Attributes
-    ----------
-    disturbance : TrueDisturbanceSection
-    """
+    """Unmodelled forces, for ``bayesub simulate --disturbance``."""
 
     disturbance: TrueDisturbanceSection
 

@@ -27,14 +27,10 @@ class PriorOfOne(Section):
 
     Attributes
     ----------
-    mean, sd : float or None
-        Normal.
-    lower, upper : float or None
-        Uniform.
-    median, log_sd : float or None
-        Log-normal.
-    value : float or None
-        Fixed.
+    mean, sd : normal
+    lower, upper : uniform
+    median, log_sd : log-normal
+    value : fixed
     """
 
     mean: float | None = None
@@ -81,23 +77,15 @@ class PriorSection(Section):
 
     Attributes
     ----------
-    kind : str
-        "vehicle" takes the standard deviations and correlations in the vehicle file; `sd`, if given, is the relative
-        one of the rest.
-    sd, half_width, log_sd : float or None
-        Relative width of the spread, by its kind.
-    by_axis : bool
-        Whether the unknown scale of a "relative_hierarchical" prior is one for each axis.
-    centre : str
-        "vehicle", or "perturbed": a guess about the truth of a simulated trial.
-    perturbation_sd : float
-        Relative, of that guess.
-    given : dict of str to PriorOfOne
-        Coefficient -> its own prior.
-    table : str or None
-        CSV file of further ones with the columns coefficient, mean, sd; an sd of zero fixes the coefficient.
-    correlations : tuple of (str, str, float)
-        Two coefficients that are given by mean and sd, and their correlation.
+    kind : "vehicle" takes the standard deviations and correlations in the vehicle file; `sd`, if given, is the relative
+        one of the rest
+    sd, half_width, log_sd : relative width of the spread, by its kind
+    by_axis : whether the unknown scale of a "relative_hierarchical" prior is one for each axis
+    centre : "vehicle", or "perturbed": a guess about the truth of a simulated trial
+    perturbation_sd : relative, of that guess
+    given : coefficient -> its own prior
+    table : CSV file of further ones with the columns coefficient, mean, sd; an sd of zero fixes the coefficient
+    correlations : two coefficients that are given by mean and sd, and their correlation
     """
 
     kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "relative_hierarchical", "vehicle"]
@@ -131,12 +119,9 @@ class PriorSection(Section):
 
         Parameters
         ----------
-        centre : (n_terms,) array
-            Where the spread is about.
-        vehicle : Vehicle
-            Its standard deviations are those of the kind "vehicle".
-        path : callable
-            Gives the path of a file that the study names.
+        centre : (n_terms,) where the spread is about
+        vehicle : its standard deviations are those of the kind "vehicle"
+        path : gives the path of a file that the study names
         """
         spread, of_vehicle, related = self._spread(centre, vehicle)
         names = vehicle.equations.names

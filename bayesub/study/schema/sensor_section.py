@@ -24,21 +24,14 @@ class SensorSection(KindSection):
 
     Attributes
     ----------
-    dropout : float or None
-        Probability that a reading is missing.
-    gaps : tuple of (float, float) or None
-        Begin and end of times without readings, s.
-    outlier_probability, outlier_scale : float or None
-        How often a reading is wrong, and by how many standard deviations.
-    lever_arm_m : (float, float, float) or None
-        Place of the sensor ahead, to starboard and down from the body origin.
-    clock_offset_s : float or None
-        How far its clock is ahead.
-    direction : (float, float, float) or None
-        Along which a log of the speed through the water reads.
-    instrument : str or None
-        Name of the instrument, whose channels share clock and place; by default that of the kind, and of a single
-        sensor that of its channel.
+    dropout : probability that a reading is missing
+    gaps : begin and end of times without readings, s
+    outlier_probability, outlier_scale : how often a reading is wrong, and by how many standard deviations
+    lever_arm_m : place of the sensor ahead, to starboard and down from the body origin
+    clock_offset_s : how far its clock is ahead
+    direction : along which a log of the speed through the water reads
+    instrument : name of the instrument, whose channels share clock and place; by default that of the kind, and of a
+        single sensor that of its channel
     """
 
     dropout: float | None = None
@@ -74,15 +67,11 @@ class ControlSection(Section):
 
     Attributes
     ----------
-    column : str or None
-        Of the log; by default that of the vehicle.
-    unit_deg, unit_n : float or None
-        Degrees of a fin, newtons of a thruster, in a unit of a column of counts and the like; negative if it counts the
-        other way round. The limit of a fin is a hundred per cent by default.
-    zero : float
-        Where the column stands when the actuator does nothing.
-    commanded : bool
-        Whether the column is of commands.
+    column : of the log; by default that of the vehicle
+    unit_deg, unit_n : degrees of a fin, newtons of a thruster, in a unit of a column of counts and the like; negative
+        if it counts the other way round. The limit of a fin is a hundred per cent by default.
+    zero : where the column stands when the actuator does nothing
+    commanded : whether the column is of commands
     """
 
     column: str | None = pydantic.Field(default=None, pattern=rf"^[A-Za-z][A-Za-z0-9_]*_({'|'.join(RAW_UNITS)})$")

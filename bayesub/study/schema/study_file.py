@@ -24,8 +24,7 @@ class FreeSection(Section):
 
     Attributes
     ----------
-    coefficients : str or tuple of str
-        A sub-problem, "all", or names; those that are zero stay zero.
+    coefficients : a sub-problem, "all", or names; those that are zero stay zero
     """
 
     coefficients: Literal["horizontal", "vertical", "all"] | tuple[str, ...]
@@ -42,10 +41,9 @@ class BaselinesSection(Section):
 
     Attributes
     ----------
-    linear_least_squares : bool
-        Of a simulated trial only: it takes the motion without noise, and nuisance parameters have no part in it.
-    sqp_starts : int
-        Searches from random starts, of the coefficients and of the nuisance parameters that move the readings.
+    linear_least_squares : of a simulated trial only: it takes the motion without noise, and nuisance parameters have no
+        part in it
+    sqp_starts : searches from random starts, of the coefficients and of the nuisance parameters that move the readings
     """
 
     linear_least_squares: bool = True
@@ -57,16 +55,11 @@ class SamplerSection(Section):
 
     Attributes
     ----------
-    n_ensembles : int
-        Independent ensembles.
-    n_walkers : int or None
-        Walkers of each ensemble; by default that of :func:`bayesub.sample`.
-    max_steps : int
-        The run ends here, converged or not.
-    max_misfit : float
-        Median residual of a channel at the posterior mode, over its noise, above which nothing is sampled.
-    rhat, ess, taus : float
-        As in :class:`bayesub.Criteria`.
+    n_ensembles : independent ensembles
+    n_walkers : walkers of each ensemble; by default that of :func:`bayesub.sample`
+    max_steps : the run ends here, converged or not
+    max_misfit : median residual of a channel at the posterior mode, over its noise, above which nothing is sampled
+    rhat, ess, taus : as in :class:`bayesub.Criteria`
     """
 
     n_ensembles: int = pydantic.Field(default=4, ge=1, le=64)
@@ -86,41 +79,24 @@ class Study(TrialKeys):
 
     Attributes
     ----------
-    name : str
-        Names the run folder too.
-    question : str
-        One sentence.
-    vehicle : str
-        Built-in name, or path of a vehicle file.
-    trials : tuple of TrialSection or None
-        Several trials of one boat.
-    check : tuple of CheckSection or None
-        Logs that are not fitted, which the posterior is to predict.
-    seed : int
-        Of everything random.
-    dt_s : float or None
-        Time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth is
-        flown at a tenth of it.
-    sensors : tuple of SensorSection
-        Of the trial, and of those of `trials` that have none of their own.
-    controls : dict of str to ControlSection
-        Name of an actuator -> its column in logs, where it is not that of the vehicle.
-    free : FreeSection
-        What is inferred.
-    prior : PriorSection
-        What is known before.
-    noise : dict of str to NoiseSection
-        Column -> noise model, where it is not the one of the sensor.
-    disturbance : DisturbanceSection or None
-        Unmodelled forces, whose histories are inferred; the process is that of all trials.
-    derived : tuple of DerivedSection
-        Quantities of the report that follow from the coefficients, besides the built-in ones.
-    baselines : BaselinesSection
-        Deterministic methods.
-    sampler : SamplerSection
-        The sampler.
-    quick : dict
-        What the small version changes, section by section.
+    name : names the run folder too
+    question : one sentence
+    vehicle : built-in name, or path of a vehicle file
+    trials : several trials of one boat
+    check : logs that are not fitted, which the posterior is to predict
+    seed : of everything random
+    dt_s : time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth
+        is flown at a tenth of it.
+    sensors : of the trial, and of those of `trials` that have none of their own
+    controls : name of an actuator -> its column in logs, where it is not that of the vehicle
+    free : what is inferred
+    prior : what is known before
+    noise : column -> noise model, where it is not the one of the sensor
+    disturbance : unmodelled forces, whose histories are inferred; the process is that of all trials
+    derived : quantities of the report that follow from the coefficients, besides the built-in ones
+    baselines : deterministic methods
+    sampler : the sampler
+    quick : what the small version changes, section by section
     """
 
     SOURCES: ClassVar = ("manoeuvre", "data", "trials")
@@ -240,10 +216,8 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
 
     Parameters
     ----------
-    path : str or Path
-        A TOML file.
-    quick : bool
-        Apply its ``[quick]`` section, which overrides the others.
+    path : a TOML file
+    quick : apply its ``[quick]`` section, which overrides the others
 
     Returns
     -------
@@ -252,8 +226,7 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
 
     Raises
     ------
-    InputError
-        Names file, key and remedy.
+    InputError : names file, key and remedy
     """
     path = Path(path)
     study = toml_files.read_toml(path, Study)

@@ -38,16 +38,11 @@ class Trial:
 
     Attributes
     ----------
-    manoeuvre : Manoeuvre
-        The controls that were flown.
-    record : Record
-        The readings.
-    nuisance : dict of str to Prior
-        Name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included.
-    truth : Trajectory or None
-        The motion behind a simulated trial.
-    n_left_out : int
-        Readings of the log before its first or after its last control.
+    manoeuvre : the controls that were flown
+    record : the readings
+    nuisance : name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included
+    truth : the motion behind a simulated trial
+    n_left_out : readings of the log before its first or after its last control
     """
 
     manoeuvre: Manoeuvre
@@ -94,28 +89,21 @@ def read_trial(
         Name -> prior, of the start and of anything else.
     known : dict of str to float
         Name -> value of states at the start that are known, such as ``{"u0_mps": 1.5}``.
-    subproblem : str or None
-        Plane to which the motion was confined.
-    clock_offset_s : float
-        How far the clock of the readings is ahead of that of the controls; adds to those of the sensors.
-    max_control_gap_s : float or None
-        Longest time between two cells of a control; by default that of a ship length travelled, in which the boat
-        answers little to what a plane does unseen.
+    subproblem : plane to which the motion was confined
+    clock_offset_s : how far the clock of the readings is ahead of that of the controls; adds to those of the sensors
+    max_control_gap_s : longest time between two cells of a control; by default that of a ship length travelled, in
+        which the boat answers little to what a plane does unseen
     ignore : sequence of str
         Columns that are not used.
-    name : str or None
-        Of the manoeuvre; by default the name of the file.
-    prescribed : sequence of str
-        Angles that the boat follows as they were read, "pitch" or "yaw": they are smoothed by as much as their sensor
-        is noisy, and are no readings any more.
-    window_s : (float, float) or None
-        First and last time of the part of the log that is used, s of the log; by default all of it.
+    name : of the manoeuvre; by default the name of the file
+    prescribed : angles that the boat follows as they were read, "pitch" or "yaw": they are smoothed by as much as their
+        sensor is noisy, and are no readings any more
+    window_s : first and last time of the part of the log that is used, s of the log; by default all of it
 
     Raises
     ------
-    InputError
-        For a file that does not fit, a gap in the controls, and a channel of a motion that the sub-problem does not
-        have.
+    InputError : for a file that does not fit, a gap in the controls, and a channel of a motion that the sub-problem
+        does not have
     """
     path, nuisance, known = toml_files.find_log(path), dict(nuisance or {}), dict(known or {})
     subproblem = vehicle.equations.subproblem(subproblem)

@@ -31,12 +31,9 @@ class TruthSection(Section):
 
     Attributes
     ----------
-    current_mps : (float, float)
-        Constant current to the north and to the east.
-    actuators : dict of str to float
-        What is wrong with the log of the actuators: nuisance parameter, such as ``delay_rudder_s`` -> value.
-    disturbance : TrueDisturbanceSection or None
-        Forces that the equations leave out.
+    current_mps : constant current to the north and to the east
+    actuators : what is wrong with the log of the actuators: nuisance parameter, such as ``delay_rudder_s`` -> value
+    disturbance : forces that the equations leave out
     """
 
     current_mps: tuple[float, float] = (0.0, 0.0)
@@ -49,28 +46,17 @@ class TrialKeys(Section):
 
     Attributes
     ----------
-    manoeuvre : str or None
-        Built-in name or path, to be simulated.
-    data : str or None
-        Path of a log.
-    subproblem : str or None
-        Plane that a log keeps to.
-    clock_offset_s : float or None
-        How far the clock of the readings of a log is ahead of that of its controls.
-    max_control_gap_s : float or None
-        Longest time between two cells of a control of a log.
-    ignore : tuple of str or None
-        Columns of a log that are not used.
-    prescribed : tuple of str or None
-        Angles that the boat follows as a log has them, pitch or yaw.
-    window_s : (float, float) or None
-        First and last time of the part of a log that is used.
-    trust_log : bool or None
-        Whether a log is fitted although its columns contradict each other.
-    nuisance : dict of str to PriorOfOne
-        What else is unknown.
-    truth : TruthSection
-        Of a simulated trial.
+    manoeuvre : built-in name or path, to be simulated
+    data : path of a log
+    subproblem : plane that a log keeps to
+    clock_offset_s : how far the clock of the readings of a log is ahead of that of its controls
+    max_control_gap_s : longest time between two cells of a control of a log
+    ignore : columns of a log that are not used
+    prescribed : angles that the boat follows as a log has them, pitch or yaw
+    window_s : first and last time of the part of a log that is used
+    trust_log : whether a log is fitted although its columns contradict each other
+    nuisance : what else is unknown
+    truth : of a simulated trial
     """
 
     manoeuvre: str | None = None
@@ -122,19 +108,14 @@ class TrialKeys(Section):
 
         Parameters
         ----------
-        vehicle : Vehicle
-            The boat of the trial.
-        sections : sequence of SensorSection
-            Its instruments.
-        nuisance : dict of str to PriorOfOne
-            Name -> prior of what else is unknown; those of the study and of the trial.
-        path : callable
-            Gives the path of a file that the study names.
+        vehicle : the boat of the trial
+        sections : its instruments
+        nuisance : name -> prior of what else is unknown; those of the study and of the trial
+        path : gives the path of a file that the study names
 
         Raises
         ------
-        InputError
-            For a file that does not fit and for faults of instruments that read a log.
+        InputError : for a file that does not fit and for faults of instruments that read a log
         """
         if self.data is None:
             return self._unflown(vehicle, sections, nuisance, path)
@@ -187,21 +168,15 @@ class TrialKeys(Section):
 
         Parameters
         ----------
-        trial : Trial
-            Of :meth:`build`.
-        vehicle : Vehicle
-            The boat of the trial.
-        sections : sequence of SensorSection
-            Its instruments.
-        step : float
-            Of the fit, s; the truth is flown at a tenth of it.
-        rng : numpy.random.Generator
-            Of the noise.
+        trial : of :meth:`build`
+        vehicle : the boat of the trial
+        sections : its instruments
+        step : of the fit, s; the truth is flown at a tenth of it
+        rng : of the noise
 
         Raises
         ------
-        InputError
-            For a boat that does not complete the manoeuvre.
+        InputError : for a boat that does not complete the manoeuvre
         """
         if self.data is not None:
             return trial
@@ -225,10 +200,8 @@ class TrialSection(TrialKeys):
 
     Attributes
     ----------
-    name : str
-        Unique in the study.
-    sensors : tuple of SensorSection or None
-        If they are not those of the study.
+    name : unique in the study
+    sensors : if they are not those of the study
     """
 
     name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
@@ -249,10 +222,8 @@ class InstrumentsFile(Section):
 
     Attributes
     ----------
-    sensors : tuple of SensorSection
-        At least one.
-    truth : TruthSection
-        The current in which the boat flies.
+    sensors : at least one
+    truth : the current in which the boat flies
     """
 
     sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
@@ -293,13 +264,10 @@ class CheckSection(TrialKeys):
 
     Attributes
     ----------
-    name : str
-        Unique in the study; by default that of the file.
-    sensors : tuple of SensorSection or None
-        If they are not those of the study.
-    warm_up_s : float or None
-        Time from its start in which its readings say what the fit does not know of this log: start, current, biases of
-        sensors. By default :data:`WARM_UP_LENGTHS` ship lengths travelled, longer if they have few readings.
+    name : unique in the study; by default that of the file
+    sensors : if they are not those of the study
+    warm_up_s : time from its start in which its readings say what the fit does not know of this log: start, current,
+        biases of sensors. By default :data:`WARM_UP_LENGTHS` ship lengths travelled, longer if they have few readings.
     """
 
     name: str = pydantic.Field(default="", pattern=r"^[A-Za-z0-9_-]*$")
@@ -332,8 +300,7 @@ class CheckSection(TrialKeys):
 
         Raises
         ------
-        InputError
-            For a log that is too short.
+        InputError : for a log that is too short
         """
         from bayesub.problem.unseen import UnseenTrial
 
@@ -348,15 +315,12 @@ def warm_up(problem: "TrialProblem", warm_up_s: float | None = None) -> float:
 
     Parameters
     ----------
-    problem : TrialProblem
-        Of the log.
-    warm_up_s : float or None
-        If it is given.
+    problem : of the log
+    warm_up_s : if it is given
 
     Raises
     ------
-    InputError
-        For a log of which too little is left.
+    InputError : for a log of which too little is left
     """
     if warm_up_s is None:
         channels = problem.record.channels
