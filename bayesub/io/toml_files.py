@@ -111,8 +111,9 @@ def _section_of(base: type[KindSection], kind: str, make: Callable[..., Any]) ->
 
 @functools.cache
 def _any_of(sections: tuple[type[KindSection], ...]) -> Callable[[Any], KindSection]:
-    union = Annotated[functools.reduce(operator.or_, sections), pydantic.Field(discriminator="kind")]
-    return pydantic.TypeAdapter(union).validate_python
+    union: Any = functools.reduce(operator.or_, sections)
+    adapter: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(Annotated[union, pydantic.Field(discriminator="kind")])
+    return adapter.validate_python
 
 
 def _as_tuple(value):

@@ -6,7 +6,7 @@ changes of both.
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
@@ -18,6 +18,7 @@ from bayesub.model.linear_form import LinearSystem
 from bayesub.problem.distributions import WHITE, Prior, joined
 from bayesub.problem.disturbances import of_history, of_process
 from bayesub.problem.likelihoods import Normal
+from bayesub.sensors.record import Record
 
 if TYPE_CHECKING:
     from bayesub.problem.trial_problem import TrialProblem
@@ -91,7 +92,7 @@ class Viewed:
         return self.of_trials(change)
 
 
-def of_readings(trial, record, chosen):
+def of_readings(trial: "TrialProblem", record: Record, chosen: Sequence[slice | np.ndarray]) -> "TrialProblem":
     """The trial with some readings, slices or masks (n,), of each channel of a record with these channels."""
     parts = zip(trial.forward.measurement.slices, chosen, strict=True)
     readings = np.concatenate([trial.readings[part][kept] for part, kept in parts])
@@ -209,7 +210,7 @@ class PosteriorDensity(Viewed):
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         raise NotImplementedError
 
-    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, "PosteriorDensity", np.ndarray]]:
+    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, "TrialProblem", np.ndarray]]:
         """Name, problem and parameters (.., n_params of the trial) of each trial, of parameters (.., n_params)."""
         raise NotImplementedError
 
@@ -233,7 +234,7 @@ class PosteriorDensity(Viewed):
 
     def log_likelihood(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log likelihoods, -inf where a simulation failed."""
-        return sum(self.log_likelihoods(parameters).values())
+        return sum(self.log_likelihoods(parameters).values(), np.zeros(()))
 
     def log_prob(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log posterior densities, not normalised."""

@@ -1,5 +1,7 @@
 """How the water moves as a function of the nuisance parameters, and what readings change with these through it."""
 
+from typing import Any
+
 import numpy as np
 
 from bayesub.model.disturbance import CURRENTS as WATER
@@ -21,16 +23,12 @@ class Currents:
     """
 
     def __init__(self, nuisances: Nuisances, disturbances: Disturbances | None, histories: slice, times: np.ndarray):
-        self._nuisances, self._disturbances, self._histories = nuisances, disturbances, histories
-        self._knots = None if disturbances is None else disturbances.knots.part(WATER)
-        self._times, self._weights = times, None if self._knots is None else self._at(times)
+        self._nuisances, self._histories, self._times = nuisances, histories, times
+        self._disturbances: Any = disturbances  # not None where there are knots
+        self._knots: Any = None if disturbances is None else disturbances.knots.part(WATER)
+        self._weights: Any = None if self._knots is None else self._at(times)
 
-    @property
-    def vary(self) -> bool:
-        """Whether there is one that varies."""
-        return self._knots is not None
-
-    def _at(self, times) -> Water:
+    def _at(self, times: np.ndarray) -> Water:
         """Derivatives (n_times, n_knots) of how the water moves by the currents at the knots."""
         return Water(self._knots.interpolation(times), self._knots.integration(times))
 

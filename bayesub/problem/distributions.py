@@ -9,11 +9,12 @@ of three. All coordinates of the sampler stand in one table in :mod:`bayesub.inf
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from itertools import count, groupby
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 
-def same(one: object, other: object) -> bool:
+def same(one: Any, other: Any) -> bool:
     """Whether two dataclasses of one kind hold the same numbers; arrays are the same if all their numbers are.
 
     Also two sequences or mappings of such, and arrays or anything else that is compared.
@@ -34,16 +35,17 @@ def same(one: object, other: object) -> bool:
 
 
 class Prior:
-    """What the priors of this module share.
+    """What the priors of this module share."""
 
-    Attributes
-    ----------
-    mean : (n_params,) of each parameter by itself
-    sd : (n_params,) of each parameter by itself
-    """
+    if TYPE_CHECKING:  # attributes of some priors, properties of others
 
-    mean: np.ndarray
-    sd: np.ndarray
+        @property
+        def mean(self) -> np.ndarray:
+            """(n_params,) of each parameter by itself."""
+
+        @property
+        def sd(self) -> np.ndarray:
+            """(n_params,) of each parameter by itself."""
 
     def __eq__(self, other: object) -> bool:
         return same(self, other) if type(other) is type(self) else NotImplemented
@@ -80,7 +82,7 @@ class Prior:
         return self.parameters(x)
 
     def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """As :meth:`chain`, with respect to such coordinates x (n_params,)."""
+        """Derivatives with respect to such coordinates x (n_params,) of what has the Jacobian (n, n_params)."""
         return self.chain(jacobian, x)
 
     def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
@@ -137,19 +139,15 @@ class Normal(Prior):
     sd: np.ndarray
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
         return self.mean + self.sd * t
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
         return (parameters - self.mean) / self.sd
 
-    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """As :meth:`Prior.chain`."""
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
         return jacobian * self.sd
 
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
         return _log_normal(self.standard(parameters)) - np.log(self.sd).sum()
 
 
@@ -165,34 +163,27 @@ class LogNormal(Prior):
 
     @property
     def mean(self) -> np.ndarray:
-        """As :attr:`Prior.mean`."""
         return self.median * np.exp(0.5 * self.log_sd**2)
 
     @property
     def sd(self) -> np.ndarray:
-        """As :attr:`Prior.sd`."""
         return np.abs(self.mean) * np.sqrt(np.expm1(self.log_sd**2))
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
         return self.median * np.exp(self.log_sd * t)
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
         ratio = parameters / self.median
         return np.log(np.where(ratio > 0.0, ratio, np.nan)) / self.log_sd
 
     def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.chain`."""
         return jacobian * (self.log_sd * self.parameters(t))
 
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
         log_slopes = np.log(self.log_sd * np.abs(parameters)).sum(axis=-1)
         return np.nan_to_num(_log_normal(self.standard(parameters)) - log_slopes, nan=-np.inf)
 
     def quantiles(self, probability: float) -> np.ndarray:
-        """As :meth:`Prior.quantiles`."""
         from scipy import special
 
         t = special.ndtri(probability) * np.sign(self.median)
@@ -208,56 +199,44 @@ class Uniform(Prior):
 
     @property
     def mean(self) -> np.ndarray:
-        """As :attr:`Prior.mean`."""
         return 0.5 * (self.lower + self.upper)
 
     @property
     def sd(self) -> np.ndarray:
-        """As :attr:`Prior.sd`."""
         return (self.upper - self.lower) / np.sqrt(12.0)
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
         from scipy import special
 
         return self.lower + (self.upper - self.lower) * special.ndtr(t)
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
         from scipy import special
 
         return special.ndtri((parameters - self.lower) / (self.upper - self.lower))
 
     def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.chain`."""
         return jacobian * ((self.upper - self.lower) * np.exp(-0.5 * t**2) / np.sqrt(2.0 * np.pi))
 
     def scaled(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled`."""
         return (parameters - self.mean) / self.sd
 
     def unscaled(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.unscaled`."""
         return self.mean + self.sd * x
 
-    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """As :meth:`Prior.scaled_chain`."""
+    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
         return jacobian * self.sd
 
     def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled_log_density`."""
         return np.where(np.all(np.abs(x) <= np.sqrt(3.0), axis=-1), 0.0, -np.inf)
 
     def scaled_slope(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled_slope`."""
         return np.zeros_like(x)
 
     def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """As :meth:`Prior.scaled_form`."""
         return np.full(len(self.lower), np.sqrt(3.0)), *super().scaled_form()[1:]
 
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
         inside = np.all((parameters >= self.lower) & (parameters <= self.upper), axis=-1)
         return np.where(inside, -np.log(self.upper - self.lower).sum(), -np.inf)
 
@@ -271,27 +250,21 @@ class CorrelatedNormal(Prior):
 
     @property
     def sd(self) -> np.ndarray:
-        """As :attr:`Prior.sd`."""
         return np.linalg.norm(self.factor, axis=1)
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
         return self.mean + t @ self.factor.T
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
         return np.linalg.solve(self.factor, (parameters - self.mean)[..., None])[..., 0]
 
-    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """As :meth:`Prior.chain`."""
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
         return jacobian @ self.factor
 
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
         return _log_normal(self.standard(parameters)) - np.log(np.diag(self.factor)).sum()
 
     def quantiles(self, probability: float) -> np.ndarray:
-        """As :meth:`Prior.quantiles`."""
         from scipy import special
 
         return self.mean + self.sd * special.ndtri(probability)
@@ -303,7 +276,7 @@ def _of_parts(name: str) -> property:
     def gathered(joint: "Joint") -> np.ndarray:
         return joint.gathered([getattr(part, name) for part in joint.parts])
 
-    return property(gathered, doc=f"As :attr:`Prior.{name}`.")
+    return property(gathered)
 
 
 def _gathered(name: str):
@@ -319,7 +292,7 @@ def _summed(name: str):
     """The method of a joint prior that is the sum of that of the parts."""
 
     def method(joint: "Joint", values: np.ndarray) -> np.ndarray:
-        return sum(joint.of_each(name, values))
+        return sum(joint.of_each(name, values), np.zeros(()))
 
     return _named(method, name)
 
@@ -335,7 +308,7 @@ def _chained(name: str):
 
 
 def _named(method, name):
-    method.__name__, method.__qualname__, method.__doc__ = name, f"Joint.{name}", f"As :meth:`Prior.{name}`."
+    method.__name__, method.__qualname__ = name, f"Joint.{name}"
     return method
 
 
@@ -369,11 +342,9 @@ class Joint(Prior):
         return [getattr(part, name)(values[..., position]) for part, position in pairs]
 
     def quantiles(self, probability: float) -> np.ndarray:
-        """As :meth:`Prior.quantiles`."""
         return self.gathered([part.quantiles(probability) for part in self.parts])
 
     def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """As :meth:`Prior.scaled_form`."""
         walls, stretches, groups, scales = zip(*(part.scaled_form() for part in self.parts), strict=True)
         n_groups, n_scales = np.transpose([each.shape for each in scales])
         before = np.cumsum(n_groups) - n_groups

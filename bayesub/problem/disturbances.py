@@ -101,7 +101,7 @@ class UnknownDisturbance:
                 "conflict",
                 "sds",
             )
-        numbers = dict(self.sds)
+        numbers: dict[str, float | Prior | None] = dict(self.sds)
         numbers |= {"correlation_time_s": self.correlation_time_s, "knot_interval_s": self.knot_interval_s}
         numbers |= {"correlation_time_current_s": self.correlation_time_current_s}
         for key, value in numbers.items():
@@ -232,7 +232,7 @@ class Disturbances:
         times = {name: np.broadcast_to(own.get(name, time), n) for name, time in self.unknown.times.items()}
         return np.stack(sds, axis=1) * scales, times
 
-    def _parts(self, values: np.ndarray):
+    def _parts(self, values: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
         """Sds (n_batch, n_axes), correlation times by name, and w (n_batch, n_axes, n_knots) of own values."""
         white = values[:, len(self.processes) :].reshape(len(values), len(self.unknown.axes), -1)
         return *self.process(values), white
@@ -353,7 +353,7 @@ class History:
         return np.array(list(self.disturbances.wide_process.values()))
 
     def factors(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Disturbances.factors`, of parameters (n_batch, n_params)."""
+        """(n_batch, n_axes, n_knots, n_knots) L times sd at parameters (n_batch, n_params): forces are they times w."""
         return self.disturbances.factors(parameters[:, self.process])
 
 

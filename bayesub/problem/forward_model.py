@@ -1,6 +1,8 @@
 """From parameters to noise-free readings, and their derivatives: one vehicle, manoeuvre and record."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -9,16 +11,20 @@ from bayesub.model.dense_output import DenseOutput
 from bayesub.model.disturbance import CURRENTS as WATER
 from bayesub.model.disturbance import ForceHistory
 from bayesub.model.equations import AXES
+from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulator import STATUS, Simulator
 from bayesub.model.trajectory import Trajectory
+from bayesub.model.vehicles import Vehicle
 from bayesub.problem.base import Costs
 from bayesub.problem.currents import Currents
+from bayesub.problem.disturbances import Disturbances
 from bayesub.problem.mounting import Mounting
-from bayesub.problem.nuisance import CURRENTS, Nuisances
+from bayesub.problem.nuisance import CURRENTS, Nuisance, Nuisances
 from bayesub.sensors.current import over_ground
 from bayesub.sensors.measurement import MeasurementModel
+from bayesub.sensors.record import Record
 
-Given = dict[str, np.ndarray | None]  # what members have of their own, arguments of Simulator.run
+Given = dict[str, Any]  # arrays or None: what members have of their own, arguments of Simulator.run
 
 
 class ReadingTimes:
@@ -91,7 +97,6 @@ class ForwardModel:
     vehicle, manoeuvre, record : as those of :class:`bayesub.problem.problem.Problem`
     parameters : the nuisance parameters, of :func:`bayesub.problem.nuisance.find`
     dt : integration step, s
-    disturbance : forces with unknown histories, or None
 
     Attributes
     ----------
@@ -104,7 +109,15 @@ class ForwardModel:
     costs : the counter that all problems on this model share
     """
 
-    def __init__(self, vehicle, manoeuvre, record, parameters, dt, disturbances=None):
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        manoeuvre: Manoeuvre,
+        record: Record,
+        parameters: Sequence[Nuisance],
+        dt: float,
+        disturbances: Disturbances | None = None,
+    ):
         self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
         water = None if disturbances is None else disturbances.knots.part(WATER)
         true = record.forces is not None and record.forces.of_current is not None
@@ -114,7 +127,7 @@ class ForwardModel:
         clocks, moved = self.mounting.clocks, self.mounting.moved
         self.measurement = MeasurementModel(record.channels, current=current, clocks=clocks, moved=moved)
         self.nuisances = Nuisances(tuple(parameters), vehicle.restricted(manoeuvre.subproblem), manoeuvre)
-        self.disturbances = disturbances
+        self.disturbances: Any = disturbances
         self._histories = slice(0, 0)
         knots = None
         if disturbances is not None:
@@ -132,37 +145,36 @@ class ForwardModel:
         """The same model, and the same counter, with a known and wide process of the disturbance."""
         names = self.disturbances.processes
         parameters = [parameter for parameter in self.nuisances.parameters if parameter.name not in names]
-        disturbances = self.disturbances.with_wide_process()
-        step = self.simulator.step
-        model = ForwardModel(self.vehicle, self.manoeuvre, self.record, parameters, step, disturbances)
-        model.costs = self.costs
-        return model
+        return self._changed(self.record, parameters, self.disturbances.with_wide_process())
 
-    def with_record(self, record) -> "ForwardModel":
+    def with_record(self, record: Record) -> "ForwardModel":
         """The same model, and the same counter, of a record with the same channels and other readings."""
-        step, parameters = self.simulator.step, self.nuisances.parameters
-        model = ForwardModel(self.vehicle, self.manoeuvre, record, parameters, step, self.disturbances)
+        return self._changed(record, self.nuisances.parameters, self.disturbances)
+
+    def _changed(self, record, parameters, disturbances) -> "ForwardModel":
+        step = self.simulator.step
+        model = ForwardModel(self.vehicle, self.manoeuvre, record, parameters, step, disturbances)
         model.costs = self.costs
         return model
 
-    def count(self, status) -> None:
+    def count(self, status: np.ndarray) -> None:
         """Count simulations by their status codes (n_batch,)."""
         self.costs.simulations += len(status)
         for code, word in enumerate(STATUS[1:], start=1):
             self.costs.failures[word] += int(np.count_nonzero(status == code))
 
-    def forces(self, values) -> np.ndarray:
+    def forces(self, values: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots) at the knots: forces, N and N m, and the current, m/s."""
         return self.disturbances.forces(values[:, self._histories])
 
-    def history(self, values) -> ForceHistory | None:
+    def history(self, values: np.ndarray) -> ForceHistory | None:
         """The forces of one member (1, n_nuisances), or None if there are none."""
         if self.disturbances is None:
             return None
         knots = self.disturbances.knots
         return ForceHistory(knots.times, knots.axes, self.forces(values)[0].T)
 
-    def with_history(self, values, forces: ForceHistory) -> np.ndarray:
+    def with_history(self, values: np.ndarray, forces: ForceHistory) -> np.ndarray:
         """Values (n_nuisances,) of the nuisance parameters whose forces are nearest to given ones."""
         values = values.copy()
         if self.disturbances is not None:
@@ -177,12 +189,12 @@ class ForwardModel:
         forces = self.forces(values)[:, self.disturbances.members(AXES)].reshape(len(values), -1)
         return forces if amounts is None else np.hstack([amounts, forces])
 
-    def _given(self, values) -> dict[str, np.ndarray | None]:
+    def _given(self, values) -> Given:
         """What members of a batch have of their own, as the simulator takes it."""
         of = self.nuisances
         return {"body": of.body(values), "initial": of.initial(values), "amounts": self._amounts(values)}
 
-    def predicted(self, sets, values) -> tuple[np.ndarray, np.ndarray]:
+    def predicted(self, sets: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings (n_batch, n_readings), SI units, and status codes (n_batch,).
 
         The readings are not a number where the simulation failed.
@@ -202,7 +214,9 @@ class ForwardModel:
             predicted[:, self.measurement.slices[channel]] += factor * values[:, k : k + 1]
         return predicted
 
-    def slopes(self, sets, values, names, *, of_nuisances: bool = True) -> np.ndarray:
+    def slopes(
+        self, sets: np.ndarray, values: np.ndarray, names: Sequence[str], *, of_nuisances: bool = True
+    ) -> np.ndarray:
         """Derivatives of the readings of one member, SI units.
 
         Parameters
@@ -221,13 +235,13 @@ class ForwardModel:
         water = None if water is None else water.member(0)
         arms = {instrument: arm for instrument, (arm,) in self.mounting.arms(values).items()}
         moving = water is not None or self.measurement.displaced or times is not None
-        outputs = self._readings.outputs(sets, times, given)[0][0] if moving else None
+        outputs: Any = self._readings.outputs(sets, times, given)[0][0] if moving else None  # given where it is needed
         with self.costs.timed():
             sensitivities = self._readings.sensitivities(sets, times, given, (*names, *moved))
         slopes = self.measurement.slopes(sensitivities, outputs, water, arms)
         if not of_nuisances or not len(self.nuisances):
             return slopes
-        at = None if times is None else times[0]
+        at: Any = None if times is None else times[0]
         by_nuisances = currents.slopes(self.measurement, outputs, values, at, water, arms)
         if moved:
             by_nuisances += slopes[:, len(names) :] @ effects
@@ -243,21 +257,17 @@ class ForwardModel:
         return np.hstack([slopes[:, : len(names)], by_nuisances])
 
     def _on_motion(self, values):
-        """As :meth:`bayesub.problem.nuisance.Nuisances.on_motion`, with the forces at the knots."""
+        """What the nuisance parameters move in the simulator, forces at knots included, and by how much a unit."""
         moved, effects = self.nuisances.on_motion()
         if self.simulator.knots is None:
             return moved, effects
         parameters = self.simulator.knots.parameters
         of_forces = np.zeros((len(parameters), len(self.nuisances)))
-        of_forces[:, self._histories] = self._history_slopes(values, AXES)
+        slopes = self.disturbances.slopes(values[:, self._histories])[self.disturbances.members(AXES)]
+        of_forces[:, self._histories] = slopes.reshape(-1, slopes.shape[-1])
         return (*moved, *parameters), np.vstack([effects, of_forces])
 
-    def _history_slopes(self, values, axes) -> np.ndarray:
-        """(n_members n_knots, n_own) derivatives of the histories of those axes that are among the given ones."""
-        slopes = self.disturbances.slopes(values[:, self._histories])
-        return slopes[self.disturbances.members(axes)].reshape(-1, slopes.shape[-1])
-
-    def states(self, sets, values) -> np.ndarray:
+    def states(self, sets: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings."""
         states, _ = self.simulator.run(sets, **self._given(values), outputs=log_files.STATES)
         return self._over_ground(states, values)
@@ -266,7 +276,9 @@ class ForwardModel:
         water = self.currents.water(values, history=history)
         return states if water is None else over_ground(states, self.simulator.times, water)
 
-    def disturbed(self, sets, values, forces: ForceHistory | None) -> tuple[np.ndarray, np.ndarray]:
+    def disturbed(
+        self, sets: np.ndarray, values: np.ndarray, forces: ForceHistory | None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings (n_readings,) and states over the ground (n_times, 12) of one member under forces."""
         trajectory, times = self.trajectory(sets, values, forces), self._readings.times(values)
         current = None if forces is None else forces.of_current
@@ -274,7 +286,7 @@ class ForwardModel:
         (readings,) = self._read(outputs, values, times, current)
         return readings, self._over_ground(trajectory.states, values, current)[0]
 
-    def trajectory(self, sets, values, forces: ForceHistory | None = None) -> Trajectory:
+    def trajectory(self, sets: np.ndarray, values: np.ndarray, forces: ForceHistory | None = None) -> Trajectory:
         """The motion through the water of one member, of its own body and start.
 
         Parameters
@@ -291,6 +303,5 @@ class ForwardModel:
         vehicle = self.simulator.vehicle if body is None else replace(self.simulator.vehicle, body=body[0])
         manoeuvre = self.manoeuvre if initial is None else replace(self.manoeuvre, initial_state=initial[0])
         changes = {} if amounts is None else dict(zip(self.nuisances.varied, amounts[0], strict=True))
-        options = {"dt": self.simulator.step, "changes": changes, "forces": forces}
-        simulator = Simulator(vehicle, manoeuvre, self.simulator.times, **options)
-        return simulator.trajectory(sets)
+        step, times = self.simulator.step, self.simulator.times
+        return Simulator(vehicle, manoeuvre, times, dt=step, changes=changes, forces=forces).trajectory(sets)

@@ -82,14 +82,14 @@ class JointProblem(PosteriorDensity):
 
     @property
     def reference(self) -> np.ndarray:
-        """(n_params,) as :attr:`bayesub.problem.trial_problem.TrialProblem.reference`."""
+        """(n_params,) the truth behind synthetic records, otherwise the values of the vehicle and the manoeuvres."""
         values = np.empty(self.n_params)
         for trial, problem in self.problems.items():
             values[self._places[trial]] = problem.reference
         return values
 
-    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, PosteriorDensity, np.ndarray]]:
-        """As :meth:`bayesub.problem.base.PosteriorDensity.each_trial`."""
+    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, TrialProblem, np.ndarray]]:
+        """Name, problem and parameters (.., n_params of the trial) of each trial, of parameters (.., n_params)."""
         parameters = np.asarray(parameters)
         for trial, problem in self.problems.items():
             yield trial, problem, parameters[..., self._places[trial]]
@@ -122,7 +122,7 @@ class JointProblem(PosteriorDensity):
         return np.concatenate(self._of_trials("residuals", parameters), axis=1)
 
     def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.misfit_about`, of all trials."""
+        """Residuals (n_batch, n_rows) with the noise as at `centre` (n_params,), and log likelihoods (n_batch,)."""
         pairs = zip(self.each_trial(centre), self.each_trial(np.atleast_2d(parameters)), strict=True)
         each = [problem.misfit_about(middle, values) for (*_, middle), (_, problem, values) in pairs]
         residuals, log_likelihoods = zip(*each, strict=True)
@@ -143,12 +143,12 @@ class JointProblem(PosteriorDensity):
         return np.concatenate(blocks)
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
-        """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, the trials below one another."""
+        """Axis -> linear form in the free coefficients at parameters (n_params,), the trials below one another."""
         systems = [problem.linear_systems(values) for _, problem, values in self.each_trial(parameters)]
         return stacked(systems, self.equations.names)
 
     def of_trials(self, change: Callable[[TrialProblem], TrialProblem]) -> "JointProblem":
-        """As :meth:`bayesub.problem.base.Viewed.of_trials`."""
+        """The joint problem of what `change` makes of each trial; itself if it changes none."""
         changed = {name: change(problem) for name, problem in self.problems.items()}
         return self if all(changed[name] is self.problems[name] for name in changed) else JointProblem(changed)
 
@@ -196,7 +196,8 @@ def _check(problems) -> None:
 
 def _shared(problems) -> tuple[dict[str, Prior], dict[str, list[str]]]:
     """Prior of each nuisance parameter of all trials, and the names that the parameters of each trial have there."""
-    priors, names = {}, {}
+    priors: dict[str, Prior] = {}
+    names: dict[str, list[str]] = {}
     for trial, problem in problems.items():
         renamed = {
             name: name if of_boat(name, problem.vehicle) else f"{name}[{trial}]" for name in problem.nuisance_priors

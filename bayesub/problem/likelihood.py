@@ -1,7 +1,7 @@
 """The likelihood of the readings of one trial: the noise of each channel, and which numbers of it are inferred."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -141,6 +141,6 @@ class Likelihood:
         readings = predicted.copy()
         for one in self.each(values):
             for k, truth in enumerate(predicted[:, one.part]):
-                member = replace(one.model, **{key: float(numbers[k]) for key, numbers in one.unknown.items()})
+                member = one.model.of_members(**{key: float(numbers[k]) for key, numbers in one.unknown.items()})
                 readings[k, one.part] = member.sample(truth, one.times, rng)
         return readings

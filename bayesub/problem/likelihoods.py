@@ -59,7 +59,6 @@ class Normal(Noise, kind="normal"):
         positive("sd", self.sd)
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
-        """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         sd = each_member(self.sd, len(predicted))
         squares = kernel.sums_of_squares(predicted, readings)
@@ -75,14 +74,7 @@ class Normal(Noise, kind="normal"):
         """jacobian / sd, of which the expected and the observed information are the square."""
         return jacobian / self.sd
 
-    def quantile_residuals(
-        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
-    ) -> np.ndarray:
-        """(reading - predicted) / sd."""
-        return -self.residuals(predicted, readings, times)
-
     def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """As :meth:`Noise.sample`."""
         return truth + self.sd * rng.standard_normal(len(truth))
 
 
@@ -105,7 +97,6 @@ class UnknownSd(Noise, kind="unknown_sd"):
         positive("sd", self.sd)
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
-        """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         half_n = 0.5 * len(readings)
         squares = kernel.sums_of_squares(predicted, readings)
@@ -143,7 +134,6 @@ class UnknownSd(Noise, kind="unknown_sd"):
         return np.sqrt(np.mean(errors**2, axis=1, keepdims=True))
 
     def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """As :meth:`Noise.sample`."""
         return Normal(self.sd).sample(truth, times, rng)
 
 
@@ -166,7 +156,6 @@ class StudentT(Noise, kind="student_t"):
         positive("dof", self.dof)
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
-        """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         sd, dof = (each_member(value, len(predicted)) for value in (self.sd, self.dof))
         logarithms = kernel.student_t_logarithms(predicted, readings, sd, dof)
@@ -194,7 +183,6 @@ class StudentT(Noise, kind="student_t"):
         return -np.copysign(ndtri(np.maximum(tails, np.finfo(float).tiny)), z)
 
     def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """As :meth:`Noise.sample`."""
         return truth + self.sd * rng.standard_t(self.dof, len(truth))
 
 
@@ -216,8 +204,7 @@ class AR1(Noise, kind="ar1"):
         positive("sd", self.sd)
         positive("correlation_time_s", self.correlation_time_s)
 
-    def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """As :meth:`Noise.log_density`."""
+    def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         predicted, readings = aligned(predicted, readings, times)
         times = ascending(times)
         sd = each_member(self.sd, len(predicted))
@@ -225,21 +212,17 @@ class AR1(Noise, kind="ar1"):
         squares, logarithms = kernel.autoregressive_sums(predicted, readings, times, correlation_times).T
         return possible(-0.5 * (squares / sd**2 + logarithms) - len(readings) * (np.log(sd) + 0.5 * _LOG_2_PI))
 
-    def residuals(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray) -> np.ndarray:
+    def residuals(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         """Innovations over their standard deviations: the inverse Cholesky factor of the covariance times the error."""
         errors = standardised(predicted, readings, times, self.sd)
         rho, innovation_sd = self._transitions(times, column(self.correlation_time_s))
         return np.hstack([errors[:, :1], (errors[:, 1:] - rho * errors[:, :-1]) / innovation_sd])
 
-    def weigh(self, jacobian: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray) -> np.ndarray:
+    def weigh(
+        self, jacobian: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None
+    ) -> np.ndarray:
         """The inverse Cholesky factor of the covariance of the noise times jacobian."""
         return self.residuals(jacobian.T, np.zeros(len(jacobian)), times).T
-
-    def quantile_residuals(
-        self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
-    ) -> np.ndarray:
-        """Innovations of (reading - predicted) over their standard deviations."""
-        return -self.residuals(predicted, readings, times)
 
     @staticmethod
     def _transitions(times, correlation_time_s):
@@ -248,7 +231,6 @@ class AR1(Noise, kind="ar1"):
         return np.exp(-lags), np.sqrt(-np.expm1(-2.0 * lags))
 
     def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """As :meth:`Noise.sample`."""
         rho, innovation_sd = self._transitions(times, self.correlation_time_s)
         errors = rng.standard_normal(len(truth))
         for i in range(1, len(errors)):
@@ -289,7 +271,6 @@ class Rounded(Noise):
             raise InputError("noise: resolution is zero; that is the noise Normal", "value", "resolution")
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
-        """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         sd = each_member(self.sd, len(predicted))
         return possible(kernel.rounded_log_probabilities(predicted, readings, 0.5 * self.resolution, sd))
@@ -326,7 +307,6 @@ class Rounded(Noise):
         return slopes, np.sqrt(information)
 
     def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """As :meth:`Noise.sample`."""
         return rounded(truth + self.sd * rng.standard_normal(len(truth)), self.resolution)
 
 
@@ -347,7 +327,6 @@ class SetMembership(Noise):
         positive("resolution", self.resolution)
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
-        """As :meth:`Noise.log_density`."""
         predicted, readings = aligned(predicted, readings, times)
         inside = np.abs(predicted - readings) <= self._half_width(readings)
         return np.where(inside.all(axis=1), 0.0, -np.inf)
@@ -380,5 +359,4 @@ class SetMembership(Noise):
         return 0.5 * self.resolution + np.finfo(float).eps * np.abs(readings)
 
     def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """As :meth:`Noise.sample`."""
         return rounded(np.asarray(truth), self.resolution)

@@ -89,7 +89,7 @@ def sensed_step(
             return step
     if not completed:
         return choose_step(vehicle, manoeuvre, forward.simulator.subproblem)
-    worst = max(errors, key=errors.get, default="")
+    worst = max(errors, key=lambda name: errors[name], default="")
     raise InputError(
         f"{manoeuvre.name}: no step down to {step:g} s keeps the error of '{worst}' below a tenth of its sd for all "
         "boats of the prior; give a step (dt, in a study dt_s)",
@@ -198,7 +198,7 @@ class Problem(TrialProblem):
                 "conflict",
                 "correlation_time_s",
             )
-        super().__init__(forward, columns, xi, prior, nuisance, noises)
+        super().__init__(forward, columns, xi, prior, nuisance, noises, record.values)
 
 
 def _with_span(parameter, prior) -> Nuisance:

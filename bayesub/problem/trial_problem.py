@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,7 @@ class FlownTrial(PosteriorDensity):
         return self.forward.forces(self.nuisance_values(np.atleast_2d(parameters)))
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
-        """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, of the body and start that are inferred."""
+        """Axis -> linear form in the free coefficients, of the body, start and motion of parameters (n_params,)."""
         trajectory = self.forward.trajectory(*self.arguments(np.atleast_2d(parameters)))
         return linear_systems(trajectory, free=self.names[: len(self.columns)])
 
@@ -104,9 +105,9 @@ class TrialProblem(FlownTrial):
     spread : rule that gives the free coefficients their prior
     nuisance_priors : nuisance parameter -> prior of it alone, of those of the forward model that are inferred
     noises : the noise model of each channel
+    readings : (n_readings,) measured values, SI units
     fixed_nuisances : (n_nuisances,) values of the nuisance parameters, if not all of them are inferred; noise is known
         then
-    readings : (n_readings,) measured values, SI units; by default those of the record
     widening : how many times as large as inferred the sd of a channel is taken where it is inferred (:meth:`widened`)
 
     Attributes
@@ -130,8 +131,8 @@ class TrialProblem(FlownTrial):
     spread: CoefficientPrior
     nuisance_priors: dict[str, Prior]
     noises: tuple[Noise, ...]
+    readings: np.ndarray
     fixed_nuisances: np.ndarray | None = None
-    readings: np.ndarray = None  # those of the record
     widening: float = 1.0
 
     def __post_init__(self):
@@ -143,7 +144,6 @@ class TrialProblem(FlownTrial):
         self.inferred = [forward.nuisances.names.index(name) for name in self.nuisance_priors]
         self.names = (*coefficient_names(self.equations, self.columns), *self.nuisance_priors)
         self.prior = joined(self.coefficient_prior, self.nuisance_priors)
-        self.readings = record.values if self.readings is None else self.readings
         self.sds, self.times = record.total_sds, np.concatenate([channel.times for channel in channels])
         self.duration = max(float(channel.times[-1]) for channel in channels)
         slices, known = forward.measurement.slices, self.fixed_nuisances is not None
@@ -153,13 +153,13 @@ class TrialProblem(FlownTrial):
         self.rows = {channel.name: part for channel, part in zip(channels, slices, strict=True)}
         self.channels = {channel.name: (channel, noise) for channel, noise in zip(channels, self.noises, strict=True)}
 
-    def view(self, **changes) -> "TrialProblem":
+    def view(self, **changes: Any) -> "TrialProblem":
         """The same problem but for some of its parts; all others are kept."""
         parts = {part.name: getattr(self, part.name) for part in fields(TrialProblem)}
         return TrialProblem(**parts | changes)
 
     def of_trials(self, change: "Callable[[TrialProblem], TrialProblem]") -> "TrialProblem":
-        """As :meth:`bayesub.problem.base.Viewed.of_trials`."""
+        """The problem that `change` makes of this one, its only trial."""
         return change(self)
 
     def with_readings(self, readings: np.ndarray) -> "TrialProblem":
@@ -189,7 +189,7 @@ class TrialProblem(FlownTrial):
         return self.forward.costs
 
     def each_trial(self, parameters: np.ndarray) -> "Iterator[tuple[str, TrialProblem, np.ndarray]]":
-        """As :meth:`bayesub.problem.base.PosteriorDensity.each_trial`; the only trial needs no name."""
+        """The problem itself with its parameters; the only trial needs no name."""
         yield "", self, parameters
 
     @property
@@ -220,7 +220,7 @@ class TrialProblem(FlownTrial):
         self.forward.measurement.to_nearest_turn(predicted, self.readings)
         return predicted
 
-    def _both(self, parameters):
+    def _both(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions (n_batch, n_readings) and nuisance values (n_batch, n_nuisances), of which the likelihood is."""
         parameters = np.atleast_2d(parameters)
         return self.predicted(parameters), self.nuisance_values(parameters)
@@ -243,7 +243,7 @@ class TrialProblem(FlownTrial):
         """
         predicted, values = self._both(parameters)
         centres = self.nuisance_values(np.broadcast_to(centre, np.atleast_2d(parameters).shape))
-        log_likelihoods = sum(self.likelihood.log_densities(predicted, values).values())
+        log_likelihoods = sum(self.likelihood.log_densities(predicted, values).values(), np.zeros(()))
         return self.likelihood.residuals(predicted, values, centres), log_likelihoods
 
     def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -288,7 +288,7 @@ class TrialProblem(FlownTrial):
         return self.readings[None] if self.likelihood.weighs_alike else self.forward.predicted(sets, values)[0]
 
     def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
-        """As :meth:`bayesub.problem.base.PosteriorDensity.log_likelihoods`."""
+        """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         return self.likelihood.log_densities(*self._both(parameters))
 
     def quantile_residuals(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:

@@ -60,9 +60,8 @@ def observe(
     readings = [
         sensor.read(at, truth[part], rng) for sensor, at, part in zip(sensors, times, model.slices, strict=True)
     ]
-    channels = [replace(c, times=at, values=values) for c, (at, values) in zip(channels, readings, strict=True)]
-    known = _true_nuisances(sensors, current_mps)
-    return Record(tuple(channels), trajectory.xi[member], known, forces)
+    read = [replace(c, times=at, values=values) for c, (at, values) in zip(channels, readings, strict=True)]
+    return Record(tuple(read), trajectory.xi[member], _true_nuisances(sensors, current_mps), forces)
 
 
 def unread(sensors: Sensor | Instrument | Iterable, duration: float) -> Record:

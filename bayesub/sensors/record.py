@@ -80,12 +80,21 @@ class Channel:
 
 def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel:
     """The channel of a sensor with readings (n,) at times (n,), SI units."""
-    sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
     ahead, starboard, down = sensor.lever_arm_m or (0.0, 0.0, 0.0)
-    place = {"lever_arm_m": (ahead, starboard, down), "clock_offset_s": sensor.clock_offset_s}
-    if sensor.direction is not None:
-        place["direction"] = tuple((np.asarray(sensor.direction) / np.linalg.norm(sensor.direction)).tolist())
-    return Channel(sensor.quantity, times, values, sd, resolution, instrument=sensor.instrument or "", **place)
+    direction = sensor.direction
+    if direction is not None:
+        direction = tuple((np.asarray(direction) / np.linalg.norm(direction)).tolist())
+    return Channel(
+        sensor.quantity,
+        times,
+        values,
+        sensor.factor * sensor.sd,
+        sensor.factor * sensor.resolution,
+        (ahead, starboard, down),
+        sensor.clock_offset_s,
+        direction=direction,
+        instrument=sensor.instrument or "",
+    )
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,8 @@ def _function(path: Path, function: str) -> Callable:
     """The function of a file; the file is run."""
     name = function.rpartition(":")[2]
     spec = importlib.util.spec_from_file_location(f"derived_{re.sub(r'[^A-Za-z0-9]', '_', path.stem)}", path)
+    assert spec is not None  # as the name of the file ends with .py
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)

@@ -88,7 +88,8 @@ class DesignFile(Section):
         """
         with error_source("" if source is None else str(source)):
             folder = Path() if source is None else source.parent
-            prior, fixed = priors.relative_normal(PRIOR_SD), {}
+            prior: priors.CoefficientPrior = priors.relative_normal(PRIOR_SD)
+            fixed: dict[str, float] = {}
             if self.prior is not None:
                 prior, fixed = self.prior.build(vehicle.xi, vehicle, lambda name: str(folder / name))
                 prior.check(vehicle.equations.names)

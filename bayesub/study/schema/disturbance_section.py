@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import numpy as np
 import pydantic
@@ -209,8 +209,8 @@ class TrueDisturbanceSection(DisturbanceSection):
     def known(self, simulator: Simulator) -> Disturbance:
         """The process on the manoeuvre of a simulator; InputError as of :meth:`units`."""
         sds = np.array([self.amount(axis) for axis in self.axes]) * self.units([simulator])
-        times = self.correlation_time_s, self.correlation_time_current_s
-        return Disturbance(self.axes, sds, times[0], self.kind, times[1])
+        time, of_current = cast(float, self.correlation_time_s), cast(float | None, self.correlation_time_current_s)
+        return Disturbance(self.axes, sds, time, self.kind, of_current)
 
     def flown(self, trajectory: Trajectory, rng: np.random.Generator) -> tuple[Trajectory, Disturbance]:
         """The same trial with a history of the process, and the process.
@@ -269,8 +269,8 @@ def central(unknown: UnknownDisturbance, vehicle: Vehicle) -> tuple[Disturbance,
     sds = np.array([unknown.sd(axis) for axis in unknown.axes]) * force_scales(vehicle, unknown.axes)
     amounts = {**unknown.sds, **unknown.times}
     inferred = tuple(key for key, amount in amounts.items() if isinstance(amount, Prior))
-    time, of_current = unknown.time(CORRELATION_TIME), unknown.time(CURRENT_TIME)
-    return Disturbance(unknown.axes, sds, time or of_current, unknown.kind, of_current), inferred
+    time = unknown.time(CORRELATION_TIME) or unknown.time_s
+    return Disturbance(unknown.axes, sds, time, unknown.kind, unknown.time(CURRENT_TIME)), inferred
 
 
 class DisturbanceFile(Section):

@@ -43,26 +43,24 @@ class PriorOfOne(Section):
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self):
-        if tuple(self.model_dump(exclude_none=True)) not in _KINDS:
+        given = tuple(self.model_dump(exclude_none=True))
+        if given not in (*_KINDS, ("value",)):
             raise InputError("a prior is mean and sd, lower and upper, median and log_sd, or a fixed value", "conflict")
-        self.build()
+        if given in _KINDS:
+            self.build()
         return self
 
-    def build(self) -> priors.Prior | None:
-        """The prior; None for a fixed value."""
+    def build(self) -> priors.Prior:
+        """The prior of one that is not fixed at a value."""
         given = self.model_dump(exclude_none=True)
-        make = _KINDS[tuple(given)]
-        return make(**given) if make else None
+        return _KINDS[tuple(given)](**given)
 
 
-_KINDS = {
+_KINDS: dict[tuple[str, ...], Callable[..., priors.Prior]] = {
     ("mean", "sd"): priors.normal,
     ("lower", "upper"): priors.uniform,
     ("median", "log_sd"): priors.log_normal,
-    ("value",): None,
 }
-
-
 _WIDTHS = {
     "relative_normal": "sd",
     "relative_uniform": "half_width",

@@ -95,7 +95,7 @@ class ControlSection(Section):
         size = None if key is None else getattr(self, key)
         if size is not None:
             return np.radians(size).item() if native == "deg" else size
-        if native == "deg" and self.column.endswith("_percent") and np.isfinite(limit):
+        if native == "deg" and str(self.column).endswith("_percent") and np.isfinite(limit):
             return limit / 100.0
         if key is None:
             raise InputError(

@@ -99,7 +99,7 @@ class Study(TrialKeys):
     quick : what the small version changes, section by section
     """
 
-    SOURCES: ClassVar = ("manoeuvre", "data", "trials")
+    SOURCES: ClassVar[tuple[str, ...]] = ("manoeuvre", "data", "trials")
 
     name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
     question: str = ""

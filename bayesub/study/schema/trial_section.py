@@ -21,6 +21,7 @@ from bayesub.study.schema.prior_section import PriorOfOne
 from bayesub.study.schema.sensor_section import FAULTS, PRESETS, SensorSection
 
 if TYPE_CHECKING:
+    from bayesub.problem.joint import JointProblem
     from bayesub.problem.trial_problem import TrialProblem
     from bayesub.problem.unseen import UnseenTrial
     from bayesub.study.schema.trial_log import Trial
@@ -71,7 +72,7 @@ class TrialKeys(Section):
     nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
     truth: TruthSection = TruthSection()
 
-    SOURCES: ClassVar = ("manoeuvre", "data")
+    SOURCES: ClassVar[tuple[str, ...]] = ("manoeuvre", "data")
     OF_DATA: ClassVar = (
         "subproblem", "clock_offset_s", "max_control_gap_s", "ignore", "prescribed", "window_s", "trust_log",
     )  # fmt: skip
@@ -130,16 +131,16 @@ class TrialKeys(Section):
                         "conflict",
                         f"sensors.{k}.{key}",
                     )
+        ahead = self.clock_offset_s or 0.0
+        built = [sensor for section in sections for sensor in section.build()]
         known = {name: one.value for name, one in nuisance.items() if one.value is not None and name in INITIAL}
         return read_trial(
             path(self.data),
             vehicle,
-            [section.build() for section in sections],
+            [replace(sensor, clock_offset_s=sensor.clock_offset_s + ahead) for sensor in built],
             name=Path(self.data).stem,
-            nuisance={name: _prior(name, one) for name, one in nuisance.items() if name not in known},
-            known=known,
+            nuisance={name: known[name] if name in known else _prior(name, one) for name, one in nuisance.items()},
             subproblem=self.subproblem,
-            clock_offset_s=self.clock_offset_s or 0.0,
             max_control_gap_s=self.max_control_gap_s,
             ignore=self.ignore or (),
             prescribed=self.prescribed or (),
@@ -151,9 +152,10 @@ class TrialKeys(Section):
         from bayesub.study.schema.trial_log import Trial
 
         priors = {name: _prior(name, one) for name, one in nuisance.items()}
-        manoeuvre = load_manoeuvre(path(self.manoeuvre), vehicle)
-        if self.manoeuvre.lower().endswith(".csv"):  # which has no other name than its file's
-            manoeuvre = replace(manoeuvre, name=Path(self.manoeuvre).stem)
+        source = str(self.manoeuvre)
+        manoeuvre = load_manoeuvre(path(source), vehicle)
+        if source.lower().endswith(".csv"):  # which has no other name than its file's
+            manoeuvre = replace(manoeuvre, name=Path(source).stem)
         return Trial(manoeuvre, unread([section.build() for section in sections], manoeuvre.duration), priors)
 
     def flown(
@@ -295,7 +297,7 @@ class CheckSection(TrialKeys):
         """What is unknown in this log: its own, and those of the study but for the start of the fitted log."""
         return {name: prior for name, prior in of_study.items() if name not in INITIAL} | self.nuisance
 
-    def posed(self, problem: "TrialProblem", fitted) -> "UnseenTrial":
+    def posed(self, problem: "TrialProblem", fitted: "TrialProblem | JointProblem") -> "UnseenTrial":
         """The log as a trial that the fitted ones shall predict.
 
         Raises
