@@ -6,7 +6,7 @@ the scaled coordinates x, which differ from t for uniform priors only: these hav
 of three. All coordinates of the sampler stand in one table in :mod:`bayesub.inference.sampling`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from itertools import count, groupby
 from typing import TYPE_CHECKING, Any
@@ -270,44 +270,14 @@ class CorrelatedNormal(Prior):
         return self.mean + self.sd * special.ndtri(probability)
 
 
-def _of_parts(name: str) -> property:
-    """The attribute of a joint prior that each part has of its own parameters."""
+def _of_parts(name: str, together: str) -> Callable[..., Any]:
+    """The method of a joint prior that has each part say it of its own parameters, the last axis of all arguments."""
 
-    def gathered(joint: "Joint") -> np.ndarray:
-        return joint.gathered([getattr(part, name) for part in joint.parts])
-
-    return property(gathered)
-
-
-def _gathered(name: str):
-    """The method of a joint prior that takes and returns (.., n_params) numbers, each part those of its own."""
-
-    def method(joint: "Joint", values: np.ndarray) -> np.ndarray:
-        return joint.gathered(joint.of_each(name, values))
-
-    return _named(method, name)
-
-
-def _summed(name: str):
-    """The method of a joint prior that is the sum of that of the parts."""
-
-    def method(joint: "Joint", values: np.ndarray) -> np.ndarray:
-        return sum(joint.of_each(name, values), np.zeros(()))
-
-    return _named(method, name)
-
-
-def _chained(name: str):
-    """The method of a joint prior that takes a Jacobian (n, n_params) and where it is, (n_params,)."""
-
-    def method(joint: "Joint", jacobian: np.ndarray, at: np.ndarray) -> np.ndarray:
+    def method(joint: "Joint", *arguments: np.ndarray) -> np.ndarray:
         pairs = zip(joint.parts, joint.positions, strict=True)
-        return joint.gathered([getattr(part, name)(jacobian[..., p], at[p]) for part, p in pairs])
+        of_each = [getattr(part, name)(*(np.asarray(a)[..., own] for a in arguments)) for part, own in pairs]
+        return getattr(joint, together)(of_each)
 
-    return _named(method, name)
-
-
-def _named(method, name):
     method.__name__, method.__qualname__ = name, f"Joint.{name}"
     return method
 
@@ -322,12 +292,27 @@ class Joint(Prior):
     parts: tuple[Prior, ...]
     positions: tuple[np.ndarray, ...]
 
-    mean, sd, guess = (_of_parts(name) for name in ("mean", "sd", "guess"))
-    parameters, standard = _gathered("parameters"), _gathered("standard")
-    scaled, unscaled, scaled_slope = _gathered("scaled"), _gathered("unscaled"), _gathered("scaled_slope")
-    contraction = _gathered("contraction")
-    chain, scaled_chain = _chained("chain"), _chained("scaled_chain")
-    log_density, scaled_log_density = _summed("log_density"), _summed("scaled_log_density")
+    parameters, standard, chain = (_of_parts(name, "gathered") for name in ("parameters", "standard", "chain"))
+    scaled, unscaled, scaled_chain = (_of_parts(name, "gathered") for name in ("scaled", "unscaled", "scaled_chain"))
+    scaled_slope, contraction = (_of_parts(name, "gathered") for name in ("scaled_slope", "contraction"))
+    log_density, scaled_log_density = (_of_parts(name, "summed") for name in ("log_density", "scaled_log_density"))
+
+    @property
+    def mean(self) -> np.ndarray:
+        return self.gathered([part.mean for part in self.parts])
+
+    @property
+    def sd(self) -> np.ndarray:
+        return self.gathered([part.sd for part in self.parts])
+
+    @property
+    def guess(self) -> np.ndarray:
+        return self.gathered([part.guess for part in self.parts])
+
+    @staticmethod
+    def summed(values: Sequence[np.ndarray]) -> np.ndarray:
+        """(n_batch,) the sum of those of each part."""
+        return sum(values, np.zeros(()))
 
     def gathered(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """(.., n_params) numbers, of those (.., n) of each part."""
@@ -335,11 +320,6 @@ class Joint(Prior):
         for position, value in zip(self.positions, values, strict=True):
             result[..., position] = value
         return result
-
-    def of_each(self, name: str, values: np.ndarray) -> list[np.ndarray]:
-        """What the method `name` of each part returns of its own (.., n) among values (.., n_params)."""
-        values, pairs = np.asarray(values), zip(self.parts, self.positions, strict=True)
-        return [getattr(part, name)(values[..., position]) for part, position in pairs]
 
     def quantiles(self, probability: float) -> np.ndarray:
         return self.gathered([part.quantiles(probability) for part in self.parts])

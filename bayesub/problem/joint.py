@@ -182,9 +182,7 @@ def _check(problems) -> None:
     for problem in others:
         if problem.vehicle is not first.vehicle or problem.spread != first.spread:
             raise InputError(
-                "the trials of a joint problem must have the same vehicle and the same prior",
-                "conflict",
-                "problems",
+                "the trials of a joint problem must have the same vehicle and the same prior", "conflict", "problems"
             )
         if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
             raise InputError(

@@ -55,9 +55,6 @@ class Normal(Noise, kind="normal"):
 
     sd: float
 
-    def __post_init__(self):
-        positive("sd", self.sd)
-
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         predicted, readings = aligned(predicted, readings, times)
         sd = each_member(self.sd, len(predicted))
@@ -151,10 +148,6 @@ class StudentT(Noise, kind="student_t"):
     sd: float
     dof: Positive
 
-    def __post_init__(self):
-        positive("sd", self.sd)
-        positive("dof", self.dof)
-
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         predicted, readings = aligned(predicted, readings, times)
         sd, dof = (each_member(value, len(predicted)) for value in (self.sd, self.dof))
@@ -199,10 +192,6 @@ class AR1(Noise, kind="ar1"):
 
     sd: float
     correlation_time_s: Positive
-
-    def __post_init__(self):
-        positive("sd", self.sd)
-        positive("correlation_time_s", self.correlation_time_s)
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
         predicted, readings = aligned(predicted, readings, times)

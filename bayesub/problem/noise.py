@@ -45,6 +45,10 @@ class Noise:
         if kind:
             Noise.KINDS[kind] = cls
 
+    def __post_init__(self):
+        for name in self.SAMPLED:
+            positive(name, getattr(self, name))
+
     def of_members(self, **values: np.ndarray | float) -> Self:
         """The same noise, in which the named attributes are those of each member, (n_batch,), or of one, a number.
 

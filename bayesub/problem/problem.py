@@ -178,7 +178,10 @@ class Problem(TrialProblem):
         noises = channel_noises(record.channels, noise or {})
         nuisance = dict(nuisance or {})
         parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance]
-        parameters = [_with_span(parameter, nuisance[parameter.name]) for parameter in parameters]
+        for k, parameter in enumerate(parameters):
+            if parameter.mount is not None and not parameter.mount.axis:  # a clock, and what its prior allows
+                first, last = (float(nuisance[parameter.name].quantiles(p)[0]) for p in (_FAR, 1.0 - _FAR))
+                parameters[k] = replace(parameter, later_s=(parameter.value - last, parameter.value - first))
         spans = {p.mount.instrument: p.later_s for p in parameters if p.mount is not None and not p.mount.axis}
         record = within_reach(record, spans, manoeuvre.duration)
         disturbances = None
@@ -199,14 +202,6 @@ class Problem(TrialProblem):
                 "correlation_time_s",
             )
         super().__init__(forward, columns, xi, prior, nuisance, noises, record.values)
-
-
-def _with_span(parameter, prior) -> Nuisance:
-    """The parameter, of a clock with the times that its prior allows, but for one in ten thousand on either side."""
-    if parameter.mount is None or parameter.mount.axis:
-        return parameter
-    first, last = (float(prior.quantiles(p)[0]) for p in (_FAR, 1.0 - _FAR))
-    return replace(parameter, later_s=(parameter.value - last, parameter.value - first))
 
 
 def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:

@@ -32,10 +32,15 @@ class FlownTrial(PosteriorDensity):
     forward: ForwardModel
     inferred: list[int]
     readings: np.ndarray
+    fixed_nuisances: np.ndarray | None
 
     def nuisance_values(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_nuisances) of parameters (n_batch, n_params)."""
-        raise NotImplementedError
+        """(n_batch, n_nuisances) of parameters (n_batch, n_params), those that are held among them."""
+        if self.fixed_nuisances is None:
+            return parameters[:, self.n_coefficients :]
+        values = np.repeat(self.fixed_nuisances[None], len(parameters), axis=0)
+        values[:, self.inferred] = parameters[:, self.n_coefficients :]
+        return values
 
     def arguments(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coefficient sets and nuisance values of parameters (n_batch, n_params), as the forward model takes them."""
@@ -201,14 +206,6 @@ class TrialProblem(FlownTrial):
         white = np.flatnonzero([of_history(name) for name in self.names])
         process = np.flatnonzero([of_process(name) for name in self.names])
         return (History(slice(0, self.n_rows), white, process, disturbances),)
-
-    def nuisance_values(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_nuisances) of parameters (n_batch, n_params), those that are held among them."""
-        if self.fixed_nuisances is None:
-            return parameters[:, self.n_coefficients :]
-        values = np.repeat(self.fixed_nuisances[None], len(parameters), axis=0)
-        values[:, self.inferred] = parameters[:, self.n_coefficients :]
-        return values
 
     def predicted(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed.

@@ -67,12 +67,7 @@ class MeasurementModel:
     """
 
     def __init__(
-        self,
-        channels: Sequence[Channel],
-        *,
-        current: bool,
-        clocks: Collection[str] = (),
-        moved: Collection[str] = (),
+        self, channels: Sequence[Channel], *, current: bool, clocks: Collection[str] = (), moved: Collection[str] = ()
     ):
         self.channels = tuple(channels)
         rows = self._set_times(channels, clocks)

@@ -99,6 +99,10 @@ class DesignFile(Section):
             sensors = self.instruments()
             channels = unread(sensors, family.duration).channels
             (noise,) = noise_models(self.noise, [channels])
+            disturbance = None
+            if self.disturbance is not None:
+                simulator = Simulator(vehicle, typical, np.zeros(1), subproblem=family.subproblem)
+                disturbance = self.disturbance.build([simulator])
             judge = Judge(
                 with_fixed(vehicle, fixed),
                 sensors,
@@ -106,16 +110,11 @@ class DesignFile(Section):
                 prior,
                 nuisance={name: one.build() for name, one in self.nuisance.items()},
                 noise=noise,
-                disturbance=self._disturbance(vehicle, typical, family.subproblem),
+                disturbance=disturbance,
                 subproblem=family.subproblem,
             )
             judge.problem(typical, 0.1 * family.duration)  # which says what does not fit together
             return judge
-
-    def _disturbance(self, vehicle, typical, subproblem):
-        if self.disturbance is None:
-            return None
-        return self.disturbance.build([Simulator(vehicle, typical, np.zeros(1), subproblem=subproblem)])
 
 
 def usual_sensors(vehicle: Vehicle, subproblem: str | None) -> DesignFile:

@@ -50,13 +50,9 @@ def what(axis: str) -> str:
     return "a current" if axis in CURRENTS else "a force" if axis in "XYZ" else "a moment"
 
 
-def _number_or_prior(value) -> str:
-    return "(prior)" if isinstance(value, dict | LogNormalPrior) else "(number)"
-
-
 Amount = Annotated[
     Annotated[Positive, pydantic.Tag("(number)")] | Annotated[LogNormalPrior, pydantic.Tag("(prior)")],
-    pydantic.Discriminator(_number_or_prior),
+    pydantic.Discriminator(lambda value: "(prior)" if isinstance(value, dict | LogNormalPrior) else "(number)"),
 ]
 
 

@@ -1,7 +1,7 @@
 """A log as a trial: the controls that were flown, what the sensors read, and what is unknown of the start."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -134,7 +134,8 @@ def read_trial(
             )
     initial = straight_and_level(vehicle)
     initial[log_files.STATES.index("u")] = rpm[0] / vehicle.rpm_per_mps
-    for start, (state, factor) in _starts().items():
+    for start, ((short, factor),) in ((name, entry.items()) for name, entry in INITIAL.items()):
+        state = short[:-1]
         if state not in moving or any(state in one.states for one in followed):
             continue
         if not _matters(state, record, unknown):
@@ -190,11 +191,6 @@ def _prescribed(angle, record, subproblem, path) -> Prescribed:
     return smoothed(angle, channel.times, channel.values, channel.total_sd)
 
 
-def _starts() -> dict[str, tuple[str, float]]:
-    """Name of a state at the start -> short name of the state, and factor to SI."""
-    return {name: (start[:-1], factor) for name, entry in INITIAL.items() for start, factor in entry.items()}
-
-
 def _controls(log, commanded, vehicle, path, max_gap):
     """Start (s of the log), times (n,) from zero, values (n, n_actuators) of the actuators and rpm (n,)."""
     cells = {}
@@ -239,17 +235,12 @@ def _held(times, since, values):
 
 def _within(record, duration, path) -> Record:
     """The record without readings before zero or after `duration`."""
-    channels = []
-    for channel in record.channels:
-        flown = (channel.times >= 0.0) & (channel.times <= duration)
-        if not flown.any():
-            raise InputError(
-                f"{path}: no reading of '{log_files.HEADERS[channel.quantity]}' lies within the controls",
-                "data",
-                log_files.HEADERS[channel.quantity],
-            )
-        channels.append(replace(channel, times=channel.times[flown], values=channel.values[flown]))
-    return Record(tuple(channels))
+    flown = [(channel.times >= 0.0) & (channel.times <= duration) for channel in record.channels]
+    for channel, kept in zip(record.channels, flown, strict=True):
+        if not kept.any():
+            column = log_files.HEADERS[channel.quantity]
+            raise InputError(f"{path}: no reading of '{column}' lies within the controls", "data", column)
+    return record.of_readings(flown)
 
 
 def _matters(state, record, nuisance) -> bool:

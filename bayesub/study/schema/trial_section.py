@@ -159,12 +159,7 @@ class TrialKeys(Section):
         return Trial(manoeuvre, unread([section.build() for section in sections], manoeuvre.duration), priors)
 
     def flown(
-        self,
-        trial: "Trial",
-        vehicle: Vehicle,
-        sections: Sequence[SensorSection],
-        step: float,
-        rng: np.random.Generator,
+        self, trial: "Trial", vehicle: Vehicle, sections: Sequence[SensorSection], step: float, rng: np.random.Generator
     ) -> "Trial":
         """The trial of :meth:`build`, simulated and measured; that of a log is as it was.
 
@@ -209,12 +204,15 @@ class TrialSection(TrialKeys):
     name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
     sensors: tuple[SensorSection, ...] | None = None
 
+    PLURAL: ClassVar = "trials"
+
     @pydantic.model_validator(mode="after")
     def _not_of_the_body(self):
         for name in self.nuisance:
             if name in BODY:
                 raise InputError(
-                    f"nuisance '{name}' is of the body, the same in all trials; give it in [nuisance]", "conflict"
+                    f"nuisance '{name}' is of the body, the same in all {self.PLURAL}; give it in [nuisance]",
+                    "conflict",
                 )
         return self
 
@@ -261,20 +259,20 @@ JUDGED_READINGS = 10  # at least, after it
 LONGEST_WARM_UP = 0.5  # of the time of the readings
 
 
-class CheckSection(TrialKeys):
+class CheckSection(TrialSection):
     """A log that is not fitted, or a manoeuvre to be simulated; with all keys of a trial.
 
     Attributes
     ----------
     name : unique in the study; by default that of the file
-    sensors : if they are not those of the study
     warm_up_s : time from its start in which its readings say what the fit does not know of this log: start, current,
         biases of sensors. By default :data:`WARM_UP_LENGTHS` ship lengths travelled, longer if they have few readings.
     """
 
     name: str = pydantic.Field(default="", pattern=r"^[A-Za-z0-9_-]*$")
-    sensors: tuple[SensorSection, ...] | None = None
     warm_up_s: Positive | None = None
+
+    PLURAL: ClassVar = "logs"
 
     @pydantic.model_validator(mode="before")
     @classmethod
@@ -283,15 +281,6 @@ class CheckSection(TrialKeys):
             return content
         source = content.get("data") or content.get("manoeuvre")
         return content | {"name": re.sub(r"[^A-Za-z0-9_-]", "_", Path(str(source)).stem)} if source else content
-
-    @pydantic.model_validator(mode="after")
-    def _not_of_the_body(self):
-        for name in self.nuisance:
-            if name in BODY:
-                raise InputError(
-                    f"nuisance '{name}' is of the body, the same in all logs; give it in [nuisance]", "conflict"
-                )
-        return self
 
     def nuisances(self, of_study: dict[str, PriorOfOne]) -> dict[str, PriorOfOne]:
         """What is unknown in this log: its own, and those of the study but for the start of the fitted log."""
