@@ -22,7 +22,7 @@ from bayesub.problem.likelihoods import Normal, Rounded, SetMembership, UnknownS
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, relative_normal
 from bayesub.problem.problem import Problem
-from bayesub.sensors.observe import unread
+from bayesub.sensors.measurement import unread
 from bayesub.sensors.record import Channel, Record
 from bayesub.sensors.sensor import Sensor
 

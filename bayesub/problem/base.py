@@ -44,7 +44,13 @@ class Viewed:
         As :meth:`naive`, but the nuisance parameters that move the readings remain: all but those of the noise and of a
         disturbance.
         """
-        return self.of_trials(lambda trial: _plain(trial, _moving(trial)))
+
+        def change(trial):
+            still = {p.name for p in trial.forward.nuisances.parameters if p.channel and p.attribute != "bias"}
+            left = [n for n in trial.nuisance_priors if not (n in still or of_history(n) or of_process(n))]
+            return _plain(trial, {name: trial.nuisance_priors[name] for name in left})
+
+        return self.of_trials(change)
 
     def smoothed(self, share: float) -> Self:
         """The same problem for searches: channels without noise get some, with `share` of their resolution as sd."""
@@ -97,13 +103,6 @@ def of_readings(trial: "TrialProblem", record: Record, chosen: Sequence[slice | 
     parts = zip(trial.forward.measurement.slices, chosen, strict=True)
     readings = np.concatenate([trial.readings[part][kept] for part, kept in parts])
     return trial.view(forward=trial.forward.with_record(record.of_readings(chosen)), readings=readings)
-
-
-def _moving(trial):
-    """The priors of the nuisance parameters that move the readings, forces with a history not among them."""
-    still = {p.name for p in trial.forward.nuisances.parameters if p.channel and p.attribute != "bias"}
-    priors = trial.nuisance_priors.items()
-    return {name: prior for name, prior in priors if not (name in still or of_history(name) or of_process(name))}
 
 
 def _plain(trial, nuisance_priors):

@@ -181,18 +181,13 @@ class ForwardModel:
             values[self._histories] = self.disturbances.nearest(values[self._histories], forces)
         return values
 
-    def _amounts(self, values):
-        """(n_batch, n_varied) by how much what the simulator varies differs, or None if it varies nothing."""
-        amounts = self.nuisances.amounts(values)
-        if self.simulator.knots is None:
-            return amounts
-        forces = self.forces(values)[:, self.disturbances.members(AXES)].reshape(len(values), -1)
-        return forces if amounts is None else np.hstack([amounts, forces])
-
-    def _given(self, values) -> Given:
+    def _given(self, values: np.ndarray) -> Given:
         """What members of a batch have of their own, as the simulator takes it."""
-        of = self.nuisances
-        return {"body": of.body(values), "initial": of.initial(values), "amounts": self._amounts(values)}
+        amounts = self.nuisances.amounts(values)
+        if self.simulator.knots is not None:
+            forces = self.forces(values)[:, self.disturbances.members(AXES)].reshape(len(values), -1)
+            amounts = forces if amounts is None else np.hstack([amounts, forces])
+        return {"body": self.nuisances.body(values), "initial": self.nuisances.initial(values), "amounts": amounts}
 
     def predicted(self, sets: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings (n_batch, n_readings), SI units, and status codes (n_batch,).

@@ -134,10 +134,8 @@ class Mounting:
 
     Attributes
     ----------
-    clocks : dict of str to int
-        Instrument with an unknown clock -> position of it.
-    moved : dict of str to list of (int, int)
-        Instrument with an unknown lever arm -> position and number, 0 to 2, of each component that is not known.
+    clocks : instrument with an unknown clock -> position of it
+    moved : instrument with an unknown lever arm -> position and number, 0 to 2, of each component that is not known
     """
 
     def __init__(self, members: dict[int, Mount], channels: Sequence[Channel]):

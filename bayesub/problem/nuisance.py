@@ -203,10 +203,8 @@ class Nuisances:
     Attributes
     ----------
     parameters : n of them
-    names : tuple of str
     held : (n,) their values if they are not inferred
-    varied : tuple of str
-        What they change of actuators.
+    varied : what they change of actuators
     """
 
     def __init__(self, parameters: tuple[Nuisance, ...], vehicle: Vehicle, manoeuvre: Manoeuvre):

@@ -19,7 +19,7 @@ from bayesub.sensors.instruments import (
     thesis_rounding,
     tracking_range,
 )
-from bayesub.sensors.observe import observe, unread
+from bayesub.sensors.measurement import observe, unread
 from bayesub.sensors.record import Channel, Record
 from bayesub.sensors.sensor import KINDS, QUANTITIES, Sensor, flat, modified, register
 

@@ -1,20 +1,24 @@
-"""What the channels of a record read of a motion without error, and how that depends on the motion.
+"""What the channels of a record read of a motion without error and how that depends on the motion, and with errors.
 
 This is the one place where a motion through the water becomes readings: it knows which channels feel the current
 (:mod:`bayesub.sensors.current`), which have a lever arm (:mod:`bayesub.sensors.velocity`), and which know a heading
-up to whole turns only. :func:`bayesub.sensors.observe` asks it for the truth behind a record, and
+up to whole turns only. :func:`observe` asks it for the truth behind a record, and
 :class:`bayesub.problem.problem.Problem` for predictions.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayesub.logs.log_files import ANGLES
+from bayesub.io.errors import InputError
+from bayesub.logs.log_files import ANGLES, HEADERS, si_factor
+from bayesub.model.trajectory import Trajectory
 from bayesub.sensors import velocity
 from bayesub.sensors.current import Water, seen, seen_slopes
-from bayesub.sensors.record import TURN, Channel
+from bayesub.sensors.instruments import Instrument
+from bayesub.sensors.record import TURN, Channel, Record, channel_of
+from bayesub.sensors.sensor import Sensor, flat
 from bayesub.sensors.velocity import TURNING, displaced, displaced_slopes
 
 Arms = Mapping[str, np.ndarray]  # instrument -> its lever arm (3,), or (n_batch, 3)
@@ -54,16 +58,11 @@ class MeasurementModel:
     ----------
     times : (n_times,) all times at which a channel reads, ascending, s; those of instruments in `clocks` come after the
         others
-    by_clock : dict of str to slice
-        Instrument in `clocks` -> its times.
-    measured : tuple of str
-        Short names of the states and accelerations that the readings depend on, n_measured of them.
-    slices : list of slice
-        Where each channel stands among the readings.
-    n_readings : int
-        Number of readings of all channels.
-    displaced : bool
-        Whether derivatives need the motion: of a lever arm that matters, and of velocities in inertial axes.
+    by_clock : instrument in `clocks` -> its times
+    measured : short names of the states and accelerations that the readings depend on, n_measured of them
+    slices : where each channel stands among the readings
+    n_readings : number of readings of all channels
+    displaced : whether derivatives need the motion: of a lever arm that matters, and of velocities in inertial axes
     """
 
     def __init__(
@@ -88,28 +87,23 @@ class MeasurementModel:
         attitude = [self.measured.index(name) for name in ANGLES] if turned else []
 
         # Where each reading stands in the measured outputs of all times, laid out in one row.
-        n = len(self.measured)
         # A velocity in inertial axes is put in the place of the first of its causes.
         firsts = [self.measured.index(names[0]) for names in causes]
+        n = len(self.measured)
         self._position = np.concatenate([n * at + first for at, first in zip(rows, firsts, strict=True)])
-        places = list(zip(channels, self.slices, rows, in_current, strict=True))
-        # Positions in a current do not depend on the attitude.
-        self._in_current = [
-            _Place(c, part, at, attitude if c.state in "uvw" else [])
-            for c, part, at, feels in places
-            if feels and c.state not in velocity.QUANTITIES
-        ]
-        self._velocities = [
-            _Place(c, part, at, [self.measured.index(name) for name in names])
-            for names, (c, part, at, _) in zip(causes, places, strict=True)
-            if c.state in velocity.QUANTITIES
-        ]
-        self._at_lever_arms = [
-            _Place(c, part, at, [self.measured.index(name) for name in TURNING[c.state]])
-            for far, (c, part, at, _) in zip(displaced_here, places, strict=True)
-            if far
-        ]
-        self._wrapped = [part for c, part, *_ in places if c.modulo_turn]
+        self._in_current: list[_Place] = []
+        self._velocities: list[_Place] = []
+        self._at_lever_arms: list[_Place] = []
+        for c, part, at, names, far, feels in zip(
+            channels, self.slices, rows, causes, displaced_here, in_current, strict=True
+        ):
+            if c.state in velocity.QUANTITIES:
+                self._velocities.append(_Place(c, part, at, [self.measured.index(name) for name in names]))
+            elif feels:  # positions in a current do not depend on the attitude
+                self._in_current.append(_Place(c, part, at, attitude if c.state in "uvw" else []))
+            if far:
+                self._at_lever_arms.append(_Place(c, part, at, [self.measured.index(n) for n in TURNING[c.state]]))
+        self._wrapped = [part for c, part in zip(channels, self.slices, strict=True) if c.modulo_turn]
 
     def _set_times(self, channels, clocks) -> list[np.ndarray]:
         """All times, and where those of each channel stand among them."""
@@ -283,3 +277,73 @@ class MeasurementModel:
         for place in self._in_current:
             attitude = place.causes(outputs) if place.columns else np.zeros((1, len(place.rows), 3))
             yield place, seen(place.channel.state, attitude)
+
+
+def observe(
+    trajectory: Trajectory,
+    sensors: Sensor | Instrument | Iterable,
+    rng: np.random.Generator | None,
+    member: int = 0,
+    current_mps: tuple[float, float] = (0.0, 0.0),
+) -> Record:
+    """Measure one member of a trajectory.
+
+    Parameters
+    ----------
+    sensors : a :class:`Sensor`, an instrument such as :class:`Track`, a preset, or a sequence of them
+    rng : source of noise, outliers and dropouts, which are drawn sensor after sensor. None gives the truth itself as
+        readings, which keep the sd of their sensor as their weight.
+    member : which of the batch
+    current_mps : a constant current in which the boat moves, to the north and to the east, besides that of the
+        disturbance of the trajectory
+
+    Raises
+    ------
+    InputError : if the member failed, if the trial is shorter than the interval of a sensor or a time of a reading lies
+        outside it, if two sensors make channels of one name, or if every reading of a sensor is missing
+    """
+    if trajectory.status[member] != "ok":
+        raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured", "model", "trajectory")
+    if len(current_mps) != 2 or not np.isfinite(current_mps).all():
+        raise InputError(
+            f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}",
+            "value",
+            "current_mps",
+        )
+    sensors, duration = flat(sensors), trajectory.times[-1]
+    channels = unread(sensors, duration).channels
+    times = [channel.times for channel in channels]
+    forces = trajectory.simulator.forces
+    history = None if forces is None else forces.of_current
+    model = MeasurementModel(channels, current=any(current_mps) or history is not None)
+    outputs = trajectory.resampled(np.minimum(model.times, duration)).outputs(model.measured)[member]
+    water = Water.steady(np.array(current_mps), model.times)
+    if history is not None:
+        water += Water.varying(history, model.times)
+    (truth,) = model.of(outputs[None], water)
+    readings = [
+        sensor.read(at, truth[part], rng) for sensor, at, part in zip(sensors, times, model.slices, strict=True)
+    ]
+    read = [replace(c, times=at, values=values) for c, (at, values) in zip(channels, readings, strict=True)]
+    return Record(tuple(read), trajectory.xi[member], _true_nuisances(sensors, current_mps), forces)
+
+
+def unread(sensors: Sensor | Instrument | Iterable, duration: float) -> Record:
+    """The record that sensors are about to make of a trial of `duration` (s): its values are not numbers.
+
+    It says all that the choice of an integration step depends on (:mod:`bayesub.problem.problem`).
+    """
+    channels = []
+    for sensor in flat(sensors):
+        times = sensor.reading_times(duration)
+        channels.append(channel_of(sensor, times, np.full(len(times), np.nan)))
+    return Record(tuple(channels))
+
+
+def _true_nuisances(sensors, current_mps) -> dict[str, float]:
+    """Name of a nuisance parameter (:mod:`bayesub.problem.nuisance`) -> its value in the unit of the name."""
+    values = {f"current_{towards}_mps": speed for towards, speed in zip(("north", "east"), current_mps, strict=True)}
+    for sensor in sensors:
+        column, unit = HEADERS[sensor.quantity], sensor.factor / si_factor(sensor.quantity)
+        values |= {f"bias_{column}": unit * sensor.bias, f"sd_{column}": unit * sensor.sd}
+    return values

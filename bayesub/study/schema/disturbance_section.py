@@ -93,7 +93,12 @@ class DisturbanceSection(Section):
         axes = content.get("axes") if isinstance(content, dict) else None
         if not isinstance(axes, list | tuple):
             return content
-        single = {key: content[key] for key in WAYS if content.get(key) is not None and not _is_table(content[key])}
+        single = {
+            key: value
+            for key in WAYS
+            if (value := content.get(key)) is not None
+            and (not isinstance(value, dict) or (value and value.keys() <= LogNormalPrior.model_fields.keys()))
+        }
         return content | {key: {a: value for a in axes if a in WAYS[key][0]} for key, value in single.items()}
 
     @pydantic.model_validator(mode="after")
@@ -278,11 +283,6 @@ class DisturbanceFile(Section):
 def read_disturbance(path: str | Path) -> TrueDisturbanceSection:
     """The unmodelled forces of a file."""
     return toml_files.read_toml(Path(path), DisturbanceFile).disturbance
-
-
-def _is_table(value) -> bool:
-    """Whether a value is by axis, not a prior."""
-    return isinstance(value, dict) and not (value and set(value) <= set(LogNormalPrior.model_fields))
 
 
 def _built(amount: float | LogNormalPrior, factor: float = 1.0) -> float | priors.Prior:

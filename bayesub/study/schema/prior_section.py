@@ -170,33 +170,27 @@ def _table(path: Path, names: tuple[str, ...]) -> dict[str, PriorOfOne]:
         raise InputError(
             f"{path}: columns must be coefficient,mean,sd, found {','.join(header)}", "format", "prior.table"
         )
-    priors_of = {}
-    for line, (name, *numbers) in rows:
+    priors_of, most = {}, toml_files.largest("mean")
+    for line, (name, *cells) in rows:
         if name not in names:
             raise InputError(
                 f"{path}: line {line}: unknown coefficient '{name}'{nearest(name, names)}", "unknown", name
             )
         if name in priors_of:
             raise InputError(f"{path}: line {line}: coefficient '{name}' is given twice", "conflict", name)
-        mean, sd = _mean_and_sd(numbers, f"{path}: line {line}")
+        try:
+            mean, sd = map(float, cells)
+        except ValueError:
+            mean = sd = math.nan
+        if not (abs(mean) <= most and 0 <= sd <= most):
+            raise InputError(
+                f"{path}: line {line}: mean and sd must be two numbers and sd not negative, at most {most:g}, found "
+                f"{', '.join(cells) or 'nothing'}",
+                "value",
+                "prior.table",
+            )
         priors_of[name] = PriorOfOne(mean=mean, sd=sd) if sd > 0 else PriorOfOne(value=mean)
     return priors_of
-
-
-def _mean_and_sd(cells: list[str], where: str) -> tuple[float, float]:
-    try:
-        mean, sd = map(float, cells)
-    except ValueError:
-        mean = sd = math.nan
-    most = toml_files.largest("mean")
-    if not (abs(mean) <= most and 0 <= sd <= most):
-        found = ", ".join(cells) or "nothing"
-        raise InputError(
-            f"{where}: mean and sd must be two numbers and sd not negative, at most {most:g}, found {found}",
-            "value",
-            "prior.table",
-        )
-    return mean, sd
 
 
 class NoiseSection(KindSection):
