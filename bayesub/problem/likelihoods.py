@@ -1,17 +1,16 @@
 """Noise models of the readings of one channel: normal, rounded, heavy-tailed, correlated, of unknown size.
 
-What their methods take and return is said at :class:`bayesub.problem.noise.Noise`.
+What their methods take and return is said at :class:`bayesub.problem.noise.Noise`. SciPy and kernels are imported where
+they are needed, so that a study file is read without.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaln, log_ndtr, ndtri, ndtri_exp, stdtr
 
 from bayesub.io.errors import InputError
 from bayesub.io.toml_files import Positive
-from bayesub.kernels import noise as kernel
 from bayesub.problem.noise import (
     Noise,
     aligned,
@@ -56,6 +55,8 @@ class Normal(Noise, kind="normal"):
     sd: float
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
+        from bayesub.kernels import noise as kernel
+
         predicted, readings = aligned(predicted, readings, times)
         sd = each_member(self.sd, len(predicted))
         squares = kernel.sums_of_squares(predicted, readings)
@@ -94,6 +95,10 @@ class UnknownSd(Noise, kind="unknown_sd"):
         positive("sd", self.sd)
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
+        from scipy.special import gammaln
+
+        from bayesub.kernels import noise as kernel
+
         predicted, readings = aligned(predicted, readings, times)
         half_n = 0.5 * len(readings)
         squares = kernel.sums_of_squares(predicted, readings)
@@ -149,6 +154,10 @@ class StudentT(Noise, kind="student_t"):
     dof: Positive
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
+        from scipy.special import gammaln
+
+        from bayesub.kernels import noise as kernel
+
         predicted, readings = aligned(predicted, readings, times)
         sd, dof = (each_member(value, len(predicted)) for value in (self.sd, self.dof))
         logarithms = kernel.student_t_logarithms(predicted, readings, sd, dof)
@@ -171,6 +180,8 @@ class StudentT(Noise, kind="student_t"):
         self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
         """Normal quantile of the t probability of what is below each reading, at most 37 in size."""
+        from scipy.special import ndtri, stdtr
+
         z = standardised(predicted, readings, times, self.sd)
         tails = stdtr(column(self.dof), -np.abs(z))
         return -np.copysign(ndtri(np.maximum(tails, np.finfo(float).tiny)), z)
@@ -194,6 +205,8 @@ class AR1(Noise, kind="ar1"):
     correlation_time_s: Positive
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
+        from bayesub.kernels import noise as kernel
+
         predicted, readings = aligned(predicted, readings, times)
         times = ascending(times)
         sd = each_member(self.sd, len(predicted))
@@ -260,6 +273,8 @@ class Rounded(Noise):
             raise InputError("noise: resolution is zero; that is the noise Normal", "value", "resolution")
 
     def log_density(self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
+        from bayesub.kernels import noise as kernel
+
         predicted, readings = aligned(predicted, readings, times)
         sd = each_member(self.sd, len(predicted))
         return possible(kernel.rounded_log_probabilities(predicted, readings, 0.5 * self.resolution, sd))
@@ -280,6 +295,8 @@ class Rounded(Noise):
         self, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
         """Draws from the standard normal distribution truncated to the interval of each reading."""
+        from scipy.special import log_ndtr, ndtri_exp
+
         predicted, readings = aligned(predicted, readings, times)
         scale = column(self.sd)
         middle = (readings - predicted) / scale
@@ -290,6 +307,8 @@ class Rounded(Noise):
         return np.where(middle > 0, -drawn, drawn)
 
     def _slopes(self, predicted, readings, times):
+        from bayesub.kernels import noise as kernel
+
         predicted, readings = aligned(predicted, readings, times)
         sd = each_member(self.sd, len(predicted))
         slopes, information = kernel.rounded_slopes(predicted, readings, 0.5 * self.resolution, sd)

@@ -88,9 +88,7 @@ class Nuisance:
 def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[Channel], noises: Sequence) -> Nuisance:
     """The nuisance parameter of a name, for a vehicle on a manoeuvre and channels, each with its noise model.
 
-    Raises
-    ------
-    InputError : for a name that does not exist, or that has no part in the sub-problem of the manoeuvre
+    Raises InputError for a name that does not exist, or that has no part in the sub-problem of the manoeuvre.
     """
     if name in BODY:
         idle = vehicle.idle(manoeuvre.subproblem)

@@ -224,9 +224,7 @@ def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:
 def channel_noises(channels: Iterable[Channel], by_name: dict[str, Noise]) -> tuple[Noise, ...]:
     """The noise model of each channel: the one given by name, or what its sd and resolution say.
 
-    Raises
-    ------
-    InputError : for the name of a channel that is not among them
+    Raises InputError for the name of a channel that is not among them.
     """
     names = [channel.name for channel in channels]
     for name in by_name:

@@ -220,9 +220,7 @@ def rounded(values: np.ndarray, step: float) -> np.ndarray:
 def flat(sensors: Sensor | Iterable) -> tuple[Sensor, ...]:
     """The sensors of a sensor, an instrument, or a sequence of such and of sequences, in order.
 
-    Raises
-    ------
-    InputError : if there is none, or if two read the same quantity
+    Raises InputError if there is none, or if two read the same quantity.
     """
     sensors = tuple(_each(sensors))
     if not sensors:

@@ -137,10 +137,5 @@ def with_fixed(vehicle: Vehicle, values: dict[str, float]) -> Vehicle:
 
 
 def read_design(path: Path) -> DesignFile:
-    """Read a file of sensors.
-
-    Raises
-    ------
-    InputError : with file, key and remedy
-    """
+    """Read a file of sensors; InputError with file, key and remedy."""
     return toml_files.read_toml(path, DesignFile)

@@ -219,9 +219,7 @@ class TrueDisturbanceSection(DisturbanceSection):
         The history has a stream of random numbers of its own, which `rng` spawns: the noise of readings is the same
         with and without it.
 
-        Raises
-        ------
-        InputError : as of :meth:`units`, and for a correlation time shorter than the step
+        Raises InputError as of :meth:`units`, and for a correlation time shorter than the step.
         """
         simulator, (stream,) = trajectory.simulator, rng.spawn(1)
         process = self.known(simulator)

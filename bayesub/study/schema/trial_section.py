@@ -287,12 +287,7 @@ class CheckSection(TrialSection):
         return {name: prior for name, prior in of_study.items() if name not in INITIAL} | self.nuisance
 
     def posed(self, problem: "TrialProblem", fitted: "TrialProblem | JointProblem") -> "UnseenTrial":
-        """The log as a trial that the fitted ones shall predict.
-
-        Raises
-        ------
-        InputError : for a log that is too short
-        """
+        """The log as a trial that the fitted ones shall predict; InputError for a log that is too short."""
         from bayesub.problem.unseen import UnseenTrial
 
         unseen = UnseenTrial(self.name, problem, 0.0)
