@@ -94,12 +94,8 @@ class Currents:
     ) -> np.ndarray:
         """(n_readings, n_nuisances) derivatives of one member's readings by the parameters of the current.
 
-        Parameters
-        ----------
-        outputs : (n_times, n_measured)
-        values : (1, n_nuisances)
-        times : (n_times,), s, if they are not those of all
-        water, arms : as of :meth:`bayesub.sensors.measurement.MeasurementModel.slopes`
+        Outputs are (n_times, n_measured), values (1, n_nuisances), and times (n_times,), s, if not those of all; water
+        and arms are as of :meth:`bayesub.sensors.measurement.MeasurementModel.slopes`.
         """
         slopes = np.zeros((measurement.n_readings, values.shape[1]))
         at = self._times if times is None else times

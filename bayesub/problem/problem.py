@@ -48,8 +48,6 @@ def sensed_step(
 
     Parameters
     ----------
-    vehicle : of the problem
-    manoeuvre : that it flies
     forward_at : gives the forward model with a step, s
     noises : the noise model of each channel
     prior : of the free coefficients, followed by the nuisance parameters
@@ -58,9 +56,8 @@ def sensed_step(
 
     Returns
     -------
-    float
-        One of :func:`bayesub.model.time_step.steps`, s; for a boat that fails at the mean of the prior with all of them
-        that of :func:`bayesub.model.time_step.choose_step`.
+    one of :func:`bayesub.model.time_step.steps`, s; for a boat that fails at the mean of the prior with all of them
+        that of :func:`bayesub.model.time_step.choose_step`
 
     Raises
     ------

@@ -68,8 +68,7 @@ def over_ground(states: np.ndarray, times: np.ndarray, current: "tuple[float, fl
 
     Returns
     -------
-    (.., n_times, 12) array
-        States of which x, y, u, v, w are over the ground. They are linear in the current.
+    (.., n_times, 12) states of which x, y, u, v, w are over the ground; they are linear in the current
     """
     states = np.array(states, dtype=float)
     water = current if isinstance(current, Water) else Water.steady(np.asarray(current), np.asarray(times))

@@ -72,8 +72,6 @@ class Track(Instrument):
     ----------
     position_sd_m : standard deviation of x, y, z
     attitude_sd_deg : standard deviation of roll, pitch, yaw
-    interval_s : one reading every so many seconds, the first after one interval
-    channels : those that are measured, of x, y, z, roll, pitch, yaw
     """
 
     CHANNELS = tuple(TRACK_CHANNELS)

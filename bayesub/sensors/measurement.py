@@ -47,6 +47,9 @@ class _Place:
 class MeasurementModel:
     """The noise-free readings of all channels of a record, one channel after the other.
 
+    Derivatives are those of one member: its outputs are (n_times, n_measured), the water, of a model with a current, is
+    of (n_times, 2) each, and the lever arms of instruments that are moved are (3,).
+
     Parameters
     ----------
     channels : of which the quantity, the times and the lever arm count; their values need not be known yet
@@ -181,9 +184,7 @@ class MeasurementModel:
         Parameters
         ----------
         sensitivities : (n_times, n_measured, n_params) derivatives of the :attr:`measured` outputs
-        outputs : (n_times, n_measured) the outputs, needed if there is a current or a lever arm
-        water : of (n_times, 2) each; for a model with a current
-        arms : lever arms (3,) of the instruments that are moved
+        outputs : needed if there is a current or a lever arm
         """
         slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
         if outputs is None:
@@ -209,11 +210,7 @@ class MeasurementModel:
     def arm_slopes(self, outputs: np.ndarray, water: Water | None, arms: Arms) -> np.ndarray:
         """(n_readings, 3) derivatives of one member's readings by the lever arm of their own instrument.
 
-        Parameters
-        ----------
-        outputs : (n_times, n_measured)
-        water : of (n_times, 2) each; for a model with a current
-        arms : lever arms (3,) of the instruments that are moved; derivatives by all others are zero
+        Those of instruments whose lever arms are known are zero.
         """
         slopes, units = np.zeros((self.n_readings, 3)), np.eye(3)[:, None]
         for place in self._at_lever_arms:
@@ -236,10 +233,7 @@ class MeasurementModel:
         Parameters
         ----------
         rates : (n_times, n_measured) derivatives of the outputs by time
-        outputs : (n_times, n_measured)
-        water : of (n_times, 2) each; for a model with a current
         by_time : derivatives of it by time
-        arms : lever arms (3,) of the instruments that are moved
         """
         slopes = self.slopes(rates[..., None], outputs, water, arms)[:, 0]
         if by_time is None:
@@ -253,16 +247,13 @@ class MeasurementModel:
 
         Parameters
         ----------
-        outputs : (n_times, n_measured)
         by_current : derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the
             east
-        water : of (n_times, 2) each: where it is, for speed and course over ground, which are not linear in it
-        arms : lever arms (3,) of the instruments that are moved
+        water : where it is, for speed and course over ground, which are not linear in it
 
         Returns
         -------
-        (n_readings, 2, n) array
-            For parameters of the current to the north, and of that to the east.
+        (n_readings, 2, n), for parameters of the current to the north, and of that to the east
         """
         slopes = np.zeros((self.n_readings, 2, by_current.velocity.shape[1]))
         for place, (parts,) in self._seen(outputs[None]):

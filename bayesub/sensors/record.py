@@ -84,17 +84,9 @@ def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel
     direction = sensor.direction
     if direction is not None:
         direction = tuple((np.asarray(direction) / np.linalg.norm(direction)).tolist())
-    return Channel(
-        sensor.quantity,
-        times,
-        values,
-        sensor.factor * sensor.sd,
-        sensor.factor * sensor.resolution,
-        (ahead, starboard, down),
-        sensor.clock_offset_s,
-        direction=direction,
-        instrument=sensor.instrument or "",
-    )
+    sizes = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
+    place, instrument = ((ahead, starboard, down), sensor.clock_offset_s), sensor.instrument or ""
+    return Channel(sensor.quantity, times, values, *sizes, *place, direction=direction, instrument=instrument)
 
 
 @dataclass(frozen=True)

@@ -141,13 +141,7 @@ def slopes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives (n, n_causes) of readings by the motion, and (n, 2) by the current, by imaginary steps.
 
-    Parameters
-    ----------
-    quantity : as of :func:`readings`
-    motion : (n, n_causes) as of :func:`readings`
-    current : (n, 2) as of :func:`readings`
-    lever_arm_m : (3,) as of :func:`readings`
-    direction : (3,) as of :func:`readings`
+    Arguments are those of :func:`readings`, with a motion (n, n_causes), a current (n, 2) and a lever arm (3,).
     """
     n_causes = motion.shape[1]
     stepped = motion[None] + 1j * _TINY * np.eye(n_causes)[:, None]

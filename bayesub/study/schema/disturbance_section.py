@@ -149,13 +149,8 @@ class DisturbanceSection(Section):
     def units(self, simulators: Sequence[Simulator]) -> np.ndarray:
         """(n_axes,) what a unit of the number of each axis is, N, N m or m/s.
 
-        Parameters
-        ----------
-        simulators : of the trials
-
-        Raises
-        ------
-        InputError : for an axis that does not move in a trial, and for a share of no force
+        The simulators are those of the trials. Raises InputError for an axis that does not move in a trial, and for a
+        share of no force.
         """
         for simulator in simulators:
             check_axes(self.axes, simulator.subproblem)
@@ -173,16 +168,7 @@ class DisturbanceSection(Section):
         return next(values[axis] for values in (getattr(self, key) or {} for key in WAYS) if axis in values)
 
     def build(self, simulators: Sequence[Simulator]) -> UnknownDisturbance:
-        """The unmodelled forces that all trials share as a process.
-
-        Parameters
-        ----------
-        simulators : of the trials, all of one vehicle
-
-        Raises
-        ------
-        InputError : as of :meth:`units`
-        """
+        """The unmodelled forces that all trials, of one vehicle, share as a process; InputError as of :meth:`units`."""
         factors = self.units(simulators) / force_scales(simulators[0].vehicle, self.axes)
         amounts = {axis: (self.amount(axis), factor) for axis, factor in zip(self.axes, factors, strict=True)}
         sds = {axis: _built(amount, factor) for axis, (amount, factor) in amounts.items()}
@@ -246,8 +232,7 @@ def in_words(disturbance: Disturbance, rms: np.ndarray | None = None, inferred: 
     Parameters
     ----------
     rms : (6,) forces of the hull, N and N m, of which the shares are given
-    inferred : container of str
-        Axes, and names of correlation times, whose numbers are medians of priors.
+    inferred : axes, and names of correlation times, whose numbers are medians of priors
     """
     parts = []
     for axis, sd in zip(disturbance.axes, disturbance.sds, strict=True):

@@ -25,12 +25,7 @@ LogSd = Annotated[float, pydantic.Field(gt=0, le=10)]  # ten is a factor of 22,0
 class PriorOfOne(Section):
     """The prior of one parameter, in its unit: a pair of keys, or a value that it is fixed at.
 
-    Attributes
-    ----------
-    mean, sd : normal
-    lower, upper : uniform
-    median, log_sd : log-normal
-    value : fixed
+    `mean` and `sd` are of a normal prior, `lower` and `upper` of a uniform, `median` and `log_sd` of a log-normal one.
     """
 
     mean: float | None = None

@@ -150,7 +150,6 @@ class SamplerSection(Section):
 
     Attributes
     ----------
-    n_ensembles : independent ensembles
     n_walkers : walkers of each ensemble; by default that of :func:`bayesub.sample`
     max_steps : the run ends here, converged or not
     max_misfit : median residual of a channel at the posterior mode, over its noise, above which nothing is sampled
@@ -175,7 +174,6 @@ class Study(TrialKeys):
     Attributes
     ----------
     name : names the run folder too
-    question : one sentence
     vehicle : built-in name, or path of a vehicle file
     trials : several trials of one boat
     check : logs that are not fitted, which the posterior is to predict
@@ -184,13 +182,9 @@ class Study(TrialKeys):
         is flown at a tenth of it.
     sensors : of the trial, and of those of `trials` that have none of their own
     controls : name of an actuator -> its column in logs, where it is not that of the vehicle
-    free : what is inferred
-    prior : what is known before
     noise : column -> noise model, where it is not the one of the sensor
     disturbance : unmodelled forces, whose histories are inferred; the process is that of all trials
     derived : quantities of the report that follow from the coefficients, besides the built-in ones
-    baselines : deterministic methods
-    sampler : the sampler
     quick : what the small version changes, section by section
     """
 
@@ -311,13 +305,7 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
 
     Parameters
     ----------
-    path : a TOML file
     quick : apply its ``[quick]`` section, which overrides the others
-
-    Returns
-    -------
-    Study
-        For :func:`bayesub.run`.
 
     Raises
     ------

@@ -107,16 +107,9 @@ class TrialKeys(Section):
     ) -> "Trial":
         """Read the log of the trial; one that is to be simulated is not flown yet, and its record unread.
 
-        Parameters
-        ----------
-        vehicle : the boat of the trial
-        sections : its instruments
-        nuisance : name -> prior of what else is unknown; those of the study and of the trial
-        path : gives the path of a file that the study names
-
-        Raises
-        ------
-        InputError : for a file that does not fit and for faults of instruments that read a log
+        Nuisance parameters are those of the study and of the trial, `sections` its instruments, and `path` gives the
+        path of a file that the study names. Raises InputError for a file that does not fit and for faults of
+        instruments that read a log.
         """
         if self.data is None:
             return self._unflown(vehicle, sections, nuisance, path)
@@ -163,17 +156,8 @@ class TrialKeys(Section):
     ) -> "Trial":
         """The trial of :meth:`build`, simulated and measured; that of a log is as it was.
 
-        Parameters
-        ----------
-        trial : of :meth:`build`
-        vehicle : the boat of the trial
-        sections : its instruments
-        step : of the fit, s; the truth is flown at a tenth of it
-        rng : of the noise
-
-        Raises
-        ------
-        InputError : for a boat that does not complete the manoeuvre
+        The step is that of the fit, s; the truth is flown at a tenth of it. `rng` is that of the noise. Raises
+        InputError for a boat that does not complete the manoeuvre.
         """
         if self.data is not None:
             return trial
@@ -299,14 +283,7 @@ class CheckSection(TrialSection):
 def warm_up(problem: "TrialProblem", warm_up_s: float | None = None) -> float:
     """Length of the warm-up of a log, s.
 
-    Parameters
-    ----------
-    problem : of the log
-    warm_up_s : if it is given
-
-    Raises
-    ------
-    InputError : for a log of which too little is left
+    Raises InputError for a log of which too little is left.
     """
     if warm_up_s is None:
         channels = problem.record.channels
