@@ -69,11 +69,8 @@ class JointProblem(PosteriorDensity):
         self.channels = self._by_channel([trial.channels for trial in trials])
         starts = accumulate((trial.n_rows for trial in trials), initial=0)
         self._firsts = dict(zip(self.problems, starts, strict=False))  # the last start is the end of all
-        self.rows = {
-            f"{channel}[{name}]": _moved(part, self._firsts[name])
-            for name, trial in self.problems.items()
-            for channel, part in trial.rows.items()
-        }
+        moved = [{c: _moved(p, self._firsts[name]) for c, p in one.rows.items()} for name, one in self.problems.items()]
+        self.rows = self._by_channel(moved)
 
     @property
     def costs(self) -> Costs:
