@@ -60,13 +60,10 @@ class Alternatives:
     residuals : (n_rows,) with nothing that is left out, in first order
     standard : (n_params,) the parameters in coordinates in which their prior is standard normal
     jacobian : (n_rows, n_params) by these
-    effects : dict of str to dict of str to (n_rows, k) array
-        Kind ("bias", "current", "coefficient") -> name -> columns for a unit of a parameter, one for each trial or
-        component; of a coefficient for as much as its value.
-    forces : dict of str to (n_rows, n_knots) array
-        Axis -> columns for a unit of the non-dimensional force at each knot of each trial.
-    factors : dict of float to (n_knots, n_knots) array
-        Correlation time, s -> factor of the covariance of these forces for a unit sd.
+    effects : kind ("bias", "current", "coefficient") -> name -> (n_rows, k) columns for a unit of a parameter, one for
+        each trial or component; of a coefficient for as much as its value
+    forces : axis -> (n_rows, n_knots) columns for a unit of the non-dimensional force at each knot of each trial
+    factors : correlation time, s -> (n_knots, n_knots) factor of the covariance of these forces for a unit sd
     """
 
     residuals: np.ndarray

@@ -155,10 +155,8 @@ class PosteriorDensity(Viewed):
     n_coefficients : how many of the parameters are coefficients
     columns : (n_coefficients,) the positions of these in a coefficient set
     xi : (n_terms,) values of the coefficients that are not free
-    coefficient_prior : of the free coefficients
     nuisance_priors : nuisance parameter -> prior of it alone, in the unit of its name
     prior : of all parameters together
-    equations : of the vehicle
     """
 
     names: tuple[str, ...]

@@ -384,11 +384,7 @@ class ForwardModel:
     def trajectory(self, sets: np.ndarray, values: np.ndarray, forces: ForceHistory | None = None) -> Trajectory:
         """The motion through the water of one member, of its own body and start.
 
-        Parameters
-        ----------
-        sets : (1, n_terms)
-        values : (1, n_nuisances)
-        forces : that the equations leave out; by default those of `values`
+        Sets are (1, n_terms) and values (1, n_nuisances); forces that the equations leave out are by default theirs.
         """
         body, initial = self.nuisances.body(values), self.nuisances.initial(values)
         amounts = self.nuisances.amounts(values)

@@ -38,7 +38,6 @@ class JointProblem(PosteriorDensity):
     Attributes
     ----------
     problems : name of a trial -> its problem
-    vehicle : of all trials
     spread : the prior of the coefficients as given
     readings : (n_readings,) measured values, SI units, trial after trial
     sds : (n_readings,) their standard deviations with rounding, SI units

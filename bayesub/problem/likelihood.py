@@ -15,9 +15,7 @@ class ChannelNoise:
 
     Attributes
     ----------
-    name : of the channel
-    model : its noise model
-    unknown : attribute of it that is inferred -> (n_batch,) values
+    unknown : attribute of the model that is inferred -> (n_batch,) values
     members : the model with these
     times : (n,) of the readings, s
     part : where they stand among all readings
@@ -37,7 +35,6 @@ class Likelihood:
 
     Attributes
     ----------
-    channels : of the record
     slices : where the readings of each stand among all
     readings : (n_readings,) measured values, SI units
     noises : the noise model of each channel

@@ -88,14 +88,8 @@ def check(name: str, mount: Mount, channels: Sequence[Channel], moving: Sequence
 def within_reach(record: Record, spans: dict[str, tuple[float, float]], duration: float) -> Record:
     """The record without readings that may have been taken before the start of a trial or after its end.
 
-    Parameters
-    ----------
-    spans : instrument -> how much later than its channels say readings may have been taken, at least and at most, s
-    duration : of the trial, s
-
-    Raises
-    ------
-    InputError : for a channel of which nothing is left
+    By `spans` (instrument -> least and most, s) readings may have been taken later than channels say; the trial takes
+    `duration`, s. Raises InputError for a channel of which nothing is left.
     """
     channels = []
     for channel in record.channels:

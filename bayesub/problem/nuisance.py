@@ -200,7 +200,6 @@ class Nuisances:
 
     Attributes
     ----------
-    parameters : n of them
     held : (n,) their values if they are not inferred
     varied : what they change of actuators
     """

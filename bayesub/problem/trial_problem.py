@@ -117,9 +117,7 @@ class TrialProblem(FlownTrial):
 
     Attributes
     ----------
-    vehicle, manoeuvre, record : of the trial
     simulator : flies it, with output at the times of the readings
-    likelihood : of the readings
     sds : (n_readings,) their standard deviations with rounding, SI units
     times : (n_readings,) when they were taken, s
     duration : time of the last one, s

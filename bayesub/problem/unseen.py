@@ -29,10 +29,7 @@ class UnseenTrial:
     def with_fitted_noise(self, fitted: TrialProblem | JointProblem, best: np.ndarray) -> "UnseenTrial":
         """The same trial, where noise whose sd is integrated out has that of the fitted errors of its channel.
 
-        Parameters
-        ----------
-        fitted : of the trials that were fitted
-        best : (n_fitted,) its parameters, at which the errors are taken
+        The errors of the trials that were fitted are taken at `best` (n_fitted,), parameters of theirs.
         """
         squares: dict[str, list[np.ndarray]] = {}
         for _, problem, values in fitted.each_trial(best):

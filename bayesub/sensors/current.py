@@ -81,10 +81,7 @@ def over_ground(states: np.ndarray, times: np.ndarray, current: "tuple[float, fl
 def seen(state: str, attitude: np.ndarray) -> np.ndarray:
     """(.., n_times, 2) what of a displacement to the north and to the east x or y see, or of a velocity u, v or w.
 
-    Parameters
-    ----------
-    state : short name
-    attitude : (.., n_times, 3) phi, theta, psi, rad
+    The attitude (.., n_times, 3) is phi, theta, psi, rad.
     """
     if state in ("x", "y"):
         parts = np.zeros((*np.shape(attitude)[:-1], 2))

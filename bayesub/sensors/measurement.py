@@ -284,7 +284,6 @@ def observe(
     sensors : a :class:`Sensor`, an instrument such as :class:`Track`, a preset, or a sequence of them
     rng : source of noise, outliers and dropouts, which are drawn sensor after sensor. None gives the truth itself as
         readings, which keep the sd of their sensor as their weight.
-    member : which of the batch
     current_mps : a constant current in which the boat moves, to the north and to the east, besides that of the
         disturbance of the trajectory
 

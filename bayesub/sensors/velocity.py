@@ -37,7 +37,6 @@ def displaced(state: str, lever_arm_m: ArrayLike, turning: np.ndarray) -> np.nda
 
     Parameters
     ----------
-    state : short name, a key of TURNING
     lever_arm_m : (3,) or (.., 3) ahead, to starboard and down from the body origin
     turning : (.., 3) the attitude, rates or angular accelerations that TURNING names, rad, rad/s or rad/s^2
     """
@@ -73,10 +72,7 @@ _AT_REST = 1e-12  # m/s, where a course has no derivative
 def causes(state: str, displaced: bool) -> tuple[str, ...]:
     """Short names of the states that readings depend on; of any but the velocities of this module the state itself.
 
-    Parameters
-    ----------
-    state : short name of what is read
-    displaced : whether the sensor has a lever arm
+    The sensor has a lever arm where it is `displaced`.
     """
     if state not in QUANTITIES:
         return (state,)

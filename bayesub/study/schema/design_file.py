@@ -40,11 +40,8 @@ class DesignFile(Section):
 
     Attributes
     ----------
-    sensors : at least one
     free : the coefficients to infer; by default all that have a value
     prior : by default normal, with a quarter of the value
-    nuisance : what else is unknown
-    noise : column -> noise model
     disturbance : unmodelled forces, whose histories are integrated out
     """
 

@@ -20,18 +20,10 @@ FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outlie
 
 
 class SensorSection(KindSection):
-    """Keys of every kind of sensor, besides its own: faults, place and clock (:class:`bayesub.sensors.Sensor`).
+    """Keys of every kind of sensor, besides its own: faults, place and clock, as of :class:`bayesub.sensors.Sensor`.
 
-    Attributes
-    ----------
-    dropout : probability that a reading is missing
-    gaps : begin and end of times without readings, s
-    outlier_probability, outlier_scale : how often a reading is wrong, and by how many standard deviations
-    lever_arm_m : place of the sensor ahead, to starboard and down from the body origin
-    clock_offset_s : how far its clock is ahead
-    direction : along which a log of the speed through the water reads
-    instrument : name of the instrument, whose channels share clock and place; by default that of the kind, and of a
-        single sensor that of its channel
+    Channels of one instrument share clock and place; it is by default that of the kind, and of a single sensor that of
+    its channel.
     """
 
     dropout: float | None = None
@@ -71,7 +63,6 @@ class ControlSection(Section):
     unit_deg, unit_n : degrees of a fin, newtons of a thruster, in a unit of a column of counts and the like; negative
         if it counts the other way round. The limit of a fin is a hundred per cent by default.
     zero : where the column stands when the actuator does nothing
-    commanded : whether the column is of commands
     """
 
     column: str | None = pydantic.Field(default=None, pattern=rf"^[A-Za-z][A-Za-z0-9_]*_({'|'.join(RAW_UNITS)})$")

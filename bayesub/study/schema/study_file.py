@@ -55,7 +55,6 @@ class DerivedSection(Section):
 
         Parameters
         ----------
-        vehicle : of the study
         path : where the file is, by its name in the study
 
         Raises
@@ -177,7 +176,6 @@ class Study(TrialKeys):
     vehicle : built-in name, or path of a vehicle file
     trials : several trials of one boat
     check : logs that are not fitted, which the posterior is to predict
-    seed : of everything random
     dt_s : time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth
         is flown at a tenth of it.
     sensors : of the trial, and of those of `trials` that have none of their own

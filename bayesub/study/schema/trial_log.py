@@ -41,7 +41,6 @@ class Trial:
     Attributes
     ----------
     manoeuvre : the controls that were flown
-    record : the readings
     nuisance : name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included
     truth : the motion behind a simulated trial
     n_left_out : readings of the log before its first or after its last control

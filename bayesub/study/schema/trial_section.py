@@ -56,8 +56,6 @@ class TrialKeys(Section):
     prescribed : angles that the boat follows as a log has them, pitch or yaw
     window_s : first and last time of the part of a log that is used
     trust_log : whether a log is fitted although its columns contradict each other
-    nuisance : what else is unknown
-    truth : of a simulated trial
     """
 
     manoeuvre: str | None = None
@@ -177,13 +175,7 @@ class TrialKeys(Section):
 
 
 class TrialSection(TrialKeys):
-    """One of several trials of a study, with its own nuisance parameters.
-
-    Attributes
-    ----------
-    name : unique in the study
-    sensors : if they are not those of the study
-    """
+    """One of several trials of a study, with its own name, nuisance parameters and perhaps sensors."""
 
     name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
     sensors: tuple[SensorSection, ...] | None = None
@@ -202,13 +194,7 @@ class TrialSection(TrialKeys):
 
 
 class InstrumentsFile(Section):
-    """The instruments of a boat, for ``bayesub simulate --sensors``.
-
-    Attributes
-    ----------
-    sensors : at least one
-    truth : the current in which the boat flies
-    """
+    """The instruments of a boat and the current in which it flies, for ``bayesub simulate --sensors``."""
 
     sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
     truth: TruthSection = TruthSection()
