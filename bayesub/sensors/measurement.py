@@ -39,7 +39,7 @@ class _Place:
         arm = np.asarray(arms.get(self.channel.instrument, self.channel.lever_arm_m))
         return arm if arm.ndim == 1 else arm[:, None]
 
-    def causes(self, outputs) -> np.ndarray:
+    def causes(self, outputs: np.ndarray) -> np.ndarray:
         """(n_batch, n, n_columns) of outputs (n_batch, n_times, n_measured)."""
         return outputs[:, self.rows][..., self.columns]
 
