@@ -8,6 +8,7 @@ of three. All coordinates of the sampler stand in one table in :mod:`bayesub.inf
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
 from itertools import count, groupby
 from typing import TYPE_CHECKING, Any
 
@@ -273,12 +274,12 @@ class CorrelatedNormal(Prior):
 def _of_parts(name: str, together: str) -> Callable[..., Any]:
     """The method of a joint prior that has each part say it of its own parameters, the last axis of all arguments."""
 
+    @wraps(getattr(Prior, name))
     def method(joint: "Joint", *arguments: np.ndarray) -> np.ndarray:
         pairs = zip(joint.parts, joint.positions, strict=True)
         of_each = [getattr(part, name)(*(np.asarray(a)[..., own] for a in arguments)) for part, own in pairs]
         return getattr(joint, together)(of_each)
 
-    method.__name__, method.__qualname__ = name, f"Joint.{name}"
     return method
 
 
