@@ -285,10 +285,7 @@ def _of_parts(name: str, together: str) -> Callable[..., Any]:
 
 @dataclass(frozen=True, eq=False)
 class Joint(Prior):
-    """Independent priors of groups of parameters: `parts`, and for each the (n,) positions of its parameters.
-
-    Whatever a prior says of its parameters, a joint prior has from its parts, each asked of its own.
-    """
+    """Independent priors of groups of parameters: `parts`, and for each the (n,) positions of its parameters."""
 
     parts: tuple[Prior, ...]
     positions: tuple[np.ndarray, ...]
