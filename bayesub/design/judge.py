@@ -18,12 +18,11 @@ from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import Prior
 from bayesub.problem.disturbances import UnknownDisturbance
-from bayesub.problem.likelihoods import Normal, UnknownSd
+from bayesub.problem.likelihoods import Normal, Rounded, SetMembership, UnknownSd
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, relative_normal
 from bayesub.problem.problem import Problem
-from bayesub.problem.rounding import Rounded, SetMembership
-from bayesub.sensors.observe import unread
+from bayesub.sensors.measurement import unread
 from bayesub.sensors.record import Channel, Record
 from bayesub.sensors.sensor import Sensor
 

@@ -64,7 +64,9 @@ def collect(
         "null_directions": null_directions.numbers(
             null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))
         ),
-        "null_contraction": _null_contraction(spectrum, summary),
+        "null_contraction": summary.contraction_along(
+            spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
+        ).tolist(),
         "normality": normality.of_posterior(summary.part(np.arange(n))).to_json(),
         "trade_offs": coefficient_pairs,
         "nuisance_trade_offs": nuisance_pairs,
@@ -95,7 +97,7 @@ def _parameters(problem, posterior, sensitivity) -> list[dict]:
         "q5": q5,
         "median": q50,
         "q95": q95,
-        "contraction": problem.prior_of_others.contraction(posterior.draws),
+        "contraction": posterior.contraction_given(problem.prior_of_others),
         "relative_sd": posterior.sd / np.abs(posterior.mean),
         **sensitivity,
         "rhat": posterior.rhat,
@@ -158,13 +160,6 @@ def _cost(posterior) -> dict:
 def _chi_squares(problem, parameters) -> list[float]:
     """Chi-square per reading of each member of parameters (n_batch, n_params), with the total sd of every channel."""
     return np.mean(((problem.predicted(parameters) - problem.readings) / problem.sds) ** 2, axis=1).tolist()
-
-
-def _null_contraction(spectrum, posterior) -> list[float]:
-    """Posterior sd over prior sd along each null direction of the spectrum."""
-    standardised = (posterior.draws - posterior.prior_mean) / posterior.prior_sd
-    null_rows = spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
-    return np.std(standardised @ null_rows.T, axis=0).tolist()
 
 
 def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], list[dict]]:

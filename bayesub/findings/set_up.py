@@ -8,17 +8,10 @@ import numpy as np
 
 from bayesub.io.words import powers, with_unit
 from bayesub.logs import log_files
-from bayesub.problem import likelihoods
 from bayesub.problem.distributions import WHITE, LogNormal, Normal, Prior, Uniform
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, Given, Spread
 from bayesub.sensors.record import Channel
-
-_NOISES = {
-    likelihoods.StudentT: "Student t",
-    likelihoods.AR1: "first-order autoregressive",
-    likelihoods.UnknownSd: "of unknown size, guessed",
-}
 
 
 def rows(problem) -> dict[str, str]:
@@ -76,7 +69,7 @@ def _noise(channel: Channel, noise: Noise) -> str:
     header = log_files.HEADERS[channel.quantity]
     unit, factor = with_unit(header).partition("(")[2].rstrip(")"), 1.0 / log_files.si_factor(header)
     values = {field.name: getattr(noise, field.name) for field in fields(noise)}
-    parts = [_NOISES[type(noise)]] if type(noise) in _NOISES else []
+    parts = [noise.words] if noise.words else []
     if "sd" in values:
         parts.append(f"sd {factor * values['sd']:.3g} {unit}".rstrip())
     if values.get("resolution"):

@@ -50,6 +50,9 @@ class InferencePrior(Protocol):
     def guess(self) -> np.ndarray:
         """(n_params,) values that the prior is about."""
 
+    def contraction(self, draws: np.ndarray) -> np.ndarray:
+        """(n_params,) sd of posterior draws (n, n_params) over that of the prior with the scales that they say."""
+
     def parameters(self, t: np.ndarray) -> np.ndarray:
         """Parameters (.., n_params) of standard normal coordinates t (.., n_params)."""
 

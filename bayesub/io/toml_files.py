@@ -1,19 +1,23 @@
 """Reading input files: TOML validated against a pydantic model, with one clear line when it does not fit."""
 
+import functools
 import gzip
+import inspect
 import math
+import operator
 import re
 import tomllib
 import types
 import typing
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 import pydantic
+from pydantic_core import CoreSchema, core_schema
 
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, nearest
@@ -56,6 +60,50 @@ class Section(pydantic.BaseModel):
             if isinstance(one, float) and abs(one) > most:
                 raise InputError(f"{one:g} is beyond {most:g}; check the unit", "unit")
         return value
+
+
+class KindSection(Section):
+    """A table whose key `kind` names what it describes, and whose other keys are the arguments of that in Python.
+
+    It is read as the section of its kind. Kinds may be registered at any time, also after the model of a file that has
+    such tables was made.
+    """
+
+    make: ClassVar[Callable[..., Any]]  # of the kind of a section
+    not_keys: ClassVar[tuple[str, ...]] = ()  # arguments that are no keys of their own
+
+    @classmethod
+    def registered(cls) -> Mapping[str, Callable[..., Any]]:
+        """Kind -> the function or class whose arguments are the keys."""
+        raise NotImplementedError
+
+    @classmethod
+    def kinds(cls) -> tuple[type["KindSection"], ...]:
+        """The section of each kind."""
+        return tuple(_section_of(cls, kind, make) for kind, make in cls.registered().items())
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: pydantic.GetCoreSchemaHandler) -> CoreSchema:
+        if "kind" in cls.model_fields:
+            return handler(source)
+        return core_schema.no_info_plain_validator_function(lambda content: _any_of(cls.kinds())(content))
+
+
+@functools.cache
+def _section_of(base: type[KindSection], kind: str, make: Callable[..., Any]) -> type[KindSection]:
+    arguments = [a for a in inspect.signature(make, eval_str=True).parameters.values() if a.name not in base.not_keys]
+    keys: dict[str, Any] = {a.name: (a.annotation, ... if a.default is a.empty else a.default) for a in arguments}
+    keys = {"kind": (Literal[kind], ...)} | keys
+    section = pydantic.create_model(f"{kind}_section", __base__=base, **keys)
+    section.make = staticmethod(make)
+    return section
+
+
+@functools.cache
+def _any_of(sections: tuple[type[KindSection], ...]) -> Callable[[Any], KindSection]:
+    union: Any = functools.reduce(operator.or_, sections)
+    adapter: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(Annotated[union, pydantic.Field(discriminator="kind")])
+    return adapter.validate_python
 
 
 def _as_tuple(value):
@@ -213,6 +261,8 @@ def _keys_and_siblings(location: tuple, model: type[Section]) -> tuple[list[str]
 
 def _sections(annotation: object) -> list[type[Section]]:
     """The sections that an annotation admits."""
+    if isinstance(annotation, type) and issubclass(annotation, KindSection):
+        return list(annotation.kinds())
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
     return [section for part in typing.get_args(annotation) for section in _sections(part)]

@@ -7,15 +7,18 @@ the equations say. Columns are derivatives about some parameters and some amount
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from bayesub.logs import log_files
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
+from bayesub.problem.base import Costs
 from bayesub.problem.distributions import WHITE
 from bayesub.problem.disturbances import Disturbances, UnknownDisturbance, projected_factor
 from bayesub.problem.forward_model import ForwardModel
+from bayesub.problem.joint import JointProblem
 from bayesub.problem.likelihoods import AR1
 from bayesub.problem.nuisance import CURRENTS, Nuisance, find
 from bayesub.problem.trial_problem import TrialProblem
@@ -35,14 +38,11 @@ class SlowNoise:
 
     Attributes
     ----------
-    rows : slice
-        Of the channel among the residuals.
-    times : (n_times,) array
-        Correlation times, s.
-    whitened : (n_times, n, n_params + 1) array
-        Jacobian by standard coordinates, and residuals, whose noise is then independent and of unit variance.
-    half_log_determinants : (n_times,) array
-        Of the correlation of the noise.
+    rows : of the channel among the residuals
+    times : (n_times,) correlation times, s
+    whitened : (n_times, n, n_params + 1) Jacobian by standard coordinates, and residuals, whose noise is then
+        independent and of unit variance
+    half_log_determinants : (n_times,) of the correlation of the noise
     """
 
     rows: slice
@@ -57,19 +57,13 @@ class Alternatives:
 
     Attributes
     ----------
-    residuals : (n_rows,) array
-        With nothing that is left out, in first order.
-    standard : (n_params,) array
-        The parameters in coordinates in which their prior is standard normal.
-    jacobian : (n_rows, n_params) array
-        By these.
-    effects : dict of str to dict of str to (n_rows, k) array
-        Kind ("bias", "current", "coefficient") -> name -> columns for a unit of a parameter, one for each trial or
-        component; of a coefficient for as much as its value.
-    forces : dict of str to (n_rows, n_knots) array
-        Axis -> columns for a unit of the non-dimensional force at each knot of each trial.
-    factors : dict of float to (n_knots, n_knots) array
-        Correlation time, s -> factor of the covariance of these forces for a unit sd.
+    residuals : (n_rows,) with nothing that is left out, in first order
+    standard : (n_params,) the parameters in coordinates in which their prior is standard normal
+    jacobian : (n_rows, n_params) by these
+    effects : kind ("bias", "current", "coefficient") -> name -> (n_rows, k) columns for a unit of a parameter, one for
+        each trial or component; of a coefficient for as much as its value
+    forces : axis -> (n_rows, n_knots) columns for a unit of the non-dimensional force at each knot of each trial
+    factors : correlation time, s -> (n_knots, n_knots) factor of the covariance of these forces for a unit sd
     """
 
     residuals: np.ndarray
@@ -88,10 +82,10 @@ class LeftOut:
 
     Parameters
     ----------
-    problem : TrialProblem or JointProblem
+    problem : of one trial or several
     """
 
-    def __init__(self, problem):
+    def __init__(self, problem: TrialProblem | JointProblem):
         self.problem = problem
         trials = list(problem.each_trial(np.arange(problem.n_params)))
         self._still = [_Trial(trial, places, forced=False) for _, trial, places in trials]
@@ -108,7 +102,8 @@ class LeftOut:
         trials = self._trials if forced else self._still
         parameters = problem.prior.parameters(standard)
         n_rows = sum(trial.problem.n_rows for trial in trials)
-        residuals, jacobian, blocks, first = np.zeros(n_rows), np.zeros((n_rows, problem.n_params)), {}, 0
+        residuals, jacobian, first = np.zeros(n_rows), np.zeros((n_rows, problem.n_params)), 0
+        blocks: dict[tuple[str, str], list[np.ndarray]] = {}
         for number, trial in enumerate(trials):
             rows = slice(first, first + trial.problem.n_rows)
             residuals[rows], jacobian[rows, trial.places], columns = trial.about(parameters, number, amounts)
@@ -116,13 +111,14 @@ class LeftOut:
                 blocks.setdefault(key, []).append(np.zeros((n_rows, part.shape[1])))
                 blocks[key][-1][rows] = part
             first = rows.stop
-        effects, forces = {}, {}
+        effects: dict[str, dict[str, np.ndarray]] = {}
+        forces: dict[str, np.ndarray] = {}
         for (kind, name), parts in blocks.items():
             # A coefficient is that of all trials; everything else each trial has for itself.
-            columns = sum(parts) if kind == "coefficient" else np.hstack(parts)
-            (forces if kind == "disturbance" else effects.setdefault(kind, {}))[name] = columns
+            together = sum(parts, np.zeros(())) if kind == "coefficient" else np.hstack(parts)
+            (forces if kind == "disturbance" else effects.setdefault(kind, {}))[name] = together
             if (kind, name) in amounts:
-                residuals = residuals - columns @ amounts[kind, name]
+                residuals = residuals - together @ amounts[kind, name]
         jacobian = problem.prior.chain(jacobian, standard)
         if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
             return None
@@ -144,7 +140,7 @@ class LeftOut:
         }
 
     @property
-    def costs(self):
+    def costs(self) -> Costs:
         """What has been computed so far."""
         return self.problem.costs
 
@@ -156,7 +152,7 @@ class LeftOut:
 class _Trial:
     """A trial, of which all that is left out is a nuisance parameter too; `places` are its parameters among all."""
 
-    def __init__(self, problem, places, forced):
+    def __init__(self, problem: TrialProblem, places: np.ndarray, forced: bool):
         self.problem, self.places = problem, places
         forward, vehicle, manoeuvre = problem.forward, problem.vehicle, problem.manoeuvre
         channels, inferred = problem.record.channels, forward.nuisances.names
@@ -164,10 +160,10 @@ class _Trial:
         biases = dict.fromkeys(f"bias_{log_files.HEADERS[channel.quantity]}" for channel in channels)
         given = vehicle, manoeuvre, channels, problem.noises
         missing = [find(name, *given) for name in (*biases, *currents) if name not in inferred]
-        self.disturbances = forward.disturbances or (self._disturbances() if forced else None)
-        if self.disturbances is not forward.disturbances:
-            priors = self.disturbances.priors
-            missing += [Nuisance(*pair) for pair in zip(priors, self.disturbances.held, strict=True)]
+        own: Any = self._disturbances() if forced and not forward.disturbances else None
+        self.disturbances = forward.disturbances or own
+        if own is not None:
+            missing += [Nuisance(*pair) for pair in zip(own.priors, own.held, strict=True)]
         nuisances = [*forward.nuisances.parameters, *missing]
         step = forward.simulator.step
         self._forward = ForwardModel(vehicle, manoeuvre, problem.record, nuisances, step, self.disturbances)
@@ -187,12 +183,13 @@ class _Trial:
                 key = "disturbance", nuisance.name.split("_")[1]
             self._positions[key] = np.append(self._positions.get(key, np.zeros(0, dtype=int)), place)
         self._whole = self._problem(problem.xi)
-        self._factor = self.factor(self.disturbances.unknown.time_s) if self.disturbances else None
+        self._factor: Any = self.factor(self.disturbances.unknown.time_s) if self.disturbances else None
 
     def _disturbances(self) -> Disturbances:
         """Forces of unit sd on all axes that move, as white coordinates."""
         problem = self.problem
-        axes = tuple(PLANES.get(problem.simulator.subproblem, (AXES,))[0])
+        plane = problem.simulator.subproblem
+        axes = tuple(PLANES[plane][0]) if plane in PLANES else AXES
         times = problem.forward.measurement.times
         # A disturbance with the shortest correlation time has twice as many, which its readings must be able to tell.
         n_knots = int(np.clip(len(problem.readings) / (2 * len(axes)), 4, _N_FORCES // len(axes)))
@@ -201,7 +198,7 @@ class _Trial:
         unknown = UnknownDisturbance(axes, dict.fromkeys(axes, 1.0), interval, knot_interval_s=interval)
         return Disturbances(unknown, problem.vehicle, duration)
 
-    def factor(self, time) -> np.ndarray:
+    def factor(self, time: float) -> np.ndarray:
         """(n_knots, n_knots) of the covariance of forces of unit sd."""
         return projected_factor(self.disturbances.knots, self.disturbances.unknown.kind, time)
 
@@ -226,14 +223,16 @@ class _Trial:
                 full[:, own] = np.linalg.solve(self._factor, part.T).T if kind == "disturbance" else part
         return sets, full
 
-    def residuals(self, parameters, number, amounts):
+    def residuals(self, parameters: np.ndarray, number: int, amounts: Amounts) -> np.ndarray:
         """(n, n_rows) there."""
         sets, full = self._at(parameters, number, amounts)
         predicted, _ = self._forward.predicted(sets, full[:, self.problem.n_coefficients :])
         self._forward.measurement.to_nearest_turn(predicted, self.problem.readings)
         return self._whole.likelihood.residuals(predicted, self._whole.nuisance_values(full))
 
-    def about(self, parameters, number, amounts):
+    def about(
+        self, parameters: np.ndarray, number: int, amounts: Amounts
+    ) -> tuple[np.ndarray, np.ndarray, dict[tuple[str, str], np.ndarray]]:
         """Residuals (n_rows,), Jacobian (n_rows, n_own) and columns by kind and name at one such place."""
         problem, amounts = self.problem, {key: values[None] for key, values in amounts.items()}
         sets, full = self._at(parameters[None], number, amounts)

@@ -1,16 +1,115 @@
-"""What a posterior density is made of, whether of one trial or of several."""
+"""What a posterior density is made of, whether of one trial or of several, and views of it.
+
+A view is a problem of the same trials with other noise, fewer parameters or a shorter record. It changes parts of each
+trial and keeps all others (:meth:`bayesub.problem.trial_problem.TrialProblem.view`), so that views of views have the
+changes of both.
+"""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem
 from bayesub.problem.distributions import WHITE, Prior, joined
-from bayesub.problem.views import Viewed
+from bayesub.problem.disturbances import of_history, of_process
+from bayesub.problem.likelihoods import Normal
+from bayesub.sensors.record import Record
+
+if TYPE_CHECKING:
+    from bayesub.problem.trial_problem import TrialProblem
+
+
+class Viewed:
+    """A problem of one trial or several, of which there are views."""
+
+    def of_trials(self, change: "Callable[[TrialProblem], TrialProblem]") -> Self:
+        """The problem of the trials that `change` makes of its own; itself if it changes none."""
+        raise NotImplementedError
+
+    def naive(self) -> Self:
+        """The same problem for methods that know neither rounding nor nuisance parameters.
+
+        Noise is normal with the total sd on every channel, and nuisance parameters are held at their prior means.
+        """
+        return self.of_trials(lambda trial: _plain(trial, {}))
+
+    def searchable(self) -> Self:
+        """The same problem for searches that know no other noise than normal, and no histories of forces.
+
+        As :meth:`naive`, but the nuisance parameters that move the readings remain: all but those of the noise and of a
+        disturbance.
+        """
+
+        def change(trial):
+            still = {p.name for p in trial.forward.nuisances.parameters if p.channel and p.attribute != "bias"}
+            left = [n for n in trial.nuisance_priors if not (n in still or of_history(n) or of_process(n))]
+            return _plain(trial, {name: trial.nuisance_priors[name] for name in left})
+
+        return self.of_trials(change)
+
+    def smoothed(self, share: float) -> Self:
+        """The same problem for searches: channels without noise get some, with `share` of their resolution as sd."""
+
+        def change(trial):
+            if all(noise.has_density for noise in trial.noises):
+                return trial
+            return trial.view(noises=tuple(noise.smoothed(share) for noise in trial.noises))
+
+        return self.of_trials(change)
+
+    def widened(self, scale: float) -> Self:
+        """The same problem with noise that is `scale` times as large, for searches from afar."""
+
+        def change(trial):
+            noises = tuple(noise.widened(scale) for noise in trial.noises)
+            return trial.view(noises=noises, widening=scale * trial.widening)
+
+        return self.of_trials(change)
+
+    def with_wide_process(self) -> Self:
+        """The same problem with a known and wide process of the disturbance, if it has one that is not known."""
+
+        def change(trial):
+            if not trial.histories or not trial.forward.disturbances.processes:
+                return trial
+            priors = {name: prior for name, prior in trial.nuisance_priors.items() if not of_process(name)}
+            return trial.view(forward=trial.forward.with_wide_process(), nuisance_priors=priors)
+
+        return self.of_trials(change)
+
+    def within(self, duration: float) -> Self:
+        """The same problem with the readings of the first `duration` seconds, for searches that lengthen the record.
+
+        A channel without readings by then keeps its first. Nothing later is simulated.
+        """
+
+        def change(trial):
+            channels = trial.record.channels
+            counts = [max(1, int(np.searchsorted(c.times, duration, side="right"))) for c in channels]
+            if all(n == len(channel.times) for n, channel in zip(counts, channels, strict=True)):
+                return trial
+            return of_readings(trial, trial.record, [slice(n) for n in counts])
+
+        return self.of_trials(change)
+
+
+def of_readings(trial: "TrialProblem", record: Record, chosen: Sequence[slice | np.ndarray]) -> "TrialProblem":
+    """The trial with some readings, slices or masks (n,), of each channel of a record with these channels."""
+    parts = zip(trial.forward.measurement.slices, chosen, strict=True)
+    readings = np.concatenate([trial.readings[part][kept] for part, kept in parts])
+    return trial.view(forward=trial.forward.with_record(record.of_readings(chosen)), readings=readings)
+
+
+def _plain(trial, nuisance_priors):
+    """The trial with normal noise, and these nuisance parameters; all others are at their prior means."""
+    noises = tuple(Normal(trial.widening * channel.total_sd) for channel in trial.record.channels)
+    values = trial.nuisance_values(trial.prior.mean[None])[0]
+    return trial.view(noises=noises, nuisance_priors=nuisance_priors, fixed_nuisances=values)
 
 
 @dataclass
@@ -56,10 +155,8 @@ class PosteriorDensity(Viewed):
     n_coefficients : how many of the parameters are coefficients
     columns : (n_coefficients,) the positions of these in a coefficient set
     xi : (n_terms,) values of the coefficients that are not free
-    coefficient_prior : of the free coefficients
     nuisance_priors : nuisance parameter -> prior of it alone, in the unit of its name
     prior : of all parameters together
-    equations : of the vehicle
     """
 
     names: tuple[str, ...]
@@ -110,7 +207,7 @@ class PosteriorDensity(Viewed):
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         raise NotImplementedError
 
-    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, "PosteriorDensity", np.ndarray]]:
+    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, "TrialProblem", np.ndarray]]:
         """Name, problem and parameters (.., n_params of the trial) of each trial, of parameters (.., n_params)."""
         raise NotImplementedError
 
@@ -134,7 +231,7 @@ class PosteriorDensity(Viewed):
 
     def log_likelihood(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log likelihoods, -inf where a simulation failed."""
-        return sum(self.log_likelihoods(parameters).values())
+        return sum(self.log_likelihoods(parameters).values(), np.zeros(()))
 
     def log_prob(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log posterior densities, not normalised."""

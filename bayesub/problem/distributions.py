@@ -6,14 +6,16 @@ the scaled coordinates x, which differ from t for uniform priors only: these hav
 of three. All coordinates of the sampler stand in one table in :mod:`bayesub.inference.sampling`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
 from itertools import count, groupby
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 
-def same(one: object, other: object) -> bool:
+def same(one: Any, other: Any) -> bool:
     """Whether two dataclasses of one kind hold the same numbers; arrays are the same if all their numbers are.
 
     Also two sequences or mappings of such, and arrays or anything else that is compared.
@@ -34,16 +36,17 @@ def same(one: object, other: object) -> bool:
 
 
 class Prior:
-    """What the priors of this module share.
+    """What the priors of this module share."""
 
-    Attributes
-    ----------
-    mean : (n_params,) of each parameter by itself
-    sd : (n_params,) of each parameter by itself
-    """
+    if TYPE_CHECKING:  # attributes of some priors, properties of others
 
-    mean: np.ndarray
-    sd: np.ndarray
+        @property
+        def mean(self) -> np.ndarray:
+            """(n_params,) of each parameter by itself."""
+
+        @property
+        def sd(self) -> np.ndarray:
+            """(n_params,) of each parameter by itself."""
 
     def __eq__(self, other: object) -> bool:
         return same(self, other) if type(other) is type(self) else NotImplemented
@@ -80,7 +83,7 @@ class Prior:
         return self.parameters(x)
 
     def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """As :meth:`chain`, with respect to such coordinates x (n_params,)."""
+        """Derivatives with respect to such coordinates x (n_params,) of what has the Jacobian (n, n_params)."""
         return self.chain(jacobian, x)
 
     def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
@@ -137,19 +140,15 @@ class Normal(Prior):
     sd: np.ndarray
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
         return self.mean + self.sd * t
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
         return (parameters - self.mean) / self.sd
 
-    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """As :meth:`Prior.chain`."""
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
         return jacobian * self.sd
 
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
         return _log_normal(self.standard(parameters)) - np.log(self.sd).sum()
 
 
@@ -165,34 +164,27 @@ class LogNormal(Prior):
 
     @property
     def mean(self) -> np.ndarray:
-        """As :attr:`Prior.mean`."""
         return self.median * np.exp(0.5 * self.log_sd**2)
 
     @property
     def sd(self) -> np.ndarray:
-        """As :attr:`Prior.sd`."""
         return np.abs(self.mean) * np.sqrt(np.expm1(self.log_sd**2))
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
         return self.median * np.exp(self.log_sd * t)
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
         ratio = parameters / self.median
         return np.log(np.where(ratio > 0.0, ratio, np.nan)) / self.log_sd
 
     def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.chain`."""
         return jacobian * (self.log_sd * self.parameters(t))
 
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
         log_slopes = np.log(self.log_sd * np.abs(parameters)).sum(axis=-1)
         return np.nan_to_num(_log_normal(self.standard(parameters)) - log_slopes, nan=-np.inf)
 
     def quantiles(self, probability: float) -> np.ndarray:
-        """As :meth:`Prior.quantiles`."""
         from scipy import special
 
         t = special.ndtri(probability) * np.sign(self.median)
@@ -208,56 +200,44 @@ class Uniform(Prior):
 
     @property
     def mean(self) -> np.ndarray:
-        """As :attr:`Prior.mean`."""
         return 0.5 * (self.lower + self.upper)
 
     @property
     def sd(self) -> np.ndarray:
-        """As :attr:`Prior.sd`."""
         return (self.upper - self.lower) / np.sqrt(12.0)
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
         from scipy import special
 
         return self.lower + (self.upper - self.lower) * special.ndtr(t)
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
         from scipy import special
 
         return special.ndtri((parameters - self.lower) / (self.upper - self.lower))
 
     def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.chain`."""
         return jacobian * ((self.upper - self.lower) * np.exp(-0.5 * t**2) / np.sqrt(2.0 * np.pi))
 
     def scaled(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled`."""
         return (parameters - self.mean) / self.sd
 
     def unscaled(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.unscaled`."""
         return self.mean + self.sd * x
 
-    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """As :meth:`Prior.scaled_chain`."""
+    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
         return jacobian * self.sd
 
     def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled_log_density`."""
         return np.where(np.all(np.abs(x) <= np.sqrt(3.0), axis=-1), 0.0, -np.inf)
 
     def scaled_slope(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled_slope`."""
         return np.zeros_like(x)
 
     def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """As :meth:`Prior.scaled_form`."""
         return np.full(len(self.lower), np.sqrt(3.0)), *super().scaled_form()[1:]
 
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
         inside = np.all((parameters >= self.lower) & (parameters <= self.upper), axis=-1)
         return np.where(inside, -np.log(self.upper - self.lower).sum(), -np.inf)
 
@@ -271,90 +251,66 @@ class CorrelatedNormal(Prior):
 
     @property
     def sd(self) -> np.ndarray:
-        """As :attr:`Prior.sd`."""
         return np.linalg.norm(self.factor, axis=1)
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
         return self.mean + t @ self.factor.T
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
         return np.linalg.solve(self.factor, (parameters - self.mean)[..., None])[..., 0]
 
-    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """As :meth:`Prior.chain`."""
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
         return jacobian @ self.factor
 
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
         return _log_normal(self.standard(parameters)) - np.log(np.diag(self.factor)).sum()
 
     def quantiles(self, probability: float) -> np.ndarray:
-        """As :meth:`Prior.quantiles`."""
         from scipy import special
 
         return self.mean + self.sd * special.ndtri(probability)
 
 
-def _of_parts(name: str) -> property:
-    """The attribute of a joint prior that each part has of its own parameters."""
+def _of_parts(name: str, together: str) -> Callable[..., Any]:
+    """The method of a joint prior that has each part say it of its own parameters, the last axis of all arguments."""
 
-    def gathered(joint: "Joint") -> np.ndarray:
-        return joint.gathered([getattr(part, name) for part in joint.parts])
-
-    return property(gathered, doc=f"As :attr:`Prior.{name}`.")
-
-
-def _gathered(name: str):
-    """The method of a joint prior that takes and returns (.., n_params) numbers, each part those of its own."""
-
-    def method(joint: "Joint", values: np.ndarray) -> np.ndarray:
-        return joint.gathered(joint.of_each(name, values))
-
-    return _named(method, name)
-
-
-def _summed(name: str):
-    """The method of a joint prior that is the sum of that of the parts."""
-
-    def method(joint: "Joint", values: np.ndarray) -> np.ndarray:
-        return sum(joint.of_each(name, values))
-
-    return _named(method, name)
-
-
-def _chained(name: str):
-    """The method of a joint prior that takes a Jacobian (n, n_params) and where it is, (n_params,)."""
-
-    def method(joint: "Joint", jacobian: np.ndarray, at: np.ndarray) -> np.ndarray:
+    @wraps(getattr(Prior, name))
+    def method(joint: "Joint", *arguments: np.ndarray) -> np.ndarray:
         pairs = zip(joint.parts, joint.positions, strict=True)
-        return joint.gathered([getattr(part, name)(jacobian[..., p], at[p]) for part, p in pairs])
+        of_each = [getattr(part, name)(*(np.asarray(a)[..., own] for a in arguments)) for part, own in pairs]
+        return getattr(joint, together)(of_each)
 
-    return _named(method, name)
-
-
-def _named(method, name):
-    method.__name__, method.__qualname__, method.__doc__ = name, f"Joint.{name}", f"As :meth:`Prior.{name}`."
     return method
 
 
 @dataclass(frozen=True, eq=False)
 class Joint(Prior):
-    """Independent priors of groups of parameters: `parts`, and for each the (n,) positions of its parameters.
-
-    Whatever a prior says of its parameters, a joint prior has from its parts, each asked of its own.
-    """
+    """Independent priors of groups of parameters: `parts`, and for each the (n,) positions of its parameters."""
 
     parts: tuple[Prior, ...]
     positions: tuple[np.ndarray, ...]
 
-    mean, sd, guess = (_of_parts(name) for name in ("mean", "sd", "guess"))
-    parameters, standard = _gathered("parameters"), _gathered("standard")
-    scaled, unscaled, scaled_slope = _gathered("scaled"), _gathered("unscaled"), _gathered("scaled_slope")
-    contraction = _gathered("contraction")
-    chain, scaled_chain = _chained("chain"), _chained("scaled_chain")
-    log_density, scaled_log_density = _summed("log_density"), _summed("scaled_log_density")
+    parameters, standard, chain = (_of_parts(name, "gathered") for name in ("parameters", "standard", "chain"))
+    scaled, unscaled, scaled_chain = (_of_parts(name, "gathered") for name in ("scaled", "unscaled", "scaled_chain"))
+    scaled_slope, contraction = (_of_parts(name, "gathered") for name in ("scaled_slope", "contraction"))
+    log_density, scaled_log_density = (_of_parts(name, "summed") for name in ("log_density", "scaled_log_density"))
+
+    @property
+    def mean(self) -> np.ndarray:
+        return self.gathered([part.mean for part in self.parts])
+
+    @property
+    def sd(self) -> np.ndarray:
+        return self.gathered([part.sd for part in self.parts])
+
+    @property
+    def guess(self) -> np.ndarray:
+        return self.gathered([part.guess for part in self.parts])
+
+    @staticmethod
+    def summed(values: Sequence[np.ndarray]) -> np.ndarray:
+        """(n_batch,) the sum of those of each part."""
+        return sum(values, np.zeros(()))
 
     def gathered(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """(.., n_params) numbers, of those (.., n) of each part."""
@@ -363,17 +319,10 @@ class Joint(Prior):
             result[..., position] = value
         return result
 
-    def of_each(self, name: str, values: np.ndarray) -> list[np.ndarray]:
-        """What the method `name` of each part returns of its own (.., n) among values (.., n_params)."""
-        values, pairs = np.asarray(values), zip(self.parts, self.positions, strict=True)
-        return [getattr(part, name)(values[..., position]) for part, position in pairs]
-
     def quantiles(self, probability: float) -> np.ndarray:
-        """As :meth:`Prior.quantiles`."""
         return self.gathered([part.quantiles(probability) for part in self.parts])
 
     def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """As :meth:`Prior.scaled_form`."""
         walls, stretches, groups, scales = zip(*(part.scaled_form() for part in self.parts), strict=True)
         n_groups, n_scales = np.transpose([each.shape for each in scales])
         before = np.cumsum(n_groups) - n_groups

@@ -71,24 +71,18 @@ class UnknownDisturbance:
 
     Attributes
     ----------
-    axes : tuple of str
-        Of X Y Z K M N, and north and east for a current that varies.
-    sds : dict of str to float or Prior
-        Axis -> standard deviation, non-dimensional: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with
-        the trial speed U; of a current in m/s; or the prior of it.
-    correlation_time_s : float or Prior
-        Of all axes.
-    kind : str
-        As of :class:`bayesub.model.disturbance.Disturbance`.
-    knot_interval_s : float or None
-        By default half of the correlation time of forces and a fifth of that of currents, or of their prior medians.
-    correlation_time_current_s : float, Prior or None
-        Correlation time of the current, if it is not that of the forces.
+    axes : of X Y Z K M N, and north and east for a current that varies
+    sds : axis -> standard deviation, non-dimensional: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with
+        the trial speed U; of a current in m/s; or the prior of it
+    correlation_time_s : of all axes
+    kind : as of :class:`bayesub.model.disturbance.Disturbance`
+    knot_interval_s : by default half of the correlation time of forces and a fifth of that of currents, or of their
+        prior medians
+    correlation_time_current_s : correlation time of the current, if it is not that of the forces
 
     Raises
     ------
-    InputError
-        For an axis or kind that does not exist, and numbers that are not positive.
+    InputError : for an axis or kind that does not exist, and numbers that are not positive
     """
 
     axes: tuple[str, ...]
@@ -107,7 +101,7 @@ class UnknownDisturbance:
                 "conflict",
                 "sds",
             )
-        numbers = dict(self.sds)
+        numbers: dict[str, float | Prior | None] = dict(self.sds)
         numbers |= {"correlation_time_s": self.correlation_time_s, "knot_interval_s": self.knot_interval_s}
         numbers |= {"correlation_time_current_s": self.correlation_time_current_s}
         for key, value in numbers.items():
@@ -164,10 +158,7 @@ class Disturbances:
 
     Attributes
     ----------
-    unknown : UnknownDisturbance
-    vehicle : Vehicle
-    duration : float
-        Of the readings, from the start of the manoeuvre, s.
+    duration : of the readings, from the start of the manoeuvre, s
     """
 
     unknown: UnknownDisturbance
@@ -241,7 +232,7 @@ class Disturbances:
         times = {name: np.broadcast_to(own.get(name, time), n) for name, time in self.unknown.times.items()}
         return np.stack(sds, axis=1) * scales, times
 
-    def _parts(self, values: np.ndarray):
+    def _parts(self, values: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
         """Sds (n_batch, n_axes), correlation times by name, and w (n_batch, n_axes, n_knots) of own values."""
         white = values[:, len(self.processes) :].reshape(len(values), len(self.unknown.axes), -1)
         return *self.process(values), white
@@ -298,8 +289,7 @@ class _Factor:
 
     Attributes
     ----------
-    table : (n_nodes, n_knots, n_knots) array
-        Coefficients of Chebyshev polynomials.
+    table : (n_nodes, n_knots, n_knots) coefficients of Chebyshev polynomials
     """
 
     def __init__(self, knots: Knots, kind: str, time: float | Prior):
@@ -347,13 +337,9 @@ class History:
 
     Attributes
     ----------
-    rows : slice
-        Of the residuals, those that the forces move.
-    columns : (n_white,) array
-        Positions of the white coordinates among the parameters, axis after axis.
-    process : (n_process,) array
-        Positions of the parameters of the process.
-    disturbances : Disturbances
+    rows : of the residuals, those that the forces move
+    columns : (n_white,) positions of the white coordinates among the parameters, axis after axis
+    process : (n_process,) positions of the parameters of the process
     """
 
     rows: slice
@@ -367,7 +353,7 @@ class History:
         return np.array(list(self.disturbances.wide_process.values()))
 
     def factors(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Disturbances.factors`, of parameters (n_batch, n_params)."""
+        """(n_batch, n_axes, n_knots, n_knots) L times sd at parameters (n_batch, n_params): forces are they times w."""
         return self.disturbances.factors(parameters[:, self.process])
 
 

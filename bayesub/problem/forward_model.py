@@ -1,22 +1,189 @@
 """From parameters to noise-free readings, and their derivatives: one vehicle, manoeuvre and record."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from bayesub.logs import log_files
+from bayesub.model.dense_output import DenseOutput
 from bayesub.model.disturbance import CURRENTS as WATER
 from bayesub.model.disturbance import ForceHistory
 from bayesub.model.equations import AXES
+from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulator import STATUS, Simulator
 from bayesub.model.trajectory import Trajectory
+from bayesub.model.vehicles import Vehicle
 from bayesub.problem.base import Costs
-from bayesub.problem.currents import Currents
+from bayesub.problem.disturbances import Disturbances
 from bayesub.problem.mounting import Mounting
-from bayesub.problem.nuisance import CURRENTS, Nuisances
-from bayesub.problem.readings import ReadingTimes
-from bayesub.sensors.current import over_ground
-from bayesub.sensors.measurement import MeasurementModel
+from bayesub.problem.nuisance import CURRENTS, Nuisance, Nuisances
+from bayesub.sensors.current import Water, over_ground
+from bayesub.sensors.measurement import Arms, MeasurementModel
+from bayesub.sensors.record import Record
+
+
+class Currents:
+    """A constant current and one that varies, either of which may be missing.
+
+    Parameters
+    ----------
+    disturbances : with histories of a current, perhaps
+    histories : of the nuisance parameters, those of the disturbances
+    times : (n_times,) at which the water is wanted where no others are given, s
+    """
+
+    def __init__(self, nuisances: Nuisances, disturbances: Disturbances | None, histories: slice, times: np.ndarray):
+        self._nuisances, self._histories, self._times = nuisances, histories, times
+        self._disturbances: Any = disturbances  # not None where there are knots
+        self._knots: Any = None if disturbances is None else disturbances.knots.part(WATER)
+        self._weights: Any = None if self._knots is None else self._at(times)
+
+    def _at(self, times: np.ndarray) -> Water:
+        """Derivatives (n_times, n_knots) of how the water moves by the currents at the knots."""
+        return Water(self._knots.interpolation(times), self._knots.integration(times))
+
+    def _at_knots(self, values) -> np.ndarray:
+        """(n_batch, 2, n_knots) to the north and to the east, m/s."""
+        knots = np.zeros((len(values), len(WATER), len(self._knots.times)))
+        forces = self._disturbances.forces(values[:, self._histories])
+        knots[:, self._towards] = forces[:, self._disturbances.members(WATER)]
+        return knots
+
+    @property
+    def _towards(self) -> list[int]:
+        """0 for north or 1 for east, of each axis of the disturbance that is a current."""
+        return [WATER.index(axis) for axis in self._disturbances.unknown.axes if axis in WATER]
+
+    def water(
+        self, values: np.ndarray, times: np.ndarray | None = None, history: ForceHistory | None = None
+    ) -> Water | None:
+        """How the water moves; None without a current.
+
+        Of (n_batch, n_times, 2) each, or (n_times, 2) of a history alone.
+
+        Parameters
+        ----------
+        values : (n_batch, n_nuisances)
+        times : (n_batch, n_times), s, if members have their own
+        history : of the current of one member, by default that of the values
+        """
+        currents = self._nuisances.currents(values)
+        steady = None if currents is None else Water.steady(currents, self._times if times is None else times)
+        if history is not None:
+            varying = Water.varying(history, self._times if times is None else times[0])
+        elif self._knots is None:
+            return steady
+        else:
+            knots, weights, axes = self._at_knots(values), self._weights, "tk"
+            if times is not None:
+                each = [self._at(own) for own in times]
+                weights = Water(np.stack([w.velocity for w in each]), np.stack([w.displacement for w in each]))
+                axes = "btk"
+            parts = weights.velocity, weights.displacement
+            varying = Water(*(np.einsum(f"{axes},bak->bta", part, knots) for part in parts))
+        return varying if steady is None else steady + varying
+
+    def rates(self, values: np.ndarray, times: np.ndarray) -> Water | None:
+        """Derivatives (n_times, 2) by time of how the water moves at times (n_times,), of one member."""
+        water = self.water(values, times[None])
+        if water is None:
+            return None
+        velocity = np.zeros((len(times), 2))
+        if self._knots is not None:
+            velocity = self._knots.differentiation(times) @ self._at_knots(values)[0].T
+        return Water(velocity, water.velocity[0])
+
+    def slopes(
+        self,
+        measurement: MeasurementModel,
+        outputs: np.ndarray,
+        values: np.ndarray,
+        times: np.ndarray | None,
+        water: Water | None,
+        arms: Arms,
+    ) -> np.ndarray:
+        """(n_readings, n_nuisances) derivatives of one member's readings by the parameters of the current.
+
+        Outputs are (n_times, n_measured), values (1, n_nuisances), and times (n_times,), s, if not those of all; water
+        and arms are as of :meth:`bayesub.sensors.measurement.MeasurementModel.slopes`.
+        """
+        slopes = np.zeros((measurement.n_readings, values.shape[1]))
+        at = self._times if times is None else times
+        if columns := self._nuisances.current_columns():
+            steady = Water(np.ones((len(at), 1)), at[:, None])
+            by_steady = measurement.current_slopes(outputs, steady, water, arms)
+            for k, towards in columns:
+                slopes[:, k] += by_steady[:, towards, 0]
+        if self._knots is not None:
+            weights = self._weights if times is None else self._at(times)
+            by_knots = measurement.current_slopes(outputs, weights, water, arms)[:, self._towards]
+            histories = self._disturbances.slopes(values[:, self._histories])[self._disturbances.members(WATER)]
+            slopes[:, self._histories] += by_knots.reshape(len(slopes), -1) @ histories.reshape(-1, histories.shape[-1])
+        return slopes
+
+
+Given = dict[str, Any]  # arrays or None: what members have of their own, arguments of Simulator.run
+
+
+class ReadingTimes:
+    """The measured outputs of a simulator at the times of the readings, which differ by member with unknown clocks.
+
+    Parameters
+    ----------
+    simulator : with output at all times at which a channel reads
+    latest_s : how much later than the record says the last readings may have been taken
+    """
+
+    def __init__(self, simulator: Simulator, measurement: MeasurementModel, mounting: Mounting, latest_s: float):
+        self._simulator, self._measurement, self._mounting = simulator, measurement, mounting
+        if mounting.clocks:
+            end = min(max(simulator.times[-1] + latest_s, simulator.step), simulator.manoeuvre.duration)
+            self._simulator, self._dense = simulator.at(np.array([end])), DenseOutput(simulator.step, end)
+
+    def times(self, values: np.ndarray) -> np.ndarray | None:
+        """(n_batch, n_times) of values (n_batch, n_nuisances), s; None if they are those of the simulator for all."""
+        return self._mounting.times(self._measurement, values) if self._mounting.clocks else None
+
+    def outputs(self, sets: np.ndarray, times: np.ndarray | None, given: Given) -> tuple[np.ndarray, np.ndarray]:
+        """Outputs (n_batch, n_times, n_measured) in the water of coefficient sets, and status codes (n_batch,)."""
+        run, measured = self._simulator.run, self._measurement.measured
+        if times is None:
+            return run(sets, **given, outputs=measured)
+        pieces = self._dense.pieces(times)
+        looked = np.unique(pieces)
+        outputs, status = run(sets, **given, outputs=measured, times=self._dense.looks(looked))
+        return self._dense.at(times, pieces, looked, outputs), status
+
+    def rates(self, sets: np.ndarray, times: np.ndarray, given: Given) -> np.ndarray:
+        """(n_times, n_measured) derivatives of the outputs of one member by time."""
+        pieces = self._dense.pieces(times)
+        looked, measured = np.unique(pieces), self._measurement.measured
+        outputs, _ = self._simulator.run(sets, **given, outputs=measured, times=self._dense.looks(looked))
+        return self._dense.at(times, pieces, looked, outputs, rates=True)[0]
+
+    def sensitivities(
+        self, sets: np.ndarray, times: np.ndarray | None, given: Given, parameters: tuple[str, ...]
+    ) -> np.ndarray:
+        """(n_times, n_measured, n_parameters) derivatives of the outputs of one member by what moves the boat."""
+        member = {key: None if rows is None else rows[0] for key, rows in given.items()}
+        derivatives, measured = self._simulator.sensitivities, self._measurement.measured
+        if times is None:
+            return derivatives(sets[0], parameters, measured, **member)
+        pieces = self._dense.pieces(times)
+        looked = np.unique(pieces)
+        looks = derivatives(sets[0], parameters, measured, **member, times=self._dense.looks(looked))
+        rows = self._dense.at(times, pieces, looked, looks.reshape(1, len(looks), -1))
+        return rows.reshape(-1, *looks.shape[1:])
+
+    def of_trajectory(self, trajectory: Trajectory, times: np.ndarray | None) -> np.ndarray:
+        """(1, n_times, n_measured) outputs of a trajectory of one member."""
+        if times is None:
+            return trajectory.outputs(self._measurement.measured)
+        within = np.clip(times[0], 0.0, trajectory.simulator.manoeuvre.duration)
+        ascending, places = np.unique(within, return_inverse=True)
+        return trajectory.resampled(ascending).outputs(self._measurement.measured)[:, places]
 
 
 class ForwardModel:
@@ -30,7 +197,6 @@ class ForwardModel:
     vehicle, manoeuvre, record : as those of :class:`bayesub.problem.problem.Problem`
     parameters : the nuisance parameters, of :func:`bayesub.problem.nuisance.find`
     dt : integration step, s
-    disturbance : forces with unknown histories, or None
 
     Attributes
     ----------
@@ -43,7 +209,15 @@ class ForwardModel:
     costs : the counter that all problems on this model share
     """
 
-    def __init__(self, vehicle, manoeuvre, record, parameters, dt, disturbances=None):
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        manoeuvre: Manoeuvre,
+        record: Record,
+        parameters: Sequence[Nuisance],
+        dt: float,
+        disturbances: Disturbances | None = None,
+    ):
         self.vehicle, self.manoeuvre, self.record = vehicle, manoeuvre, record
         water = None if disturbances is None else disturbances.knots.part(WATER)
         true = record.forces is not None and record.forces.of_current is not None
@@ -53,7 +227,7 @@ class ForwardModel:
         clocks, moved = self.mounting.clocks, self.mounting.moved
         self.measurement = MeasurementModel(record.channels, current=current, clocks=clocks, moved=moved)
         self.nuisances = Nuisances(tuple(parameters), vehicle.restricted(manoeuvre.subproblem), manoeuvre)
-        self.disturbances = disturbances
+        self.disturbances: Any = disturbances
         self._histories = slice(0, 0)
         knots = None
         if disturbances is not None:
@@ -71,57 +245,51 @@ class ForwardModel:
         """The same model, and the same counter, with a known and wide process of the disturbance."""
         names = self.disturbances.processes
         parameters = [parameter for parameter in self.nuisances.parameters if parameter.name not in names]
-        disturbances = self.disturbances.with_wide_process()
-        step = self.simulator.step
-        model = ForwardModel(self.vehicle, self.manoeuvre, self.record, parameters, step, disturbances)
-        model.costs = self.costs
-        return model
+        return self._changed(self.record, parameters, self.disturbances.with_wide_process())
 
-    def with_record(self, record) -> "ForwardModel":
+    def with_record(self, record: Record) -> "ForwardModel":
         """The same model, and the same counter, of a record with the same channels and other readings."""
-        step, parameters = self.simulator.step, self.nuisances.parameters
-        model = ForwardModel(self.vehicle, self.manoeuvre, record, parameters, step, self.disturbances)
+        return self._changed(record, self.nuisances.parameters, self.disturbances)
+
+    def _changed(self, record, parameters, disturbances) -> "ForwardModel":
+        step = self.simulator.step
+        model = ForwardModel(self.vehicle, self.manoeuvre, record, parameters, step, disturbances)
         model.costs = self.costs
         return model
 
-    def count(self, status) -> None:
+    def count(self, status: np.ndarray) -> None:
         """Count simulations by their status codes (n_batch,)."""
         self.costs.simulations += len(status)
         for code, word in enumerate(STATUS[1:], start=1):
             self.costs.failures[word] += int(np.count_nonzero(status == code))
 
-    def forces(self, values) -> np.ndarray:
+    def forces(self, values: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots) at the knots: forces, N and N m, and the current, m/s."""
         return self.disturbances.forces(values[:, self._histories])
 
-    def history(self, values) -> ForceHistory | None:
+    def history(self, values: np.ndarray) -> ForceHistory | None:
         """The forces of one member (1, n_nuisances), or None if there are none."""
         if self.disturbances is None:
             return None
         knots = self.disturbances.knots
         return ForceHistory(knots.times, knots.axes, self.forces(values)[0].T)
 
-    def with_history(self, values, forces: ForceHistory) -> np.ndarray:
+    def with_history(self, values: np.ndarray, forces: ForceHistory) -> np.ndarray:
         """Values (n_nuisances,) of the nuisance parameters whose forces are nearest to given ones."""
         values = values.copy()
         if self.disturbances is not None:
             values[self._histories] = self.disturbances.nearest(values[self._histories], forces)
         return values
 
-    def _amounts(self, values):
-        """(n_batch, n_varied) by how much what the simulator varies differs, or None if it varies nothing."""
-        amounts = self.nuisances.amounts(values)
-        if self.simulator.knots is None:
-            return amounts
-        forces = self.forces(values)[:, self.disturbances.members(AXES)].reshape(len(values), -1)
-        return forces if amounts is None else np.hstack([amounts, forces])
-
-    def _given(self, values) -> dict[str, np.ndarray | None]:
+    def _given(self, values: np.ndarray) -> Given:
         """What members of a batch have of their own, as the simulator takes it."""
-        of = self.nuisances
-        return {"body": of.body(values), "initial": of.initial(values), "amounts": self._amounts(values)}
+        amounts = self.nuisances.amounts(values)
+        if self.simulator.knots is not None:
+            forces = self.forces(values)[:, self.disturbances.members(AXES)].reshape(len(values), -1)
+            amounts = forces if amounts is None else np.hstack([amounts, forces])
+        return {"body": self.nuisances.body(values), "initial": self.nuisances.initial(values), "amounts": amounts}
 
-    def predicted(self, sets, values) -> tuple[np.ndarray, np.ndarray]:
+    def predicted(self, sets: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings (n_batch, n_readings), SI units, and status codes (n_batch,).
 
         The readings are not a number where the simulation failed.
@@ -141,7 +309,9 @@ class ForwardModel:
             predicted[:, self.measurement.slices[channel]] += factor * values[:, k : k + 1]
         return predicted
 
-    def slopes(self, sets, values, names, *, of_nuisances: bool = True) -> np.ndarray:
+    def slopes(
+        self, sets: np.ndarray, values: np.ndarray, names: Sequence[str], *, of_nuisances: bool = True
+    ) -> np.ndarray:
         """Derivatives of the readings of one member, SI units.
 
         Parameters
@@ -160,13 +330,13 @@ class ForwardModel:
         water = None if water is None else water.member(0)
         arms = {instrument: arm for instrument, (arm,) in self.mounting.arms(values).items()}
         moving = water is not None or self.measurement.displaced or times is not None
-        outputs = self._readings.outputs(sets, times, given)[0][0] if moving else None
+        outputs: Any = self._readings.outputs(sets, times, given)[0][0] if moving else None  # given where it is needed
         with self.costs.timed():
             sensitivities = self._readings.sensitivities(sets, times, given, (*names, *moved))
         slopes = self.measurement.slopes(sensitivities, outputs, water, arms)
         if not of_nuisances or not len(self.nuisances):
             return slopes
-        at = None if times is None else times[0]
+        at: Any = None if times is None else times[0]
         by_nuisances = currents.slopes(self.measurement, outputs, values, at, water, arms)
         if moved:
             by_nuisances += slopes[:, len(names) :] @ effects
@@ -182,21 +352,17 @@ class ForwardModel:
         return np.hstack([slopes[:, : len(names)], by_nuisances])
 
     def _on_motion(self, values):
-        """As :meth:`bayesub.problem.nuisance.Nuisances.on_motion`, with the forces at the knots."""
+        """What the nuisance parameters move in the simulator, forces at knots included, and by how much a unit."""
         moved, effects = self.nuisances.on_motion()
         if self.simulator.knots is None:
             return moved, effects
         parameters = self.simulator.knots.parameters
         of_forces = np.zeros((len(parameters), len(self.nuisances)))
-        of_forces[:, self._histories] = self._history_slopes(values, AXES)
+        slopes = self.disturbances.slopes(values[:, self._histories])[self.disturbances.members(AXES)]
+        of_forces[:, self._histories] = slopes.reshape(-1, slopes.shape[-1])
         return (*moved, *parameters), np.vstack([effects, of_forces])
 
-    def _history_slopes(self, values, axes) -> np.ndarray:
-        """(n_members n_knots, n_own) derivatives of the histories of those axes that are among the given ones."""
-        slopes = self.disturbances.slopes(values[:, self._histories])
-        return slopes[self.disturbances.members(axes)].reshape(-1, slopes.shape[-1])
-
-    def states(self, sets, values) -> np.ndarray:
+    def states(self, sets: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings."""
         states, _ = self.simulator.run(sets, **self._given(values), outputs=log_files.STATES)
         return self._over_ground(states, values)
@@ -205,7 +371,9 @@ class ForwardModel:
         water = self.currents.water(values, history=history)
         return states if water is None else over_ground(states, self.simulator.times, water)
 
-    def disturbed(self, sets, values, forces: ForceHistory | None) -> tuple[np.ndarray, np.ndarray]:
+    def disturbed(
+        self, sets: np.ndarray, values: np.ndarray, forces: ForceHistory | None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings (n_readings,) and states over the ground (n_times, 12) of one member under forces."""
         trajectory, times = self.trajectory(sets, values, forces), self._readings.times(values)
         current = None if forces is None else forces.of_current
@@ -213,15 +381,10 @@ class ForwardModel:
         (readings,) = self._read(outputs, values, times, current)
         return readings, self._over_ground(trajectory.states, values, current)[0]
 
-    def trajectory(self, sets, values, forces: ForceHistory | None = None) -> Trajectory:
+    def trajectory(self, sets: np.ndarray, values: np.ndarray, forces: ForceHistory | None = None) -> Trajectory:
         """The motion through the water of one member, of its own body and start.
 
-        Parameters
-        ----------
-        sets : (1, n_terms) array
-        values : (1, n_nuisances) array
-        forces : ForceHistory, optional
-            That the equations leave out; by default those of `values`.
+        Sets are (1, n_terms) and values (1, n_nuisances); forces that the equations leave out are by default theirs.
         """
         body, initial = self.nuisances.body(values), self.nuisances.initial(values)
         amounts = self.nuisances.amounts(values)
@@ -231,6 +394,5 @@ class ForwardModel:
         vehicle = self.simulator.vehicle if body is None else replace(self.simulator.vehicle, body=body[0])
         manoeuvre = self.manoeuvre if initial is None else replace(self.manoeuvre, initial_state=initial[0])
         changes = {} if amounts is None else dict(zip(self.nuisances.varied, amounts[0], strict=True))
-        options = {"dt": self.simulator.step, "changes": changes, "forces": forces}
-        simulator = Simulator(vehicle, manoeuvre, self.simulator.times, **options)
-        return simulator.trajectory(sets)
+        step, times = self.simulator.step, self.simulator.times
+        return Simulator(vehicle, manoeuvre, times, dt=step, changes=changes, forces=forces).trajectory(sets)

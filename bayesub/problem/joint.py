@@ -38,7 +38,6 @@ class JointProblem(PosteriorDensity):
     Attributes
     ----------
     problems : name of a trial -> its problem
-    vehicle : of all trials
     spread : the prior of the coefficients as given
     readings : (n_readings,) measured values, SI units, trial after trial
     sds : (n_readings,) their standard deviations with rounding, SI units
@@ -69,11 +68,8 @@ class JointProblem(PosteriorDensity):
         self.channels = self._by_channel([trial.channels for trial in trials])
         starts = accumulate((trial.n_rows for trial in trials), initial=0)
         self._firsts = dict(zip(self.problems, starts, strict=False))  # the last start is the end of all
-        self.rows = {
-            f"{channel}[{name}]": _moved(part, self._firsts[name])
-            for name, trial in self.problems.items()
-            for channel, part in trial.rows.items()
-        }
+        moved = [{c: _moved(p, self._firsts[name]) for c, p in one.rows.items()} for name, one in self.problems.items()]
+        self.rows = self._by_channel(moved)
 
     @property
     def costs(self) -> Costs:
@@ -82,14 +78,14 @@ class JointProblem(PosteriorDensity):
 
     @property
     def reference(self) -> np.ndarray:
-        """(n_params,) as :attr:`bayesub.problem.trial_problem.TrialProblem.reference`."""
+        """(n_params,) the truth behind synthetic records, otherwise the values of the vehicle and the manoeuvres."""
         values = np.empty(self.n_params)
         for trial, problem in self.problems.items():
             values[self._places[trial]] = problem.reference
         return values
 
-    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, PosteriorDensity, np.ndarray]]:
-        """As :meth:`bayesub.problem.base.PosteriorDensity.each_trial`."""
+    def each_trial(self, parameters: np.ndarray) -> Iterator[tuple[str, TrialProblem, np.ndarray]]:
+        """Name, problem and parameters (.., n_params of the trial) of each trial, of parameters (.., n_params)."""
         parameters = np.asarray(parameters)
         for trial, problem in self.problems.items():
             yield trial, problem, parameters[..., self._places[trial]]
@@ -122,7 +118,7 @@ class JointProblem(PosteriorDensity):
         return np.concatenate(self._of_trials("residuals", parameters), axis=1)
 
     def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As :meth:`bayesub.problem.trial_problem.TrialProblem.misfit_about`, of all trials."""
+        """Residuals (n_batch, n_rows) with the noise as at `centre` (n_params,), and log likelihoods (n_batch,)."""
         pairs = zip(self.each_trial(centre), self.each_trial(np.atleast_2d(parameters)), strict=True)
         each = [problem.misfit_about(middle, values) for (*_, middle), (_, problem, values) in pairs]
         residuals, log_likelihoods = zip(*each, strict=True)
@@ -143,12 +139,12 @@ class JointProblem(PosteriorDensity):
         return np.concatenate(blocks)
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
-        """As :meth:`bayesub.problem.base.PosteriorDensity.linear_systems`, the trials below one another."""
+        """Axis -> linear form in the free coefficients at parameters (n_params,), the trials below one another."""
         systems = [problem.linear_systems(values) for _, problem, values in self.each_trial(parameters)]
         return stacked(systems, self.equations.names)
 
     def of_trials(self, change: Callable[[TrialProblem], TrialProblem]) -> "JointProblem":
-        """As :meth:`bayesub.problem.views.Viewed.of_trials`."""
+        """The joint problem of what `change` makes of each trial; itself if it changes none."""
         changed = {name: change(problem) for name, problem in self.problems.items()}
         return self if all(changed[name] is self.problems[name] for name in changed) else JointProblem(changed)
 
@@ -182,9 +178,7 @@ def _check(problems) -> None:
     for problem in others:
         if problem.vehicle is not first.vehicle or problem.spread != first.spread:
             raise InputError(
-                "the trials of a joint problem must have the same vehicle and the same prior",
-                "conflict",
-                "problems",
+                "the trials of a joint problem must have the same vehicle and the same prior", "conflict", "problems"
             )
         if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
             raise InputError(
@@ -196,7 +190,8 @@ def _check(problems) -> None:
 
 def _shared(problems) -> tuple[dict[str, Prior], dict[str, list[str]]]:
     """Prior of each nuisance parameter of all trials, and the names that the parameters of each trial have there."""
-    priors, names = {}, {}
+    priors: dict[str, Prior] = {}
+    names: dict[str, list[str]] = {}
     for trial, problem in problems.items():
         renamed = {
             name: name if of_boat(name, problem.vehicle) else f"{name}[{trial}]" for name in problem.nuisance_priors

@@ -1,7 +1,7 @@
 """The likelihood of the readings of one trial: the noise of each channel, and which numbers of it are inferred."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,9 +15,7 @@ class ChannelNoise:
 
     Attributes
     ----------
-    name : of the channel
-    model : its noise model
-    unknown : attribute of it that is inferred -> (n_batch,) values
+    unknown : attribute of the model that is inferred -> (n_batch,) values
     members : the model with these
     times : (n,) of the readings, s
     part : where they stand among all readings
@@ -37,7 +35,6 @@ class Likelihood:
 
     Attributes
     ----------
-    channels : of the record
     slices : where the readings of each stand among all
     readings : (n_readings,) measured values, SI units
     noises : the noise model of each channel
@@ -141,6 +138,6 @@ class Likelihood:
         readings = predicted.copy()
         for one in self.each(values):
             for k, truth in enumerate(predicted[:, one.part]):
-                member = replace(one.model, **{key: float(numbers[k]) for key, numbers in one.unknown.items()})
+                member = one.model.of_members(**{key: float(numbers[k]) for key, numbers in one.unknown.items()})
                 readings[k, one.part] = member.sample(truth, one.times, rng)
         return readings

@@ -16,10 +16,9 @@ import numpy as np
 
 from bayesub.io.errors import InputError
 from bayesub.logs.log_files import STATES
-from bayesub.sensors.lever_arm import TURNING
 from bayesub.sensors.measurement import Arms, MeasurementModel
 from bayesub.sensors.record import Channel, Record
-from bayesub.sensors.velocity import QUANTITIES
+from bayesub.sensors.velocity import QUANTITIES, TURNING
 
 AXES = ("x", "y", "z")
 _LEVER = "lever_"
@@ -31,11 +30,8 @@ class Mount:
 
     Attributes
     ----------
-    instrument : str
-    axis : str
-        Of its lever arm, x, y or z; empty for the clock.
-    value : float
-        What the sensors say, s or m.
+    axis : of its lever arm, x, y or z; empty for the clock
+    value : what the sensors say, s or m
     """
 
     instrument: str
@@ -92,18 +88,8 @@ def check(name: str, mount: Mount, channels: Sequence[Channel], moving: Sequence
 def within_reach(record: Record, spans: dict[str, tuple[float, float]], duration: float) -> Record:
     """The record without readings that may have been taken before the start of a trial or after its end.
 
-    Parameters
-    ----------
-    record : Record
-    spans : dict of str to (float, float)
-        Instrument -> how much later than its channels say readings may have been taken, at least and at most, s.
-    duration : float
-        Of the trial, s.
-
-    Raises
-    ------
-    InputError
-        For a channel of which nothing is left.
+    By `spans` (instrument -> least and most, s) readings may have been taken later than channels say; the trial takes
+    `duration`, s. Raises InputError for a channel of which nothing is left.
     """
     channels = []
     for channel in record.channels:
@@ -138,16 +124,12 @@ class Mounting:
 
     Parameters
     ----------
-    members : dict of int to Mount
-        Position among the nuisance parameters -> what it is.
-    channels : sequence of Channel
+    members : position among the nuisance parameters -> what it is
 
     Attributes
     ----------
-    clocks : dict of str to int
-        Instrument with an unknown clock -> position of it.
-    moved : dict of str to list of (int, int)
-        Instrument with an unknown lever arm -> position and number, 0 to 2, of each component that is not known.
+    clocks : instrument with an unknown clock -> position of it
+    moved : instrument with an unknown lever arm -> position and number, 0 to 2, of each component that is not known
     """
 
     def __init__(self, members: dict[int, Mount], channels: Sequence[Channel]):

@@ -1,7 +1,7 @@
 """What the noise models share: their interface, and rows of residuals for their unknown attributes."""
 
+from collections.abc import Mapping
 from copy import copy
-from dataclasses import replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -19,8 +19,13 @@ class Noise:
     simulation failed; `readings` and `times` (s) are (n,). Arrays that are contiguous are not copied. The attributes
     that may be unknown are named in :attr:`SAMPLED`; :meth:`of_members` gives each member its own.
 
+    A subclass with a kind, as in ``class AR1(Noise, kind="ar1")``, is a model of study files by that name. Its first
+    attribute is `sd`; the others, with their types and defaults, are the keys of its section.
+
     Attributes
     ----------
+    KINDS : name in study files -> model
+    words : what a report calls it; of normal noise nothing
     SAMPLED : names of the attributes that a problem may infer
     is_normal : whether with known attributes -|residuals|^2 / 2 is the log density but for a constant, and
         :meth:`weigh` does not depend on the prediction
@@ -28,10 +33,21 @@ class Noise:
     heavy_tailed : whether the gradient vanishes far from the reading, so that a search from there goes nowhere
     """
 
+    KINDS: ClassVar[dict[str, type["Noise"]]] = {}
+    words: ClassVar[str] = ""
     SAMPLED: ClassVar[tuple[str, ...]] = ()
     is_normal: ClassVar[bool] = False
     has_density: ClassVar[bool] = True
     heavy_tailed: ClassVar[bool] = False
+    sd: float
+
+    def __init_subclass__(cls, kind: str = ""):
+        if kind:
+            Noise.KINDS[kind] = cls
+
+    def __post_init__(self):
+        for name in self.SAMPLED:
+            positive(name, getattr(self, name))
 
     def of_members(self, **values: np.ndarray | float) -> Self:
         """The same noise, in which the named attributes are those of each member, (n_batch,), or of one, a number.
@@ -68,10 +84,11 @@ class Noise:
     ) -> np.ndarray:
         """(n_batch, n) standard normal quantiles of the probability of what is below each reading, given those before.
 
-        They are standard normal and independent at the truth. An unknown sd, and where in its rounding interval a
-        reading was, are drawn from `rng`.
+        They are standard normal and independent at the truth: of normal noise minus the residuals. An unknown sd, and
+        where in its rounding interval a reading was, are drawn from `rng`.
         """
-        raise NotImplementedError
+        del rng
+        return -self.residuals(predicted, readings, times)
 
     def sample(self, truth: np.ndarray, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(n,) readings of the motion `truth` (n,)."""
@@ -84,7 +101,7 @@ class Noise:
 
     def widened(self, scale: float) -> "Noise":
         """The noise with an sd that is `scale` times as large, for searches from afar."""
-        return replace(self, sd=scale * self.sd)
+        return self.of_members(sd=scale * self.sd)
 
     def deviance(
         self, residuals: np.ndarray, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, members: "Noise"
@@ -105,7 +122,7 @@ class Noise:
 
 
 def scale_rows(
-    noise, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, unknown
+    noise: Noise, predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, unknown: Mapping[str, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Residuals and derivatives that stand for the unknown attributes of a noise model in Gauss-Newton steps.
 
@@ -150,20 +167,22 @@ def scale_rows(
     return rows, np.swapaxes(root, 1, 2)
 
 
-def positive(key, value):
+def positive(key: str, value: float) -> None:
     """Raise InputError unless a number is finite and positive."""
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"noise: {key} must be positive, found {value}", "value", key)
 
 
-def not_negative(key, value):
+def not_negative(key: str, value: float) -> None:
     """Raise InputError unless a number is finite and not negative."""
     if not (np.isfinite(value) and value >= 0):
         raise InputError(f"noise: {key} must not be negative, found {value}", "value", key)
 
 
-def ascending(times: np.ndarray):
-    """Contiguous times (n,); InputError unless they ascend."""
+def ascending(times: np.ndarray | None) -> np.ndarray:
+    """Contiguous times (n,); InputError unless there are some and they ascend."""
+    if times is None:
+        raise InputError("noise: correlated noise needs the times of the readings", "missing", "times")
     times = np.ascontiguousarray(times, dtype=float)
     steps = np.diff(times)
     if not np.all(steps > 0):
@@ -172,7 +191,7 @@ def ascending(times: np.ndarray):
     return times
 
 
-def aligned(predicted: np.ndarray, readings: np.ndarray, times: np.ndarray):
+def aligned(predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Contiguous predicted (n_batch, n) and readings (n,), refused if the lengths differ."""
     predicted = np.ascontiguousarray(predicted, dtype=float)
     readings = np.ascontiguousarray(readings, dtype=float)
@@ -185,24 +204,26 @@ def aligned(predicted: np.ndarray, readings: np.ndarray, times: np.ndarray):
     return predicted, readings
 
 
-def each_member(value, n_batch):
+def each_member(value: float | np.ndarray, n_batch: int) -> np.ndarray:
     """(n_batch,) copies of a number, or the values themselves; not a number where one is not positive."""
     values = np.broadcast_to(np.asarray(value, dtype=float), (n_batch,))
     return np.where(values > 0, values, np.nan)
 
 
-def standardised(predicted: np.ndarray, readings: np.ndarray, times: np.ndarray, sd):
+def standardised(
+    predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | None, sd: float | np.ndarray
+) -> np.ndarray:
     """(n_batch, n) errors of the predictions over the sd, a number or (n_batch,)."""
     predicted, readings = aligned(predicted, readings, times)
     return (predicted - readings) / column(sd)
 
 
-def column(value):
+def column(value: float | np.ndarray) -> np.ndarray:
     """(n_batch, 1) of the values of members, or (1, 1) of a number; not a number where one is not positive."""
     column = np.reshape(value, (-1, 1))
     return np.where(column > 0, column, np.nan)
 
 
-def possible(log_density):
+def possible(log_density: np.ndarray) -> np.ndarray:
     """Log densities with minus infinity where they are not a number."""
     return np.where(np.isnan(log_density), -np.inf, log_density)

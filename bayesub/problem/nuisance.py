@@ -48,14 +48,11 @@ OF_HULL = ("volume_cm3", "compressibility_per_bar")
 CM3 = 1e-6  # m^3
 
 
-def _at_start(state: str) -> str:
-    """The name of a state at the start, such as ``yaw0_deg``."""
-    stem, _, unit = log_files.HEADERS[state].rpartition("_")
-    return f"{stem}0_{unit}"
-
-
 # Name -> state at the start, and its SI units for a unit of the parameter.
-INITIAL = {_at_start(state): {f"{state}0": log_files.si_factor(state)} for state in log_files.STATES}
+INITIAL = {
+    "0_".join(log_files.HEADERS[state].rsplit("_", 1)): {f"{state}0": log_files.si_factor(state)}
+    for state in log_files.STATES
+}
 
 MOVING: dict[str | None, tuple[str, ...]] = {
     "horizontal": ("x", "y", "psi", "u", "v", "r"),
@@ -69,21 +66,13 @@ class Nuisance:
 
     Attributes
     ----------
-    name : str
-    value : float
-        Where it is if it is not inferred, in its unit.
-    factor : float
-        SI units in its unit.
-    motion : dict of str to float
-        Parameters of :meth:`bayesub.model.simulator.Simulator.sensitivities` -> SI units for a unit of this one.
-    channel : str
-        Name of the channel, for parameters of one.
-    attribute : str
-        Of the noise of the channel, or "bias".
-    mount : Mount or None
-        What it is of an instrument.
-    later_s : (float, float)
-        Of a clock, how much later than the record says readings may have been taken, at least and at most.
+    value : where it is if it is not inferred, in its unit
+    factor : SI units in its unit
+    motion : parameters of :meth:`bayesub.model.simulator.Simulator.sensitivities` -> SI units for a unit of this one
+    channel : name of the channel, for parameters of one
+    attribute : of the noise of the channel, or "bias"
+    mount : what it is of an instrument
+    later_s : of a clock, how much later than the record says readings may have been taken, at least and at most
     """
 
     name: str
@@ -99,37 +88,25 @@ class Nuisance:
 def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[Channel], noises: Sequence) -> Nuisance:
     """The nuisance parameter of a name, for a vehicle on a manoeuvre and channels, each with its noise model.
 
-    Raises
-    ------
-    InputError
-        For a name that does not exist, or that has no part in the sub-problem of the manoeuvre.
+    Raises InputError for a name that does not exist, or that has no part in the sub-problem of the manoeuvre.
     """
     if name in BODY:
         idle = vehicle.idle(manoeuvre.subproblem)
         first = next(iter(BODY[name]))
         if first in idle:
-            raise InputError(
-                f"nuisance '{name}': has no part in the {manoeuvre.subproblem} sub-problem; leave it out",
-                "conflict",
-                name,
-            )
-        return Nuisance(name, _body_value(vehicle, first), motion=BODY[name])
+            raise _refused(name, f"has no part in the {manoeuvre.subproblem} sub-problem; leave it out")
+        value = vehicle.body[workspace.BODY.index(first)]
+        if first in workspace.THRUST:
+            value /= 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
+        return Nuisance(name, float(value), motion=BODY[name])
     if name in INITIAL:
         ((start, factor),) = INITIAL[name].items()
         state = start[:-1]
         if state not in MOVING.get(manoeuvre.subproblem, log_files.STATES):
-            raise InputError(
-                f"nuisance '{name}': stays zero in the {manoeuvre.subproblem} sub-problem; leave it out",
-                "conflict",
-                name,
-            )
+            raise _refused(name, f"stays zero in the {manoeuvre.subproblem} sub-problem; leave it out")
         for one in manoeuvre.prescribed:
             if state in one.states:
-                raise InputError(
-                    f"nuisance '{name}': follows from the {one.angle} that is prescribed; leave it out",
-                    "conflict",
-                    name,
-                )
+                raise _refused(name, f"follows from the {one.angle} that is prescribed; leave it out")
         value = manoeuvre.initial_state[log_files.STATES.index(state)] / factor
         return Nuisance(name, value, factor, INITIAL[name])
     if name in OF_HULL:
@@ -138,9 +115,7 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         return _of_actuator(name, vehicle, manoeuvre)
     if name in CURRENTS:
         if not any(channel.over_ground for channel in channels):
-            raise InputError(
-                f"nuisance '{name}': no channel is over the ground, so that none feels a current", "conflict", name
-            )
+            raise _refused(name, "no channel is over the ground, so that none feels a current")
         return Nuisance(name, 0.0)
     mounts = mounting.mounts(channels)
     if name in mounts:
@@ -149,8 +124,12 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
     of_channels = _of_channels(channels, noises)
     if name not in of_channels:
         valid = [*BODY, *OF_HULL, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels, *mounts]
-        raise InputError(f"nuisance '{name}': there is no such parameter{nearest(name, valid)}", "unknown", name)
+        raise _refused(name, f"there is no such parameter{nearest(name, valid)}", "unknown")
     return of_channels[name]
+
+
+def _refused(name: str, reason: str, kind: str = "conflict") -> InputError:
+    return InputError(f"nuisance '{name}': {reason}", kind, name)
 
 
 def of_boat(name: str, vehicle: Vehicle) -> bool:
@@ -167,26 +146,16 @@ def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
     """
     members = {actuator.name: actuator for actuator in vehicle.actuators.members}
     if VOLUME not in members:
-        raise InputError(
-            f"nuisance '{name}': the vehicle has no [displacement], the section of a hull that follows the water",
-            "conflict",
-            name,
-        )
+        raise _refused(name, "the vehicle has no [displacement], the section of a hull that follows the water")
     if vehicle.equations.subproblem(manoeuvre.subproblem) == "horizontal":
-        raise InputError(
-            f"nuisance '{name}': has no part in the horizontal sub-problem; leave it out", "conflict", name
-        )
+        raise _refused(name, "has no part in the horizontal sub-problem; leave it out")
     lift = vehicle.body[workspace.BUOYANCY]
     volume = lift / (vehicle.water_density_kgm3 * GRAVITY_MPS2) / CM3
     if name == "volume_cm3":
         return Nuisance(name, float(volume), motion={"buoyancy": lift / volume, f"scale_{VOLUME}": 1.0 / volume})
     compressibility = float(members[COMPRESSIBILITY].weight[0] / lift)
     if compressibility == 0.0:
-        raise InputError(
-            f"nuisance '{name}': displacement.compressibility_per_bar is zero; give a value to begin with",
-            "value",
-            name,
-        )
+        raise _refused(name, "displacement.compressibility_per_bar is zero; give a value to begin with", "value")
     return Nuisance(name, compressibility, motion={f"scale_{COMPRESSIBILITY}": 1.0 / compressibility})
 
 
@@ -195,33 +164,19 @@ def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
     actuator = vehicle.actuators.members[position]
     subproblem = vehicle.equations.subproblem(manoeuvre.subproblem)
     if not vehicle.actuators.moves(name, subproblem):
-        raise InputError(
-            f"nuisance '{name}': has no part in the {subproblem} sub-problem; leave it out", "conflict", name
-        )
+        raise _refused(name, f"has no part in the {subproblem} sub-problem; leave it out")
     history = manoeuvre.log.get(manoeuvre.logged(actuator.short))
     if kind == "scale" and history is not None and not (history != actuator.zero).any():
-        raise InputError(
-            f"nuisance '{name}': {actuator.column} is zero throughout the manoeuvre; leave it out", "conflict", name
-        )
+        raise _refused(name, f"{actuator.column} is zero throughout the manoeuvre; leave it out")
     if kind == "delay" and history is not None and not np.ptp(history):
-        raise InputError(
-            f"nuisance '{name}': {actuator.column} does not move in the manoeuvre; leave it out", "conflict", name
-        )
+        raise _refused(name, f"{actuator.column} does not move in the manoeuvre; leave it out")
     if kind == "lag" and actuator.short not in manoeuvre.commanded:
-        raise InputError(
-            f"nuisance '{name}': a lag is between a command and the actuator; the controls have {actuator.column}, not "
-            f"{command_column(actuator.column)}; leave it out",
-            "conflict",
+        raise _refused(
             name,
+            f"a lag is between a command and the actuator; the controls have {actuator.column}, not "
+            f"{command_column(actuator.column)}; leave it out",
         )
     return Nuisance(name, actuator.nominal(kind), motion={name: 1.0})
-
-
-def _body_value(vehicle, key):
-    value = vehicle.body[workspace.BODY.index(key)]
-    if key in workspace.THRUST:
-        value /= 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
-    return float(value)
 
 
 def _of_channels(channels, noises) -> dict[str, Nuisance]:
@@ -230,13 +185,11 @@ def _of_channels(channels, noises) -> dict[str, Nuisance]:
         column = log_files.HEADERS[channel.quantity]
         factor = log_files.si_factor(column)
         nuisances.append(Nuisance(f"bias_{column}", 0.0, factor, channel=channel.name, attribute="bias"))
-        names = {
-            "sd": (f"sd_{column}", factor),
-            "dof": (f"dof_{channel.name}", 1.0),
-            "correlation_time_s": (f"correlation_time_{channel.name}_s", 1.0),
-        }
         for attribute in noise.SAMPLED:
-            name, factor_of = names[attribute]
+            stem = attribute.removesuffix("_s")
+            name, factor_of = f"{stem}_{channel.name}{attribute.removeprefix(stem)}", 1.0
+            if attribute == "sd":
+                name, factor_of = f"sd_{column}", factor
             value = getattr(noise, attribute) / factor_of
             nuisances.append(Nuisance(name, value, factor_of, channel=channel.name, attribute=attribute))
     return {nuisance.name: nuisance for nuisance in nuisances}
@@ -247,13 +200,8 @@ class Nuisances:
 
     Attributes
     ----------
-    parameters : tuple of Nuisance
-        n of them.
-    names : tuple of str
-    held : (n,) array
-        Their values if they are not inferred.
-    varied : tuple of str
-        What they change of actuators.
+    held : (n,) their values if they are not inferred
+    varied : what they change of actuators
     """
 
     def __init__(self, parameters: tuple[Nuisance, ...], vehicle: Vehicle, manoeuvre: Manoeuvre):

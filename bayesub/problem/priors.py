@@ -92,11 +92,11 @@ class Spread(CoefficientPrior):
     by_axis: bool = False
 
     def has_scale(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> np.ndarray:  # noqa: ARG002
-        """As :meth:`CoefficientPrior.has_scale`; a centre of zero gives none."""
+        """Whether each coefficient has a centre that is not zero."""
         return self._centre(columns, xi) != 0.0
 
     def on(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> Prior:
-        """As :meth:`CoefficientPrior.on`."""
+        """The prior of the coefficients at `columns` (n,) about their centre."""
         centre = self._centre(columns, xi)
         reach = self.spread * np.abs(centre)
         if self.kind == "uniform":
@@ -144,17 +144,17 @@ class Given(CoefficientPrior):
                 )
 
     def check(self, names: Sequence[str]) -> None:
-        """As :meth:`CoefficientPrior.check`."""
+        """Raise an InputError if a prior is given of a coefficient that is not among the `names` of a set's."""
         for name in self.priors:
             check_known(name, names, f"prior: unknown coefficient '{name}'")
 
     def has_scale(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> np.ndarray:
-        """As :meth:`CoefficientPrior.has_scale`; what is given has a scale."""
+        """Whether each coefficient has a scale; what is given has one."""
         given = np.array([equations.names[k] in self.priors for k in columns], dtype=bool)
         return self.others.has_scale(columns, xi, equations) | given
 
     def on(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> Prior:
-        """As :meth:`CoefficientPrior.on`; raises InputError if the correlations contradict each other."""
+        """The prior of the coefficients at `columns` (n,); InputError if the correlations contradict each other."""
         names = [equations.names[k] for k in columns]
         related = {name for *pair, _ in self.correlations for name in pair}
         single = {name for name in self.priors if name not in related}
@@ -259,8 +259,9 @@ def from_vehicle(vehicle: Vehicle, otherwise: Spread | None = None, centre: np.n
     """
     mean = vehicle.xi if centre is None else np.asarray(centre, dtype=float)
     names = vehicle.equations.names
-    given = {names[k]: normal(mean[k], vehicle.sd[k]) for k in np.flatnonzero(np.isfinite(vehicle.sd))}
-    correlations = ()
+    known = np.flatnonzero(np.isfinite(vehicle.sd))
+    given: dict[str, Prior] = {names[k]: normal(mean[k], vehicle.sd[k]) for k in known}
+    correlations: tuple[tuple[str, str, float], ...] = ()
     if vehicle.correlation is not None:
         related = np.argwhere(np.triu(vehicle.correlation, 1))
         correlations = tuple((names[i], names[j], float(vehicle.correlation[i, j])) for i, j in related)

@@ -1,14 +1,17 @@
 """The inference problem of one trial, posed from a vehicle, a manoeuvre and a record."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from bayesub.io.errors import InputError, nearest
+from bayesub.kernels import workspace
+from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.disturbance import check_axes
 from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.simulator import choose_step, steps
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import likelihoods
 from bayesub.problem.distributions import Prior
@@ -18,9 +21,96 @@ from bayesub.problem.mounting import within_reach
 from bayesub.problem.noise import Noise
 from bayesub.problem.nuisance import Nuisance, find
 from bayesub.problem.priors import CoefficientPrior
-from bayesub.problem.step import sensed_step
 from bayesub.problem.trial_problem import TrialProblem, joined
 from bayesub.sensors.record import Channel, Record
+
+TOLERANCE = 0.1  # largest discretisation error of a reading, in standard deviations of its noise
+N_DRAWS = workspace.LANES - 1  # of the prior: with its mean one block of the kernels
+ON_JUMPS = 0.01  # share of the readings of an acceleration that may fall to the other side of a jump
+_SEED = 8  # of the draws, so that a problem has the same step each time
+
+
+def sensed_step(
+    vehicle: Vehicle,
+    manoeuvre: Manoeuvre,
+    forward_at: Callable[[float], ForwardModel],
+    noises: Sequence[Noise],
+    prior: Prior,
+    columns: np.ndarray,
+    xi: np.ndarray,
+) -> float:
+    """The longest step whose discretisation error is below a tenth of the standard deviation of every reading.
+
+    The error is twice the difference to half the step: controls have kinks and forces have jumps, and there the error
+    of Runge-Kutta 4 falls no faster than the step. It is looked at for the mean of the prior and seven draws from it;
+    a draw whose simulation fails at both steps has no likelihood and is left out. Accelerations jump with the forces,
+    and a reading next to a jump may fall to the other side at any step, so one in a hundred of them is left out.
+
+    Parameters
+    ----------
+    forward_at : gives the forward model with a step, s
+    noises : the noise model of each channel
+    prior : of the free coefficients, followed by the nuisance parameters
+    columns : (n_coefficients,) positions of the free coefficients in a set
+    xi : (n_terms,) values of the other coefficients
+
+    Returns
+    -------
+    one of :func:`bayesub.model.simulator.steps`, s; for a boat that fails at the mean of the prior with all of them
+        that of :func:`bayesub.model.simulator.choose_step`
+
+    Raises
+    ------
+    InputError : if no step is short enough
+    """
+    parameters = np.vstack([prior.mean, prior.sample(np.random.default_rng(_SEED), N_DRAWS)])
+    sets = np.repeat(xi[None], len(parameters), axis=0)
+    sets[:, columns], values = np.split(parameters, [len(columns)], axis=1)
+    predictions: dict[float, tuple[ForwardModel, np.ndarray]] = {}
+
+    def predicted(step):
+        if step not in predictions:
+            forward = forward_at(step)
+            predictions[step] = forward, forward.predicted(sets, values)[0]
+        return predictions[step]
+
+    completed, errors = False, {}
+    for step in steps(vehicle, manoeuvre):
+        (forward, coarse), (_, fine) = predicted(step), predicted(step / 2)
+        ends = [np.isfinite(readings[:, 0]) for readings in (coarse, fine)]
+        completed |= bool(ends[0][0] and ends[1][0])
+        if not (ends[0][0] and np.array_equal(*ends)):
+            continue
+        errors = _errors(forward, noises, values[ends[0]], 2.0 * np.abs(coarse - fine)[ends[0]])
+        if max(errors.values()) < TOLERANCE:
+            return step
+    if not completed:
+        return choose_step(vehicle, manoeuvre, forward.simulator.subproblem)
+    worst = max(errors, key=lambda name: errors[name], default="")
+    raise InputError(
+        f"{manoeuvre.name}: no step down to {step:g} s keeps the error of '{worst}' below a tenth of its sd for all "
+        "boats of the prior; give a step (dt, in a study dt_s)",
+        "model",
+        "dt",
+    )
+
+
+def _errors(forward, noises, values, differences) -> dict[str, float]:
+    """Channel -> largest of differences (n_batch, n_readings), in standard deviations of its noise."""
+    errors = {}
+    channels = zip(forward.record.channels, noises, forward.measurement.slices, strict=True)
+    for channel, noise, part in channels:
+        sd = getattr(noise, "sd", 0.0)
+        for attribute, k, factor in forward.nuisances.of_noise(channel):
+            if attribute == "sd":
+                sd = factor * values[:, k : k + 1]
+        scale = np.where(np.less(sd, 0.0), np.inf, np.hypot(sd, getattr(noise, "resolution", 0.0) / np.sqrt(12.0)))
+        ascending = np.sort(differences[:, part] / scale, axis=1)
+        n = ascending.shape[1]
+        left_out = min(np.ceil(ON_JUMPS * n), n - 1) if channel.state in ACCELERATIONS else 0
+        errors[channel.name] = float(ascending[:, n - 1 - int(left_out)].max())
+    return errors
+
 
 _FAR = 1e-4  # probability of clocks further ahead, or further behind, than readings are kept for
 
@@ -42,7 +132,7 @@ class Problem(TrialProblem):
         or without an sd the interval itself, within which the prior decides alone
     xi : (n_terms,) values of the coefficients that are not free; by default the vehicle's own
     dt : integration step, s; by default the longest whose error is below a tenth of the sd of every reading
-        (:func:`bayesub.problem.step.sensed_step`)
+        (:func:`bayesub.problem.problem.sensed_step`)
     disturbance : unmodelled forces whose histories are inferred too, after the nuisance parameters
 
     Attributes
@@ -85,7 +175,10 @@ class Problem(TrialProblem):
         noises = channel_noises(record.channels, noise or {})
         nuisance = dict(nuisance or {})
         parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance]
-        parameters = [_with_span(parameter, nuisance[parameter.name]) for parameter in parameters]
+        for k, parameter in enumerate(parameters):
+            if parameter.mount is not None and not parameter.mount.axis:  # a clock, and what its prior allows
+                first, last = (float(nuisance[parameter.name].quantiles(p)[0]) for p in (_FAR, 1.0 - _FAR))
+                parameters[k] = replace(parameter, later_s=(parameter.value - last, parameter.value - first))
         spans = {p.mount.instrument: p.later_s for p in parameters if p.mount is not None and not p.mount.axis}
         record = within_reach(record, spans, manoeuvre.duration)
         disturbances = None
@@ -105,15 +198,7 @@ class Problem(TrialProblem):
                 "conflict",
                 "correlation_time_s",
             )
-        super().__init__(forward, columns, xi, prior, nuisance, noises)
-
-
-def _with_span(parameter, prior) -> Nuisance:
-    """The parameter, of a clock with the times that its prior allows, but for one in ten thousand on either side."""
-    if parameter.mount is None or parameter.mount.axis:
-        return parameter
-    first, last = (float(prior.quantiles(p)[0]) for p in (_FAR, 1.0 - _FAR))
-    return replace(parameter, later_s=(parameter.value - last, parameter.value - first))
+        super().__init__(forward, columns, xi, prior, nuisance, noises, record.values)
 
 
 def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:
@@ -136,10 +221,7 @@ def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:
 def channel_noises(channels: Iterable[Channel], by_name: dict[str, Noise]) -> tuple[Noise, ...]:
     """The noise model of each channel: the one given by name, or what its sd and resolution say.
 
-    Raises
-    ------
-    InputError
-        For the name of a channel that is not among them.
+    Raises InputError for the name of a channel that is not among them.
     """
     names = [channel.name for channel in channels]
     for name in by_name:

@@ -42,17 +42,14 @@ class SharedScale(Prior):
 
     @property
     def mean(self) -> np.ndarray:
-        """As :attr:`Prior.mean`."""
         return self.median * np.mean(np.exp(0.5 * self.scales**2))
 
     @property
     def guess(self) -> np.ndarray:
-        """As :attr:`Prior.guess`."""
         return self.median
 
     @property
     def sd(self) -> np.ndarray:
-        """As :attr:`Prior.sd`."""
         return np.sqrt(self.median**2 * np.mean(np.exp(2.0 * self.scales**2)) - self.mean**2)
 
     @cached_property
@@ -60,18 +57,15 @@ class SharedScale(Prior):
         return _Stretch(len(self.median), self.scales)
 
     def parameters(self, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.parameters`."""
         factor, _ = self._stretch.factor(np.linalg.norm(t, axis=-1, keepdims=True))
         return self.median * np.exp(t * factor)
 
     def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.standard`."""
         u = _logarithms(parameters, self.median)
         r = self._stretch.radius(np.linalg.norm(u, axis=-1, keepdims=True))
         return u / self._stretch.factor(r)[0]
 
     def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.chain`."""
         r = np.linalg.norm(t)
         factor, slope = self._stretch.factor(r)
         by_u = jacobian * (self.median * np.exp(t * factor))
@@ -83,34 +77,28 @@ class SharedScale(Prior):
         return self.median * np.exp(np.mean(np.log(self.scales)))
 
     def scaled(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled`: linear in the parameters, as the directions are that leave the motion the same."""
+        """Linear in the parameters, as the directions are that leave the motion the same."""
         return (parameters - self.median) / self._unit
 
     def unscaled(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.unscaled`."""
         return self.median + self._unit * x
 
-    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """As :meth:`Prior.scaled_chain`."""
+    def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
         return jacobian * self._unit
 
     def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled_log_density`."""
         return self.log_density(self.unscaled(x))
 
     def scaled_slope(self, x: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.scaled_slope`."""
         parameters = self.unscaled(x)
         precision = self.scale_probabilities(parameters) @ self.scales**-2.0
         return -self._unit * (_logarithms(parameters, self.median) * precision[..., None] + 1.0) / parameters
 
     def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """As :meth:`Prior.scaled_form`."""
         n = len(self.median)
         return np.full(n, np.inf), self._unit / self.median, np.zeros(n, dtype=int), self.scales[None]
 
     def log_density(self, parameters: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.log_density`."""
         inside = np.all(parameters / self.median > 0.0, axis=-1, keepdims=True)
         parameters = np.where(inside, parameters, self.median)
         logs = np.logaddexp.reduce(self._log_densities(parameters), axis=-1) - np.log(len(self.scales))
@@ -131,7 +119,7 @@ class SharedScale(Prior):
         return self.scale_probabilities(draws[:: max(1, len(draws) // _DRAWS)]).mean(axis=0)
 
     def contraction(self, draws: np.ndarray) -> np.ndarray:
-        """As :meth:`Prior.contraction`, of the prior with the scales that the draws say.
+        """Posterior sd over that of the prior with the scales that the draws say.
 
         What the data say of other parameters narrows the prior of one that they do not see, by its scale.
         """
@@ -140,7 +128,6 @@ class SharedScale(Prior):
         return draws.std(axis=0, ddof=1) / (np.abs(self.median) * np.sqrt(second - first**2))
 
     def quantiles(self, probability: float) -> np.ndarray:
-        """As :meth:`Prior.quantiles`."""
         from scipy import optimize, special
 
         far = (abs(special.ndtri(probability)) + 1.0) * self.scales.max()
@@ -179,7 +166,7 @@ class _Stretch:
         radii = np.append(0.0, radii)
         self.radii, self.logs = radii, interpolate.make_interp_spline(radii, logs, k=5)
 
-    def factor(self, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def factor(self, r: np.ndarray | np.floating) -> tuple[np.ndarray, np.ndarray]:
         """h(r) / r, and its derivative by log r over itself."""
         r = np.minimum(r, self.radii[-1])
         return np.exp(self.logs(r)), r * self.logs(r, 1)

@@ -2,18 +2,100 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from bayesub.problem import views
-from bayesub.problem.base import Costs, coefficient_names
+from bayesub.io.errors import InputError
+from bayesub.model.linear_form import LinearSystem, linear_systems
+from bayesub.model.trajectory import Trajectory
+from bayesub.problem.base import Costs, PosteriorDensity, coefficient_names, of_readings
 from bayesub.problem.distributions import Prior, joined
 from bayesub.problem.disturbances import History, of_history, of_process
-from bayesub.problem.flown import FlownTrial
 from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.likelihood import Likelihood
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior
+
+
+class FlownTrial(PosteriorDensity):
+    """The motion of one trial, and the truth behind a synthetic record.
+
+    Attributes
+    ----------
+    forward : the forward model
+    inferred : positions of the nuisance parameters that are inferred, among those of the forward model
+    readings : (n_readings,) measured values, SI units
+    """
+
+    forward: ForwardModel
+    inferred: list[int]
+    readings: np.ndarray
+    fixed_nuisances: np.ndarray | None
+
+    def nuisance_values(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_nuisances) of parameters (n_batch, n_params), those that are held among them."""
+        if self.fixed_nuisances is None:
+            return parameters[:, self.n_coefficients :]
+        values = np.repeat(self.fixed_nuisances[None], len(parameters), axis=0)
+        values[:, self.inferred] = parameters[:, self.n_coefficients :]
+        return values
+
+    def arguments(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficient sets and nuisance values of parameters (n_batch, n_params), as the forward model takes them."""
+        return self.coefficient_sets(parameters), self.nuisance_values(parameters)
+
+    @property
+    def _true_xi(self) -> np.ndarray:
+        record = self.forward.record
+        return self.forward.vehicle.xi if record.truth is None else record.truth
+
+    @property
+    def reference(self) -> np.ndarray:
+        """(n_params,) the truth behind a synthetic record, otherwise the values of the vehicle and the manoeuvre.
+
+        Of parameters of the noise that nobody knows it is the value given with the noise model. Histories of forces
+        are those of the truth between the knots, as near as they come to it.
+        """
+        return np.concatenate([self._true_xi[self.columns], self._true_nuisances[self.inferred]])
+
+    @cached_property
+    def _true_nuisances(self) -> np.ndarray:
+        """(n_nuisances,) of the truth behind a synthetic record, or where they are held."""
+        record, held = self.forward.record, zip(self.forward.nuisances.names, self.forward.nuisances.held, strict=True)
+        values = np.array([record.nuisances.get(name, value) for name, value in held])
+        return values if record.forces is None else self.forward.with_history(values, record.forces)
+
+    def truth(self) -> tuple[np.ndarray, np.ndarray]:
+        """Noise-free readings (n_readings,) and states over the ground (n_times, 12) behind a synthetic record.
+
+        The boat feels the forces of the truth, on whichever axes the problem infers any.
+        """
+        forces = self.forward.record.forces
+        readings, states = self.forward.disturbed(self._true_xi[None], self._true_nuisances[None], forces)
+        self.forward.measurement.to_nearest_turn(readings[None], self.readings)
+        return readings, states
+
+    def trajectory(self, parameters: np.ndarray) -> Trajectory:
+        """Simulated motion at the times of the readings, for parameters (n_params,) or (n_batch, n_params).
+
+        It is through the water, of the vehicle from the start of the manoeuvre, without nuisance parameters.
+        """
+        return self.forward.simulator.trajectory(self.coefficient_sets(parameters))
+
+    def motion(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
+        return self.forward.states(*self.arguments(np.atleast_2d(parameters)))
+
+    def forces(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) unmodelled forces at the knots, N and N m, of parameters (n_batch, n_params)."""
+        return self.forward.forces(self.nuisance_values(np.atleast_2d(parameters)))
+
+    def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
+        """Axis -> linear form in the free coefficients, of the body, start and motion of parameters (n_params,)."""
+        trajectory = self.forward.trajectory(*self.arguments(np.atleast_2d(parameters)))
+        return linear_systems(trajectory, free=self.names[: len(self.columns)])
 
 
 @dataclass(eq=False, repr=False)
@@ -28,16 +110,14 @@ class TrialProblem(FlownTrial):
     spread : rule that gives the free coefficients their prior
     nuisance_priors : nuisance parameter -> prior of it alone, of those of the forward model that are inferred
     noises : the noise model of each channel
+    readings : (n_readings,) measured values, SI units
     fixed_nuisances : (n_nuisances,) values of the nuisance parameters, if not all of them are inferred; noise is known
         then
-    readings : (n_readings,) measured values, SI units; by default those of the record
     widening : how many times as large as inferred the sd of a channel is taken where it is inferred (:meth:`widened`)
 
     Attributes
     ----------
-    vehicle, manoeuvre, record : of the trial
     simulator : flies it, with output at the times of the readings
-    likelihood : of the readings
     sds : (n_readings,) their standard deviations with rounding, SI units
     times : (n_readings,) when they were taken, s
     duration : time of the last one, s
@@ -54,8 +134,8 @@ class TrialProblem(FlownTrial):
     spread: CoefficientPrior
     nuisance_priors: dict[str, Prior]
     noises: tuple[Noise, ...]
+    readings: np.ndarray
     fixed_nuisances: np.ndarray | None = None
-    readings: np.ndarray = None  # those of the record
     widening: float = 1.0
 
     def __post_init__(self):
@@ -67,7 +147,6 @@ class TrialProblem(FlownTrial):
         self.inferred = [forward.nuisances.names.index(name) for name in self.nuisance_priors]
         self.names = (*coefficient_names(self.equations, self.columns), *self.nuisance_priors)
         self.prior = joined(self.coefficient_prior, self.nuisance_priors)
-        self.readings = record.values if self.readings is None else self.readings
         self.sds, self.times = record.total_sds, np.concatenate([channel.times for channel in channels])
         self.duration = max(float(channel.times[-1]) for channel in channels)
         slices, known = forward.measurement.slices, self.fixed_nuisances is not None
@@ -77,13 +156,13 @@ class TrialProblem(FlownTrial):
         self.rows = {channel.name: part for channel, part in zip(channels, slices, strict=True)}
         self.channels = {channel.name: (channel, noise) for channel, noise in zip(channels, self.noises, strict=True)}
 
-    def view(self, **changes) -> "TrialProblem":
+    def view(self, **changes: Any) -> "TrialProblem":
         """The same problem but for some of its parts; all others are kept."""
         parts = {part.name: getattr(self, part.name) for part in fields(TrialProblem)}
         return TrialProblem(**parts | changes)
 
     def of_trials(self, change: "Callable[[TrialProblem], TrialProblem]") -> "TrialProblem":
-        """As :meth:`bayesub.problem.views.Viewed.of_trials`."""
+        """The problem that `change` makes of this one, its only trial."""
         return change(self)
 
     def with_readings(self, readings: np.ndarray) -> "TrialProblem":
@@ -91,8 +170,21 @@ class TrialProblem(FlownTrial):
         return self.view(readings=np.asarray(readings, dtype=float))
 
     def read_earlier(self, seconds: float) -> "TrialProblem":
-        """As :func:`bayesub.problem.views.read_earlier`."""
-        return views.read_earlier(self, seconds)
+        """The same problem with readings that were taken so much earlier than the record says.
+
+        Those that would be from before the start or after the end of the trial are left out; InputError if that leaves
+        nothing of a channel.
+        """
+        record, duration = self.record.earlier(seconds), self.manoeuvre.duration
+        inside = [(channel.times >= 0.0) & (channel.times <= duration) for channel in record.channels]
+        for channel, kept in zip(record.channels, inside, strict=True):
+            if not kept.any():
+                raise InputError(
+                    f"no reading of '{channel.name}' is of the trial if it was taken {seconds:g} s earlier",
+                    "data",
+                    channel.name,
+                )
+        return of_readings(self, record, inside)
 
     @property
     def costs(self) -> Costs:
@@ -100,7 +192,7 @@ class TrialProblem(FlownTrial):
         return self.forward.costs
 
     def each_trial(self, parameters: np.ndarray) -> "Iterator[tuple[str, TrialProblem, np.ndarray]]":
-        """As :meth:`bayesub.problem.base.PosteriorDensity.each_trial`; the only trial needs no name."""
+        """The problem itself with its parameters; the only trial needs no name."""
         yield "", self, parameters
 
     @property
@@ -113,14 +205,6 @@ class TrialProblem(FlownTrial):
         process = np.flatnonzero([of_process(name) for name in self.names])
         return (History(slice(0, self.n_rows), white, process, disturbances),)
 
-    def nuisance_values(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_nuisances) of parameters (n_batch, n_params), those that are held among them."""
-        if self.fixed_nuisances is None:
-            return parameters[:, self.n_coefficients :]
-        values = np.repeat(self.fixed_nuisances[None], len(parameters), axis=0)
-        values[:, self.inferred] = parameters[:, self.n_coefficients :]
-        return values
-
     def predicted(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed.
 
@@ -131,7 +215,7 @@ class TrialProblem(FlownTrial):
         self.forward.measurement.to_nearest_turn(predicted, self.readings)
         return predicted
 
-    def _both(self, parameters):
+    def _both(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions (n_batch, n_readings) and nuisance values (n_batch, n_nuisances), of which the likelihood is."""
         parameters = np.atleast_2d(parameters)
         return self.predicted(parameters), self.nuisance_values(parameters)
@@ -154,7 +238,7 @@ class TrialProblem(FlownTrial):
         """
         predicted, values = self._both(parameters)
         centres = self.nuisance_values(np.broadcast_to(centre, np.atleast_2d(parameters).shape))
-        log_likelihoods = sum(self.likelihood.log_densities(predicted, values).values())
+        log_likelihoods = sum(self.likelihood.log_densities(predicted, values).values(), np.zeros(()))
         return self.likelihood.residuals(predicted, values, centres), log_likelihoods
 
     def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -199,7 +283,7 @@ class TrialProblem(FlownTrial):
         return self.readings[None] if self.likelihood.weighs_alike else self.forward.predicted(sets, values)[0]
 
     def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
-        """As :meth:`bayesub.problem.base.PosteriorDensity.log_likelihoods`."""
+        """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         return self.likelihood.log_densities(*self._both(parameters))
 
     def quantile_residuals(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:

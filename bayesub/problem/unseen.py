@@ -16,13 +16,9 @@ class UnseenTrial:
 
     Attributes
     ----------
-    name : str
-    problem : TrialProblem
-        Of the trial alone, with the vehicle and the prior of those that were fitted.
-    warm_up_s : float
-        Time from its start in which its readings say what the fitted trials do not tell.
-    is_left_out : bool
-        Whether it is one of the trials of the study, left out of a fit of the others.
+    problem : of the trial alone, with the vehicle and the prior of those that were fitted
+    warm_up_s : time from its start in which its readings say what the fitted trials do not tell
+    is_left_out : whether it is one of the trials of the study, left out of a fit of the others
     """
 
     name: str
@@ -33,12 +29,7 @@ class UnseenTrial:
     def with_fitted_noise(self, fitted: TrialProblem | JointProblem, best: np.ndarray) -> "UnseenTrial":
         """The same trial, where noise whose sd is integrated out has that of the fitted errors of its channel.
 
-        Parameters
-        ----------
-        fitted : Problem or JointProblem
-            Of the trials that were fitted.
-        best : (n_fitted,) array
-            Its parameters, at which the errors are taken.
+        The errors of the trials that were fitted are taken at `best` (n_fitted,), parameters of theirs.
         """
         squares: dict[str, list[np.ndarray]] = {}
         for _, problem, values in fitted.each_trial(best):

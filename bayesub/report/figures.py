@@ -148,7 +148,7 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
 
 def _untouched(problem, sample) -> str:
     """Of how many coefficients the data said next to nothing."""
-    contraction = problem.prior_of_others.contraction(sample.draws)[: problem.n_coefficients]
+    contraction = sample.contraction_given(problem.prior_of_others)[: problem.n_coefficients]
     n = np.count_nonzero(contraction >= UNTOUCHED)
     of_them = ": the data said next to nothing of them" if n else ""
     return (

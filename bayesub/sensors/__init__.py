@@ -6,17 +6,29 @@ and presets are those of a boat (:func:`autosub`, ..). :func:`observe` takes any
 
 from bayesub.sensors import velocity
 from bayesub.sensors.current import over_ground
-from bayesub.sensors.instruments import ADCP, DVL, GPS, INS, Compass, Instrument, Pressure, Track
-from bayesub.sensors.observe import observe, unread
-from bayesub.sensors.presets import autosub, thesis_rounding, tracking_range
+from bayesub.sensors.instruments import (
+    ADCP,
+    DVL,
+    GPS,
+    INS,
+    Compass,
+    Instrument,
+    Pressure,
+    Track,
+    autosub,
+    thesis_rounding,
+    tracking_range,
+)
+from bayesub.sensors.measurement import observe, unread
 from bayesub.sensors.record import Channel, Record
-from bayesub.sensors.sensor import QUANTITIES, Sensor, flat, modified
+from bayesub.sensors.sensor import KINDS, QUANTITIES, Sensor, flat, modified, register
 
 __all__ = [
     "ADCP",
     "DVL",
     "GPS",
     "INS",
+    "KINDS",
     "QUANTITIES",
     "Channel",
     "Compass",
@@ -30,6 +42,7 @@ __all__ = [
     "modified",
     "observe",
     "over_ground",
+    "register",
     "thesis_rounding",
     "tracking_range",
     "unread",

@@ -16,10 +16,8 @@ class Water:
 
     Attributes
     ----------
-    velocity : (.., n_times, 2) array
-        To the north and to the east, m/s.
-    displacement : (.., n_times, 2) array
-        Since the start, m.
+    velocity : (.., n_times, 2) to the north and to the east, m/s
+    displacement : (.., n_times, 2) since the start, m
     """
 
     velocity: np.ndarray
@@ -63,17 +61,14 @@ def over_ground(states: np.ndarray, times: np.ndarray, current: "tuple[float, fl
 
     Parameters
     ----------
-    states : (.., n_times, 12) array
-        Through the water, from :func:`bayesub.simulate`.
-    times : (n_times,) array
-        s.
+    states : (.., n_times, 12) through the water, from :func:`bayesub.simulate`
+    times : (n_times,), s
     current : (2,) or Water
         Constant, to the north and to the east, m/s; or how the water moves at these times.
 
     Returns
     -------
-    (.., n_times, 12) array
-        States of which x, y, u, v, w are over the ground. They are linear in the current.
+    (.., n_times, 12) states of which x, y, u, v, w are over the ground; they are linear in the current
     """
     states = np.array(states, dtype=float)
     water = current if isinstance(current, Water) else Water.steady(np.asarray(current), np.asarray(times))
@@ -86,12 +81,7 @@ def over_ground(states: np.ndarray, times: np.ndarray, current: "tuple[float, fl
 def seen(state: str, attitude: np.ndarray) -> np.ndarray:
     """(.., n_times, 2) what of a displacement to the north and to the east x or y see, or of a velocity u, v or w.
 
-    Parameters
-    ----------
-    state : str
-        Short name.
-    attitude : (.., n_times, 3) array
-        phi, theta, psi, rad.
+    The attitude (.., n_times, 3) is phi, theta, psi, rad.
     """
     if state in ("x", "y"):
         parts = np.zeros((*np.shape(attitude)[:-1], 2))

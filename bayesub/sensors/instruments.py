@@ -1,4 +1,9 @@
-"""Instruments: several sensors with one interval, and one noise and one resolution for each unit."""
+"""Instruments, several sensors with one interval and one noise and resolution for each unit; and those of boats.
+
+Each preset gives a tuple of :class:`Sensor`: the sensors of a boat that the literature describes. `channels` selects
+some of them by name. Where the source takes a quantity as exact a preset has a small standard deviation, an argument: a
+likelihood needs one.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,7 +14,8 @@ import numpy as np
 from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Positive
 from bayesub.logs.log_files import HEADERS
-from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name
+from bayesub.model.vehicles import GRAVITY_MPS2
+from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat, register
 
 _COLUMNS = {channel_name(quantity): HEADERS[quantity] for quantity in QUANTITIES}
 
@@ -29,10 +35,8 @@ class Instrument:
 
     Attributes
     ----------
-    channels : tuple of str
-        Those that are measured.
-    interval_s : float
-        One reading every so many seconds, the first after one interval.
+    channels : those that are measured
+    interval_s : one reading every so many seconds, the first after one interval
     """
 
     CHANNELS: ClassVar[tuple[str, ...]]  # all that it can measure
@@ -56,20 +60,15 @@ class Instrument:
             yield Sensor(column, sd, resolution, self.interval_s, instrument=type(self).__name__.lower())
 
 
+@register
 @dataclass(frozen=True)
 class Track(Instrument):
     """A tracking range or an inertial navigator: position and attitude with independent normal noise.
 
     Attributes
     ----------
-    position_sd_m : float
-        Standard deviation of x, y, z.
-    attitude_sd_deg : float
-        Standard deviation of roll, pitch, yaw.
-    interval_s : float
-        One reading every so many seconds, the first after one interval.
-    channels : tuple of str
-        Those that are measured, of x, y, z, roll, pitch, yaw.
+    position_sd_m : standard deviation of x, y, z
+    attitude_sd_deg : standard deviation of roll, pitch, yaw
     """
 
     CHANNELS = tuple(TRACK_CHANNELS)
@@ -97,6 +96,10 @@ class Track(Instrument):
         return self.attitude_sd_deg
 
 
+register(Sensor)  # here, as messages name the kinds in this order
+
+
+@register
 @dataclass(frozen=True)
 class Pressure(Instrument):
     """A pressure gauge, which reads depth; a constant error of the surface is its bias (:func:`modified`)."""
@@ -109,6 +112,7 @@ class Pressure(Instrument):
     channels: tuple[str, ...] = CHANNELS
 
 
+@register
 @dataclass(frozen=True)
 class Compass(Instrument):
     """A compass, magnetic or gyroscopic, which reads heading; its deviation is a bias (:func:`modified`)."""
@@ -121,6 +125,7 @@ class Compass(Instrument):
     channels: tuple[str, ...] = CHANNELS
 
 
+@register
 @dataclass(frozen=True)
 class INS(Instrument):
     """An inertial navigation system: attitude, rates, and linear and angular accelerations in body axes.
@@ -143,6 +148,7 @@ class INS(Instrument):
     channels: tuple[str, ...] = (*ATTITUDE, *RATES)
 
 
+@register
 @dataclass(frozen=True)
 class DVL(Instrument):
     """A Doppler log locked on to the bottom: body velocities over the ground, current included."""
@@ -155,6 +161,7 @@ class DVL(Instrument):
     channels: tuple[str, ...] = CHANNELS
 
 
+@register
 @dataclass(frozen=True)
 class ADCP(Instrument):
     """A Doppler current profiler: body velocities through the water, which are those of the equations of motion."""
@@ -167,6 +174,7 @@ class ADCP(Instrument):
     channels: tuple[str, ...] = CHANNELS
 
 
+@register
 @dataclass(frozen=True)
 class GPS(Instrument):
     """A satellite receiver: position, and if named velocity over the ground, speed and course over ground.
@@ -185,3 +193,89 @@ class GPS(Instrument):
     resolution_deg: float = 0.0
     interval_s: Positive = 1.0
     channels: tuple[str, ...] = ("x", "y")
+
+
+PHINS_ACCELEROMETER_MPS2 = 50e-6 * GRAVITY_MPS2  # 50 micro-g (thesis section 9.1.1)
+
+
+@register
+def autosub(
+    *,
+    interval_s: float = 1.0,
+    velocity_sd_mps: float = 0.0045,
+    velocity_resolution_mps: float = 0.001,
+    acceleration_sd_mps2: float = PHINS_ACCELEROMETER_MPS2,
+    depth_sd_m: float = 0.1,
+    attitude_sd_deg: float = 0.01,
+    rate_sd_degps: float = 0.001,
+    angular_acceleration_sd_degps2: float = 0.001,
+    channels: tuple[str, ...] | None = None,
+) -> tuple[Sensor, ...]:
+    """What Autosub measures: an IXSEA PHINS INS, an RDI Workhorse Navigator on the bottom, and pressure.
+
+    From thesis section 9.1 and table 33 are the channels; bottom-track velocities with a standard deviation of 0.3 to
+    0.6 cm/s, of which the middle is taken, and a resolution of 0.1 cm/s; accelerometers good to 50 micro-g, taken as
+    the standard deviation of the linear accelerations. Depth has none there; attitude, rates and angular accelerations
+    are exact there, for gyros that drift less than 0.01 deg/h. Their standard deviations are assumed.
+    """
+    dvl = DVL(sd_mps=velocity_sd_mps, resolution_mps=velocity_resolution_mps, interval_s=interval_s)
+    ins = INS(
+        sd_deg=attitude_sd_deg,
+        sd_degps=rate_sd_degps,
+        sd_mps2=acceleration_sd_mps2,
+        sd_degps2=angular_acceleration_sd_degps2,
+        interval_s=interval_s,
+        channels=INS.CHANNELS,
+    )
+    return _selected([Pressure(sd_m=depth_sd_m, interval_s=interval_s), dvl, ins], channels)
+
+
+@register
+def thesis_rounding(
+    *,
+    interval_s: float = 1.0,
+    velocity_sd_mps: float = 0.0,
+    acceleration_sd_mps2: float = 0.0,
+    attitude_sd_deg: float = 0.01,
+    rate_sd_degps: float = 0.001,
+    angular_acceleration_sd_degps2: float = 0.001,
+    channels: tuple[str, ...] | None = None,
+) -> tuple[Sensor, ...]:
+    """The data of the thesis's ill-conditioning tests (section 9.6): rounded, not noisy.
+
+    Velocities are rounded to 1 cm/s and linear accelerations to 1 mm/s^2, of exact values unless a standard deviation
+    is given. Attitude, rates and angular accelerations are exact there; their standard deviations are assumed.
+    """
+    adcp = ADCP(sd_mps=velocity_sd_mps, resolution_mps=0.01, interval_s=interval_s)
+    ins = INS(
+        sd_deg=attitude_sd_deg,
+        sd_degps=rate_sd_degps,
+        sd_mps2=acceleration_sd_mps2,
+        sd_degps2=angular_acceleration_sd_degps2,
+        resolution_mps2=0.001,
+        interval_s=interval_s,
+        channels=INS.CHANNELS,
+    )
+    return _selected([adcp, ins], channels)
+
+
+@register
+def tracking_range(
+    *,
+    interval_s: float = 1.0,
+    position_sd_m: float = 0.5,
+    attitude_sd_deg: float = 0.1,
+    channels: tuple[str, ...] | None = None,
+) -> tuple[Sensor, ...]:
+    """An acoustic tracking range with the boat's own attitude: position to 0.5 m and attitude to 0.1 deg.
+
+    The standard deviations are assumed: the thesis fits exact tracks (chapter 4).
+    """
+    return _selected(Track(position_sd_m, attitude_sd_deg, interval_s), channels)
+
+
+def _selected(sensors, channels) -> tuple[Sensor, ...]:
+    by_channel = {channel_name(sensor.quantity): sensor for sensor in flat(sensors)}
+    for channel in channels or ():
+        check_known(channel, by_channel, f"sensor: unknown channel '{channel}'")
+    return tuple(by_channel[channel] for channel in (by_channel if channels is None else channels))

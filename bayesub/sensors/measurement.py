@@ -1,21 +1,25 @@
-"""What the channels of a record read of a motion without error, and how that depends on the motion.
+"""What the channels of a record read of a motion without error and how that depends on the motion, and with errors.
 
 This is the one place where a motion through the water becomes readings: it knows which channels feel the current
-(:mod:`bayesub.sensors.current`), which have a lever arm (:mod:`bayesub.sensors.lever_arm`), and which know a heading
-up to whole turns only. :func:`bayesub.sensors.observe` asks it for the truth behind a record, and
+(:mod:`bayesub.sensors.current`), which have a lever arm (:mod:`bayesub.sensors.velocity`), and which know a heading
+up to whole turns only. :func:`observe` asks it for the truth behind a record, and
 :class:`bayesub.problem.problem.Problem` for predictions.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayesub.logs.log_files import ANGLES
+from bayesub.io.errors import InputError
+from bayesub.logs.log_files import ANGLES, HEADERS, si_factor
+from bayesub.model.trajectory import Trajectory
 from bayesub.sensors import velocity
 from bayesub.sensors.current import Water, seen, seen_slopes
-from bayesub.sensors.lever_arm import TURNING, displaced, displaced_slopes
-from bayesub.sensors.record import TURN, Channel
+from bayesub.sensors.instruments import Instrument
+from bayesub.sensors.record import TURN, Channel, Record, channel_of
+from bayesub.sensors.sensor import Sensor, flat
+from bayesub.sensors.velocity import TURNING, displaced, displaced_slopes
 
 Arms = Mapping[str, np.ndarray]  # instrument -> its lever arm (3,), or (n_batch, 3)
 _KNOWN: Arms = {}
@@ -35,7 +39,7 @@ class _Place:
         arm = np.asarray(arms.get(self.channel.instrument, self.channel.lever_arm_m))
         return arm if arm.ndim == 1 else arm[:, None]
 
-    def causes(self, outputs) -> np.ndarray:
+    def causes(self, outputs: np.ndarray) -> np.ndarray:
         """(n_batch, n, n_columns) of outputs (n_batch, n_times, n_measured)."""
         return outputs[:, self.rows][..., self.columns]
 
@@ -43,41 +47,29 @@ class _Place:
 class MeasurementModel:
     """The noise-free readings of all channels of a record, one channel after the other.
 
+    Derivatives are those of one member: its outputs are (n_times, n_measured), the water, of a model with a current, is
+    of (n_times, 2) each, and the lever arms of instruments that are moved are (3,).
+
     Parameters
     ----------
-    channels : sequence of Channel
-        Of which the quantity, the times and the lever arm count; their values need not be known yet.
-    current : bool
-        Whether there is a current.
-    clocks : collection of str
-        Instruments that have rows of times for themselves, because their clocks are not known.
-    moved : collection of str
-        Instruments whose lever arms are not known.
+    channels : of which the quantity, the times and the lever arm count; their values need not be known yet
+    current : whether there is a current
+    clocks : instruments that have rows of times for themselves, because their clocks are not known
+    moved : instruments whose lever arms are not known
 
     Attributes
     ----------
-    channels : tuple of Channel
-    times : (n_times,) array
-        All times at which a channel reads, ascending, s; those of instruments in `clocks` come after the others.
-    by_clock : dict of str to slice
-        Instrument in `clocks` -> its times.
-    measured : tuple of str
-        Short names of the states and accelerations that the readings depend on, n_measured of them.
-    slices : list of slice
-        Where each channel stands among the readings.
-    n_readings : int
-        Number of readings of all channels.
-    displaced : bool
-        Whether derivatives need the motion: of a lever arm that matters, and of velocities in inertial axes.
+    times : (n_times,) all times at which a channel reads, ascending, s; those of instruments in `clocks` come after the
+        others
+    by_clock : instrument in `clocks` -> its times
+    measured : short names of the states and accelerations that the readings depend on, n_measured of them
+    slices : where each channel stands among the readings
+    n_readings : number of readings of all channels
+    displaced : whether derivatives need the motion: of a lever arm that matters, and of velocities in inertial axes
     """
 
     def __init__(
-        self,
-        channels: Sequence[Channel],
-        *,
-        current: bool,
-        clocks: Collection[str] = (),
-        moved: Collection[str] = (),
+        self, channels: Sequence[Channel], *, current: bool, clocks: Collection[str] = (), moved: Collection[str] = ()
     ):
         self.channels = tuple(channels)
         rows = self._set_times(channels, clocks)
@@ -98,28 +90,23 @@ class MeasurementModel:
         attitude = [self.measured.index(name) for name in ANGLES] if turned else []
 
         # Where each reading stands in the measured outputs of all times, laid out in one row.
-        n = len(self.measured)
         # A velocity in inertial axes is put in the place of the first of its causes.
         firsts = [self.measured.index(names[0]) for names in causes]
+        n = len(self.measured)
         self._position = np.concatenate([n * at + first for at, first in zip(rows, firsts, strict=True)])
-        places = list(zip(channels, self.slices, rows, in_current, strict=True))
-        # Positions in a current do not depend on the attitude.
-        self._in_current = [
-            _Place(c, part, at, attitude if c.state in "uvw" else [])
-            for c, part, at, feels in places
-            if feels and c.state not in velocity.QUANTITIES
-        ]
-        self._velocities = [
-            _Place(c, part, at, [self.measured.index(name) for name in names])
-            for names, (c, part, at, _) in zip(causes, places, strict=True)
-            if c.state in velocity.QUANTITIES
-        ]
-        self._at_lever_arms = [
-            _Place(c, part, at, [self.measured.index(name) for name in TURNING[c.state]])
-            for far, (c, part, at, _) in zip(displaced_here, places, strict=True)
-            if far
-        ]
-        self._wrapped = [part for c, part, *_ in places if c.modulo_turn]
+        self._in_current: list[_Place] = []
+        self._velocities: list[_Place] = []
+        self._at_lever_arms: list[_Place] = []
+        for c, part, at, names, far, feels in zip(
+            channels, self.slices, rows, causes, displaced_here, in_current, strict=True
+        ):
+            if c.state in velocity.QUANTITIES:
+                self._velocities.append(_Place(c, part, at, [self.measured.index(name) for name in names]))
+            elif feels:  # positions in a current do not depend on the attitude
+                self._in_current.append(_Place(c, part, at, attitude if c.state in "uvw" else []))
+            if far:
+                self._at_lever_arms.append(_Place(c, part, at, [self.measured.index(n) for n in TURNING[c.state]]))
+        self._wrapped = [part for c, part in zip(channels, self.slices, strict=True) if c.modulo_turn]
 
     def _set_times(self, channels, clocks) -> list[np.ndarray]:
         """All times, and where those of each channel stand among them."""
@@ -141,12 +128,9 @@ class MeasurementModel:
 
         Parameters
         ----------
-        outputs : (n_batch, n_times, n_measured) array
-            The :attr:`measured` outputs in the water.
-        water : Water, optional
-            Of (n_batch, n_times, 2) or (n_times, 2) each; for a model with a current.
-        arms : Arms
-            Lever arms of the instruments that are moved.
+        outputs : (n_batch, n_times, n_measured) the :attr:`measured` outputs in the water
+        water : of (n_batch, n_times, 2) or (n_times, 2) each; for a model with a current
+        arms : lever arms of the instruments that are moved
         """
         readings = outputs.reshape(len(outputs), -1).take(self._position, axis=1)
         if water is not None:
@@ -181,9 +165,9 @@ class MeasurementModel:
 
         Parameters
         ----------
-        predicted : (n_batch, n_readings) array
-            What the sensors would read, bias included; not a number where there is no prediction.
-        readings : (n_readings,) array
+        predicted : (n_batch, n_readings) what the sensors would read, bias included; not a number where there is no
+            prediction
+        readings : (n_readings,)
         """
         for part in self._wrapped:
             predicted[:, part] -= TURN * np.round((predicted[:, part] - readings[part]) / TURN)
@@ -199,14 +183,8 @@ class MeasurementModel:
 
         Parameters
         ----------
-        sensitivities : (n_times, n_measured, n_params) array
-            Derivatives of the :attr:`measured` outputs.
-        outputs : (n_times, n_measured) array, optional
-            The outputs, needed if there is a current or a lever arm.
-        water : Water, optional
-            Of (n_times, 2) each; for a model with a current.
-        arms : Arms
-            Lever arms (3,) of the instruments that are moved.
+        sensitivities : (n_times, n_measured, n_params) derivatives of the :attr:`measured` outputs
+        outputs : needed if there is a current or a lever arm
         """
         slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
         if outputs is None:
@@ -232,13 +210,7 @@ class MeasurementModel:
     def arm_slopes(self, outputs: np.ndarray, water: Water | None, arms: Arms) -> np.ndarray:
         """(n_readings, 3) derivatives of one member's readings by the lever arm of their own instrument.
 
-        Parameters
-        ----------
-        outputs : (n_times, n_measured) array
-        water : Water or None
-            Of (n_times, 2) each; for a model with a current.
-        arms : Arms
-            Lever arms (3,) of the instruments that are moved; derivatives by all others are zero.
+        Those of instruments whose lever arms are known are zero.
         """
         slopes, units = np.zeros((self.n_readings, 3)), np.eye(3)[:, None]
         for place in self._at_lever_arms:
@@ -260,15 +232,8 @@ class MeasurementModel:
 
         Parameters
         ----------
-        rates : (n_times, n_measured) array
-            Derivatives of the outputs by time.
-        outputs : (n_times, n_measured) array
-        water : Water or None
-            Of (n_times, 2) each; for a model with a current.
-        by_time : Water or None
-            Derivatives of it by time.
-        arms : Arms
-            Lever arms (3,) of the instruments that are moved.
+        rates : (n_times, n_measured) derivatives of the outputs by time
+        by_time : derivatives of it by time
         """
         slopes = self.slopes(rates[..., None], outputs, water, arms)[:, 0]
         if by_time is None:
@@ -282,18 +247,13 @@ class MeasurementModel:
 
         Parameters
         ----------
-        outputs : (n_times, n_measured) array
-        by_current : Water
-            Derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the east.
-        water : Water, optional
-            Of (n_times, 2) each: where it is, for speed and course over ground, which are not linear in it.
-        arms : Arms
-            Lever arms (3,) of the instruments that are moved.
+        by_current : derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the
+            east
+        water : where it is, for speed and course over ground, which are not linear in it
 
         Returns
         -------
-        (n_readings, 2, n) array
-            For parameters of the current to the north, and of that to the east.
+        (n_readings, 2, n), for parameters of the current to the north, and of that to the east
         """
         slopes = np.zeros((self.n_readings, 2, by_current.velocity.shape[1]))
         for place, (parts,) in self._seen(outputs[None]):
@@ -308,3 +268,72 @@ class MeasurementModel:
         for place in self._in_current:
             attitude = place.causes(outputs) if place.columns else np.zeros((1, len(place.rows), 3))
             yield place, seen(place.channel.state, attitude)
+
+
+def observe(
+    trajectory: Trajectory,
+    sensors: Sensor | Instrument | Iterable,
+    rng: np.random.Generator | None,
+    member: int = 0,
+    current_mps: tuple[float, float] = (0.0, 0.0),
+) -> Record:
+    """Measure one member of a trajectory.
+
+    Parameters
+    ----------
+    sensors : a :class:`Sensor`, an instrument such as :class:`Track`, a preset, or a sequence of them
+    rng : source of noise, outliers and dropouts, which are drawn sensor after sensor. None gives the truth itself as
+        readings, which keep the sd of their sensor as their weight.
+    current_mps : a constant current in which the boat moves, to the north and to the east, besides that of the
+        disturbance of the trajectory
+
+    Raises
+    ------
+    InputError : if the member failed, if the trial is shorter than the interval of a sensor or a time of a reading lies
+        outside it, if two sensors make channels of one name, or if every reading of a sensor is missing
+    """
+    if trajectory.status[member] != "ok":
+        raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured", "model", "trajectory")
+    if len(current_mps) != 2 or not np.isfinite(current_mps).all():
+        raise InputError(
+            f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}",
+            "value",
+            "current_mps",
+        )
+    sensors, duration = flat(sensors), trajectory.times[-1]
+    channels = unread(sensors, duration).channels
+    times = [channel.times for channel in channels]
+    forces = trajectory.simulator.forces
+    history = None if forces is None else forces.of_current
+    model = MeasurementModel(channels, current=any(current_mps) or history is not None)
+    outputs = trajectory.resampled(np.minimum(model.times, duration)).outputs(model.measured)[member]
+    water = Water.steady(np.array(current_mps), model.times)
+    if history is not None:
+        water += Water.varying(history, model.times)
+    (truth,) = model.of(outputs[None], water)
+    readings = [
+        sensor.read(at, truth[part], rng) for sensor, at, part in zip(sensors, times, model.slices, strict=True)
+    ]
+    read = [replace(c, times=at, values=values) for c, (at, values) in zip(channels, readings, strict=True)]
+    return Record(tuple(read), trajectory.xi[member], _true_nuisances(sensors, current_mps), forces)
+
+
+def unread(sensors: Sensor | Instrument | Iterable, duration: float) -> Record:
+    """The record that sensors are about to make of a trial of `duration` (s): its values are not numbers.
+
+    It says all that the choice of an integration step depends on (:mod:`bayesub.problem.problem`).
+    """
+    channels = []
+    for sensor in flat(sensors):
+        times = sensor.reading_times(duration)
+        channels.append(channel_of(sensor, times, np.full(len(times), np.nan)))
+    return Record(tuple(channels))
+
+
+def _true_nuisances(sensors, current_mps) -> dict[str, float]:
+    """Name of a nuisance parameter (:mod:`bayesub.problem.nuisance`) -> its value in the unit of the name."""
+    values = {f"current_{towards}_mps": speed for towards, speed in zip(("north", "east"), current_mps, strict=True)}
+    for sensor in sensors:
+        column, unit = HEADERS[sensor.quantity], sensor.factor / si_factor(sensor.quantity)
+        values |= {f"bias_{column}": unit * sensor.bias, f"sd_{column}": unit * sensor.sd}
+    return values

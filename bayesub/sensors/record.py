@@ -11,8 +11,8 @@ from bayesub.logs import log_files
 from bayesub.model.disturbance import ForceHistory
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.trajectory import Trajectory
-from bayesub.sensors.lever_arm import TURNING
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat
+from bayesub.sensors.velocity import TURNING
 
 TURN = 2.0 * np.pi
 _SLACK = 0.05  # turns by which noise may push a heading beyond the ends of the turn to which a log confines it
@@ -24,26 +24,18 @@ class Channel:
 
     Attributes
     ----------
-    quantity : str
-        Short name, a key of :data:`bayesub.sensors.QUANTITIES`.
-    times : (n,) array
-        s.
-    values : (n,) array
-    sd : float
-        Standard deviation of the noise.
-    resolution : float
-        Step to which noisy values were then rounded, or 0.
-    lever_arm_m : (float, float, float)
-        Place of the sensor from the body origin.
-    clock_offset_s : float
-        How far its clock is ahead: a file stamps a reading with its time plus that.
-    modulo_turn : bool
-        Whether values are known up to whole turns only, as the headings of a log, so that they are compared modulo one
-        turn (:meth:`bayesub.sensors.measurement.MeasurementModel.to_nearest_turn`). A simulated heading is continuous.
-    direction : (float, float, float) or None
-        Unit vector along which a log of the speed through the water reads.
-    instrument : str
-        With whose other channels it shares clock and place; by default it is an instrument by itself.
+    quantity : short name, a key of :data:`bayesub.sensors.QUANTITIES`
+    times : (n,), s
+    values : (n,)
+    sd : standard deviation of the noise
+    resolution : step to which noisy values were then rounded, or 0
+    lever_arm_m : place of the sensor from the body origin
+    clock_offset_s : how far its clock is ahead: a file stamps a reading with its time plus that
+    modulo_turn : whether values are known up to whole turns only, as the headings of a log, so that they are compared
+        modulo one turn (:meth:`bayesub.sensors.measurement.MeasurementModel.to_nearest_turn`). A simulated heading is
+        continuous.
+    direction : unit vector along which a log of the speed through the water reads
+    instrument : with whose other channels it shares clock and place; by default it is an instrument by itself
     """
 
     quantity: str
@@ -82,18 +74,19 @@ class Channel:
 
     @property
     def displaced(self) -> bool:
-        """Whether the readings contain a lever arm (:mod:`bayesub.sensors.lever_arm`)."""
+        """Whether the readings contain a lever arm (:mod:`bayesub.sensors.velocity`)."""
         return any(self.lever_arm_m) and self.state in TURNING
 
 
 def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel:
     """The channel of a sensor with readings (n,) at times (n,), SI units."""
-    sd, resolution = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
     ahead, starboard, down = sensor.lever_arm_m or (0.0, 0.0, 0.0)
-    place = {"lever_arm_m": (ahead, starboard, down), "clock_offset_s": sensor.clock_offset_s}
-    if sensor.direction is not None:
-        place["direction"] = tuple((np.asarray(sensor.direction) / np.linalg.norm(sensor.direction)).tolist())
-    return Channel(sensor.quantity, times, values, sd, resolution, instrument=sensor.instrument or "", **place)
+    direction = sensor.direction
+    if direction is not None:
+        direction = tuple((np.asarray(direction) / np.linalg.norm(direction)).tolist())
+    sizes = sensor.factor * sensor.sd, sensor.factor * sensor.resolution
+    place, instrument = ((ahead, starboard, down), sensor.clock_offset_s), sensor.instrument or ""
+    return Channel(sensor.quantity, times, values, *sizes, *place, direction=direction, instrument=instrument)
 
 
 @dataclass(frozen=True)
@@ -102,15 +95,11 @@ class Record:
 
     Attributes
     ----------
-    channels : tuple of Channel
-        With different names.
-    truth : (n_terms,) array or None
-        The coefficients behind a synthetic record; None for a real one.
-    nuisances : dict of str to float
-        What else is known of a synthetic record: name of a nuisance parameter (:mod:`bayesub.problem.nuisance`) -> true
-        value in the unit of the name.
-    forces : ForceHistory or None
-        That the boat of a synthetic record felt and that no equations have.
+    channels : with different names
+    truth : (n_terms,) the coefficients behind a synthetic record; None for a real one
+    nuisances : what else is known of a synthetic record: name of a nuisance parameter (:mod:`bayesub.problem.nuisance`)
+        -> true value in the unit of the name
+    forces : that the boat of a synthetic record felt and that no equations have
     """
 
     channels: tuple[Channel, ...]
@@ -196,19 +185,14 @@ class Record:
 
         Parameters
         ----------
-        path : str or Path
-        sensors : Sensor, Instrument, or sequence of them
-            One sensor for each column, with the noise sd and resolution of its readings, lever arm and clock offset;
-            their other settings play no part.
-        start_heading_deg : float
-            About where the first reading of an unwrapped heading shall be.
-        controls : iterable of str
-            Columns of a vehicle's own that the file may have besides, such as ``fin_1_deg``.
+        sensors : one sensor for each column, with the noise sd and resolution of its readings, lever arm and clock
+            offset; their other settings play no part
+        start_heading_deg : about where the first reading of an unwrapped heading shall be
+        controls : columns of a vehicle's own that the file may have besides, such as ``fin_1_deg``
 
         Raises
         ------
-        InputError
-            For a file that does not fit, and for a column without sensor or a sensor without column.
+        InputError : for a file that does not fit, and for a column without sensor or a sensor without column
         """
         return cls.of_log(log_files.read_log(Path(path), controls), sensors, path, start_heading_deg=start_heading_deg)
 

@@ -1,9 +1,9 @@
 """One sensor: what it reads, when, and how wrong."""
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from bayesub.logs.log_files import ACCELERATIONS, COLUMNS, HEADERS, STATES, si_f
 from bayesub.sensors import velocity
 
 MAX_READINGS = 1_000_000
+KINDS: dict[str, Callable[..., "Sensor | Iterable"]] = {}  # name in files -> what gives the sensors, see `register`
 
 
 @dataclass(frozen=True)
@@ -20,10 +21,8 @@ class Quantity:
 
     Attributes
     ----------
-    state : str
-        Short name of a state, of a body acceleration, or of a velocity (:mod:`bayesub.sensors.velocity`).
-    over_ground : bool
-        Whether the current is in it.
+    state : short name of a state, of a body acceleration, or of a velocity (:mod:`bayesub.sensors.velocity`)
+    over_ground : whether the current is in it
     """
 
     state: str
@@ -55,6 +54,18 @@ def channel_name(quantity: str) -> str:
     return HEADERS[quantity].rpartition("_")[0]
 
 
+_Make = TypeVar("_Make", bound=Callable[..., Any])
+
+
+def register(make: _Make) -> _Make:
+    """Let study files have a function or class that gives sensors, under its name in small letters.
+
+    Its arguments are the keys of a ``[[sensors]]`` of that kind; all have types, which the values of keys must be of.
+    """
+    KINDS[make.__name__.lower()] = make
+    return make
+
+
 @dataclass(frozen=True)
 class Sensor:
     """Readings of one quantity.
@@ -66,38 +77,24 @@ class Sensor:
 
     Attributes
     ----------
-    column : str
-        The quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
-    sd : float
-        Standard deviation of the noise, in the unit of the column.
-    resolution : float
-        Rounding step in the unit of the column, 0 if there is none.
-    interval_s : float
-        One reading every so many seconds, the first after one interval.
-    times : (n,) tuple of float or None
-        Ascending times of the readings in s, instead of the interval.
-    bias : float
-        What is added to every reading, in the unit of the column.
-    dropout : float
-        Probability that a reading is missing.
-    gaps : tuple of (start, end)
-        Readings from start to end (s) are missing.
-    outlier_probability : float
-        Probability that a reading is an outlier.
-    outlier_scale : float
-        Its noise in units of the ordinary one.
-    lever_arm_m : (float, float, float) or None
-        Where the sensor is, ahead, to starboard and down from the body origin; None for the origin. It adds to
-        position, velocity and acceleration as on a rigid body (:mod:`bayesub.sensors.lever_arm`).
-    clock_offset_s : float
-        How far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t was taken at
-        t - clock_offset_s.
-    direction : (float, float, float) or None
-        Of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of any
-        length, along which it reads; None for the size of the horizontal velocity.
-    instrument : str or None
-        Name of the instrument that it is part of, with which it shares the clock and the place; None if it is one by
-        itself, with the name of its channel.
+    column : the quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
+    sd : standard deviation of the noise, in the unit of the column
+    resolution : rounding step in the unit of the column, 0 if there is none
+    interval_s : one reading every so many seconds, the first after one interval
+    times : (n,) ascending times of the readings in s, instead of the interval
+    bias : what is added to every reading, in the unit of the column
+    dropout : probability that a reading is missing
+    gaps : readings from start to end (s) are missing
+    outlier_probability : probability that a reading is an outlier
+    outlier_scale : its noise in units of the ordinary one
+    lever_arm_m : where the sensor is, ahead, to starboard and down from the body origin; None for the origin. It adds
+        to position, velocity and acceleration as on a rigid body (:mod:`bayesub.sensors.velocity`).
+    clock_offset_s : how far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t
+        was taken at t - clock_offset_s
+    direction : of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of
+        any length, along which it reads; None for the size of the horizontal velocity
+    instrument : name of the instrument that it is part of, with which it shares the clock and the place; None if it is
+        one by itself, with the name of its channel
     """
 
     column: str
@@ -223,10 +220,7 @@ def rounded(values: np.ndarray, step: float) -> np.ndarray:
 def flat(sensors: Sensor | Iterable) -> tuple[Sensor, ...]:
     """The sensors of a sensor, an instrument, or a sequence of such and of sequences, in order.
 
-    Raises
-    ------
-    InputError
-        If there is none, or if two read the same quantity.
+    Raises InputError if there is none, or if two read the same quantity.
     """
     sensors = tuple(_each(sensors))
     if not sensors:
@@ -255,12 +249,9 @@ def modified(sensors: Sensor | Iterable, channels: Iterable[str] | None = None, 
 
     Parameters
     ----------
-    sensors : Sensor, Instrument, or sequence of them
-        Whatever :func:`observe` takes.
-    channels : iterable of str, optional
-        Names of the channels to change, such as ``["u_ground"]``; by default all.
-    **changes : Any
-        Attributes of :class:`Sensor`.
+    sensors : whatever :func:`observe` takes
+    channels : names of the channels to change, such as ``["u_ground"]``; by default all
+    **changes : attributes of :class:`Sensor`
     """
     sensors = flat(sensors)
     names = [channel_name(sensor.quantity) for sensor in sensors]

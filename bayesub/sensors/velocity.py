@@ -1,7 +1,16 @@
-"""Velocity over the ground in inertial axes, its size and its course, and speed through the water.
+"""What a sensor away from the body origin reads: lever arms, velocities in inertial axes, speed through the water.
 
-With v the velocity of the origin in body axes, l the lever arm, omega = (p, q, r), R the rotation from body to inertial
-axes (model manual, section 1) and c the current, a sensor reads of its place
+With l the lever arm in body axes, omega = (p, q, r), and R the rotation from body to inertial axes (model manual,
+section 1), the point l of the body has
+
+- position         ``R l`` beyond that of the origin,
+- body velocity    ``omega x l`` beyond that of the origin (the terms of xG, yG, zG in the model manual,
+  section 2), and
+- udot vdot wdot   ``omega_dot x l`` beyond those of the origin, because they are the rates of change of the velocity in
+  body axes. The centripetal ``omega x (omega x l)`` of an accelerometer is in its ``omega x v``, with v at the sensor.
+
+Attitude and rates are the same all over the body. With v the velocity of the origin in body axes and c the current,
+velocities in inertial axes are, at the place of the sensor,
 
 - ``north``, ``east``, ``down``: the velocity over the ground ``R (v + omega x l) + c``;
 - ``sog``, ``cog``: the size of its horizontal part, and the course, which is the heading plus the angle of that part
@@ -15,25 +24,55 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bayesub.sensors.lever_arm import displaced, row_of_rotation
+from bayesub.sensors.current import seen
+
+# State -> what turns the lever arm into it.
+TURNING = dict.fromkeys("xyz", ("phi", "theta", "psi")) | dict.fromkeys("uvw", ("p", "q", "r"))
+TURNING |= dict.fromkeys(("udot", "vdot", "wdot"), ("pdot", "qdot", "rdot"))
+_TINY = 1e-30  # imaginary step, of which the square vanishes beside one
+
+
+def displaced(state: str, lever_arm_m: ArrayLike, turning: np.ndarray) -> np.ndarray:
+    """(..) what a lever arm adds to readings of a state or acceleration, m, m/s or m/s^2.
+
+    Parameters
+    ----------
+    lever_arm_m : (3,) or (.., 3) ahead, to starboard and down from the body origin
+    turning : (.., 3) the attitude, rates or angular accelerations that TURNING names, rad, rad/s or rad/s^2
+    """
+    if state in "xyz":
+        return np.sum(row_of_rotation(state, turning) * np.asarray(lever_arm_m), axis=-1)
+    ahead, starboard, down = np.moveaxis(np.asarray(lever_arm_m), -1, 0)
+    p, q, r = np.moveaxis(turning, -1, 0)
+    cross = {"u": q * down - r * starboard, "v": r * ahead - p * down, "w": p * starboard - q * ahead}
+    return cross[state[0]]
+
+
+def displaced_slopes(state: str, lever_arm_m: ArrayLike, turning: np.ndarray) -> np.ndarray:
+    """(n, 3) derivatives of what a lever arm adds by `turning` (n, 3), by imaginary steps."""
+    return displaced(state, lever_arm_m, turning[None] + 1j * _TINY * np.eye(3)[:, None]).imag.T / _TINY
+
+
+def row_of_rotation(state: str, attitude: np.ndarray) -> np.ndarray:
+    """(.., 3) the body axes as seen along the inertial axis of x, y or z, at attitudes (.., 3)."""
+    if state == "z":
+        phi, theta, _ = np.moveaxis(attitude, -1, 0)
+        return np.stack([-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)], axis=-1)
+    # A current along an axis adds to each body velocity the cosine between the two.
+    return np.stack([seen(axis, attitude)[..., "xy".index(state)] for axis in "uvw"], axis=-1)
+
 
 OVER_GROUND = ("north", "east", "down", "sog", "cog")
 QUANTITIES = (*OVER_GROUND, "stw")
 ATTITUDE, RATES = ("phi", "theta", "psi"), ("p", "q", "r")
 CAUSES = (*ATTITUDE, "u", "v", "w", *RATES)
-_STEP = 1e-30  # imaginary step, of which the square vanishes beside one
 _AT_REST = 1e-12  # m/s, where a course has no derivative
 
 
 def causes(state: str, displaced: bool) -> tuple[str, ...]:
     """Short names of the states that readings depend on; of any but the velocities of this module the state itself.
 
-    Parameters
-    ----------
-    state : str
-        Short name of what is read.
-    displaced : bool
-        Whether the sensor has a lever arm.
+    The sensor has a lever arm where it is `displaced`.
     """
     if state not in QUANTITIES:
         return (state,)
@@ -67,16 +106,12 @@ def readings(
 
     Parameters
     ----------
-    quantity : str
-        Short name, one of QUANTITIES.
-    motion : (.., n_causes) array
-        The states that :func:`causes` names, through the water.
-    current : (.., 2) array
-        To the north and to the east, m/s, where and when the reading is taken.
-    lever_arm_m : (3,) or (.., 3)
-        Ahead, to starboard and down from the body origin; of no account without rates among the motion.
-    direction : (3,), optional
-        Unit vector in body axes along which a log reads.
+    quantity : short name, one of QUANTITIES
+    motion : (.., n_causes) the states that :func:`causes` names, through the water
+    current : (.., 2) to the north and to the east, m/s, where and when the reading is taken
+    lever_arm_m : (3,) or (.., 3) ahead, to starboard and down from the body origin; of no account without rates among
+        the motion
+    direction : (3,) unit vector in body axes along which a log reads
     """
     if quantity == "stw":
         if direction is not None:
@@ -102,27 +137,16 @@ def slopes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives (n, n_causes) of readings by the motion, and (n, 2) by the current, by imaginary steps.
 
-    Parameters
-    ----------
-    quantity : str
-        As of :func:`readings`.
-    motion : (n, n_causes) array
-        As of :func:`readings`.
-    current : (n, 2) array
-        As of :func:`readings`.
-    lever_arm_m : (3,)
-        As of :func:`readings`.
-    direction : (3,), optional
-        As of :func:`readings`.
+    Arguments are those of :func:`readings`, with a motion (n, n_causes), a current (n, 2) and a lever arm (3,).
     """
     n_causes = motion.shape[1]
-    stepped = motion[None] + 1j * _STEP * np.eye(n_causes)[:, None]
+    stepped = motion[None] + 1j * _TINY * np.eye(n_causes)[:, None]
     if quantity == "stw" and direction is not None:
         along = _at_sensor(stepped, lever_arm_m) @ np.asarray(direction)
-        return along.imag.T / _STEP, np.zeros((len(motion), 2))
+        return along.imag.T / _TINY, np.zeros((len(motion), 2))
     if quantity == "stw":
         current = np.zeros_like(current)
-    by_motion = np.moveaxis(_inertial(stepped, current, lever_arm_m).imag / _STEP, 0, 1)  # (n, n_causes, 3)
+    by_motion = np.moveaxis(_inertial(stepped, current, lever_arm_m).imag / _TINY, 0, 1)  # (n, n_causes, 3)
     by_current = np.broadcast_to(np.eye(2, 3), (len(motion), 2, 3))
     if quantity in ("north", "east", "down"):
         weights = np.eye(3)[("north", "east", "down").index(quantity)]

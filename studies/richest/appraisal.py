@@ -20,7 +20,7 @@ from bayesub.design.search import Cost, search
 from bayesub.io.errors import InputError
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.model.vehicles import Vehicle, load_vehicle
-from bayesub.sensors import DVL, INS, Pressure, Sensor, presets
+from bayesub.sensors import DVL, INS, Pressure, Sensor, thesis_rounding
 from bayesub.sensors.sensor import channel_name, flat
 from thesis.cases import time_scale, tracking_range
 
@@ -52,7 +52,7 @@ def sensor_sets(boat: Vehicle) -> dict[str, tuple[Sensor, ...]]:
         INS(sd_deg=0.05, sd_degps=0.01, interval_s=interval),
         Pressure(sd_m=0.1, interval_s=interval),
     )
-    rounded = presets.thesis_rounding(interval_s=interval, velocity_sd_mps=1e-3, acceleration_sd_mps2=1e-4)
+    rounded = thesis_rounding(interval_s=interval, velocity_sd_mps=1e-3, acceleration_sd_mps2=1e-4)
     return {"track": tuple(flat(tracking_range(boat))), "rounded": tuple(flat(rounded)), "log": tuple(flat(log))}
 
 

@@ -25,7 +25,7 @@ from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
-from bayesub.sensors import observe, presets
+from bayesub.sensors import observe, thesis_rounding
 from thesis.cases import posed, time_scale, tracking_range
 
 PRIOR_SD, GUESS_SD = 0.25, 0.15  # relative; the guess about which a prior of a trial is centred is a draw
@@ -33,7 +33,7 @@ KNOWN, SHARPENED = 0.1, 0.9  # posterior sd over prior sd
 SAME = 1e-9  # of the load: what is left when the terms of the rigid body explain it
 SENSORS = {
     "track": tracking_range,
-    "rounded": lambda boat: presets.thesis_rounding(interval_s=time_scale(boat)),
+    "rounded": lambda boat: thesis_rounding(interval_s=time_scale(boat)),
 }
 
 

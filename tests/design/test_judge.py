@@ -11,8 +11,7 @@ from bayesub.design.judge import MIN_SHARPNESS, Judge, Sensed, expected_sd
 from bayesub.inference.identifiability.fisher import fisher
 from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.joint import JointProblem
-from bayesub.problem.likelihoods import UnknownSd
-from bayesub.problem.rounding import Rounded
+from bayesub.problem.likelihoods import Rounded, UnknownSd
 from bayesub.sensors import ADCP, DVL, INS, Track
 
 STEP = 2.0

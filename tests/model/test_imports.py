@@ -21,7 +21,7 @@ def test_modules_that_describe():
     modules = [f"model.{name}" for name in ("coefficients", "vehicles", "manoeuvres", "manoeuvre_files", "trajectory")]
     modules += [f"model.{name}" for name in ("closed_loop", "hulls", "hull_files", "added_mass", "linear_form")]
     modules += ["io.toml_files", "logs.log_files", "io.errors", "kernels.workspace", "model.actuator"]
-    modules += ["sensors", "sensors.measurement", "sensors.presets", "problem.nuisance"]
+    modules += ["sensors", "sensors.measurement", "sensors.instruments", "problem.nuisance"]
     assert imported("import " + ", ".join(f"bayesub.{module}" for module in modules)) == []
 
 

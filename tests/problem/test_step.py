@@ -10,7 +10,7 @@ import bayesub as bs
 from bayesub.model import simulator
 from bayesub.model.coefficients import NAMES
 from bayesub.model.simulator import MAX_STEPS, Simulator, steps, true_step
-from bayesub.problem import step as module
+from bayesub.problem import problem as module
 from bayesub.problem.likelihoods import Normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors import unread

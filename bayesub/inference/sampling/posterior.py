@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayesub.inference.checks import convergence
+from bayesub.inference.interface import InferencePrior
 from bayesub.io.notebook import Displayed
 
 if TYPE_CHECKING:
@@ -146,8 +147,19 @@ class Posterior(Displayed):
 
     @property
     def contraction(self) -> np.ndarray:
-        """(n_params,) posterior sd over prior sd: 1 where the data said nothing."""
+        """(n_params,) posterior sd over the prior sd of each parameter by itself: 1 where the data said nothing."""
         return self.sd / self.prior_sd
+
+    def contraction_given(self, prior: InferencePrior) -> np.ndarray:
+        """(n_params,) posterior sd over the sd that the `prior` of these has once the draws have said its scale.
+
+        What the data say of the scale of a hierarchical prior narrows it for parameters of which they say nothing.
+        """
+        return prior.contraction(self.draws)
+
+    def contraction_along(self, directions: np.ndarray) -> np.ndarray:
+        """(n,) as :attr:`contraction`, along directions (n, n_params) in prior sds."""
+        return np.std((self.draws - self.prior_mean) / self.prior_sd @ directions.T, axis=0)
 
     @cached_property
     def correlation(self) -> np.ndarray:

@@ -16,6 +16,7 @@ from bayesub.io.errors import InputError, nearest
 from bayesub.model import quantities
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.study.after.finished_run import finished_run
+from bayesub.study.after.knowledge import covariance_of_draws
 from bayesub.study.provenance import of_request
 from bayesub.study.run.result import NOT_CONVERGED
 from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors
@@ -107,8 +108,8 @@ class KnownBefore:
         """The judge whose prior is the posterior; coefficients of the judge are among those of the posterior."""
         places = [self.names.index(name) for name in judge.names]
         prior_sd = judge.empty().prior_sd
-        covariance = np.atleast_2d(np.cov(self.draws[:, places].T)) / np.outer(prior_sd, prior_sd)
-        return replace(judge, precision=np.linalg.inv(covariance))
+        covariance = covariance_of_draws(judge.names, self.draws[:, places])
+        return replace(judge, precision=np.linalg.inv(covariance / np.outer(prior_sd, prior_sd)))
 
     def sets(self, vehicle: Vehicle, n: int, rng: np.random.Generator) -> np.ndarray:
         """(n, n_terms) coefficient sets of draws."""

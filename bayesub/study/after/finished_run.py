@@ -17,9 +17,9 @@ from bayesub.study.run.infer import ESTIMATES, POSTERIOR
 from bayesub.study.run.prepare import Setup, prepare
 from bayesub.study.run.result import load_result
 from bayesub.study.run.run_folder import CONFIG, saved_config
-from bayesub.study.schema.check_section import CheckSection
-from bayesub.study.schema.control_section import with_columns
+from bayesub.study.schema.sensor_section import with_columns
 from bayesub.study.schema.study_file import Study
+from bayesub.study.schema.trial_section import CheckSection
 
 OTHERS = {"design": "design with --resume", "prediction": "predict with --force", "comparison": "compare with --force"}
 T = TypeVar("T")

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.io.errors import InputError
+
 SMALLEST = 1e-12  # eigenvalue of a matrix of correlations that is written: below, rounding would make it indefinite
 
 
@@ -74,7 +76,21 @@ def of_moments(names: Sequence[str], mean: np.ndarray, covariance: np.ndarray) -
 
 def of_draws(names: Sequence[str], draws: np.ndarray) -> Knowledge:
     """That of draws (n_draws, n)."""
-    return of_moments(names, draws.mean(axis=0), np.atleast_2d(np.cov(draws.T)))
+    return of_moments(names, draws.mean(axis=0), covariance_of_draws(names, draws))
+
+
+def covariance_of_draws(names: Sequence[str], draws: np.ndarray) -> np.ndarray:
+    """The covariance (n, n) of draws (n_draws, n), which has an inverse: widened where it is singular to rounding.
+
+    Raises InputError where a coefficient is the same in all draws.
+    """
+    covariance = np.atleast_2d(np.cov(draws.T))
+    sd = np.sqrt(np.diag(covariance))
+    for name in (name for name, one in zip(names, sd, strict=True) if not one > 0.0):
+        raise InputError(f"posterior: all draws of '{name}' are the same; sample it again", "data", name)
+    if np.linalg.eigvalsh(covariance / np.outer(sd, sd))[0] >= SMALLEST:
+        return covariance
+    return of_moments(names, draws.mean(axis=0), covariance).covariance
 
 
 def _correlation(matrix) -> np.ndarray:

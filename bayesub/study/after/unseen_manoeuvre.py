@@ -18,9 +18,8 @@ from bayesub.sensors import Channel, Record, flat
 from bayesub.sensors.sensor import MAX_READINGS
 from bayesub.study.after.finished_run import FinishedRun
 from bayesub.study.run.prepare import Setup, present
-from bayesub.study.schema.check_section import CheckSection
 from bayesub.study.schema.sensor_section import FAULTS
-from bayesub.study.schema.trial_section import TrialKeys, read_instruments
+from bayesub.study.schema.trial_section import CheckSection, TrialKeys, read_instruments
 
 POSITION_SD_M, ATTITUDE_SD_DEG = 0.5, 1.0  # of the track to whose tenth the step of a manoeuvre is good
 SAMPLES = 500  # output times of a manoeuvre, about

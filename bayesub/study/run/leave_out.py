@@ -15,7 +15,7 @@ from bayesub.problem.joint import JointProblem
 from bayesub.problem.unseen import UnseenTrial
 from bayesub.study.run.prepare import Setup
 from bayesub.study.run.run_folder import RunContext
-from bayesub.study.schema.check_section import warm_up
+from bayesub.study.schema.trial_section import warm_up
 
 LEFT_OUT = "left_out"
 

@@ -20,8 +20,8 @@ from bayesub.problem.nuisance import MOVING
 from bayesub.sensors import Sensor, flat, unread
 from bayesub.sensors.sensor import QUANTITIES
 from bayesub.study.schema.disturbance_section import DisturbanceSection
-from bayesub.study.schema.prior_section import AnyNoiseSection, PriorOfOne, PriorSection, noise_models
-from bayesub.study.schema.sensor_section import AnySensorSection
+from bayesub.study.schema.prior_section import NoiseSection, PriorOfOne, PriorSection, noise_models
+from bayesub.study.schema.sensor_section import SensorSection
 from bayesub.study.schema.study_file import FreeSection
 
 PRIOR_SD = 0.25
@@ -40,25 +40,16 @@ class DesignFile(Section):
 
     Attributes
     ----------
-    sensors : tuple of SensorSection
-        At least one.
-    free : FreeSection or None
-        The coefficients to infer; by default all that have a value.
-    prior : PriorSection or None
-        By default normal, with a quarter of the value.
-    nuisance : dict of str to PriorOfOne
-        What else is unknown.
-    noise : dict of str to NoiseSection
-        Column -> noise model.
-    disturbance : DisturbanceSection or None
-        Unmodelled forces, whose histories are integrated out.
+    free : the coefficients to infer; by default all that have a value
+    prior : by default normal, with a quarter of the value
+    disturbance : unmodelled forces, whose histories are integrated out
     """
 
-    sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
+    sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
     free: FreeSection | None = None
     prior: PriorSection | None = None
     nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
-    noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
+    noise: dict[str, NoiseSection] = pydantic.Field(default_factory=dict)
     disturbance: DisturbanceSection | None = None
 
     @pydantic.model_validator(mode="after")
@@ -83,24 +74,19 @@ class DesignFile(Section):
 
         Parameters
         ----------
-        vehicle : Vehicle
-        family : Family
-            Of the trial, for its sub-problem and duration.
-        typical : Manoeuvre
-            Of which shares of the forces of the hull are taken, and the integration step.
-        source : Path or None
-            The file, from whose folder it names others.
-        free : tuple of str
-            The coefficients to infer, if the file does not say.
+        family : of the trial, for its sub-problem and duration
+        typical : of which shares of the forces of the hull are taken, and the integration step
+        source : the file, from whose folder it names others
+        free : the coefficients to infer, if the file does not say
 
         Raises
         ------
-        InputError
-            Begins with the file.
+        InputError : begins with the file
         """
         with error_source("" if source is None else str(source)):
             folder = Path() if source is None else source.parent
-            prior, fixed = priors.relative_normal(PRIOR_SD), {}
+            prior: priors.CoefficientPrior = priors.relative_normal(PRIOR_SD)
+            fixed: dict[str, float] = {}
             if self.prior is not None:
                 prior, fixed = self.prior.build(vehicle.xi, vehicle, lambda name: str(folder / name))
                 prior.check(vehicle.equations.names)
@@ -110,6 +96,10 @@ class DesignFile(Section):
             sensors = self.instruments()
             channels = unread(sensors, family.duration).channels
             (noise,) = noise_models(self.noise, [channels])
+            disturbance = None
+            if self.disturbance is not None:
+                simulator = Simulator(vehicle, typical, np.zeros(1), subproblem=family.subproblem)
+                disturbance = self.disturbance.build([simulator])
             judge = Judge(
                 with_fixed(vehicle, fixed),
                 sensors,
@@ -117,16 +107,11 @@ class DesignFile(Section):
                 prior,
                 nuisance={name: one.build() for name, one in self.nuisance.items()},
                 noise=noise,
-                disturbance=self._disturbance(vehicle, typical, family.subproblem),
+                disturbance=disturbance,
                 subproblem=family.subproblem,
             )
             judge.problem(typical, 0.1 * family.duration)  # which says what does not fit together
             return judge
-
-    def _disturbance(self, vehicle, typical, subproblem):
-        if self.disturbance is None:
-            return None
-        return self.disturbance.build([Simulator(vehicle, typical, np.zeros(1), subproblem=subproblem)])
 
 
 def usual_sensors(vehicle: Vehicle, subproblem: str | None) -> DesignFile:
@@ -149,11 +134,5 @@ def with_fixed(vehicle: Vehicle, values: dict[str, float]) -> Vehicle:
 
 
 def read_design(path: Path) -> DesignFile:
-    """Read a file of sensors.
-
-    Raises
-    ------
-    InputError
-        With file, key and remedy.
-    """
+    """Read a file of sensors; InputError with file, key and remedy."""
     return toml_files.read_toml(path, DesignFile)

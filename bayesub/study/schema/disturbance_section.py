@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import numpy as np
 import pydantic
@@ -31,13 +31,7 @@ _UNITS = {"sd_n": "in newton", "sd_nm": "in newton metre", "sd_mps": "in m/s"}
 
 
 class LogNormalPrior(Section):
-    """The prior of a positive number.
-
-    Attributes
-    ----------
-    median : float
-    log_sd : float
-    """
+    """The prior of a positive number."""
 
     median: Positive
     log_sd: LogSd
@@ -55,13 +49,9 @@ def what(axis: str) -> str:
     return "a current" if axis in CURRENTS else "a force" if axis in "XYZ" else "a moment"
 
 
-def _number_or_prior(value) -> str:
-    return "(prior)" if isinstance(value, dict | LogNormalPrior) else "(number)"
-
-
 Amount = Annotated[
     Annotated[Positive, pydantic.Tag("(number)")] | Annotated[LogNormalPrior, pydantic.Tag("(prior)")],
-    pydantic.Discriminator(_number_or_prior),
+    pydantic.Discriminator(lambda value: "(prior)" if isinstance(value, dict | LogNormalPrior) else "(number)"),
 ]
 
 
@@ -73,24 +63,15 @@ class DisturbanceSection(Section):
 
     Attributes
     ----------
-    axes : tuple of str
-        Of X Y Z K M N, and north and east for a current that varies in time.
-    sd : dict of str to number or prior, or None
-        Axis -> non-dimensional sd: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with the trial speed U.
-    sd_n, sd_nm : dict of str to number or prior, or None
-        Axis -> sd of a force, N, and of a moment, N m.
-    share : dict of str to number or prior, or None
-        Axis -> sd over the force of the hull on the manoeuvre (:func:`bayesub.model.disturbance.hull_force_rms`).
-    sd_mps : dict of str to number or prior, or None
-        Axis -> sd of the current, m/s.
-    correlation_time_s : number or prior
-    correlation_time_current_s : number, prior or None
-        Of the current, if it is not that of the forces.
-    kind : str
-        Of the forces, as of :class:`bayesub.model.disturbance.Disturbance`.
-    knot_interval_s : float or None
-        Time between the forces that are inferred; by default as of
-        :class:`bayesub.problem.disturbances.UnknownDisturbance`.
+    axes : of X Y Z K M N, and north and east for a current that varies in time
+    sd : axis -> non-dimensional sd: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with the trial speed U
+    sd_n, sd_nm : axis -> sd of a force, N, and of a moment, N m
+    share : axis -> sd over the force of the hull on the manoeuvre (:func:`bayesub.model.disturbance.hull_force_rms`)
+    sd_mps : axis -> sd of the current, m/s
+    correlation_time_current_s : of the current, if it is not that of the forces
+    kind : of the forces, as of :class:`bayesub.model.disturbance.Disturbance`
+    knot_interval_s : time between the forces that are inferred; by default as of
+        :class:`bayesub.problem.disturbances.UnknownDisturbance`
     """
 
     axes: tuple[str, ...]
@@ -111,7 +92,12 @@ class DisturbanceSection(Section):
         axes = content.get("axes") if isinstance(content, dict) else None
         if not isinstance(axes, list | tuple):
             return content
-        single = {key: content[key] for key in WAYS if content.get(key) is not None and not _is_table(content[key])}
+        single = {
+            key: value
+            for key in WAYS
+            if (value := content.get(key)) is not None
+            and (not isinstance(value, dict) or (value and value.keys() <= LogNormalPrior.model_fields.keys()))
+        }
         return content | {key: {a: value for a in axes if a in WAYS[key][0]} for key, value in single.items()}
 
     @pydantic.model_validator(mode="after")
@@ -162,15 +148,8 @@ class DisturbanceSection(Section):
     def units(self, simulators: Sequence[Simulator]) -> np.ndarray:
         """(n_axes,) what a unit of the number of each axis is, N, N m or m/s.
 
-        Parameters
-        ----------
-        simulators : sequence of Simulator
-            Of the trials.
-
-        Raises
-        ------
-        InputError
-            For an axis that does not move in a trial, and for a share of no force.
+        The simulators are those of the trials. Raises InputError for an axis that does not move in a trial, and for a
+        share of no force.
         """
         for simulator in simulators:
             check_axes(self.axes, simulator.subproblem)
@@ -188,18 +167,7 @@ class DisturbanceSection(Section):
         return next(values[axis] for values in (getattr(self, key) or {} for key in WAYS) if axis in values)
 
     def build(self, simulators: Sequence[Simulator]) -> UnknownDisturbance:
-        """The unmodelled forces that all trials share as a process.
-
-        Parameters
-        ----------
-        simulators : sequence of Simulator
-            Of the trials, all of one vehicle.
-
-        Raises
-        ------
-        InputError
-            As of :meth:`units`.
-        """
+        """The unmodelled forces that all trials, of one vehicle, share as a process; InputError as of :meth:`units`."""
         factors = self.units(simulators) / force_scales(simulators[0].vehicle, self.axes)
         amounts = {axis: (self.amount(axis), factor) for axis, factor in zip(self.axes, factors, strict=True)}
         sds = {axis: _built(amount, factor) for axis, (amount, factor) in amounts.items()}
@@ -227,8 +195,8 @@ class TrueDisturbanceSection(DisturbanceSection):
     def known(self, simulator: Simulator) -> Disturbance:
         """The process on the manoeuvre of a simulator; InputError as of :meth:`units`."""
         sds = np.array([self.amount(axis) for axis in self.axes]) * self.units([simulator])
-        times = self.correlation_time_s, self.correlation_time_current_s
-        return Disturbance(self.axes, sds, times[0], self.kind, times[1])
+        time, of_current = cast(float, self.correlation_time_s), cast(float | None, self.correlation_time_current_s)
+        return Disturbance(self.axes, sds, time, self.kind, of_current)
 
     def flown(self, trajectory: Trajectory, rng: np.random.Generator) -> tuple[Trajectory, Disturbance]:
         """The same trial with a history of the process, and the process.
@@ -236,10 +204,7 @@ class TrueDisturbanceSection(DisturbanceSection):
         The history has a stream of random numbers of its own, which `rng` spawns: the noise of readings is the same
         with and without it.
 
-        Raises
-        ------
-        InputError
-            As of :meth:`units`, and for a correlation time shorter than the step.
+        Raises InputError as of :meth:`units`, and for a correlation time shorter than the step.
         """
         simulator, (stream,) = trajectory.simulator, rng.spawn(1)
         process = self.known(simulator)
@@ -265,11 +230,8 @@ def in_words(disturbance: Disturbance, rms: np.ndarray | None = None, inferred: 
 
     Parameters
     ----------
-    disturbance : Disturbance
-    rms : (6,) array or None
-        Forces of the hull, N and N m, of which the shares are given.
-    inferred : container of str
-        Axes, and names of correlation times, whose numbers are medians of priors.
+    rms : (6,) forces of the hull, N and N m, of which the shares are given
+    inferred : axes, and names of correlation times, whose numbers are medians of priors
     """
     parts = []
     for axis, sd in zip(disturbance.axes, disturbance.sds, strict=True):
@@ -290,17 +252,12 @@ def central(unknown: UnknownDisturbance, vehicle: Vehicle) -> tuple[Disturbance,
     sds = np.array([unknown.sd(axis) for axis in unknown.axes]) * force_scales(vehicle, unknown.axes)
     amounts = {**unknown.sds, **unknown.times}
     inferred = tuple(key for key, amount in amounts.items() if isinstance(amount, Prior))
-    time, of_current = unknown.time(CORRELATION_TIME), unknown.time(CURRENT_TIME)
-    return Disturbance(unknown.axes, sds, time or of_current, unknown.kind, of_current), inferred
+    time = unknown.time(CORRELATION_TIME) or unknown.time_s
+    return Disturbance(unknown.axes, sds, time, unknown.kind, unknown.time(CURRENT_TIME)), inferred
 
 
 class DisturbanceFile(Section):
-    """Unmodelled forces, for ``bayesub simulate --disturbance``.
-
-    Attributes
-    ----------
-    disturbance : TrueDisturbanceSection
-    """
+    """Unmodelled forces, for ``bayesub simulate --disturbance``."""
 
     disturbance: TrueDisturbanceSection
 
@@ -308,11 +265,6 @@ class DisturbanceFile(Section):
 def read_disturbance(path: str | Path) -> TrueDisturbanceSection:
     """The unmodelled forces of a file."""
     return toml_files.read_toml(Path(path), DisturbanceFile).disturbance
-
-
-def _is_table(value) -> bool:
-    """Whether a value is by axis, not a prior."""
-    return isinstance(value, dict) and not (value and set(value) <= set(LogNormalPrior.model_fields))
 
 
 def _built(amount: float | LogNormalPrior, factor: float = 1.0) -> float | priors.Prior:

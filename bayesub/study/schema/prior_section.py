@@ -1,23 +1,23 @@
 """Priors and noise models in study files."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.toml_files import Positive, Section
+from bayesub.io.toml_files import KindSection, Positive, Section
 from bayesub.logs import log_files
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.sensors import Channel
 
 if TYPE_CHECKING:
-    from bayesub.problem.likelihoods import Normal
+    from bayesub.problem.noise import Noise
 
 LogSd = Annotated[float, pydantic.Field(gt=0, le=10)]  # ten is a factor of 22,000
 
@@ -25,16 +25,7 @@ LogSd = Annotated[float, pydantic.Field(gt=0, le=10)]  # ten is a factor of 22,0
 class PriorOfOne(Section):
     """The prior of one parameter, in its unit: a pair of keys, or a value that it is fixed at.
 
-    Attributes
-    ----------
-    mean, sd : float or None
-        Normal.
-    lower, upper : float or None
-        Uniform.
-    median, log_sd : float or None
-        Log-normal.
-    value : float or None
-        Fixed.
+    `mean` and `sd` are of a normal prior, `lower` and `upper` of a uniform, `median` and `log_sd` of a log-normal one.
     """
 
     mean: float | None = None
@@ -47,26 +38,24 @@ class PriorOfOne(Section):
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self):
-        if tuple(self.model_dump(exclude_none=True)) not in _KINDS:
+        given = tuple(self.model_dump(exclude_none=True))
+        if given not in (*_KINDS, ("value",)):
             raise InputError("a prior is mean and sd, lower and upper, median and log_sd, or a fixed value", "conflict")
-        self.build()
+        if given in _KINDS:
+            self.build()
         return self
 
-    def build(self) -> priors.Prior | None:
-        """The prior; None for a fixed value."""
+    def build(self) -> priors.Prior:
+        """The prior of one that is not fixed at a value."""
         given = self.model_dump(exclude_none=True)
-        make = _KINDS[tuple(given)]
-        return make(**given) if make else None
+        return _KINDS[tuple(given)](**given)
 
 
-_KINDS = {
+_KINDS: dict[tuple[str, ...], Callable[..., priors.Prior]] = {
     ("mean", "sd"): priors.normal,
     ("lower", "upper"): priors.uniform,
     ("median", "log_sd"): priors.log_normal,
-    ("value",): None,
 }
-
-
 _WIDTHS = {
     "relative_normal": "sd",
     "relative_uniform": "half_width",
@@ -81,23 +70,15 @@ class PriorSection(Section):
 
     Attributes
     ----------
-    kind : str
-        "vehicle" takes the standard deviations and correlations in the vehicle file; `sd`, if given, is the relative
-        one of the rest.
-    sd, half_width, log_sd : float or None
-        Relative width of the spread, by its kind.
-    by_axis : bool
-        Whether the unknown scale of a "relative_hierarchical" prior is one for each axis.
-    centre : str
-        "vehicle", or "perturbed": a guess about the truth of a simulated trial.
-    perturbation_sd : float
-        Relative, of that guess.
-    given : dict of str to PriorOfOne
-        Coefficient -> its own prior.
-    table : str or None
-        CSV file of further ones with the columns coefficient, mean, sd; an sd of zero fixes the coefficient.
-    correlations : tuple of (str, str, float)
-        Two coefficients that are given by mean and sd, and their correlation.
+    kind : "vehicle" takes the standard deviations and correlations in the vehicle file; `sd`, if given, is the relative
+        one of the rest
+    sd, half_width, log_sd : relative width of the spread, by its kind
+    by_axis : whether the unknown scale of a "relative_hierarchical" prior is one for each axis
+    centre : "vehicle", or "perturbed": a guess about the truth of a simulated trial
+    perturbation_sd : relative, of that guess
+    given : coefficient -> its own prior
+    table : CSV file of further ones with the columns coefficient, mean, sd; an sd of zero fixes the coefficient
+    correlations : two coefficients that are given by mean and sd, and their correlation
     """
 
     kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "relative_hierarchical", "vehicle"]
@@ -131,12 +112,9 @@ class PriorSection(Section):
 
         Parameters
         ----------
-        centre : (n_terms,) array
-            Where the spread is about.
-        vehicle : Vehicle
-            Its standard deviations are those of the kind "vehicle".
-        path : callable
-            Gives the path of a file that the study names.
+        centre : (n_terms,) where the spread is about
+        vehicle : its standard deviations are those of the kind "vehicle"
+        path : gives the path of a file that the study names
         """
         spread, of_vehicle, related = self._spread(centre, vehicle)
         names = vehicle.equations.names
@@ -187,106 +165,56 @@ def _table(path: Path, names: tuple[str, ...]) -> dict[str, PriorOfOne]:
         raise InputError(
             f"{path}: columns must be coefficient,mean,sd, found {','.join(header)}", "format", "prior.table"
         )
-    priors_of = {}
-    for line, (name, *numbers) in rows:
+    priors_of, most = {}, toml_files.largest("mean")
+    for line, (name, *cells) in rows:
         if name not in names:
             raise InputError(
                 f"{path}: line {line}: unknown coefficient '{name}'{nearest(name, names)}", "unknown", name
             )
         if name in priors_of:
             raise InputError(f"{path}: line {line}: coefficient '{name}' is given twice", "conflict", name)
-        mean, sd = _mean_and_sd(numbers, f"{path}: line {line}")
+        try:
+            mean, sd = map(float, cells)
+        except ValueError:
+            mean = sd = math.nan
+        if not (abs(mean) <= most and 0 <= sd <= most):
+            raise InputError(
+                f"{path}: line {line}: mean and sd must be two numbers and sd not negative, at most {most:g}, found "
+                f"{', '.join(cells) or 'nothing'}",
+                "value",
+                "prior.table",
+            )
         priors_of[name] = PriorOfOne(mean=mean, sd=sd) if sd > 0 else PriorOfOne(value=mean)
     return priors_of
 
 
-def _mean_and_sd(cells: list[str], where: str) -> tuple[float, float]:
-    try:
-        mean, sd = map(float, cells)
-    except ValueError:
-        mean = sd = math.nan
-    most = toml_files.largest("mean")
-    if not (abs(mean) <= most and 0 <= sd <= most):
-        found = ", ".join(cells) or "nothing"
-        raise InputError(
-            f"{where}: mean and sd must be two numbers and sd not negative, at most {most:g}, found {found}",
-            "value",
-            "prior.table",
-        )
-    return mean, sd
-
-
-class NoiseSection(Section):
-    """Keys of all noise models of a channel; numbers are in the unit of its column.
+class NoiseSection(KindSection):
+    """Keys of all noise models of a channel; the others are those of its kind (:class:`bayesub.problem.noise.Noise`).
 
     Attributes
     ----------
-    sd : float or None
-        Standard deviation; by default that of noise and rounding of the sensor together.
+    sd : in the unit of the column; by default that of noise and rounding of the sensor together
     """
 
     sd: Positive | None = None
 
-    def build(self, channel: Channel) -> "Normal":
-        """The noise model, in SI units."""
-        from bayesub.problem import likelihoods
+    not_keys: ClassVar = ("sd",)
 
-        make = getattr(likelihoods, _NOISES[self.kind])
+    @classmethod
+    def registered(cls) -> Mapping[str, type["Noise"]]:
+        """The noise models that have a name in files."""
+        from bayesub.problem.likelihoods import Noise
+
+        return Noise.KINDS
+
+    def build(self, channel: Channel) -> "Noise":
+        """The noise model, in SI units."""
         given = self.model_dump(exclude={"kind", "sd"})
         factor = log_files.si_factor(channel.quantity)
-        return make(channel.total_sd if self.sd is None else factor * self.sd, **given)
+        return self.make(channel.total_sd if self.sd is None else factor * self.sd, **given)
 
 
-class NormalNoise(NoiseSection):
-    """Normal; rounding counts as noise."""
-
-    kind: Literal["normal"]
-
-
-class UnknownSdNoise(NoiseSection):
-    """Normal, its standard deviation integrated out."""
-
-    kind: Literal["unknown_sd"]
-
-
-class StudentTNoise(NoiseSection):
-    """Student t, for outliers.
-
-    Attributes
-    ----------
-    dof : float
-        Degrees of freedom.
-    """
-
-    kind: Literal["student_t"]
-    dof: Positive
-
-
-class AR1Noise(NoiseSection):
-    """Autoregressive of first order, for slow errors.
-
-    Attributes
-    ----------
-    correlation_time_s : float
-        In which the correlation falls to 1/e.
-    """
-
-    kind: Literal["ar1"]
-    correlation_time_s: Positive
-
-
-_NOISES = {
-    "normal": "Normal",
-    "unknown_sd": "UnknownSd",
-    "student_t": "StudentT",
-    "ar1": "AR1",
-}
-AnyNoiseSection = Annotated[
-    NormalNoise | UnknownSdNoise | StudentTNoise | AR1Noise, pydantic.Field(discriminator="kind")
-]
-
-
-def noise_models(sections: dict[str, NoiseSection], trials) -> list[dict[str, object]]:
+def noise_models(sections: Mapping[str, NoiseSection], trials: Sequence[Sequence[Channel]]) -> list[dict[str, "Noise"]]:
     """For the channels of each trial: channel name -> noise model, of sections by column.
 
     Raises InputError for a column that no sensor of any trial reads.

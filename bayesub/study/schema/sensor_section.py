@@ -1,55 +1,29 @@
-"""Sensors in study files: a section for each kind, whose keys are the arguments of the sensor in Python."""
+"""Sensors in study files, a section for each kind, whose keys are its arguments in Python; and columns of actuators."""
 
-import functools
 import inspect
-import operator
-from typing import Annotated, Literal
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
 
+import numpy as np
 import pydantic
 
 from bayesub import sensors
-from bayesub.io.toml_files import Section
+from bayesub.io.errors import InputError, nearest
+from bayesub.io.toml_files import KindSection, Section
+from bayesub.model.actuator_files import RAW_UNITS
+from bayesub.model.vehicles import Vehicle
 
-KINDS = {
-    "track": sensors.Track,
-    "sensor": sensors.Sensor,
-    "pressure": sensors.Pressure,
-    "compass": sensors.Compass,
-    "ins": sensors.INS,
-    "dvl": sensors.DVL,
-    "adcp": sensors.ADCP,
-    "gps": sensors.GPS,
-    "autosub": sensors.autosub,
-    "thesis_rounding": sensors.thesis_rounding,
-    "tracking_range": sensors.tracking_range,
-}
-
-
-PRESETS = ("autosub", "thesis_rounding", "tracking_range")
+PRESETS = tuple(kind for kind, make in sensors.KINDS.items() if not isinstance(make, type))
 PLACED = ("lever_arm_m", "clock_offset_s", "direction", "instrument")
 FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outliers alone is none
 
 
-class SensorSection(Section):
-    """Keys of every kind of sensor, besides its own: faults, place and clock (:class:`bayesub.sensors.Sensor`).
+class SensorSection(KindSection):
+    """Keys of every kind of sensor, besides its own: faults, place and clock, as of :class:`bayesub.sensors.Sensor`.
 
-    Attributes
-    ----------
-    dropout : float or None
-        Probability that a reading is missing.
-    gaps : tuple of (float, float) or None
-        Begin and end of times without readings, s.
-    outlier_probability, outlier_scale : float or None
-        How often a reading is wrong, and by how many standard deviations.
-    lever_arm_m : (float, float, float) or None
-        Place of the sensor ahead, to starboard and down from the body origin.
-    clock_offset_s : float or None
-        How far its clock is ahead.
-    direction : (float, float, float) or None
-        Along which a log of the speed through the water reads.
-    instrument : str or None
-        Name of the instrument, whose channels share clock and place; by default that of the kind, and of a single
-        sensor that of its channel.
+    Channels of one instrument share clock and place; it is by default that of the kind, and of a single sensor that of
+    its channel.
     """
 
     dropout: float | None = None
@@ -61,6 +35,13 @@ class SensorSection(Section):
     direction: tuple[float, float, float] | None = None
     instrument: str | None = None
 
+    not_keys: ClassVar = PLACED  # which are given above, and left out of a completed study that has none
+
+    @classmethod
+    def registered(cls) -> Mapping[str, Callable[..., Any]]:
+        """The sensors and instruments of :mod:`bayesub.sensors`, and whatever else was registered there."""
+        return sensors.KINDS
+
     @pydantic.model_validator(mode="after")
     def _can_exist(self):
         self.build()
@@ -68,19 +49,78 @@ class SensorSection(Section):
 
     def build(self) -> tuple[sensors.Sensor, ...]:
         """The sensors that the section describes; InputError if they cannot exist."""
-        make = KINDS[self.kind]
         changes = self.model_dump(exclude={"kind"}, exclude_none=True)
-        arguments = {key: changes.pop(key) for key in inspect.signature(make).parameters if key in changes}
-        return sensors.modified(make(**arguments), **changes)
+        arguments = {key: changes.pop(key) for key in inspect.signature(self.make).parameters if key in changes}
+        return sensors.modified(self.make(**arguments), **changes)
 
 
-def _section(kind: str) -> type[SensorSection]:
-    # Place and clock are left out of a completed study that gives none, so that earlier runs resume.
-    arguments = [a for a in inspect.signature(KINDS[kind]).parameters.values() if a.name not in PLACED]
-    keys = {a.name: (a.annotation, ... if a.default is a.empty else a.default) for a in arguments}
-    return pydantic.create_model(f"{kind}_section", __base__=SensorSection, kind=(Literal[kind], ...), **keys)
+class ControlSection(Section):
+    """How the log of a study has an actuator.
+
+    Attributes
+    ----------
+    column : of the log; by default that of the vehicle
+    unit_deg, unit_n : degrees of a fin, newtons of a thruster, in a unit of a column of counts and the like; negative
+        if it counts the other way round. The limit of a fin is a hundred per cent by default.
+    zero : where the column stands when the actuator does nothing
+    """
+
+    column: str | None = pydantic.Field(default=None, pattern=rf"^[A-Za-z][A-Za-z0-9_]*_({'|'.join(RAW_UNITS)})$")
+    unit_deg: float | None = None
+    unit_n: float | None = None
+    zero: float = 0.0
+    commanded: bool = False
+
+    @pydantic.model_validator(mode="after")
+    def _of_a_column(self):
+        for key in ("unit_deg", "unit_n"):
+            if getattr(self, key) == 0.0:
+                raise ValueError(f"{key} must not be zero")
+        if self.column is None and any(getattr(self, key) for key in ("unit_deg", "unit_n", "zero")):
+            raise InputError("unit and zero are those of a column; give column, which ends with its unit", "missing")
+        return self
+
+    def unit(self, name: str, native: str, limit: float) -> float:
+        """SI units in a unit of the column, of an actuator of a name, the unit `native` and a limit in SI units."""
+        key = {"deg": "unit_deg", "n": "unit_n"}.get(native)
+        size = None if key is None else getattr(self, key)
+        if size is not None:
+            return np.radians(size).item() if native == "deg" else size
+        if native == "deg" and str(self.column).endswith("_percent") and np.isfinite(limit):
+            return limit / 100.0
+        if key is None:
+            raise InputError(
+                f"controls.{name}: its column ends with _{native} and has no other; leave column out",
+                "conflict",
+                f"controls.{name}.column",
+            )
+        raise InputError(
+            f"controls.{name}: {key} is missing; give a guess of how much one unit of {self.column} is",
+            "missing",
+            f"controls.{name}.{key}",
+        )
 
 
-AnySensorSection = Annotated[
-    functools.reduce(operator.or_, [_section(kind) for kind in KINDS]), pydantic.Field(discriminator="kind")
-]
+def with_columns(vehicle: Vehicle, sections: Mapping[str, ControlSection]) -> Vehicle:
+    """The vehicle with the columns of a study; InputError for an actuator that it does not have."""
+    if not sections:
+        return vehicle
+    members = {actuator.name: actuator for actuator in vehicle.actuators.members}
+    for name, section in sections.items():
+        if name not in members:
+            raise InputError(
+                f"controls.{name}: there is no such actuator{nearest(name, members)}", "unknown", f"controls.{name}"
+            )
+        actuator = members[name]
+        if section.column is not None:
+            unit = section.unit(name, actuator.unit, actuator.limit)
+            actuator = actuator.by_column(section.column, unit, section.zero)
+        if section.commanded and actuator.rate is None:
+            raise InputError(
+                f"controls.{name}: answers a command at once; leave commanded out",
+                "conflict",
+                f"controls.{name}.commanded",
+            )
+        members[name] = replace(actuator, commanded=section.commanded)
+    direct = vehicle.actuators.direct and all(section.column is None for section in sections.values())
+    return replace(vehicle, actuators=replace(vehicle.actuators, members=tuple(members.values()), direct=direct))

@@ -1,24 +1,116 @@
-"""The content of a study file, section by section."""
+"""The content of a study file, section by section, and quantities of its own: a Python function of boats each."""
 
-from collections.abc import Iterator
+import importlib.util
+import re
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
+import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import files_of_equations
 from bayesub.study.provenance import copies, environment, file_digest
-from bayesub.study.schema.check_section import CheckSection, check_names
-from bayesub.study.schema.control_section import ControlSection
-from bayesub.study.schema.derived_section import DerivedSection
 from bayesub.study.schema.disturbance_section import DisturbanceSection
-from bayesub.study.schema.prior_section import AnyNoiseSection, PriorSection
-from bayesub.study.schema.sensor_section import AnySensorSection
-from bayesub.study.schema.trial_section import TrialKeys, TrialSection
+from bayesub.study.schema.prior_section import NoiseSection, PriorSection
+from bayesub.study.schema.sensor_section import ControlSection, SensorSection
+from bayesub.study.schema.trial_section import CheckSection, TrialKeys, TrialSection, check_names
+
+if TYPE_CHECKING:
+    from bayesub.model.boats import Boats
+    from bayesub.model.quantities import Quantity
+    from bayesub.model.vehicles import Vehicle
+
+
+class DerivedSection(Section):
+    """A quantity of a study's own.
+
+    Attributes
+    ----------
+    name : ends with the unit, as in ``first_dive_m``
+    function : ``file.py:function``, the file relative to the study. The function takes boats, n of them
+        (:class:`bayesub.model.boats.Boats`), and returns n numbers, not a number where a boat has none. The file must
+        not need others beside it.
+    meaning : one sentence for the report
+    none : what is so of a boat that has no such value
+    """
+
+    name: str = pydantic.Field(pattern=r"^[a-z][a-z0-9_]*$")
+    function: str = pydantic.Field(pattern=r"^[^:]+\.py:[A-Za-z_]\w*$")
+    meaning: str = ""
+    none: str = "the function says so"
+
+    @property
+    def file(self) -> str:
+        """The file of the function."""
+        return self.function.rpartition(":")[0]
+
+    def build(self, vehicle: "Vehicle", path: Callable[[str], str]) -> "Quantity":
+        """The quantity, whose function has been tried on the vehicle.
+
+        Parameters
+        ----------
+        path : where the file is, by its name in the study
+
+        Raises
+        ------
+        InputError : for a name that is taken, a function that is not there, and one that fails or returns something
+            else
+        """
+        from bayesub.model.boats import Boats  # they import numba, which a study file is read without
+        from bayesub.model.quantities import QUANTITIES, Quantity
+
+        if self.name in QUANTITIES:
+            raise InputError(
+                f"derived: '{self.name}' is built in and needs no function; give another name", "conflict", self.name
+            )
+        function = partial(_called, self.function, _function(Path(path(self.file)), self.function))
+        function(Boats(vehicle, np.tile(vehicle.xi, (2, 1))))
+        return Quantity(self.name, "", self.meaning, (), "", function, self.none)
+
+
+def _function(path: Path, function: str) -> Callable:
+    """The function of a file; the file is run."""
+    name = function.rpartition(":")[2]
+    spec = importlib.util.spec_from_file_location(f"derived_{re.sub(r'[^A-Za-z0-9]', '_', path.stem)}", path)
+    assert spec is not None  # as the name of the file ends with .py
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # whatever a file of the user's raises
+        raise InputError(f"derived: {path} cannot be run: {_words(error)}", "format", "derived.file") from None
+    if not callable(getattr(module, name, None)):
+        valid = [key for key, value in vars(module).items() if callable(value)]
+        raise InputError(
+            f"derived: {path} has no function '{name}'{nearest(name, valid)}", "unknown", "derived.function"
+        )
+    return getattr(module, name)
+
+
+def _called(name: str, function: Callable, boats: "Boats") -> np.ndarray:
+    """The values (n,) of a function of a user's."""
+    try:
+        values = np.asarray(function(boats), dtype=float)
+    except Exception as error:  # whatever a function of the user's raises
+        raise InputError(f"derived: {name} fails: {_words(error)}", "value", name) from None
+    if values.shape != (len(boats),):
+        raise InputError(
+            f"derived: {name} returns shape {values.shape} for {len(boats)} boats; return one number for each, "
+            f"({len(boats)},)",
+            "value",
+            name,
+        )
+    return values
+
+
+def _words(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 class FreeSection(Section):
@@ -26,8 +118,7 @@ class FreeSection(Section):
 
     Attributes
     ----------
-    coefficients : str or tuple of str
-        A sub-problem, "all", or names; those that are zero stay zero.
+    coefficients : a sub-problem, "all", or names; those that are zero stay zero
     """
 
     coefficients: Literal["horizontal", "vertical", "all"] | tuple[str, ...]
@@ -44,10 +135,9 @@ class BaselinesSection(Section):
 
     Attributes
     ----------
-    linear_least_squares : bool
-        Of a simulated trial only: it takes the motion without noise, and nuisance parameters have no part in it.
-    sqp_starts : int
-        Searches from random starts, of the coefficients and of the nuisance parameters that move the readings.
+    linear_least_squares : of a simulated trial only: it takes the motion without noise, and nuisance parameters have no
+        part in it
+    sqp_starts : searches from random starts, of the coefficients and of the nuisance parameters that move the readings
     """
 
     linear_least_squares: bool = True
@@ -59,16 +149,10 @@ class SamplerSection(Section):
 
     Attributes
     ----------
-    n_ensembles : int
-        Independent ensembles.
-    n_walkers : int or None
-        Walkers of each ensemble; by default that of :func:`bayesub.sample`.
-    max_steps : int
-        The run ends here, converged or not.
-    max_misfit : float
-        Median residual of a channel at the posterior mode, over its noise, above which nothing is sampled.
-    rhat, ess, taus : float
-        As in :class:`bayesub.Criteria`.
+    n_walkers : walkers of each ensemble; by default that of :func:`bayesub.sample`
+    max_steps : the run ends here, converged or not
+    max_misfit : median residual of a channel at the posterior mode, over its noise, above which nothing is sampled
+    rhat, ess, taus : as in :class:`bayesub.Criteria`
     """
 
     n_ensembles: int = pydantic.Field(default=4, ge=1, le=64)
@@ -88,44 +172,21 @@ class Study(TrialKeys):
 
     Attributes
     ----------
-    name : str
-        Names the run folder too.
-    question : str
-        One sentence.
-    vehicle : str
-        Built-in name, or path of a vehicle file.
-    trials : tuple of TrialSection or None
-        Several trials of one boat.
-    check : tuple of CheckSection or None
-        Logs that are not fitted, which the posterior is to predict.
-    seed : int
-        Of everything random.
-    dt_s : float or None
-        Time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth is
-        flown at a tenth of it.
-    sensors : tuple of SensorSection
-        Of the trial, and of those of `trials` that have none of their own.
-    controls : dict of str to ControlSection
-        Name of an actuator -> its column in logs, where it is not that of the vehicle.
-    free : FreeSection
-        What is inferred.
-    prior : PriorSection
-        What is known before.
-    noise : dict of str to NoiseSection
-        Column -> noise model, where it is not the one of the sensor.
-    disturbance : DisturbanceSection or None
-        Unmodelled forces, whose histories are inferred; the process is that of all trials.
-    derived : tuple of DerivedSection
-        Quantities of the report that follow from the coefficients, besides the built-in ones.
-    baselines : BaselinesSection
-        Deterministic methods.
-    sampler : SamplerSection
-        The sampler.
-    quick : dict
-        What the small version changes, section by section.
+    name : names the run folder too
+    vehicle : built-in name, or path of a vehicle file
+    trials : several trials of one boat
+    check : logs that are not fitted, which the posterior is to predict
+    dt_s : time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth
+        is flown at a tenth of it.
+    sensors : of the trial, and of those of `trials` that have none of their own
+    controls : name of an actuator -> its column in logs, where it is not that of the vehicle
+    noise : column -> noise model, where it is not the one of the sensor
+    disturbance : unmodelled forces, whose histories are inferred; the process is that of all trials
+    derived : quantities of the report that follow from the coefficients, besides the built-in ones
+    quick : what the small version changes, section by section
     """
 
-    SOURCES: ClassVar = ("manoeuvre", "data", "trials")
+    SOURCES: ClassVar[tuple[str, ...]] = ("manoeuvre", "data", "trials")
 
     name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
     question: str = ""
@@ -134,11 +195,11 @@ class Study(TrialKeys):
     check: tuple[CheckSection, ...] | None = None
     seed: int = pydantic.Field(ge=0)
     dt_s: Positive | None = None
-    sensors: tuple[AnySensorSection, ...] = ()
+    sensors: tuple[SensorSection, ...] = ()
     controls: dict[str, ControlSection] = pydantic.Field(default_factory=dict)
     free: FreeSection
     prior: PriorSection
-    noise: dict[str, AnyNoiseSection] = pydantic.Field(default_factory=dict)
+    noise: dict[str, NoiseSection] = pydantic.Field(default_factory=dict)
     disturbance: DisturbanceSection | None = None
     derived: tuple[DerivedSection, ...] = ()
     baselines: BaselinesSection = BaselinesSection()
@@ -242,20 +303,11 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
 
     Parameters
     ----------
-    path : str or Path
-        A TOML file.
-    quick : bool
-        Apply its ``[quick]`` section, which overrides the others.
-
-    Returns
-    -------
-    Study
-        For :func:`bayesub.run`.
+    quick : apply its ``[quick]`` section, which overrides the others
 
     Raises
     ------
-    InputError
-        Names file, key and remedy.
+    InputError : names file, key and remedy
     """
     path = Path(path)
     study = toml_files.read_toml(path, Study)

@@ -1,7 +1,8 @@
 """A log as a trial: the controls that were flown, what the sensors read, and what is unknown of the start."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -14,11 +15,12 @@ from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import Manoeuvre, of_inputs
 from bayesub.model.prescribed import STATES, Prescribed, check, smoothed
 from bayesub.model.trajectory import Trajectory
+from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.mounting import mounts
 from bayesub.problem.nuisance import CURRENTS, INITIAL, MOVING
-from bayesub.sensors import QUANTITIES, Record, flat, velocity
-from bayesub.sensors.lever_arm import TURNING
+from bayesub.sensors import QUANTITIES, Record, Sensor, velocity
+from bayesub.sensors.velocity import TURNING
 
 CONTROL_COLUMNS = (*log_files.CONTROLS, "rpm")
 
@@ -40,16 +42,10 @@ class Trial:
 
     Attributes
     ----------
-    manoeuvre : Manoeuvre
-        The controls that were flown.
-    record : Record
-        The readings.
-    nuisance : dict of str to Prior
-        Name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included.
-    truth : Trajectory or None
-        The motion behind a simulated trial.
-    n_left_out : int
-        Readings of the log before its first or after its last control.
+    manoeuvre : the controls that were flown
+    nuisance : name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included
+    truth : the motion behind a simulated trial
+    n_left_out : readings of the log before its first or after its last control
     """
 
     manoeuvre: Manoeuvre
@@ -60,16 +56,14 @@ class Trial:
 
 
 def read_trial(
-    path,
-    vehicle,
-    sensors,
+    path: str | Path,
+    vehicle: Vehicle,
+    sensors: Sensor | Iterable,
     *,
-    nuisance=None,
-    known=None,
+    nuisance: Mapping[str, priors.Prior | float] | None = None,
     subproblem: str | None = None,
-    clock_offset_s: float = 0.0,
     max_control_gap_s: float | None = None,
-    ignore=(),
+    ignore: Sequence[str] = (),
     name: str | None = None,
     prescribed: Sequence[str] = (),
     window_s: tuple[float, float] | None = None,
@@ -86,40 +80,27 @@ def read_trial(
 
     Parameters
     ----------
-    path : str or Path
-        The log, CSV, also compressed (.csv.gz); or the name of a built-in one.
-    vehicle : Vehicle
-        The boat.
-    sensors : sequence
-        As of :meth:`bayesub.sensors.Record.load`.
-    nuisance : dict of str to Prior
-        Name -> prior, of the start and of anything else.
-    known : dict of str to float
-        Name -> value of states at the start that are known, such as ``{"u0_mps": 1.5}``.
-    subproblem : str or None
-        Plane to which the motion was confined.
-    clock_offset_s : float
-        How far the clock of the readings is ahead of that of the controls; adds to those of the sensors.
-    max_control_gap_s : float or None
-        Longest time between two cells of a control; by default that of a ship length travelled, in which the boat
-        answers little to what a plane does unseen.
-    ignore : sequence of str
-        Columns that are not used.
-    name : str or None
-        Of the manoeuvre; by default the name of the file.
-    prescribed : sequence of str
-        Angles that the boat follows as they were read, "pitch" or "yaw": they are smoothed by as much as their sensor
-        is noisy, and are no readings any more.
-    window_s : (float, float) or None
-        First and last time of the part of the log that is used, s of the log; by default all of it.
+    path : the log, CSV, also compressed (.csv.gz); or the name of a built-in one
+    sensors : as of :meth:`bayesub.sensors.Record.load`
+    nuisance : name -> prior, of the start and of anything else; or the value of a state at the start that is known, as
+        in ``{"u0_mps": 1.5}``
+    subproblem : plane to which the motion was confined
+    max_control_gap_s : longest time between two cells of a control; by default that of a ship length travelled, in
+        which the boat answers little to what a plane does unseen
+    ignore : columns that are not used
+    name : of the manoeuvre; by default the name of the file
+    prescribed : angles that the boat follows as they were read, "pitch" or "yaw": they are smoothed by as much as their
+        sensor is noisy, and are no readings any more
+    window_s : first and last time of the part of the log that is used, s of the log; by default all of it
 
     Raises
     ------
-    InputError
-        For a file that does not fit, a gap in the controls, and a channel of a motion that the sub-problem does not
-        have.
+    InputError : for a file that does not fit, a gap in the controls, and a channel of a motion that the sub-problem
+        does not have
     """
-    path, nuisance, known = toml_files.find_log(path), dict(nuisance or {}), dict(known or {})
+    path, given = toml_files.find_log(path), dict(nuisance or {})
+    known = {name: one for name, one in given.items() if not isinstance(one, priors.Prior)}
+    unknown = {name: one for name, one in given.items() if isinstance(one, priors.Prior)}
     subproblem = vehicle.equations.subproblem(subproblem)
     columns = vehicle.actuators.shorts
     log = log_files.read_log(path, vehicle.actuators.log_columns, weight_density=vehicle.weight_density_npm3)
@@ -137,7 +118,6 @@ def read_trial(
     begin, times, inputs, rpm = _controls(log, commanded, vehicle, path, max_control_gap_s or length_time)
     readings = {name: values for name, values in log.items() if name not in (*CONTROL_COLUMNS, *columns)}
     readings["time"] = readings["time"] - begin
-    sensors = [replace(sensor, clock_offset_s=sensor.clock_offset_s + clock_offset_s) for sensor in flat(sensors)]
     whole = Record.of_log(readings, sensors, path)
     followed = [_prescribed(angle, whole, subproblem, path) for angle in prescribed]
     states = [one.states[0] for one in followed]
@@ -155,18 +135,19 @@ def read_trial(
             )
     initial = straight_and_level(vehicle)
     initial[log_files.STATES.index("u")] = rpm[0] / vehicle.rpm_per_mps
-    for start, (state, factor) in _starts().items():
+    for start, ((short, factor),) in ((name, entry.items()) for name, entry in INITIAL.items()):
+        state = short[:-1]
         if state not in moving or any(state in one.states for one in followed):
             continue
-        if not _matters(state, record, nuisance):
+        if not _matters(state, record, unknown):
             continue
         if start in known:
             initial[log_files.STATES.index(state)] = factor * known.pop(start)
             continue
-        if start not in nuisance:
-            about = _start(state, record, nuisance, initial, vehicle, path)
-            nuisance[start] = priors.normal(*(float(x) / factor for x in about))
-        initial[log_files.STATES.index(state)] = factor * nuisance[start].mean[0]
+        if start not in unknown:
+            about = _start(state, record, unknown, initial, vehicle, path)
+            unknown[start] = priors.normal(*(float(x) / factor for x in about))
+        initial[log_files.STATES.index(state)] = factor * unknown[start].mean[0]
     for start in known:
         raise InputError(
             f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out",
@@ -175,7 +156,7 @@ def read_trial(
         )
     others = {"subproblem": subproblem, "prescribed": tuple(followed), "commanded": commanded}
     manoeuvre = of_inputs(name or path.stem, times, inputs, rpm, initial, vehicle, **others)
-    return Trial(manoeuvre, record, nuisance, n_left_out=whole.n_readings - record.n_readings)
+    return Trial(manoeuvre, record, unknown, n_left_out=whole.n_readings - record.n_readings)
 
 
 def _within_window(log, window, path) -> dict[str, np.ndarray]:
@@ -209,11 +190,6 @@ def _prescribed(angle, record, subproblem, path) -> Prescribed:
             f"{path}: {angle} is prescribed, and no other sensor is left to be fitted; add one", "missing", "sensors"
         )
     return smoothed(angle, channel.times, channel.values, channel.total_sd)
-
-
-def _starts() -> dict[str, tuple[str, float]]:
-    """Name of a state at the start -> short name of the state, and factor to SI."""
-    return {name: (start[:-1], factor) for name, entry in INITIAL.items() for start, factor in entry.items()}
 
 
 def _controls(log, commanded, vehicle, path, max_gap):
@@ -260,17 +236,12 @@ def _held(times, since, values):
 
 def _within(record, duration, path) -> Record:
     """The record without readings before zero or after `duration`."""
-    channels = []
-    for channel in record.channels:
-        flown = (channel.times >= 0.0) & (channel.times <= duration)
-        if not flown.any():
-            raise InputError(
-                f"{path}: no reading of '{log_files.HEADERS[channel.quantity]}' lies within the controls",
-                "data",
-                log_files.HEADERS[channel.quantity],
-            )
-        channels.append(replace(channel, times=channel.times[flown], values=channel.values[flown]))
-    return Record(tuple(channels))
+    flown = [(channel.times >= 0.0) & (channel.times <= duration) for channel in record.channels]
+    for channel, kept in zip(record.channels, flown, strict=True):
+        if not kept.any():
+            column = log_files.HEADERS[channel.quantity]
+            raise InputError(f"{path}: no reading of '{column}' lies within the controls", "data", column)
+    return record.of_readings(flown)
 
 
 def _matters(state, record, nuisance) -> bool:
@@ -303,9 +274,8 @@ def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, floa
                 "nuisance.yaw0_deg",
             )
         turn = UNREAD_TURN * vehicle.speed_mps / vehicle.length_m
-        sd = {"u": UNREAD_SPEED * vehicle.speed_mps, "p": turn, "phi": UNREAD_TILT}
-        alike = "u" if state in "uvw" else "p" if state in "pqr" else "phi"
-        return initial[log_files.STATES.index(state)], sd[alike]
+        rough_sd = UNREAD_SPEED * vehicle.speed_mps if state in "uvw" else turn if state in "pqr" else UNREAD_TILT
+        return initial[log_files.STATES.index(state)], rough_sd
     channel = channels[0]
     value, sd, rate = _at_zero(channel, vehicle.length_m / vehicle.speed_mps)
     column = log_files.HEADERS[channel.quantity]

@@ -1,6 +1,7 @@
-"""Trials in study files: simulated and measured, or read from a log."""
+"""Trials in study files: simulated and measured, or read from a log; and logs that the posterior is to predict."""
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -17,9 +18,12 @@ from bayesub.problem.priors import Prior
 from bayesub.sensors import observe, unread
 from bayesub.study.schema.disturbance_section import TrueDisturbanceSection, true_parameters
 from bayesub.study.schema.prior_section import PriorOfOne
-from bayesub.study.schema.sensor_section import FAULTS, PRESETS, AnySensorSection, SensorSection
+from bayesub.study.schema.sensor_section import FAULTS, PRESETS, SensorSection
 
 if TYPE_CHECKING:
+    from bayesub.problem.joint import JointProblem
+    from bayesub.problem.trial_problem import TrialProblem
+    from bayesub.problem.unseen import UnseenTrial
     from bayesub.study.schema.trial_log import Trial
 
 
@@ -28,12 +32,9 @@ class TruthSection(Section):
 
     Attributes
     ----------
-    current_mps : (float, float)
-        Constant current to the north and to the east.
-    actuators : dict of str to float
-        What is wrong with the log of the actuators: nuisance parameter, such as ``delay_rudder_s`` -> value.
-    disturbance : TrueDisturbanceSection or None
-        Forces that the equations leave out.
+    current_mps : constant current to the north and to the east
+    actuators : what is wrong with the log of the actuators: nuisance parameter, such as ``delay_rudder_s`` -> value
+    disturbance : forces that the equations leave out
     """
 
     current_mps: tuple[float, float] = (0.0, 0.0)
@@ -46,28 +47,15 @@ class TrialKeys(Section):
 
     Attributes
     ----------
-    manoeuvre : str or None
-        Built-in name or path, to be simulated.
-    data : str or None
-        Path of a log.
-    subproblem : str or None
-        Plane that a log keeps to.
-    clock_offset_s : float or None
-        How far the clock of the readings of a log is ahead of that of its controls.
-    max_control_gap_s : float or None
-        Longest time between two cells of a control of a log.
-    ignore : tuple of str or None
-        Columns of a log that are not used.
-    prescribed : tuple of str or None
-        Angles that the boat follows as a log has them, pitch or yaw.
-    window_s : (float, float) or None
-        First and last time of the part of a log that is used.
-    trust_log : bool or None
-        Whether a log is fitted although its columns contradict each other.
-    nuisance : dict of str to PriorOfOne
-        What else is unknown.
-    truth : TruthSection
-        Of a simulated trial.
+    manoeuvre : built-in name or path, to be simulated
+    data : path of a log
+    subproblem : plane that a log keeps to
+    clock_offset_s : how far the clock of the readings of a log is ahead of that of its controls
+    max_control_gap_s : longest time between two cells of a control of a log
+    ignore : columns of a log that are not used
+    prescribed : angles that the boat follows as a log has them, pitch or yaw
+    window_s : first and last time of the part of a log that is used
+    trust_log : whether a log is fitted although its columns contradict each other
     """
 
     manoeuvre: str | None = None
@@ -82,7 +70,7 @@ class TrialKeys(Section):
     nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
     truth: TruthSection = TruthSection()
 
-    SOURCES: ClassVar = ("manoeuvre", "data")
+    SOURCES: ClassVar[tuple[str, ...]] = ("manoeuvre", "data")
     OF_DATA: ClassVar = (
         "subproblem", "clock_offset_s", "max_control_gap_s", "ignore", "prescribed", "window_s", "trust_log",
     )  # fmt: skip
@@ -117,21 +105,9 @@ class TrialKeys(Section):
     ) -> "Trial":
         """Read the log of the trial; one that is to be simulated is not flown yet, and its record unread.
 
-        Parameters
-        ----------
-        vehicle : Vehicle
-            The boat of the trial.
-        sections : sequence of SensorSection
-            Its instruments.
-        nuisance : dict of str to PriorOfOne
-            Name -> prior of what else is unknown; those of the study and of the trial.
-        path : callable
-            Gives the path of a file that the study names.
-
-        Raises
-        ------
-        InputError
-            For a file that does not fit and for faults of instruments that read a log.
+        Nuisance parameters are those of the study and of the trial, `sections` its instruments, and `path` gives the
+        path of a file that the study names. Raises InputError for a file that does not fit and for faults of
+        instruments that read a log.
         """
         if self.data is None:
             return self._unflown(vehicle, sections, nuisance, path)
@@ -146,16 +122,16 @@ class TrialKeys(Section):
                         "conflict",
                         f"sensors.{k}.{key}",
                     )
+        ahead = self.clock_offset_s or 0.0
+        built = [sensor for section in sections for sensor in section.build()]
         known = {name: one.value for name, one in nuisance.items() if one.value is not None and name in INITIAL}
         return read_trial(
             path(self.data),
             vehicle,
-            [section.build() for section in sections],
+            [replace(sensor, clock_offset_s=sensor.clock_offset_s + ahead) for sensor in built],
             name=Path(self.data).stem,
-            nuisance={name: _prior(name, one) for name, one in nuisance.items() if name not in known},
-            known=known,
+            nuisance={name: known[name] if name in known else _prior(name, one) for name, one in nuisance.items()},
             subproblem=self.subproblem,
-            clock_offset_s=self.clock_offset_s or 0.0,
             max_control_gap_s=self.max_control_gap_s,
             ignore=self.ignore or (),
             prescribed=self.prescribed or (),
@@ -167,38 +143,19 @@ class TrialKeys(Section):
         from bayesub.study.schema.trial_log import Trial
 
         priors = {name: _prior(name, one) for name, one in nuisance.items()}
-        manoeuvre = load_manoeuvre(path(self.manoeuvre), vehicle)
-        if self.manoeuvre.lower().endswith(".csv"):  # which has no other name than its file's
-            manoeuvre = replace(manoeuvre, name=Path(self.manoeuvre).stem)
+        source = str(self.manoeuvre)
+        manoeuvre = load_manoeuvre(path(source), vehicle)
+        if source.lower().endswith(".csv"):  # which has no other name than its file's
+            manoeuvre = replace(manoeuvre, name=Path(source).stem)
         return Trial(manoeuvre, unread([section.build() for section in sections], manoeuvre.duration), priors)
 
     def flown(
-        self,
-        trial: "Trial",
-        vehicle: Vehicle,
-        sections: Sequence[SensorSection],
-        step: float,
-        rng: np.random.Generator,
+        self, trial: "Trial", vehicle: Vehicle, sections: Sequence[SensorSection], step: float, rng: np.random.Generator
     ) -> "Trial":
         """The trial of :meth:`build`, simulated and measured; that of a log is as it was.
 
-        Parameters
-        ----------
-        trial : Trial
-            Of :meth:`build`.
-        vehicle : Vehicle
-            The boat of the trial.
-        sections : sequence of SensorSection
-            Its instruments.
-        step : float
-            Of the fit, s; the truth is flown at a tenth of it.
-        rng : numpy.random.Generator
-            Of the noise.
-
-        Raises
-        ------
-        InputError
-            For a boat that does not complete the manoeuvre.
+        The step is that of the fit, s; the truth is flown at a tenth of it. `rng` is that of the noise. Raises
+        InputError for a boat that does not complete the manoeuvre.
         """
         if self.data is not None:
             return trial
@@ -218,46 +175,33 @@ class TrialKeys(Section):
 
 
 class TrialSection(TrialKeys):
-    """One of several trials of a study, with its own nuisance parameters.
-
-    Attributes
-    ----------
-    name : str
-        Unique in the study.
-    sensors : tuple of SensorSection or None
-        If they are not those of the study.
-    """
+    """One of several trials of a study, with its own name, nuisance parameters and perhaps sensors."""
 
     name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
-    sensors: tuple[AnySensorSection, ...] | None = None
+    sensors: tuple[SensorSection, ...] | None = None
+
+    PLURAL: ClassVar = "trials"
 
     @pydantic.model_validator(mode="after")
     def _not_of_the_body(self):
         for name in self.nuisance:
             if name in BODY:
                 raise InputError(
-                    f"nuisance '{name}' is of the body, the same in all trials; give it in [nuisance]", "conflict"
+                    f"nuisance '{name}' is of the body, the same in all {self.PLURAL}; give it in [nuisance]",
+                    "conflict",
                 )
         return self
 
 
 class InstrumentsFile(Section):
-    """The instruments of a boat, for ``bayesub simulate --sensors``.
+    """The instruments of a boat and the current in which it flies, for ``bayesub simulate --sensors``."""
 
-    Attributes
-    ----------
-    sensors : tuple of SensorSection
-        At least one.
-    truth : TruthSection
-        The current in which the boat flies.
-    """
-
-    sensors: tuple[AnySensorSection, ...] = pydantic.Field(min_length=1)
+    sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
     truth: TruthSection = TruthSection()
 
 
 def read_instruments(name: str | Path) -> InstrumentsFile:
-    """The instruments of a file, or of a preset (:mod:`bayesub.sensors.presets`) with its own defaults."""
+    """The instruments of a file, or of a preset (:mod:`bayesub.sensors.instruments`) with its own defaults."""
     if name in PRESETS:
         return InstrumentsFile.model_validate({"sensors": [{"kind": name}]})
     if not Path(name).suffix:
@@ -277,3 +221,77 @@ def _prior(name: str, section: PriorOfOne) -> Prior:
             f"nuisance.{name}",
         )
     return section.build()
+
+
+WARM_UP_LENGTHS = 4.0  # ship lengths travelled at the trial speed
+WARM_UP_READINGS = 8  # of each channel, in the median, in a warm-up
+JUDGED_READINGS = 10  # at least, after it
+LONGEST_WARM_UP = 0.5  # of the time of the readings
+
+
+class CheckSection(TrialSection):
+    """A log that is not fitted, or a manoeuvre to be simulated; with all keys of a trial.
+
+    Attributes
+    ----------
+    name : unique in the study; by default that of the file
+    warm_up_s : time from its start in which its readings say what the fit does not know of this log: start, current,
+        biases of sensors. By default :data:`WARM_UP_LENGTHS` ship lengths travelled, longer if they have few readings.
+    """
+
+    name: str = pydantic.Field(default="", pattern=r"^[A-Za-z0-9_-]*$")
+    warm_up_s: Positive | None = None
+
+    PLURAL: ClassVar = "logs"
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _named_after_its_file(cls, content):
+        if not isinstance(content, dict) or content.get("name"):
+            return content
+        source = content.get("data") or content.get("manoeuvre")
+        return content | {"name": re.sub(r"[^A-Za-z0-9_-]", "_", Path(str(source)).stem)} if source else content
+
+    def nuisances(self, of_study: dict[str, PriorOfOne]) -> dict[str, PriorOfOne]:
+        """What is unknown in this log: its own, and those of the study but for the start of the fitted log."""
+        return {name: prior for name, prior in of_study.items() if name not in INITIAL} | self.nuisance
+
+    def posed(self, problem: "TrialProblem", fitted: "TrialProblem | JointProblem") -> "UnseenTrial":
+        """The log as a trial that the fitted ones shall predict; InputError for a log that is too short."""
+        from bayesub.problem.unseen import UnseenTrial
+
+        unseen = UnseenTrial(self.name, problem, 0.0)
+        if not len(unseen.own(fitted)):
+            return unseen
+        return UnseenTrial(self.name, problem, warm_up(problem, self.warm_up_s))
+
+
+def warm_up(problem: "TrialProblem", warm_up_s: float | None = None) -> float:
+    """Length of the warm-up of a log, s.
+
+    Raises InputError for a log of which too little is left.
+    """
+    if warm_up_s is None:
+        channels = problem.record.channels
+        lengths = WARM_UP_LENGTHS * problem.vehicle.length_m / problem.vehicle.speed_mps
+        dense = np.median([channel.times[:WARM_UP_READINGS][-1] for channel in channels])
+        warm_up_s = float(max(lengths, dense))
+    last, n_left = problem.times.max(), np.count_nonzero(problem.times > warm_up_s)
+    if n_left < JUDGED_READINGS or warm_up_s > LONGEST_WARM_UP * last:
+        raise InputError(
+            f"is too short to be predicted: of {last:.4g} s the warm-up takes {warm_up_s:.4g} s, which leaves {n_left} "
+            "readings; give a longer log or a shorter warm_up_s",
+            "data",
+            "warm_up_s",
+        )
+    return warm_up_s
+
+
+def check_names(names: Iterable[str], trials: Iterable[str]) -> None:
+    """Raise ValueError for a name that two checks have, or a check and a trial."""
+    names, trials = list(names), list(trials)
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"two checks are named '{name}'; give each its own name", "conflict")
+        if name in trials:
+            raise InputError(f"a check and a trial are named '{name}'; give the check another name", "conflict")

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from support.refusals import refused
 from support.toys import Linear
 
 from bayesub.inference.identifiability import fisher
 from bayesub.problem.distributions import CorrelatedNormal, Normal
 from bayesub.study.after import knowledge
-from bayesub.study.after.knowledge import Knowledge, of_draws, of_moments
+from bayesub.study.after.knowledge import Knowledge, covariance_of_draws, of_draws, of_moments
 
 NAMES = ("a", "b", "c", "d", "e")
 N = len(NAMES)
@@ -84,6 +85,15 @@ def test_draws_give_their_moments(rng, prior):
     np.testing.assert_allclose(found.sd, known.sd, rtol=5.0 / np.sqrt(40_000))
     assert np.array_equal(found.correlation, found.correlation.T)
     assert np.all(np.diag(found.correlation) == 1.0)
+
+
+def test_the_covariance_of_draws_has_an_inverse(rng):
+    """As it is where it has one, widened where two coefficients are the same, and refused where one never changes."""
+    draws = rng.standard_normal((50, 2))
+    np.testing.assert_array_equal(covariance_of_draws(("a", "b"), draws), np.cov(draws.T))
+    np.linalg.cholesky(covariance_of_draws(("a", "b"), draws[:, [0, 0]]))
+    with refused("data", "b"):
+        covariance_of_draws(("a", "b"), draws * [1.0, 0.0])
 
 
 def test_what_rounding_makes_indefinite_is_widened_a_little():

@@ -7,8 +7,7 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.model.boats import Boats
-from bayesub.study.schema.derived_section import DerivedSection
-from bayesub.study.schema.study_file import load_study
+from bayesub.study.schema.study_file import DerivedSection, load_study
 
 OWN = '''
 import numpy as np

@@ -54,7 +54,7 @@ def test_a_log_gives_the_posterior_of_the_record_that_it_was_written_from(tmp_pa
     log = log_files.read_log(tmp_path / "log.csv")
     log["time"] += 1000.0  # a log has a clock of its own
     log_files.write_log(tmp_path / "log.csv", log)
-    trial = read_trial(tmp_path / "log.csv", suboff, INSTRUMENTS, subproblem="horizontal", known=KNOWN)
+    trial = read_trial(tmp_path / "log.csv", suboff, INSTRUMENTS, subproblem="horizontal", nuisance=KNOWN)
     assert trial.nuisance == {}
     assert trial.n_left_out == 0
     memory, file = problem_of(suboff, spiral, record), problem_of(suboff, trial.manoeuvre, trial.record)
@@ -85,11 +85,11 @@ def test_clock_and_place_of_a_log_are_inferred(rewritten, suboff):
 
 
 def test_a_clock_offset_recovers_the_times(rewritten, suboff):
-    """Readings stamped by a fast clock are where they were; of the whole log as of one sensor."""
-    sensors = [modified(part, clock_offset_s=0.0) for part in INSTRUMENTS]
+    """Readings stamped by a fast clock are where they were; of all sensors as of one."""
+    sensors = [modified(part, clock_offset_s=0.75) for part in INSTRUMENTS]
     path = rewritten()
     own = read_trial(path, suboff, INSTRUMENTS, subproblem="horizontal")
-    late = read_trial(path, suboff, sensors, subproblem="horizontal", clock_offset_s=0.75)
+    late = read_trial(path, suboff, sensors, subproblem="horizontal")
     for channel, other in zip(own.record.channels, late.record.channels, strict=True):
         stamped = channel.times + channel.clock_offset_s
         np.testing.assert_allclose(other.times, stamped[stamped >= 0.75] - 0.75, atol=1e-9)
@@ -156,7 +156,7 @@ REFUSED = [
     (blank("u_ground", -1, 1000), {}, "data", "u_ground_mps"),
     (lambda log: log.update(z=log["x"]), {}, "conflict", "z_m"),
     (dict, {"ignore": ("z_m",)}, "unknown", "z_m"),
-    (dict, {"known": {"z0_m": 1.0}}, "conflict", "nuisance.z0_m"),
+    (dict, {"nuisance": {"z0_m": 1.0}}, "conflict", "nuisance.z0_m"),
     (lambda log: log.pop("r"), {}, "missing", "r_degps"),
 ]
 

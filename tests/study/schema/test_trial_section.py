@@ -90,6 +90,15 @@ def test_a_run_belongs_to_the_vehicle_file_that_it_began_with(tmp_path, bayesub)
     refuses_a_changed_copy_of("boat.toml", tmp_path / "run", bayesub)
 
 
+def test_the_clock_of_a_log_adds_to_those_of_its_sensors(folder):
+    """Readings are earlier by as much as the clock is ahead, and those before the first control are left out."""
+    (folder / "late.toml").write_text(LOG.replace("data =", "clock_offset_s = 0.5\ndata ="))
+    own, late = (prepare(load_study(folder / name)).problem.record.channels for name in ("log.toml", "late.toml"))
+    for channel, other in zip(own, late, strict=True):
+        assert other.clock_offset_s == channel.clock_offset_s + 0.5
+        np.testing.assert_allclose(other.times[-5:], channel.times[-5:] - 0.5, atol=1e-9)
+
+
 def test_the_joint_posterior_of_two_trials_is_the_product(folder, rng):
     """Likelihoods of a log and of a simulated trial multiply; each has its own start, and the prior counts once."""
     joint = prepare(load_study(folder / "joint.toml")).problem
