@@ -10,7 +10,6 @@ from scipy import special
 
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.checks.calibration import N_DRAWS
 from bayesub.inference.sampling.histories import marginal_mode, with_process
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.model.disturbance import CURRENTS, Disturbance
@@ -26,6 +25,7 @@ from bayesub.problem.problem import Problem
 from bayesub.sensors import observe
 from disturbed.filter_error import filter_error
 from disturbed.state_space import StateSpace
+from thesis.calibration import N_DRAWS
 
 DISTURBED = ("X", "Y", "N")
 FINER = 10  # steps of the truth in one of the fit

@@ -17,8 +17,7 @@ from scipy import special
 
 from bayesub.inference.checks import convergence
 from bayesub.inference.sampling import sample
-from bayesub.inference.sampling.effort import Effort
-from bayesub.inference.sampling.moments import Moments
+from bayesub.inference.sampling.moments import Effort, Moments
 from bayesub.inference.sampling.nuts import MOST_RHAT, compare, require_nutpie
 from bayesub.inference.sampling.posterior import STANDARD
 from bayesub.io.errors import InputError

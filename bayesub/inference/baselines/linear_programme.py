@@ -7,7 +7,7 @@ import numpy as np
 from scipy import optimize
 
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.baselines.scaled_axis import estimate, scaled
+from bayesub.inference.baselines.linear_least_squares import estimate, scaled
 from bayesub.inference.identifiability.linalg import complete_svd
 from bayesub.inference.interface import LinearForm
 from bayesub.io.errors import InputError

@@ -1,7 +1,12 @@
-"""What searches from random starts share: normalised unknowns, evaluation in batches and the estimate they make."""
+"""What searches from random starts share: normalised unknowns, evaluation in batches and the estimate they make.
 
+Searches advance side by side, so that one batch of simulations answers all of them.
+"""
+
+import queue
 import time
 from collections.abc import Collection
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
@@ -9,12 +14,12 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.baselines.lockstep import together
 from bayesub.inference.interface import LeastSquares
 
 _CHUNK = 512  # simulations a batch: enough to fill the lanes, few enough to keep their readings in memory
 _INFORMED = 0.25  # change of the unknown of an informed parameter for an sd of its prior
 _DRAWS = 100  # times that starts are drawn again because their simulation fails
+_ENDED, _ABANDONED = object(), object()
 
 
 @dataclass(frozen=True)
@@ -147,3 +152,59 @@ def search_from(starts, search, answer, *, method: str, unknowns: Normalised, pr
         starts=unknowns.parameters(starts[order]),
         efforts=efforts[order],
     )
+
+
+class Abandoned(Exception):
+    """The batch that a search waits for has failed."""
+
+
+def together(searches, answer, progress=None) -> list:
+    """Run searches written for one start at a time so that their questions are answered in batches.
+
+    Each search has a thread. It waits at its question until every other search has asked or ended; then one call of
+    `answer` serves all of them. What a search does depends on its own questions and answers only, so if answers do not
+    depend on what else is in the batch, the result is that of running one search after the other.
+
+    Parameters
+    ----------
+    searches : functions ``search(ask) -> result``, where ``ask(question)`` returns an answer
+    answer : function of a list of questions, in the order of the searches, that returns a list of answers
+    progress : object with ``update(done, total, unit)``, called with the number of searches that have ended; or None
+
+    Returns
+    -------
+    list of results in the order of the searches; an exception in a search is raised when the others have ended.
+    """
+    events = queue.SimpleQueue()
+    replies = [queue.SimpleQueue() for _ in searches]
+
+    def work(n):
+        def ask(question):
+            events.put((n, question))
+            reply = replies[n].get()
+            if reply is _ABANDONED:
+                raise Abandoned
+            return reply
+
+        return searches[n](ask)
+
+    with ThreadPoolExecutor(max(1, len(searches))) as pool:
+        futures = [pool.submit(work, n) for n in range(len(searches))]
+        for n, future in enumerate(futures):
+            future.add_done_callback(lambda _, n=n: events.put((n, _ENDED)))
+        n_live = len(searches)
+        try:
+            while n_live:
+                arrived = sorted((events.get() for _ in range(n_live)), key=lambda event: event[0])
+                waiting = [(n, question) for n, question in arrived if question is not _ENDED]
+                if len(waiting) < n_live and progress is not None:
+                    progress.update(len(searches) - len(waiting), len(searches), "starts")
+                n_live = len(waiting)
+                if waiting:
+                    numbers, questions = zip(*waiting, strict=True)
+                    for n, reply in zip(numbers, answer(list(questions)), strict=True):
+                        replies[n].put(reply)
+        finally:
+            for reply in replies:
+                reply.put(_ABANDONED)
+    return [future.result() for future in futures]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import optimize
 
-from bayesub.inference.identifiability.directions import null_basis, orthonormal, signed, split_svd
+from bayesub.inference.identifiability.linalg import null_basis, orthonormal, signed, split_svd
 from bayesub.inference.identifiability.null_space import null_vectors
 from bayesub.inference.interface import Identifiable, InferencePrior, PointEstimate, parameter_vector
 from bayesub.io.notebook import Displayed

@@ -1,8 +1,14 @@
-"""Linear algebra that scipy does not have in one call."""
+"""Linear algebra that scipy does not have in one call, and null directions kept apart from ill-conditioned ones.
+
+A null direction follows from the equations (:mod:`bayesub.inference.identifiability.null_space`) and is exact: no data
+of any accuracy tell anything along it. A sloppy direction follows from a sensor and is a matter of degree. Null
+directions are therefore an argument here, and are never read off the small singular values of a sensitivity.
+"""
 
 import numpy as np
 
 _ROWS = 2000  # of a block that stays in a processor's cache
+TIE = 1e-6  # relative difference of sizes that is none: no choice is left to rounding
 
 
 def complete_svd(matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -43,3 +49,67 @@ def varimax(columns, n_iterations: int = 200) -> np.ndarray:
             break
         before = now
     return rotation
+
+
+def null_basis(names, vectors, scale) -> np.ndarray:
+    """Orthonormal basis of a null space in scaled coordinates ``t = parameters / scale``.
+
+    Parameters
+    ----------
+    names : (n_params,) of the coordinates
+    vectors : dicts of name -> change, as in ``AxisRank.null_vectors``; independent of each other
+    scale : (n_params,) positive
+
+    Returns
+    -------
+    (n_null, n_params), exactly zero in every column that no vector names. Raises ValueError for a name that is not a
+    coordinate: the null space of more coefficients is not that of fewer.
+    """
+    place = {name: k for k, name in enumerate(names)}
+    matrix = np.zeros((len(vectors), len(names)))
+    for row, vector in zip(matrix, vectors, strict=True):
+        for name, change in vector.items():
+            if name not in place:
+                raise ValueError(f"null vector names {name}, which is not free; take null vectors of the free ones")
+            row[place[name]] = change / scale[place[name]]
+    return orthonormal(matrix)
+
+
+def orthonormal(rows) -> np.ndarray:
+    """Orthonormal basis (n, p) of the span of independent rows (n, p); columns that are zero stay exactly zero."""
+    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+    return np.where(np.any(rows != 0.0, axis=0), np.linalg.qr((rows / lengths).T)[0].T, 0.0)
+
+
+def signed(vectors) -> np.ndarray:
+    """Vectors (n, p) with the sign that makes the largest entry positive, the first one of several as large.
+
+    The sign of a singular vector is that of a rounding error, and differs from one processor to another.
+    """
+    sizes = np.abs(vectors)
+    largest = np.argmax(sizes > (1.0 - TIE) * sizes.max(axis=1, keepdims=True), axis=1)
+    return vectors * np.where(vectors[np.arange(len(vectors)), largest] < 0.0, -1.0, 1.0)[:, None]
+
+
+def split_svd(matrix, null) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Singular value decomposition with given null directions last.
+
+    Parameters
+    ----------
+    matrix : (n, p)
+    null : (n_null, p) orthonormal rows along which the matrix vanishes up to its own error
+
+    Returns
+    -------
+    u (n, p), s (p,), vt (p, p) with ``u diag(s) vt`` the matrix. The first p - n_null rows of vt are orthogonal to the
+    null space and s descends along them; the others are the rows of `null` in their order, and the length that the
+    matrix gives them, which is its error, is in s.
+    """
+    if not len(null):
+        return complete_svd(matrix)
+    complement = np.linalg.qr(null.T, mode="complete")[0][:, len(null) :].T
+    u, s, vt = complete_svd(matrix @ complement.T)
+    images = matrix @ null.T
+    sizes = np.linalg.norm(images, axis=0)
+    images = np.divide(images, sizes, out=np.zeros_like(images), where=sizes > 0.0)
+    return np.hstack([u, images]), np.concatenate([s, sizes]), np.vstack([vt @ complement, null])

@@ -12,9 +12,8 @@ gives both.
 
 import numpy as np
 
-from bayesub.inference.sampling.bend import bend_at, pull_back_at
-from bayesub.inference.sampling.compiled import compiled, inline
-from bayesub.inference.sampling.polynomial import PLACES, add, columns, pullback_at, put, values_at
+from bayesub.inference.sampling.geometry import bend_at, pull_back_at
+from bayesub.inference.sampling.polynomial import PLACES, add, columns, compiled, inline, pullback_at, put, values_at
 
 _DEPENDENT = 1e-6  # of its length; what a normal has beside others that is no more than round-off
 

@@ -1,10 +1,40 @@
-"""Means, sds and correlations of draws, with what chance makes of them."""
+"""What a comparison of two samplers asks of each: moments of its draws with their errors, and what these have cost."""
 
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from bayesub.inference.checks import convergence
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What the draws of a sampler have cost.
+
+    Attributes
+    ----------
+    simulations : those within a Jacobian not among them
+    jacobians : Jacobians
+    jacobian_price : of a Jacobian, simulations
+    seconds : wall time
+    ess : bulk effective sample size of the worst parameter
+    """
+
+    simulations: int
+    jacobians: int
+    jacobian_price: float
+    seconds: float
+    ess: float
+
+    @property
+    def work(self) -> float:
+        """Simulations, a Jacobian at its price; what takes no Jacobians needs no price of them."""
+        return self.simulations + (self.jacobians * self.jacobian_price if self.jacobians else 0.0)
+
+    @property
+    def per_effective_sample(self) -> float:
+        """:attr:`work` over :attr:`ess`."""
+        return self.work / self.ess
 
 
 @dataclass(frozen=True)

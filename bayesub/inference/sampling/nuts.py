@@ -13,10 +13,9 @@ import numpy as np
 
 from bayesub.inference.checks import convergence
 from bayesub.inference.interface import Progress, Sampled
-from bayesub.inference.sampling.effort import Effort
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import searched
-from bayesub.inference.sampling.moments import Moments
+from bayesub.inference.sampling.moments import Effort, Moments
 from bayesub.inference.sampling.posterior import Posterior
 from bayesub.inference.sampling.sampler import SMOOTH, straightened
 from bayesub.io.errors import InputError

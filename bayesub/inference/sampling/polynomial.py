@@ -9,16 +9,27 @@ Compiled functions take places place after place, z (n_params, n), so that a sum
 places at once, whose terms stay in a core's cache.
 """
 
+from collections.abc import Callable
 from math import comb
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import linalg
 
-from bayesub.inference.sampling.compiled import compiled, inline
+from bayesub.kernels.jit import inline_exact, jit
 
 PLAIN, RICH = (8, 0), (12, 6)  # of the most active directions, that have products of three, and of four
 PLACES = 64  # at once
+
+
+def compiled(function: Callable) -> Callable[..., Any]:
+    """A loop as those of the kernels are compiled, but with each product and each sum rounded."""
+    return jit(function, exact=True)
+
+
+def inline(function: Callable) -> Callable[..., Any]:
+    """A function that becomes part of the loops that call it."""
+    return inline_exact(function)
 
 
 class Polynomials(NamedTuple):

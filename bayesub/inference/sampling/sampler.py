@@ -14,10 +14,9 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines import posterior_mode
-from bayesub.inference.interface import Progress, Sampled
+from bayesub.inference.interface import LeastSquares, Progress, Sampled
 from bayesub.inference.sampling import checkpoint as store
 from bayesub.inference.sampling import histories
-from bayesub.inference.sampling.effort import jacobian_price
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import HistoryGeometry, HistorySurrogate
 from bayesub.inference.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
@@ -35,6 +34,8 @@ SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of 
 WARMUP = 0.1  # fraction of the steps so far that is discarded
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
+PRICE_BATCH = 64  # simulations at once, as in a step, to which the time of a Jacobian is compared
+PRICE_REPEATS = 3  # of which the fastest counts
 FORMAT = 6  # of checkpoints; those of a former one lack what this one counts, and are refused
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
@@ -270,6 +271,29 @@ def straightened(
     geometry = Geometry.whitened(smooth, mode)
     surrogate, draws = learn(smooth, geometry, surrogates, progress)
     return geometry, surrogate, draws
+
+
+def jacobian_price(problem: LeastSquares, parameters: np.ndarray) -> float:
+    """The time of a Jacobian over the time per simulation in a batch, on this machine.
+
+    Parameters
+    ----------
+    problem : whose simulations and Jacobians are measured; they are counted like any others
+    parameters : (n_params,) where the simulation completes
+    """
+    batch = np.repeat(np.asarray(parameters, dtype=float)[None], PRICE_BATCH, axis=0)
+    simulation = _fastest(lambda: problem.residuals(batch)) / PRICE_BATCH
+    return _fastest(lambda: problem.jacobian(batch[0])) / simulation
+
+
+def _fastest(work) -> float:
+    """The shortest of several times, s."""
+    times = []
+    for _ in range(PRICE_REPEATS):
+        began = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - began)
+    return max(min(times), 1e-9)
 
 
 def _centre(problem, geometry) -> np.ndarray:

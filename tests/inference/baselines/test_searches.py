@@ -10,8 +10,7 @@ from support.toys import Linear, Toy
 
 import bayesub as bs
 from bayesub.inference.baselines import Estimate, gauss_newton, posterior_mode, sqp, trust_region
-from bayesub.inference.baselines.lockstep import together
-from bayesub.inference.baselines.starts import Normalised
+from bayesub.inference.baselines.starts import Normalised, together
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.problem.priors import Normal
 
