@@ -32,10 +32,8 @@ def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
 
     Parameters
     ----------
-    problem : Sampled
-        One that is itself within any duration has its whole record in all searches.
-    start : (n_params,) array, optional
-        By default the middle of the prior.
+    problem : one that is itself within any duration has its whole record in all searches
+    start : (n_params,) by default the middle of the prior
 
     Returns
     -------
@@ -62,8 +60,7 @@ def followed(problem: Sampled, start: np.ndarray, *, max_iterations: int = 60) -
 
     Parameters
     ----------
-    max_iterations : int
-        Of the last search, with the noise of the problem.
+    max_iterations : of the last search, with the noise of the problem
 
     Returns
     -------

@@ -83,10 +83,8 @@ def sensitivity(draws: np.ndarray, log_density: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    draws : (n_draws, n_params) array
-        Of the posterior.
-    log_density : (n_draws,) array
-        That part at the draws, up to a constant: log prior or log likelihood.
+    draws : (n_draws, n_params) of the posterior
+    log_density : (n_draws,) that part at the draws, up to a constant: log prior or log likelihood
 
     Returns
     -------
@@ -107,10 +105,8 @@ def sensitivity_noise(log_density: np.ndarray, n_effective) -> np.ndarray:
 
     Parameters
     ----------
-    log_density : (n_draws,) array
-        That part at draws; it has a spread of root n/2 if n directions are normal in it.
-    n_effective : float or array
-        Effective draws.
+    log_density : (n_draws,) that part at draws; it has a spread of root n/2 if n directions are normal in it
+    n_effective : effective draws
 
     Returns
     -------

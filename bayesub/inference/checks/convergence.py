@@ -139,10 +139,8 @@ def largest_jump(problem: Emulated, draws: np.ndarray, rng: np.random.Generator)
     Parameters
     ----------
     problem : Emulated
-    draws : (n, n_params) array
-        From the posterior.
-    rng : numpy.random.Generator
-        Chooses among them.
+    draws : (n, n_params) from the posterior
+    rng : chooses among them
 
     Returns
     -------
@@ -164,10 +162,8 @@ def jump_sentence(jump: float, step_s: float) -> str:
 
     Parameters
     ----------
-    jump : float
-        As :func:`largest_jump` finds it.
-    step_s : float
-        Of the integrator, s; the longest of all trials.
+    jump : as :func:`largest_jump` finds it
+    step_s : of the integrator, s; the longest of all trials
     """
     if jump < NOTICEABLE_JUMP:
         return ""

@@ -25,15 +25,11 @@ def leave_one_out(
 
     Parameters
     ----------
-    joint : TrialsInference
-        Of two trials or more.
-    rng : numpy.random.Generator
-        Source of the draws.
-    draw : callable, optional
-        Function of a problem, `rng` and a number n that returns (n, n_params) draws of its posterior; by default
-        :func:`laplace`, which is quick and, far along directions in which the posterior bends, too wide.
-    n_draws : int
-        Of each prediction.
+    joint : of two trials or more
+    rng : source of the draws
+    draw : function of a problem, `rng` and a number n that returns (n, n_params) draws of its posterior; by default
+        :func:`laplace`, which is quick and, far along directions in which the posterior bends, too wide
+    n_draws : of each prediction
 
     Returns
     -------

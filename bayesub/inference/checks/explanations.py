@@ -39,14 +39,10 @@ class Explanation:
 
     Attributes
     ----------
-    kind : str
-        "bias", "current", "coefficient", "disturbance" or "slow noise".
-    sizes : dict of str to float
-        Bias, coefficient, axis or channel -> standard deviation; of slow noise over the sd that it is said to have.
-    times : dict of str to float
-        Axis or channel -> correlation time, s.
-    gain : float
-        Log density of the readings over that by noise alone, less the penalty for sizes and times.
+    kind : "bias", "current", "coefficient", "disturbance" or "slow noise"
+    sizes : bias, coefficient, axis or channel -> standard deviation; of slow noise over the sd that it is said to have
+    times : axis or channel -> correlation time, s
+    gain : log density of the readings over that by noise alone, less the penalty for sizes and times
     """
 
     kind: str
@@ -75,10 +71,8 @@ def explanations(left_out, standard: np.ndarray) -> list[Explanation]:
 
     Parameters
     ----------
-    left_out : object
-        With the methods of :class:`bayesub.problem.alternatives.LeftOut`.
-    standard : (n_params,) array
-        Standard coordinates of the mode of noise alone, or of parameters near it.
+    left_out : with the methods of :class:`bayesub.problem.alternatives.LeftOut`
+    standard : (n_params,) standard coordinates of the mode of noise alone, or of parameters near it
     """
     first = left_out.about(standard)
     if first is None:
@@ -191,12 +185,9 @@ def gain_of_sizes(forces, products, sizes) -> tuple[float, np.ndarray]:
 
     Parameters
     ----------
-    forces : (k,) array
-        Inner products of the columns with the residuals, as of :func:`inner_products`.
-    products : (k, k) array
-        Of the columns with themselves.
-    sizes : (k,) array
-        Standard deviations of independent amounts.
+    forces : (k,) inner products of the columns with the residuals, as of :func:`inner_products`
+    products : (k, k) of the columns with themselves
+    sizes : (k,) standard deviations of independent amounts
     """
     precision = np.eye(len(sizes)) + sizes[:, None] * products * sizes
     factor = linalg.cholesky(precision, lower=True, check_finite=False)

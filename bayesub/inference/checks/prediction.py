@@ -33,22 +33,14 @@ class Prediction:
 
     Attributes
     ----------
-    slices : dict of str to slice
-        Channel -> its readings.
-    times : (n_readings,) array
-        s.
-    readings : (n_readings,) array
-        Measured values.
-    sds : (n_readings,) array
-        Of their noise.
-    predicted : (n_flown, n_readings) array
-        Noise-free readings of the draws whose simulation did not fail.
-    replicated : (n_flown, n_readings) array
-        Readings that these draws could have made.
-    n_failed : int
-        Draws whose simulation failed, which are left out.
-    warm_up : float
-        Readings until then are not judged, s.
+    slices : channel -> its readings
+    times : (n_readings,) s
+    readings : (n_readings,) measured values
+    sds : (n_readings,) of their noise
+    predicted : (n_flown, n_readings) noise-free readings of the draws whose simulation did not fail
+    replicated : (n_flown, n_readings) readings that these draws could have made
+    n_failed : draws whose simulation failed, which are left out
+    warm_up : readings until then are not judged, s
     """
 
     slices: dict[str, slice]
@@ -190,16 +182,12 @@ def predict(
 
     Parameters
     ----------
-    problem : TrialInference
-        Of the trial.
-    parameters : (n, n_params) array
-        Draws, of a posterior that does not know the readings; those of `own` parameters are not used.
-    rng : numpy.random.Generator
-        Source of the own parameters and of the noise.
-    own : sequence of int
-        Positions of parameters of the trial that the draws do not know, independent of all others in the prior.
-    warm_up : float
-        Own parameters are drawn given the readings until then, s; given none of them if it is zero.
+    problem : of the trial
+    parameters : (n, n_params) draws, of a posterior that does not know the readings; those of `own` parameters are not
+        used
+    rng : source of the own parameters and of the noise
+    own : positions of parameters of the trial that the draws do not know, independent of all others in the prior
+    warm_up : own parameters are drawn given the readings until then, s; given none of them if it is zero
     """
     parameters = given_warm_up(problem, parameters, rng, own, warm_up)
     predicted = problem.predicted(parameters)

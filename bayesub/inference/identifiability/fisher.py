@@ -192,8 +192,7 @@ def integrated_out(by_others: np.ndarray, by_white: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     by_others : (n_rows, n_others) array
-    by_white : (n_rows, n_white) array
-        By those that are integrated out.
+    by_white : (n_rows, n_white) by those that are integrated out
 
     Returns
     -------

@@ -99,19 +99,14 @@ class Collapsed:
 
     Parameters
     ----------
-    problem : Forced
-        With histories.
-    centre : (n_all,) array
-        Parameters near the mode.
-    curved : bool
-        Whether G has terms of second order, which cost twice as many Jacobians.
+    problem : with histories
+    centre : (n_all,) parameters near the mode
+    curved : whether G has terms of second order, which cost twice as many Jacobians
 
     Attributes
     ----------
-    names : tuple of str
-        The others, n_params of them.
-    prior : Prior
-        Of these.
+    names : the others, n_params of them
+    prior : of these
     """
 
     def __init__(self, problem: Forced, centre: np.ndarray, *, curved: bool = True):

@@ -27,8 +27,7 @@ class HistoryGeometry:
 
     Parameters
     ----------
-    geometry : Geometry
-        Of the others.
+    geometry : of the others
     collapsed : Collapsed
     """
 

@@ -104,8 +104,8 @@ class Posterior(Displayed):
 
         Parameters
         ----------
-        positions : (n,) array of int
-            Of the parameters, such as those that are no forces at knots: ``posterior.part(problem.others)``.
+        positions : (n,) of the parameters, such as those that are no forces at knots:
+            ``posterior.part(problem.others)``
         """
         result = replace(
             self,
