@@ -36,8 +36,8 @@ def fitted(problem, rng):
     """Quantile residuals at a draw of the Laplace approximation, judged; and the mode."""
     mode = gauss_newton(problem)
     if problem.histories:  # given the others the forces are almost normal, with them they are not
-        collapsed, others = marginal_mode(problem, mode.values)
-        _, (draw,) = collapsed.density(problem, others[None], rng.standard_normal((1, collapsed.n_white)))
+        marginal, others = marginal_mode(problem, mode.values)
+        _, (draw,) = marginal.density(problem, others[None], rng.standard_normal((1, len(marginal.white))))
     else:
         draw = mode.values + np.linalg.cholesky(mode.covariance) @ rng.standard_normal(problem.n_params)
     residuals = problem.quantile_residuals(draw, rng)

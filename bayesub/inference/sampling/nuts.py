@@ -14,7 +14,7 @@ import numpy as np
 from bayesub.inference.checks import convergence
 from bayesub.inference.interface import Progress, Sampled
 from bayesub.inference.sampling.geometry import Geometry
-from bayesub.inference.sampling.histories import searched
+from bayesub.inference.sampling.histories import search_marginal_mode
 from bayesub.inference.sampling.moments import Effort, Moments
 from bayesub.inference.sampling.posterior import Posterior
 from bayesub.inference.sampling.sampler import SMOOTH, straightened
@@ -302,5 +302,5 @@ def _geometry(problem, rng, progress):
     if not problem.histories:
         return straightened(problem, rng, progress)[0]
     smooth = problem.smoothed(SMOOTH)
-    collapsed, others = searched(problem, smooth, rng)
-    return Geometry.whitened(smooth, collapsed.full(others))
+    marginalised, others = search_marginal_mode(problem, smooth, rng)
+    return Geometry.whitened(smooth, marginalised.full(others))

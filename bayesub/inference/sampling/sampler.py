@@ -134,7 +134,7 @@ class _Run:
         self._parameters = None  # of the walkers, if they cost a simulation
         if problem.histories:
             last = self.blocks[-1].chain[-1] if self.blocks else None
-            self._parameters = self.geometry.evaluated(problem, self.state.coords)[1] if last is None else last
+            self._parameters = self.geometry.evaluate(problem, self.state.coords)[1] if last is None else last
         self.thin = -(-self.state.coords.nbytes // STEP_BYTES)
         self.sampler = emcee.EnsembleSampler(
             n_ensembles * n_walkers,
@@ -151,7 +151,7 @@ class _Run:
         """Log densities (n,) of walkers, and beside them their parameters if these cost a simulation."""
         if self._parameters is None:
             return self.geometry.log_prob(self.problem, y)
-        return np.column_stack(self.geometry.evaluated(self.problem, y))
+        return np.column_stack(self.geometry.evaluate(self.problem, y))
 
     @property
     def n_kept(self) -> int:
@@ -264,7 +264,9 @@ def straightened(
     searches, surrogates = rng.spawn(2)
     smooth = problem.smoothed(SMOOTH)
     if problem.histories:
-        return histories.straightened(*histories.searched(problem, smooth, searches), surrogates, progress)
+        return histories.learn_with_histories(
+            *histories.search_marginal_mode(problem, smooth, searches), surrogates, progress
+        )
     mode = posterior_mode(problem, rng=searches).values
     if examine is not None:
         examine(mode)
@@ -299,7 +301,7 @@ def _fastest(work) -> float:
 def _centre(problem, geometry) -> np.ndarray:
     """(n_all,) parameters at the mode."""
     if problem.histories:
-        return geometry.collapsed.centre
+        return geometry.marginalised.centre
     return problem.prior.unscaled(geometry.mode)
 
 
