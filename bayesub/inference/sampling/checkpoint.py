@@ -12,7 +12,7 @@ import json
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,18 @@ _DIGEST = hashlib.sha256().digest_size
 
 
 @dataclass
+class Spent:
+    """What the steps so far have cost: attributes of the same names of :class:`bayesub.Posterior`."""
+
+    evaluations: int = 0
+    seconds: float = 0.0
+    failures: dict[str, int] = field(default_factory=dict)
+    jacobians: int = 0
+    jacobian_price: float = float("nan")
+    simulation_seconds: float = 0.0
+
+
+@dataclass
 class State:
     """Everything that the next step depends on, and what the steps so far have cost.
 
@@ -33,25 +45,15 @@ class State:
     coords : (n_all_walkers, n_params) sampling coordinates y
     log_prob : (n_all_walkers,) log densities in y
     random_state : of emcee's generator
+    spent : so far
     accepted : proposals accepted in the kept steps
-    evaluations : simulations so far
-    seconds : wall time so far
-    failures : status -> simulations that ended so
-    jacobians : Jacobians so far
-    jacobian_price : simulations that a Jacobian is worth, measured when the run began
-    simulation_seconds : of the wall time that of simulations and Jacobians
     """
 
     coords: np.ndarray
     log_prob: np.ndarray
     random_state: tuple
+    spent: Spent
     accepted: int = 0
-    evaluations: int = 0
-    seconds: float = 0.0
-    failures: dict[str, int] = field(default_factory=dict)
-    jacobians: int = 0
-    jacobian_price: float = float("nan")
-    simulation_seconds: float = 0.0
 
 
 @dataclass
@@ -102,8 +104,8 @@ class Checkpoint:
                 self._warn("its start is damaged: begun afresh")
             return None
         notes, arrays = start
-        for key, now in settings.items():
-            before = notes["settings"].get(key, "another")  # in a checkpoint of a former version
+        for key in settings | notes["settings"]:
+            before, now = notes["settings"].get(key, "another"), settings.get(key, "none")  # where one has no such key
             if before != now:
                 raise InputError(
                     f"{self.folder}: cannot be resumed: {key} was {before} and is now {now}; remove it to start afresh",
@@ -133,16 +135,7 @@ class Checkpoint:
 
     def _write(self, name, notes, arrays, state):
         generator, keys, position, has_gauss, gauss = state.random_state
-        notes |= {
-            "random": [generator, position, has_gauss, gauss],
-            "accepted": state.accepted,
-            "evaluations": state.evaluations,
-            "seconds": state.seconds,
-            "failures": state.failures,
-            "jacobians": state.jacobians,
-            "jacobian_price": state.jacobian_price,
-            "simulation_seconds": state.simulation_seconds,
-        }
+        notes |= {"random": [generator, position, has_gauss, gauss], "accepted": state.accepted} | vars(state.spent)
         content = io.BytesIO()
         np.savez(
             content, notes=json.dumps(notes), coords=state.coords, log_prob=state.log_prob, random_keys=keys, **arrays
@@ -177,18 +170,9 @@ class Checkpoint:
 
 def _state(notes, arrays) -> State:
     generator, position, has_gauss, gauss = notes["random"]
-    return State(
-        arrays["coords"],
-        arrays["log_prob"],
-        (generator, arrays["random_keys"], position, has_gauss, gauss),
-        notes["accepted"],
-        notes["evaluations"],
-        notes["seconds"],
-        notes["failures"],
-        notes["jacobians"],
-        notes["jacobian_price"],
-        notes["simulation_seconds"],
-    )
+    random_state = generator, arrays["random_keys"], position, has_gauss, gauss
+    spent = Spent(**{part.name: notes[part.name] for part in fields(Spent)})
+    return State(arrays["coords"], arrays["log_prob"], random_state, spent, notes["accepted"])
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import search_marginal_mode
 from bayesub.inference.sampling.moments import Effort, Moments
 from bayesub.inference.sampling.posterior import Posterior
-from bayesub.inference.sampling.sampler import SMOOTH, straightened
+from bayesub.inference.sampling.sampler import SMOOTH, learn_coordinates
 from bayesub.io.errors import InputError
 
 FALSE_ALARMS = 0.01  # probability that two samplers of one posterior are said to disagree
@@ -300,7 +300,7 @@ def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tu
 def _geometry(problem, rng, progress):
     """Sampling coordinates; with histories those whitened at the mode, in which they are nearly normal as it is."""
     if not problem.histories:
-        return straightened(problem, rng, progress)[0]
+        return learn_coordinates(problem, rng, progress)[0]
     smooth = problem.smoothed(SMOOTH)
     marginalised, others = search_marginal_mode(problem, smooth, rng)
     return Geometry.whitened(smooth, marginalised.full(others))

@@ -117,7 +117,7 @@ def test_nuts_agrees():
 
 def test_places_that_are_too_far_have_no_density(marginalised, monkeypatch):
     """Where G'G is round-off, here made so, the density is zero and no error stops a search."""
-    (part,) = marginalised._parts
+    (part,) = marginalised._responses
     monkeypatch.setattr(part, "products", -part.products)
     assert not np.isfinite(marginalised.log_likelihood(PLACES)).any()
     assert np.isinf(marginalised.misfit(PLACES)[1]).all()
