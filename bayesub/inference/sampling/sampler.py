@@ -23,9 +23,6 @@ from bayesub.inference.sampling.histories import (
     learn_with_histories,
     search_marginal_mode,
 )
-    HistoryGeometry,
-    HistorySurrogate,
-)
 from bayesub.inference.sampling.moves import EachEnsemble, LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.inference.sampling.posterior import STANDARD, Criteria, Posterior
 from bayesub.inference.sampling.surrogate import Surrogate, learn
