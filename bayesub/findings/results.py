@@ -10,7 +10,7 @@ from bayesub.findings import derived, disturbances, proposals, remedies, run_num
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import convergence
-from bayesub.inference.checks.explanations import Explanation
+from bayesub.inference.checks.discrepancy import Discrepancy
 from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.inference.identifiability import NullSpace, Spectrum, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
@@ -98,7 +98,7 @@ class Results:
         return criticise(self.residuals, self.times)
 
     @cached_property
-    def explanations(self) -> list[Explanation]:
+    def explanations(self) -> list[Discrepancy]:
         """Why residuals are correlated, best first; empty if they are not."""
         return remedies.reasons(self.problem, self.criticism, self.posterior.best)
 

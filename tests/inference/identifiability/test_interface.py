@@ -8,7 +8,7 @@ import pytest
 from support.toys import Banana, Pushed, Toy
 
 import bayesub as bs
-from bayesub.inference.checks.explanations import _WithAmounts
+from bayesub.inference.checks.discrepancy import _WithAmounts
 from bayesub.inference.interface import (
     CostCounter,
     Emulated,

@@ -13,7 +13,7 @@ LONG = bs.Criteria(ess=2000.0)
 
 
 class Mirror(emcee.moves.Move):
-    """A step to the other side of the mode, which one simulation accepts or refuses; a `scale` below one makes it a wrong one."""
+    """A step to the other side of the mode, accepted or refused; a `scale` below one makes it a wrong move."""
 
     def __init__(self, scale=1.0):
         self.scale, self.seen = scale, []
