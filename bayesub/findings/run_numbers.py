@@ -65,7 +65,7 @@ def collect(
             null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))
         ),
         "null_contraction": _null_contraction(spectrum, summary),
-        "normality": normality.of_posterior(summary.part(np.arange(n))).to_json(),
+        "normality": normality.posterior_normality(summary.part(np.arange(n))).to_json(),
         "trade_offs": coefficient_pairs,
         "nuisance_trade_offs": nuisance_pairs,
         "baselines": [_baseline(problem, estimate) for estimate in estimates],

@@ -240,7 +240,7 @@ class Sampled(Emulated, Protocol):
     def widened(self, scale: float) -> Self:
         """A view with noise that is `scale` times as large."""
 
-    def within(self, duration: float) -> Self:
+    def truncated(self, duration: float) -> Self:
         """A view of the first `duration` seconds of the record; the problem itself if there is no more of it."""
 
 

@@ -88,7 +88,7 @@ def _parts(problem, values):
     for halvings in range(1, _MOST_HALVINGS + 1):
         if halvings > _HALVINGS and np.isfinite(_deviance_a_row(parts[0], values)):
             break
-        part = problem.within(problem.duration / 2.0**halvings)
+        part = problem.truncated(problem.duration / 2.0**halvings)
         if part is problem:
             break
         parts.insert(0, part)

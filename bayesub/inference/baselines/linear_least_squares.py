@@ -1,7 +1,7 @@
 """Least squares on the equations of motion (thesis section 9.4), axis by axis, by singular values."""
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,7 +102,7 @@ def _mixed_total_least_squares(matrix, load, sizes):
     exact = sizes[:-1] == 0.0
     order = np.concatenate([np.flatnonzero(exact), np.flatnonzero(~exact)])
     n_exact = int(exact.sum())
-    triangle = np.linalg.qr(np.column_stack([matrix[:, order], load]), mode="r")
+    triangle = np.asarray(np.linalg.qr(np.column_stack([matrix[:, order], load]), mode="r"))
     scales = sizes[[*order[n_exact:], len(order)]]
     _, s, vt = np.linalg.svd(triangle[n_exact:, n_exact:] / scales)
     direction = vt[-1] / scales
@@ -136,12 +136,12 @@ class Scaled:
     load: np.ndarray
     load_norm: float
 
-    def coefficients(self, scaled) -> np.ndarray:
+    def coefficients(self, scaled: np.ndarray) -> np.ndarray:
         """(n_columns,) coefficients at a scaled offset from the guess."""
         return self.centre + scaled / self.lengths
 
 
-def scaled(systems, guess: dict[str, float], held=()) -> list[Scaled]:
+def scaled(systems: Mapping[str, LinearForm], guess: dict[str, float], held: Iterable[str] = ()) -> list[Scaled]:
     """Each axis of the linear form with the coefficients named in `held` kept at their guess.
 
     Solving for the difference from a guess loses fewer digits than solving for the coefficients. Axes all of whose
@@ -168,7 +168,15 @@ def scaled(systems, guess: dict[str, float], held=()) -> list[Scaled]:
     return forms
 
 
-def estimate(method, forms, values, costs, status, covariance, began) -> Estimate:
+def estimate(
+    method: str,
+    forms: list[Scaled],
+    values: list[np.ndarray],
+    costs: Sequence[float | np.floating],
+    status: str,
+    covariance: np.ndarray | None,
+    began: float,
+) -> Estimate:
     """The estimate from (n_columns,) values and a cost for each of the forms; `began` is the time of the start."""
     return Estimate(
         method=method,

@@ -43,13 +43,15 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     InputError : if no mode is found: no simulation completes the record, or no parameters that the prior admits make
         every reading where there is no noise
     """
-    mode, before = None, (problem.costs.simulations, problem.costs.jacobians)
+    mode: Estimate | None = None
+    before = (problem.costs.simulations, problem.costs.jacobians)
     for share in SHARES:
         smooth = problem.smoothed(share)
         mode = _lowest(smooth, rng) if mode is None else gauss_newton(smooth, mode.values)
         if np.isfinite(problem.log_likelihood(mode.values)[0]):
             costs = problem.costs
             return replace(mode, evaluations=costs.simulations - before[0], jacobians=costs.jacobians - before[1])
+    assert mode is not None
     parts = problem.log_likelihoods(mode.values)
     channels = [name for name, part in parts.items() if not np.isfinite(part[0])]
     raise InputError(
@@ -63,7 +65,7 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
 def _lowest(problem, rng) -> Estimate:
     """The best of the searches until two have ended there, or, where that is not to be trusted, of continuation."""
     best, agreed = _best_of_starts(problem, rng)
-    if agreed and np.mean(problem.misfit(best.values[None])[0] ** 2) < _MISFIT:
+    if best is not None and agreed and np.mean(problem.misfit(best.values[None])[0] ** 2) < _MISFIT:
         return best
     try:
         other = continuation(problem)

@@ -5,16 +5,17 @@ Searches advance side by side, so that one batch of simulations answers all of t
 
 import queue
 import time
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.interface import LeastSquares
+from bayesub.inference.interface import LeastSquares, Progress
 
 _CHUNK = 512  # simulations a batch: enough to fill the lanes, few enough to keep their readings in memory
 _INFORMED = 0.25  # change of the unknown of an informed parameter for an sd of its prior
@@ -78,20 +79,20 @@ class Normalised:
         residuals = self.problem.residuals(self.parameters(x))
         return np.hstack([residuals, self._standard(x)[:, self._positions]]) if self.informed else residuals
 
-    def residuals(self, x) -> np.ndarray:
+    def residuals(self, x: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings) residuals at x (n_batch, n_params), not a number where the simulation failed."""
         chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
         return np.concatenate([self._residuals(chunk) for chunk in chunks])
 
     @np.errstate(over="ignore", invalid="ignore")  # squares of what runs away
-    def costs(self, x) -> np.ndarray:
+    def costs(self, x: np.ndarray) -> np.ndarray:
         """(n_batch,) sums of squared residuals at x (n_batch, n_params), infinite where the simulation failed."""
         chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
         # Row by row, so that the rounding of a sum does not depend on what else is in the batch.
         costs = [row @ row for chunk in chunks for row in self._residuals(chunk)]
         return np.where(np.isnan(costs), np.inf, costs)
 
-    def jacobian(self, x) -> np.ndarray:
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
         """(n_readings, n_params) derivatives of the residuals at x (n_params,)."""
         jacobian = self.problem.jacobian(self.parameters(x)) * self.scales(x)
         return np.vstack([jacobian, np.eye(len(x))[self._positions] / _INFORMED]) if self.informed else jacobian
@@ -110,7 +111,15 @@ class Normalised:
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")  # its threads wait for each other in busy loops
 @np.errstate(over="ignore", invalid="ignore")  # squares of what runs away
-def search_from(starts, search, answer, *, method: str, unknowns: Normalised, progress=None) -> Estimate:
+def search_from(
+    starts: np.ndarray,
+    search: Callable[[np.ndarray, Callable], tuple[np.ndarray, str]],
+    answer: Callable[[list], list],
+    *,
+    method: str,
+    unknowns: Normalised,
+    progress: Progress | None = None,
+) -> Estimate:
     """Search from every start (n_starts, n_params), side by side.
 
     Parameters
@@ -158,7 +167,7 @@ class Abandoned(Exception):
     """The batch that a search waits for has failed."""
 
 
-def together(searches, answer, progress=None) -> list:
+def together(searches: Sequence[Callable], answer: Callable[[list], list], progress: Progress | None = None) -> list:
     """Run searches written for one start at a time so that their questions are answered in batches.
 
     Each search has a thread. It waits at its question until every other search has asked or ended; then one call of
@@ -175,8 +184,8 @@ def together(searches, answer, progress=None) -> list:
     -------
     list of results in the order of the searches; an exception in a search is raised when the others have ended.
     """
-    events = queue.SimpleQueue()
-    replies = [queue.SimpleQueue() for _ in searches]
+    events: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
+    replies: list[queue.SimpleQueue[Any]] = [queue.SimpleQueue() for _ in searches]
 
     def work(n):
         def ask(question):
@@ -188,10 +197,13 @@ def together(searches, answer, progress=None) -> list:
 
         return searches[n](ask)
 
+    def end(n, _):
+        events.put((n, _ENDED))
+
     with ThreadPoolExecutor(max(1, len(searches))) as pool:
         futures = [pool.submit(work, n) for n in range(len(searches))]
         for n, future in enumerate(futures):
-            future.add_done_callback(lambda _, n=n: events.put((n, _ENDED)))
+            future.add_done_callback(partial(end, n))
         n_live = len(searches)
         try:
             while n_live:

@@ -24,6 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special, stats
 
+from bayesub.inference.interface import InferencePrior
+
 FALSE_ALARMS = 0.01  # probability that anything is said where the prior is right: half for the sum, half for the names
 CONTRACTED = 0.8  # posterior sd over prior sd below which the data have a say
 POWERS = (0.99, 1.01)
@@ -52,7 +54,7 @@ class Conflict:
         return bool(self.named) or self.probability < 0.5 * FALSE_ALARMS
 
 
-def find_conflict(prior, draws: np.ndarray, names: Sequence[str]) -> Conflict:
+def find_conflict(prior: InferencePrior, draws: np.ndarray, names: Sequence[str]) -> Conflict:
     """Compare a prior with draws (n_draws, n_params) of its posterior.
 
     Parameters
@@ -100,7 +102,7 @@ def sensitivity(draws: np.ndarray, log_density: np.ndarray) -> np.ndarray:
     return np.mean(rates, axis=0)
 
 
-def sensitivity_noise(log_density: np.ndarray, n_effective) -> np.ndarray:
+def sensitivity_noise(log_density: np.ndarray, n_effective: float | np.ndarray) -> np.ndarray:
     """The sensitivity that so many effective draws of a parameter show to a part that does not concern it.
 
     Parameters

@@ -24,14 +24,14 @@ _JUMP_SEGMENTS, _JUMP_POINTS = 128, 16
 _JUMP_SHARE = 1.0 / 8.0  # of the way from one draw to another, on which a log likelihood is a cubic but for jumps
 
 
-def rank_normalised(chain):
+def rank_normalised(chain: np.ndarray) -> np.ndarray:
     """Ranks of all draws of a parameter, turned into normal scores (Vehtari et al. 2021, section 4.1)."""
     flat = chain.reshape(-1, chain.shape[-1])
     ranks = stats.rankdata(flat, axis=0)
     return special.ndtri((ranks - 0.375) / (len(flat) + 0.25)).reshape(chain.shape)
 
 
-def rank_histograms(chain, n_bins: int) -> np.ndarray:
+def rank_histograms(chain: np.ndarray, n_bins: int) -> np.ndarray:
     """(n_ensembles, n_bins, n_params) shares of each ensemble's draws in bins of rank among all, 1 where they are even.
 
     Ensembles that have found the same posterior have even ranks (Vehtari et al. 2021, section 4.2).
@@ -43,13 +43,13 @@ def rank_histograms(chain, n_bins: int) -> np.ndarray:
     return np.stack([(bins == k).mean(axis=1) * n_bins for k in range(n_bins)], axis=1)
 
 
-def rank_spread(n_effective, n_ensembles: int, n_bins: int) -> np.ndarray:
+def rank_spread(n_effective: float | np.ndarray, n_ensembles: int, n_bins: int) -> np.ndarray:
     """Standard deviation by chance of :func:`rank_histograms`, of ensembles with so many effective draws in all."""
     in_each = np.asarray(n_effective) / n_ensembles
     return np.sqrt((n_bins - 1) / in_each * (1.0 - 1.0 / n_ensembles))
 
 
-def rhat(chain, scores=None) -> np.ndarray:
+def rhat(chain: np.ndarray, scores: np.ndarray | None = None) -> np.ndarray:
     """(n_params,) rank-normalised split R-hat, the larger of its bulk and folded versions (Vehtari et al. 2021).
 
     Each ensemble is split into its first and second half in time; all walkers of a half count as one chain.
@@ -73,7 +73,7 @@ def _split_rhat(chain):
     return np.sqrt((n - 1) / n + between / within)
 
 
-def autocorrelation_time(chain) -> np.ndarray:
+def autocorrelation_time(chain: np.ndarray) -> np.ndarray:
     """(n_ensembles, n_params) integrated autocorrelation times in steps (Sokal 1997), window of five times tau.
 
     The autocovariance is averaged over the walkers of an ensemble before it is normalised. An ensemble that stands
@@ -93,23 +93,23 @@ def autocorrelation_time(chain) -> np.ndarray:
     return np.maximum(taus, 1.0)
 
 
-def ess(chain) -> np.ndarray:
+def ess(chain: np.ndarray) -> np.ndarray:
     """(n_params,) effective sample size of all draws: their number over the mean autocorrelation time of ensembles."""
     return np.prod(chain.shape[:3]) / autocorrelation_time(chain).mean(axis=0)
 
 
-def bulk_ess(chain, scores=None) -> np.ndarray:
+def bulk_ess(chain: np.ndarray, scores: np.ndarray | None = None) -> np.ndarray:
     """(n_params,) effective sample size of the rank-normalised draws, given as `scores` if they are at hand."""
     return ess(rank_normalised(chain) if scores is None else scores)
 
 
-def tail_ess(chain) -> np.ndarray:
+def tail_ess(chain: np.ndarray) -> np.ndarray:
     """(n_params,) the smaller of the effective sample sizes of the events below the 5 % and 95 % quantiles."""
     low, high = np.quantile(chain, [0.05, 0.95], axis=(0, 1, 2))
     return np.minimum(ess((chain <= low).astype(float)), ess((chain <= high).astype(float)))
 
 
-def variance_trend(chain, scores=None) -> np.ndarray:
+def variance_trend(chain: np.ndarray, scores: np.ndarray | None = None) -> np.ndarray:
     """(n_params,) change of the ensemble variance from the first to the second half, in Monte Carlo standard errors.
 
     The variance is that of the rank-normalised draws, which exists whatever the tails, about the median of all; two

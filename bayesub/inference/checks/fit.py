@@ -172,7 +172,7 @@ def expected_outliers(n_readings: int, spread: float = 1.0) -> float:
     return n_readings * 2.0 * float(special.ndtr(-OUTLIER / spread)) if spread > 0 else 0.0
 
 
-def tail_probabilities(residuals, times) -> dict[str, np.ndarray]:
+def tail_probabilities(residuals: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:
     """Discrepancy -> (n_draws,) probability that standard normal residuals exceed that of residuals (n_draws, n)."""
     n = residuals.shape[1]
     sizes = np.abs(residuals)
@@ -194,13 +194,13 @@ def tail_probabilities(residuals, times) -> dict[str, np.ndarray]:
     return probabilities
 
 
-def slow_waves(times) -> np.ndarray:
+def slow_waves(times: np.ndarray) -> np.ndarray:
     """(n, n_waves) orthonormal functions of the times (n,) that span the slowest cosines, at most a fifth as many."""
     phases = (times - times[0]) / (times[-1] - times[0])
     return np.linalg.qr(np.cos(np.pi * np.outer(phases, np.arange(min(N_WAVES, len(times) // _READINGS)))))[0]
 
 
-def anderson_darling(residuals) -> np.ndarray:
+def anderson_darling(residuals: np.ndarray) -> np.ndarray:
     """(n_draws,) A^2 of residuals (n_draws, n) against the standard normal distribution."""
     ordered = np.sort(residuals, axis=1)
     n = ordered.shape[1]
@@ -208,7 +208,7 @@ def anderson_darling(residuals) -> np.ndarray:
     return -n - (special.log_ndtr(ordered) + special.log_ndtr(-ordered[:, ::-1])) @ weights
 
 
-def autocorrelations(residuals, times) -> tuple[np.ndarray, np.ndarray]:
+def autocorrelations(residuals: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Correlations (n_draws, n_lags) about zero of residuals (n_draws, n), and their variances (n_lags,).
 
     Lags are in median intervals of the ascending times (n,), at most a fifth as many as readings. With n_k pairs the

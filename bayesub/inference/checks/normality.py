@@ -8,6 +8,7 @@ parameters that are each normal.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import linalg, special, stats
@@ -74,7 +75,7 @@ class Normality:
         }
 
 
-def of_posterior(posterior) -> Normality:
+def posterior_normality(posterior: Any) -> Normality:
     """How normal a posterior is, its draws counted by the parameter that has the fewest effective ones."""
     ess = min(posterior.bulk_ess.min(), posterior.tail_ess.min())
     return normality(posterior.names, posterior.draws, posterior.prior_sd, float(ess))

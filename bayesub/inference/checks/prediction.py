@@ -9,7 +9,7 @@ of the readings on average, and 60 % of one log now and then. Replicated reading
 p-value is the share of them, and the log, whose errors are as large. It is uniform if the posterior is right.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -43,7 +43,7 @@ class Prediction:
     warm_up : readings until then are not judged, s
     """
 
-    slices: dict[str, slice]
+    slices: Mapping[str, slice]
     times: np.ndarray
     readings: np.ndarray
     sds: np.ndarray
@@ -206,10 +206,10 @@ def given_warm_up(
     The steps of a search at the mean of the draws have a Jacobian each; the steps of the draws have the last of these
     in common. If the boat of the mean does not complete the log, own parameters are drawn from the prior.
     """
-    own, shocks = np.asarray(own, dtype=int), rng.standard_normal((len(parameters), len(own)))
-    warm = _WarmUp(problem.smoothed(_SMOOTH), own, np.flatnonzero(~_later(problem.times, warm_up)))
+    positions, shocks = np.asarray(own, dtype=int), rng.standard_normal((len(parameters), len(own)))
+    warm = _WarmUp(problem.smoothed(_SMOOTH), positions, np.flatnonzero(~_later(problem.times, warm_up)))
     centre, t = parameters.mean(axis=0)[None], np.zeros((1, len(own)))
-    if not (warm.early.size and own.size and np.isfinite(problem.predicted(centre)).all()):
+    if not (warm.early.size and positions.size and np.isfinite(problem.predicted(centre)).all()):
         return warm.placed(parameters, shocks)
     for _ in range(_ITERATIONS):
         svd = warm.jacobian_svd(centre, t)
@@ -236,21 +236,23 @@ class _WarmUp:
     own: np.ndarray
     early: np.ndarray
 
-    def placed(self, parameters, t) -> np.ndarray:
+    def placed(self, parameters: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Parameters (n, n_params) with own ones at t."""
         whole, result = np.zeros(parameters.shape), parameters.copy()
         whole[:, self.own] = t
         result[:, self.own] = self.problem.prior.parameters(whole)[:, self.own]
         return result
 
-    def jacobian_svd(self, centre, t):
+    def jacobian_svd(self, centre: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of the residuals by t (1, n_own)."""
         whole = np.zeros(centre.shape[1])
         whole[self.own] = t[0]
         jacobian = self.problem.jacobian(self.placed(centre, t)[0])[self.early]
         return complete_svd(self.problem.prior.chain(jacobian, whole)[:, self.own])
 
-    def improved(self, parameters, t, u, s, vt) -> tuple[np.ndarray, float]:
+    def improved(
+        self, parameters: np.ndarray, t: np.ndarray, u: np.ndarray, s: np.ndarray, vt: np.ndarray
+    ) -> tuple[np.ndarray, float]:
         """t after a Gauss-Newton step with a decomposed Jacobian, and the longest step in posterior sds."""
         residuals = self.problem.residuals(self.placed(parameters, t))[:, self.early]
         force = s * (residuals @ u) + t @ vt.T

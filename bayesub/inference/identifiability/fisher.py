@@ -113,6 +113,7 @@ class Spectrum(Displayed):
         -------
         (n_params,)
         """
+        assert self.values is not None, "a spectrum without values has no relative sds"
         wanted = (relative_sd * np.abs(self.values) / self.prior_sd) ** 2
         never = (self.directions[self._signal == 0.0] ** 2).sum(axis=0)
         factors = np.where(wanted < 1.0, np.inf, 0.0)

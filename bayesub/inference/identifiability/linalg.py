@@ -5,13 +5,15 @@ of any accuracy tell anything along it. A sloppy direction follows from a sensor
 directions are therefore an argument here, and are never read off the small singular values of a sensitivity.
 """
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 _ROWS = 2000  # of a block that stays in a processor's cache
 TIE = 1e-6  # relative difference of sizes that is none: no choice is left to rounding
 
 
-def complete_svd(matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def complete_svd(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Singular value decomposition ``matrix = u diag(s) vt`` with as many values as columns.
 
     Parameters
@@ -27,7 +29,7 @@ def complete_svd(matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.pad(u, ((0, 0), (0, p - u.shape[1]))), np.pad(s, (0, p - len(s))), vt
 
 
-def triangle(matrix) -> np.ndarray:
+def triangle(matrix: np.ndarray) -> np.ndarray:
     """The triangle R (min(n, p), p) of ``matrix = Q R`` for a tall matrix (n, p), block after block of its rows.
 
     (Tall-skinny QR: Demmel et al. 2012.) For a few hundred thousand rows it takes a fifth of the time of all at once.
@@ -35,10 +37,10 @@ def triangle(matrix) -> np.ndarray:
     blocks = np.array_split(matrix, -(-len(matrix) // _ROWS))
     if len(blocks) > 1:
         matrix = np.concatenate([np.linalg.qr(block, mode="r") for block in blocks])
-    return np.linalg.qr(matrix, mode="r")
+    return np.asarray(np.linalg.qr(matrix, mode="r"))
 
 
-def varimax(columns, n_iterations: int = 200) -> np.ndarray:
+def varimax(columns: np.ndarray, n_iterations: int = 200) -> np.ndarray:
     """(k, k) rotation R with which columns (p, k) @ R have as few large entries as possible (Kaiser 1958)."""
     rotation, before = np.eye(columns.shape[1]), 0.0
     for _ in range(n_iterations):
@@ -51,7 +53,7 @@ def varimax(columns, n_iterations: int = 200) -> np.ndarray:
     return rotation
 
 
-def null_basis(names, vectors, scale) -> np.ndarray:
+def null_basis(names: Sequence[str], vectors: Sequence[Mapping[str, float]], scale: np.ndarray) -> np.ndarray:
     """Orthonormal basis of a null space in scaled coordinates ``t = parameters / scale``.
 
     Parameters
@@ -75,13 +77,13 @@ def null_basis(names, vectors, scale) -> np.ndarray:
     return orthonormal(matrix)
 
 
-def orthonormal(rows) -> np.ndarray:
+def orthonormal(rows: np.ndarray) -> np.ndarray:
     """Orthonormal basis (n, p) of the span of independent rows (n, p); columns that are zero stay exactly zero."""
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     return np.where(np.any(rows != 0.0, axis=0), np.linalg.qr((rows / lengths).T)[0].T, 0.0)
 
 
-def signed(vectors) -> np.ndarray:
+def signed(vectors: np.ndarray) -> np.ndarray:
     """Vectors (n, p) with the sign that makes the largest entry positive, the first one of several as large.
 
     The sign of a singular vector is that of a rounding error, and differs from one processor to another.
@@ -91,7 +93,7 @@ def signed(vectors) -> np.ndarray:
     return vectors * np.where(vectors[np.arange(len(vectors)), largest] < 0.0, -1.0, 1.0)[:, None]
 
 
-def split_svd(matrix, null) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def split_svd(matrix: np.ndarray, null: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Singular value decomposition with given null directions last.
 
     Parameters

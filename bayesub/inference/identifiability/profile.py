@@ -97,7 +97,7 @@ def profile(
     for side in (-1, 1):
         t = best
         for i in sorted(np.flatnonzero(side * offsets >= 0), key=lambda i: abs(offsets[i])):
-            t, value = search.at(t, targets[i], reference)
+            t, value = search.best_at(t, targets[i], reference)
             if not np.isfinite(value):
                 break
             cost[i], path[i] = value - reference, problem.prior.mean + problem.prior.sd * t
@@ -116,15 +116,15 @@ class _Search:
         part = basis[:, k] @ basis[:, k]
         self.along = basis[:, k] @ basis / part if part > 0.0 else None
 
-    def residuals(self, t):
+    def residuals(self, t: np.ndarray) -> np.ndarray:
         residuals = self.problem.residuals(self.problem.prior.mean + self.problem.prior.sd * t)
         return np.hstack([residuals, t]) if self.prior else residuals
 
-    def jacobian(self, t):
+    def jacobian(self, t: np.ndarray) -> np.ndarray:
         jacobian = self.problem.jacobian(self.problem.prior.mean + self.problem.prior.sd * t) * self.problem.prior.sd
         return np.vstack([jacobian, np.eye(self.problem.n_params)]) if self.prior else jacobian
 
-    def cost(self, t):
+    def cost(self, t: np.ndarray) -> np.ndarray:
         residuals = self.residuals(t)
         cost = np.einsum("ij,ij->i", residuals, residuals)
         return np.where(np.isnan(cost), np.inf, cost)
@@ -137,13 +137,13 @@ class _Search:
         round-off, so long that the readings themselves are lost in the rounding of the parameters.
         """
         jacobian = self.jacobian(t)
-        rows = np.linalg.qr(np.column_stack([jacobian, self.residuals(t[None])[0]]), mode="r")
+        rows = np.asarray(np.linalg.qr(np.column_stack([jacobian, self.residuals(t[None])[0]]), mode="r"))
         u, s, vt = split_svd(rows[:, self.others], self.null)
         s = s[: len(s) - len(self.null)]
         informed = np.flatnonzero(s > len(jacobian) * np.finfo(float).eps * s.max(initial=0.0))
         return rows[:, -1], rows[:, self.k], u[:, informed], s[informed], vt[informed]
 
-    def curvature(self, t):
+    def curvature(self, t: np.ndarray) -> float:
         """Second derivative of the profile over two: what of the sensitivity the others cannot imitate, squared."""
         if self.along is not None:
             return 0.0
@@ -151,7 +151,7 @@ class _Search:
         rest = column - u @ (u.T @ column)
         return rest @ rest
 
-    def at(self, t, target, reference):
+    def best_at(self, t: np.ndarray, target: float, reference: float) -> tuple[np.ndarray, float]:
         """Best t with ``t[k] = target`` from a nearby best t, and its cost (infinite if no simulation completes).
 
         The search ends when little of the rise above the cost `reference` is left to gain.

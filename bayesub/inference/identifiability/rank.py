@@ -114,7 +114,7 @@ def rank(
     return {axis: _rank(system, prefer, accuracy) for axis, system in systems.items()}
 
 
-def round_off(shape, largest: float, rounding) -> float:
+def round_off(shape: tuple[int, ...], largest: float, rounding: float | np.ndarray) -> float:
     """Below which a singular value of a matrix with unit columns is round-off.
 
     By Weyl's theorem a singular value moves by no more than the norm of the error of the matrix. Two errors add up:
@@ -133,7 +133,7 @@ def round_off(shape, largest: float, rounding) -> float:
 
 def _rank(system, prefer, accuracy) -> AxisRank:
     lengths = np.linalg.norm(system.matrix, axis=0)
-    _, s, vt = complete_svd(np.linalg.qr(system.matrix / lengths, mode="r"))
+    _, s, vt = complete_svd(np.asarray(np.linalg.qr(system.matrix / lengths, mode="r")))
     threshold = round_off(system.matrix.shape, s[0], system.rounding)
     null, weak = vt[s <= threshold], vt[(s > threshold) & (s <= accuracy * s[0])][::-1]
     weak = signed(weak / lengths) * lengths

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -51,7 +52,7 @@ class State:
 
     coords: np.ndarray
     log_prob: np.ndarray
-    random_state: tuple
+    random_state: Any
     spent: Spent
     accepted: int = 0
 

@@ -5,7 +5,6 @@ The others have the geometry and the surrogate of the marginalised problem
 moves both.
 """
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -83,7 +82,7 @@ class HistorySurrogate:
         white = y[:, self.n_others :]
         return self.surrogate.log_prob(y[:, : self.n_others]) - 0.5 * np.einsum("ij,ij->i", white, white)
 
-    def walks(self) -> tuple[Callable, list[Callable]]:
+    def walks(self) -> tuple[partial, list[partial]]:
         """A short walk that leaves it invariant, and long ones; each moves the others, and then y."""
         short, long = self.surrogate.walks()
         return partial(self._walk, short), [partial(self._walk, walk) for walk in long]
@@ -126,6 +125,7 @@ def marginal_mode(problem: Forced, mode: np.ndarray) -> tuple[Marginalised, np.n
     height, share = _log_density(marginalised, x), 1.0
     for _ in range(_MOST_EXPANSIONS):
         estimate = gauss_newton(marginalised, marginalised.prior.unscaled(x), tolerance=_TOLERANCE)
+        assert estimate.covariance is not None
         lower = np.linalg.cholesky(estimate.covariance)
         moved = np.linalg.solve(lower, estimate.values - marginalised.prior.unscaled(x))
         if np.linalg.norm(moved) < _NEAR * np.sqrt(len(moved)):

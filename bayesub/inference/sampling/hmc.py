@@ -19,7 +19,7 @@ _DEPENDENT = 1e-6  # of its length; what a normal has beside others that is no m
 
 
 @compiled
-def log_densities(y, surrogate, prior):
+def log_densities(y: np.ndarray, surrogate: tuple, prior: tuple) -> np.ndarray:
     """(n,) log densities of a surrogate at y (n, n_params)."""
     result = np.empty(len(y))
     for first in range(0, len(y), PLACES):
@@ -31,7 +31,7 @@ def log_densities(y, surrogate, prior):
 
 
 @compiled
-def with_gradients(y, surrogate, prior):
+def with_gradients(y: np.ndarray, surrogate: tuple, prior: tuple) -> tuple[np.ndarray, np.ndarray]:
     """Log densities (n,) of a surrogate at y (n, n_params), and gradients (n, n_params) within the prior's support."""
     result, gradients = np.empty(len(y)), np.empty(y.shape)
     for first in range(0, len(y), PLACES):
@@ -44,7 +44,15 @@ def with_gradients(y, surrogate, prior):
 
 
 @compiled
-def trajectories(y, angles, momenta, thresholds, n_steps, surrogate, prior):
+def trajectories(
+    y: np.ndarray,
+    angles: np.ndarray,
+    momenta: np.ndarray,
+    thresholds: np.ndarray,
+    n_steps: int,
+    surrogate: tuple,
+    prior: tuple,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Trajectories one after another, each accepted or refused at its end.
 
     Parameters
@@ -89,7 +97,15 @@ def trajectories(y, angles, momenta, thresholds, n_steps, surrogate, prior):
 
 
 @compiled
-def reflecting_trajectories(y, angles, momenta, before, thresholds, surrogate, prior):
+def reflecting_trajectories(
+    y: np.ndarray,
+    angles: np.ndarray,
+    momenta: np.ndarray,
+    before: np.ndarray,
+    thresholds: np.ndarray,
+    surrogate: tuple,
+    prior: tuple,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Trajectories that are reflected at walls, each of which ends at any of its places.
 
     Within the bounds of fifty parameters a trajectory hits several walls on its way, and its end is often outside. A
@@ -280,7 +296,7 @@ def _with_gradient(y, surrogate, prior):
 
 
 @compiled
-def log_prior(x, prior):
+def log_prior(x: np.ndarray, prior: tuple) -> np.ndarray:
     """Log densities (n,) of a prior at scaled coordinates x (n_params, n), up to a constant; -inf outside."""
     walls, stretches, groups, scales = prior
     result = np.zeros(x.shape[1])
@@ -307,7 +323,7 @@ def log_prior(x, prior):
 
 
 @compiled
-def slope_of_prior(x, prior):
+def slope_of_prior(x: np.ndarray, prior: tuple) -> np.ndarray:
     """(n_params, n) gradient of :func:`log_prior` at x (n_params, n), within the support."""
     walls, stretches, groups, scales = prior
     result = np.zeros(x.shape)

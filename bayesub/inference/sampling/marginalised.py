@@ -57,7 +57,7 @@ class _Response:
         by_white = jacobian[self.rows][:, self.columns]
         if self.known:
             return by_white
-        (ratio,), by_white = self.ratios(parameters[None]), by_white.reshape(-1, self.n_axes, self.n_knots)
+        ratio, by_white = self._ratios(parameters[None])[0], by_white.reshape(-1, self.n_axes, self.n_knots)
         return np.hstack([_solve_lower(r, by_white[:, a].T, trans=1).T for a, r in enumerate(ratio)])
 
     def ratios(self, parameters: np.ndarray) -> np.ndarray | None:
@@ -65,8 +65,9 @@ class _Response:
 
         None if the process is known, so that v is w.
         """
-        if self.known:
-            return None
+        return None if self.known else self._ratios(parameters)
+
+    def _ratios(self, parameters):
         members = self.history.factors(parameters)
         return np.stack([[_solve_lower(c, f) for c, f in zip(self.factors, m, strict=True)] for m in members])
 

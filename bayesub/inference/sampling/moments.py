@@ -1,6 +1,7 @@
 """What a comparison of two samplers asks of each: moments of its draws with their errors, and what these have cost."""
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class Moments:
     tail_ess: float
 
     @classmethod
-    def of(cls, chain) -> "Moments":
+    def of(cls, chain: np.ndarray) -> "Moments":
         """The moments of independent chains (n_chains, n_draws, n_params)."""
         walkers = np.asarray(chain)[:, :, None]
         flat = walkers.reshape(-1, walkers.shape[-1])
@@ -93,9 +94,10 @@ class Moments:
     @classmethod
     def restored(cls, arrays: dict[str, np.ndarray]) -> "Moments":
         """The moments of :meth:`arrays`."""
-        return cls(**{key: value if value.ndim else value.item() for key, value in arrays.items()})
+        parts: dict[str, Any] = {key: value if value.ndim else value.item() for key, value in arrays.items()}
+        return cls(**parts)
 
-    def differences(self, chain) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def differences(self, chain: np.ndarray) -> tuple[np.ndarray, ...]:
         """Means, sds and correlations of another sampler less these, in Monte Carlo standard errors of both.
 
         Parameters
@@ -114,7 +116,7 @@ class Moments:
         )
 
 
-def feature_means(x) -> list[tuple[np.ndarray, np.ndarray]]:
+def feature_means(x: np.ndarray) -> list[tuple[np.ndarray, ...]]:
     """Means of x, of x^2 and of the products x_i x_j for i < j, each with its Monte Carlo standard error.
 
     Of chains x (n_ensembles, n_steps, n_walkers, n_params); a standard error follows from the effective sample size of

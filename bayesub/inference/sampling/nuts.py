@@ -8,6 +8,7 @@ import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -228,7 +229,7 @@ def _efforts(posterior, spent, ess) -> tuple[Effort, Effort]:
     return Effort(*ours), Effort(simulations, jacobians, price, seconds, ess)
 
 
-def require_nutpie():
+def require_nutpie() -> Any:
     """The module, or an InputError that says how to install it."""
     try:
         with warnings.catch_warnings():
@@ -242,7 +243,15 @@ def require_nutpie():
     return nutpie
 
 
-def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tuple[np.ndarray, dict]:
+def sample_nuts(
+    problem: Sampled,
+    *,
+    rng: np.random.Generator,
+    n_draws: int,
+    n_tune: int,
+    n_chains: int,
+    progress: Progress | None = None,
+) -> tuple[np.ndarray, dict]:
     """Draws (n_chains, n_draws, n_params) of NUTS, and what :func:`compare` asks for besides.
 
     That is the divergent trajectories among them, gradients taken, and what all has cost.
@@ -293,8 +302,8 @@ def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tu
     )
     spent = costs.simulations - before[0], costs.jacobians - before[1], time.perf_counter() - began
     divergences = int(np.count_nonzero(trace.sample_stats["diverging"].values))
-    counts = {"divergences": divergences, "gradients": counts["gradients"], "spent": spent}
-    return np.asarray(trace.posterior["parameters"].values), counts
+    result = {"divergences": divergences, "gradients": counts["gradients"], "spent": spent}
+    return np.asarray(trace.posterior["parameters"].values), result
 
 
 def _geometry(problem, rng, progress):

@@ -260,11 +260,11 @@ class Posterior(Convergence, Displayed):
                 f"{short}; {_longer(self, criteria.taus / taus.min())}",
             )  # the others mean little on so short a chain
         trend, limit = self.variance_trend, convergence.threshold(len(self.names), criteria.false_alarms)
-        apart = "if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
+        apart = "; if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
         drift = f"the variance changes by {{:.1f}} standard errors from first to second half, above {limit:.1f}"
-        # Merit of each parameter, whether it is enough, the sentence if it is not, how much longer to sample, and more.
+        # Merit of each parameter, whether it is enough, what to say if not, how much longer to sample, and what else.
         verdicts: list[tuple[np.ndarray, np.ndarray, str, float, str]] = [
-            (-self.rhat, self.rhat < criteria.rhat, f"R-hat {{:.4f}} is not below {criteria.rhat:g}", 2.0, f"; {apart}"),
+            (-self.rhat, self.rhat < criteria.rhat, f"R-hat {{:.4f}} is not below {criteria.rhat:g}", 2.0, apart),
             *((ess, ess >= criteria.ess, f"{word} ESS {{:.0f}} is below {criteria.ess:g}", criteria.ess / ess.min(), "")
               for word, ess in (("bulk", self.bulk_ess), ("tail", self.tail_ess))),
             (-np.abs(trend), np.abs(trend) < limit, drift, 2.0, ""),

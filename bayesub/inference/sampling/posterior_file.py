@@ -15,7 +15,6 @@ from bayesub.inference.sampling.posterior import DIAGNOSTICS, Criteria, Posterio
 from bayesub.io.atomic import replacing
 from bayesub.io.errors import InputError
 
-
 # Attributes of a posterior that are attributes of its file, and their types.
 _NUMBERS: dict[str, type] = dict.fromkeys(("n_warmup", "thin", "evaluations", "jacobians"), int) | dict.fromkeys(
     ("acceptance", "seconds", "jacobian_price", "simulation_seconds"), float
@@ -46,7 +45,9 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
     stats = xr.Dataset({"lp": flat(log_prob)}, coords=coordinates)
     stats["walker"] = ("draw", walker.ravel())
     stats["step"] = ("draw", step.ravel())
-    by_parameter = {key: ("parameter", getattr(posterior, key)) for key in ("prior_mean", "prior_sd", *DIAGNOSTICS[1:])}
+    by_parameter: dict[str, Any] = {
+        key: ("parameter", getattr(posterior, key)) for key in ("prior_mean", "prior_sd", *DIAGNOSTICS[1:])
+    }
     by_parameter["tau"] = ("ensemble", "parameter"), posterior.tau
     summary = xr.Dataset(by_parameter, coords={"parameter": list(posterior.names)})
     return {"posterior": draws, "sample_stats": stats, "convergence": summary}
@@ -58,7 +59,7 @@ def to_arviz(posterior: Posterior) -> Any:
         warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor once a day
         import arviz as az
 
-    datasets = to_datasets(posterior)
+    datasets: Any = to_datasets(posterior)
     return az.InferenceData(**datasets) if az.__version__.startswith("0.") else xr.DataTree.from_dict(datasets)
 
 

@@ -8,13 +8,14 @@ from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 import emcee
 import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines import posterior_mode
-from bayesub.inference.interface import LeastSquares, Progress, Sampled
+from bayesub.inference.interface import Forced, LeastSquares, Progress, Sampled
 from bayesub.inference.sampling import checkpoint as store
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import (
@@ -157,17 +158,18 @@ class _Run:
                     "checkpoint",
                 )
             self.marked = _costs(problem)
-        self._parameters = None  # of the walkers, if they cost a simulation
+        self._parameters: np.ndarray | None = None  # of the walkers, if they cost a simulation
         if problem.histories:
             last = self.blocks[-1].chain[-1] if self.blocks else None
             self._parameters = self.geometry.evaluate(problem, self.state.coords)[1] if last is None else last
+        short, long = surrogate.walks()
         self.thin = -(-self.state.coords.nbytes // STEP_BYTES)
         self.sampler = emcee.EnsembleSampler(
             n_ensembles * n_walkers,
             problem.n_params,
             self._evaluate,
             moves=[
-                (SurrogateTransition(surrogate.log_prob, *surrogate.walks(), level), 1.0 - MOVE_SHARE),
+                (SurrogateTransition(surrogate.log_prob, short, long, level), 1.0 - MOVE_SHARE),
                 (LaplacePCN(MOVE_STEPS), MOVE_SHARE),
                 *((EachEnsemble(move, n_ensembles), weight) for move, weight in weighted),
             ],
@@ -184,7 +186,7 @@ class _Run:
     def n_kept(self) -> int:
         return sum(len(block.chain) for block in self.blocks)
 
-    def advance(self, n_kept: int, interrupted) -> None:
+    def advance(self, n_kept: int, interrupted: Callable[[], bool]) -> None:
         """Sample until `n_kept` steps are kept, block by block; KeyboardInterrupt after the block in hand."""
         while self.n_kept < n_kept:
             block = self._block(n_kept - self.n_kept, interrupted)
@@ -281,7 +283,7 @@ def learn_coordinates(
     searches, surrogates = rng.spawn(2)
     smooth = problem.smoothed(SMOOTH)
     if problem.histories:
-        marginal = search_marginal_mode(problem, smooth, searches)
+        marginal = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), searches)
         return learn_with_histories(*marginal, surrogates, progress)
     mode = posterior_mode(problem, rng=searches).values
     if examine is not None:

@@ -21,7 +21,6 @@ draws of the posterior it is better in the middle, and walkers are held where it
 """
 
 import os
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
 
@@ -34,6 +33,8 @@ from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.hmc import log_densities, reflecting_trajectories, trajectories, with_gradients
 from bayesub.inference.sampling.polynomial import PLAIN, RICH, Polynomials, fitted, n_features
 
+Reflecting = tuple[tuple[float, ...], int]
+
 # "sd" is a posterior standard deviation; "before" names earlier values that did worse.
 # Trajectories without walls.
 ANGLES = (1.2, 1.6, 2.0)  # radians of a trajectory, about a quarter of a turn; before 0.8, 1.4 and 1.8
@@ -43,7 +44,7 @@ _NEAR_ANGLES = (0.05, 0.2, 0.5)  # of the one trajectory of a short walk, which 
 _TRAJECTORIES = 4  # of a walk before each simulation; before 3, then 6
 _LEARNING_TRAJECTORIES = 4  # of a walk that finds draws; before 5
 # Trajectories that are reflected at walls.
-REFLECTING = (0.1, 0.15, 0.2), 48  # radians of a leapfrog step, and steps; before 0.2, 0.3 and 0.4, and 16
+REFLECTING: Reflecting = (0.1, 0.15, 0.2), 48  # radians of a leapfrog step, and steps; before 0.2, 0.3 and 0.4, and 16
 _NEAR_REFLECTING = (0.02, 0.1), 3  # of a short walk
 _REFLECTING_TRAJECTORIES = 1  # of a walk before each simulation: one long one; before 2 or 4 shorter ones
 _LEARNING_REFLECTING_TRAJECTORIES = 1  # of a walk that finds draws; before 4 shorter ones
@@ -115,15 +116,15 @@ class Surrogate:
         parts = (geometry.mode, self._basis, *geometry.packed, self.polynomials, self.power / temperature, n_degrees)
         return parts, self._prior
 
-    def log_prob(self, y, temperature: float = 1.0) -> np.ndarray:
+    def log_prob(self, y: np.ndarray, temperature: float = 1.0) -> np.ndarray:
         """(n,) log densities at sampling coordinates y (n, n_params), the likelihood to the power 1 / temperature."""
         return log_densities(y, *self.packed(temperature))
 
-    def with_gradient(self, y, temperature: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    def with_gradient(self, y: np.ndarray, temperature: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """:meth:`log_prob`, and its gradient (n, n_params) within the support of the prior."""
         return with_gradients(y, *self.packed(temperature))
 
-    def temper(self, y, log_prob) -> None:
+    def temper(self, y: np.ndarray, log_prob: np.ndarray) -> None:
         """Set the power by places y (n, n_params) of walkers in the posterior and its log densities (n,) there.
 
         The emulator's errors add to the squares of the residuals, which therefore differ more from place to place than
@@ -135,7 +136,7 @@ class Surrogate:
         covariance = np.cov(ours, simulated)
         self.power = float(np.clip(covariance[0, 1] / covariance[0, 0], _LEAST_POWER, 1.0))
 
-    def walks(self) -> tuple[Callable, list[Callable]]:
+    def walks(self) -> tuple[partial, list[partial]]:
         """A short walk on it, and long ones.
 
         Each takes coordinates y (n, n_params), a source of random numbers, and which of them walk (n,). From a corner
@@ -161,14 +162,15 @@ class _Simulations:
         self.problem, self.geometry = problem, geometry
         self._mode = geometry.prior.unscaled(geometry.mode)
         (self.at_mode,), _ = problem.misfit_about(self._mode, self._mode[None])
-        self.span, self.z, self.changes = None, [], []
+        self.z: list[np.ndarray] = []
+        self.changes: list[np.ndarray] = []
 
     @property
     def n(self) -> int:
         """Their number."""
         return sum(map(len, self.z))
 
-    def add(self, y) -> None:
+    def add(self, y: np.ndarray) -> None:
         """Simulate at y (n, n_params), in batches. What fails or lies outside of bounds is left out."""
         z = self.geometry.bent(y)
         x = self.geometry.scaled(z)
@@ -181,16 +183,18 @@ class _Simulations:
             done = np.isfinite(changes).all(axis=1)
             if not done.all():
                 changes = changes[done]
-            if self.span is None:
+            if not self.z:
                 self.span = _span(changes[:_SPANNING])
             self.z.append(z[some][done])
             self.changes.append(changes @ self.span.T)
 
-    def surrogate(self, active, degrees=PLAIN) -> "Surrogate":
+    def surrogate(self, active: np.ndarray, degrees: tuple[int, int] = PLAIN) -> Surrogate:
         """The surrogate that is fitted to all of them."""
         z, changes, unit = np.concatenate(self.z), np.concatenate(self.changes), np.eye(len(self.span))
         polynomials, misfit = fitted(z, active, changes, _WORTH, unit=unit, degrees=degrees)
-        noise = unit + _DOUBTED * misfit.T @ misfit / max(len(z) - n_features(*active.shape, degrees), 1)
+        noise = unit + _DOUBTED * misfit.T @ misfit / max(
+            len(z) - n_features(active.shape[0], active.shape[1], degrees), 1
+        )
         polynomials.linear[0] += self.span @ self.at_mode
         whitened = polynomials.mixed(linalg.inv(np.linalg.cholesky(noise)).T)
         return Surrogate(self.geometry, whitened)
@@ -244,7 +248,7 @@ def _refine(problem, surrogate, y, rng, seen):
     """
     geometry, best = surrogate.geometry, 0.0
     active = geometry.finely_active()
-    n_wanted = _DRAWS * n_features(*active.shape, RICH) + _MORE
+    n_wanted = _DRAWS * n_features(active.shape[0], active.shape[1], RICH) + _MORE
     for k in range(1, _REFINEMENTS + 1):
         n_stops = max(-(-(k * n_wanted - seen.n) // len(y)), 1)
         _, *stops = _wander(surrogate, y, 1 + n_stops, _HOT, rng)
