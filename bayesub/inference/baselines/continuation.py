@@ -49,13 +49,13 @@ def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
     values = problem.prior.parameters(np.zeros(problem.n_params)) if start is None else np.asarray(start)
     seconds = 0.0
     for part in _parts(problem, values):
-        estimate = followed(part, values, max_iterations=_LAST if part is problem else 60)
+        estimate = follow_noise(part, values, max_iterations=_LAST if part is problem else 60)
         values, seconds = estimate.values, seconds + estimate.seconds
     simulations, jacobians = problem.costs.simulations - before[0], problem.costs.jacobians - before[1]
     return replace(estimate, method=METHOD, evaluations=simulations, jacobians=jacobians, seconds=seconds)
 
 
-def followed(problem: Sampled, start: np.ndarray, *, max_iterations: int = 60) -> Estimate:
+def follow_noise(problem: Sampled, start: np.ndarray, *, max_iterations: int = 60) -> Estimate:
     """The posterior mode, followed from noise with which the start (n_params,) would fit.
 
     Parameters
@@ -72,8 +72,13 @@ def followed(problem: Sampled, start: np.ndarray, *, max_iterations: int = 60) -
     ValueError
         If the simulation fails at the start.
     """
+    scales, misfit, fall = [1.0], _deviance_a_row(problem, start), np.inf
+    while 1.0 < misfit < np.inf and fall > _NO_FALL:  # some noise is as large as the errors are, and falls no more
+        scales.insert(0, _FALL * scales[0])
+        before, misfit = misfit, _deviance_a_row(problem.widened(scales[0]), start)
+        fall = before - misfit
     values, seconds = start, 0.0
-    for scale in _scales(problem, start):
+    for scale in scales:
         if scale == 1.0:
             estimate = gauss_newton(problem, values, max_iterations=max_iterations)
         else:
@@ -93,16 +98,6 @@ def _parts(problem, values):
             break
         parts.insert(0, part)
     return parts
-
-
-def _scales(problem, values):
-    """Falling scales of the noise: from that with which the values would fit, down to one."""
-    scales, misfit, fall = [1.0], _deviance_a_row(problem, values), np.inf
-    while 1.0 < misfit < np.inf and fall > _NO_FALL:  # some noise is as large as the errors are, and falls no more
-        scales.insert(0, _FALL * scales[0])
-        before, misfit = misfit, _deviance_a_row(problem.widened(scales[0]), values)
-        fall = before - misfit
-    return scales
 
 
 def _deviance_a_row(problem, values) -> float:

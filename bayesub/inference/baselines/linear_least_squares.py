@@ -115,26 +115,15 @@ def _mixed_total_least_squares(matrix, load, sizes):
 
 @dataclass(frozen=True)
 class Scaled:
-    """``matrix @ ((xi - centre) * lengths) = load`` for the coefficients of an axis that are not held.
+    """``matrix @ ((xi - centre) * lengths) = load`` for the coefficients of an axis that are not held."""
 
-    Attributes
-    ----------
-    axis : such as "X"
-    names : the n_columns coefficients
-    matrix : (n_samples, n_columns) with columns of unit length
-    lengths : (n_columns,) of the original columns, N or N m
-    centre : (n_columns,) the guess
-    load : (n_samples,) what the guess leaves unexplained, N or N m
-    load_norm : length of the original load
-    """
-
-    axis: str
-    names: tuple[str, ...]
-    matrix: np.ndarray
-    lengths: np.ndarray
-    centre: np.ndarray
-    load: np.ndarray
-    load_norm: float
+    axis: str  # such as "X"
+    names: tuple[str, ...]  # the n_columns coefficients
+    matrix: np.ndarray  # (n_samples, n_columns) with columns of unit length
+    lengths: np.ndarray  # (n_columns,) of the original columns, N or N m
+    centre: np.ndarray  # (n_columns,) the guess
+    load: np.ndarray  # (n_samples,) what the guess leaves unexplained, N or N m
+    load_norm: float  # length of the original load
 
     def coefficients(self, scaled: np.ndarray) -> np.ndarray:
         """(n_columns,) coefficients at a scaled offset from the guess."""

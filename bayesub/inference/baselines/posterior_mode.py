@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayesub.inference.baselines.continuation import continuation, followed
+from bayesub.inference.baselines.continuation import continuation, follow_noise
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.gauss_newton import gauss_newton
 from bayesub.inference.interface import Sampled
@@ -23,7 +23,7 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     and from draws of it until the lowest cost has been reached twice, or nearly: where a force jumps with the sign of a
     velocity a density jumps a little from step to step, and has a mode on each. If the noise has heavy tails, each
     follows the mode from noise as large as the misfit of its start. Where none has, where the best of them fits badly
-    or where no simulation completes the record, the mode is followed from large noise
+    or where no simulation completes the record, the mode is follow_noise from large noise
     (:func:`bayesub.inference.baselines.continuation.continuation`), and the better of both is taken.
 
     Readings that are rounded and have no noise only say in which interval the prediction lies. The search then smooths
@@ -83,9 +83,9 @@ def _lowest(problem, rng) -> Estimate:
 
 def _best_of_starts(problem, rng) -> tuple[Estimate | None, bool]:
     """The best of the searches from the prior, None if no simulation completes the record; whether two agree on it."""
-    best = _searched(problem, None)
+    best = _search(problem, None)
     for start in problem.prior.sample(rng, _SEARCHES):
-        other = _searched(problem, start)
+        other = _search(problem, start)
         if best is None or other is None:
             best = best or other
             continue
@@ -95,11 +95,11 @@ def _best_of_starts(problem, rng) -> tuple[Estimate | None, bool]:
     return best, False
 
 
-def _searched(problem, start) -> Estimate | None:
+def _search(problem, start) -> Estimate | None:
     try:
         if not problem.heavy_tailed:
             return gauss_newton(problem, start)
         middle = problem.prior.parameters(np.zeros(problem.n_params))
-        return followed(problem, middle if start is None else start)
+        return follow_noise(problem, middle if start is None else start)
     except ValueError:  # the simulation fails there
         return None

@@ -127,7 +127,13 @@ def _answer(unknowns, questions, gradients):
     """Questions (x, wanted) -> ((logarithm of the cost, its gradient if wanted), effort)."""
     if gradients == "exact":
         values = unknowns.residuals(np.array([x for x, _ in questions]))
-        return [_answer_exactly(unknowns, x, r, wanted) for (x, wanted), r in zip(questions, values, strict=True)]
+        replies = []
+        for (x, wanted), residuals in zip(questions, values, strict=True):
+            cost = residuals @ residuals
+            finite, least = np.isfinite(cost), max(cost, _LEAST)
+            slope = 2.0 / least * (unknowns.jacobian(x).T @ residuals) if finite and wanted else np.zeros_like(x)
+            replies.append(((np.log(least) if finite else np.inf, slope), 2 if finite and wanted else 1))
+        return replies
     stencil = np.vstack([np.zeros(len(unknowns.guess)), _STEP * np.eye(len(unknowns.guess))])
     points = [x + stencil if wanted else x[None] for x, wanted in questions]
     logs = np.log(np.maximum(unknowns.costs(np.concatenate(points)), _LEAST))
@@ -137,13 +143,3 @@ def _answer(unknowns, questions, gradients):
         rise = np.where(np.isfinite(values[1:]), values[1:] - values[0], 0.0)
         replies.append(((values[0], rise / _STEP), len(values)))
     return replies
-
-
-def _answer_exactly(unknowns, x, residuals, wanted):
-    cost = residuals @ residuals
-    if not np.isfinite(cost):
-        return (np.inf, np.zeros_like(x)), 1
-    value = np.log(max(cost, _LEAST))
-    if not wanted:
-        return (value, None), 1
-    return (value, 2.0 / max(cost, _LEAST) * (unknowns.jacobian(x).T @ residuals)), 2

@@ -35,18 +35,12 @@ _NOISE = 0.32  # mean sensitivity of n normal draws to what does not concern the
 
 @dataclass(frozen=True)
 class Conflict:
-    """What is found.
+    """What is found."""
 
-    Attributes
-    ----------
-    named : parameter -> z, largest first, of those that no prior would be off by in one of a hundred studies
-    probability : of directions further off than these, all together, if the prior is right
-    n_directions : that the data have contracted
-    """
-
+    # parameter -> z, largest first, of those that no prior would be off by in one of a hundred studies
     named: dict[str, float]
-    probability: float
-    n_directions: int
+    probability: float  # of directions further off than these, all together, if the prior is right
+    n_directions: int  # that the data have contracted
 
     @property
     def found(self) -> bool:

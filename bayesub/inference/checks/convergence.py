@@ -167,14 +167,12 @@ def jump_sentence(jump: float, step_s: float) -> str:
     """
     if jump < NOTICEABLE_JUMP:
         return ""
+    # The longest of the steps .. 0.1, 0.2, 0.5, 1 .. with which jumps are not noticed.
+    longest = step_s * NOTICEABLE_JUMP / jump
+    decade = 10.0 ** np.floor(np.log10(longest))
+    step = float(max(m for m in (1.0, 2.0, 5.0) if m * decade <= longest * (1.0 + 1e-9)) * decade)
     return (
         f"The log likelihood jumps by up to {jump:.3g} between neighbouring parameters, which holds walkers where they "
         f"are, as a force does that has the sign of a velocity and changes a time step earlier or later. Try "
-        f"dt_s = {_round(step_s * NOTICEABLE_JUMP / jump):g} in place of {step_s:g}."
+        f"dt_s = {step:g} in place of {step_s:g}."
     )
-
-
-def _round(step: float) -> float:
-    """The longest of .. 0.1, 0.2, 0.5, 1 .. that is not longer."""
-    decade = 10.0 ** np.floor(np.log10(step))
-    return float(max(m for m in (1.0, 2.0, 5.0) if m * decade <= step * (1.0 + 1e-9)) * decade)

@@ -40,20 +40,13 @@ _RIVAL = 0.5  # gain over that of the best, of those that are expanded again
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """What could have made the residuals.
+    """What could have made the residuals."""
 
-    Attributes
-    ----------
-    kind : "bias", "current", "coefficient", "disturbance" or "slow noise"
-    sizes : bias, coefficient, axis or channel -> standard deviation; of slow noise over the sd that it is said to have
-    times : axis or channel -> correlation time, s
-    gain : log density of the readings over that by noise alone, less the penalty for sizes and times
-    """
-
-    kind: str
+    kind: str  # "bias", "current", "coefficient", "disturbance" or "slow noise"
+    # bias, coefficient, axis or channel -> standard deviation; of slow noise over the sd that it is said to have
     sizes: dict[str, float]
-    times: dict[str, float]
-    gain: float
+    times: dict[str, float]  # axis or channel -> correlation time, s
+    gain: float  # log density of the readings over that by noise alone, less the penalty for sizes and times
 
     def to_json(self) -> dict:
         """Everything as JSON types."""

@@ -44,28 +44,16 @@ _SPREAD_ERROR = 1.17  # standard error of the spread of normal residuals, times 
 
 @dataclass(frozen=True)
 class Check:
-    """The residuals of one channel.
+    """The residuals of one channel."""
 
-    Attributes
-    ----------
-    n_readings : of the channel
-    interval_s : between readings, the median one
-    chi_square_per_reading : mean over the draws
-    n_outliers : mean over the draws
-    spread : median size of the residuals over that of a standard normal, which a few outliers leave alone
-    correlations : (n_lags,) means over the draws, lag 1 first
-    p_values : discrepancy -> posterior predictive p-value
-    threshold : the p-value below which a discrepancy counts
-    """
-
-    n_readings: int
-    interval_s: float
-    chi_square_per_reading: float
-    n_outliers: float
-    spread: float
-    correlations: np.ndarray
-    p_values: dict[str, float]
-    threshold: float
+    n_readings: int  # of the channel
+    interval_s: float  # between readings, the median one
+    chi_square_per_reading: float  # mean over the draws
+    n_outliers: float  # mean over the draws
+    spread: float  # median size of the residuals over that of a standard normal, which a few outliers leave alone
+    correlations: np.ndarray  # (n_lags,) means over the draws, lag 1 first
+    p_values: dict[str, float]  # discrepancy -> posterior predictive p-value
+    threshold: float  # the p-value below which a discrepancy counts
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -178,8 +166,9 @@ def tail_probabilities(residuals: np.ndarray, times: np.ndarray) -> dict[str, np
     sizes = np.abs(residuals)
     squares, largest = np.sum(sizes**2, axis=1), sizes.max(axis=1)
     outliers = np.sum(sizes > OUTLIER, axis=1)
+    more = special.chdtrc(n, squares)
     probabilities = {
-        "chi_square": _two_sided(special.chdtrc(n, squares)),
+        "chi_square": 2.0 * np.minimum(more, 1.0 - more),
         "largest": special.bdtrc(0.0, n, 2.0 * special.ndtr(-largest)),
         "outliers": special.bdtrc(outliers - 1.0, n, 2.0 * special.ndtr(-OUTLIER)),
         "anderson_darling": np.minimum(1.0, np.sqrt(3.0) * special.erfc(np.sqrt(anderson_darling(residuals)))),
@@ -232,8 +221,3 @@ def _pairs(times, n_lags):
         if not within.any():
             return
         yield np.flatnonzero(within), later[within]
-
-
-def _two_sided(upper):
-    """P-value on both sides from the probability of more."""
-    return 2.0 * np.minimum(upper, 1.0 - upper)

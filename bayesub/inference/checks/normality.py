@@ -19,24 +19,14 @@ CLOSE = 0.25  # standard deviations between quantiles that are those of a normal
 
 @dataclass(frozen=True)
 class Normality:
-    """Distances of draws from a normal distribution.
+    """Distances of draws from a normal distribution."""
 
-    Attributes
-    ----------
-    names : (n_params,)
-    skewness : (n_params,) of each parameter
-    distance : (n_params,) largest difference of its 5 to 95 % quantiles from those of a normal, in its sd
-    skewness_along : (n_params,) the same along the principal directions, in prior sds, from the stiffest
-    distance_along : (n_params,)
-    noise : standard error of a quantile at 5 or 95 % by the number of effective draws, in sds
-    """
-
-    names: tuple[str, ...]
-    skewness: np.ndarray
-    distance: np.ndarray
-    skewness_along: np.ndarray
-    distance_along: np.ndarray
-    noise: float
+    names: tuple[str, ...]  # (n_params,)
+    skewness: np.ndarray  # (n_params,) of each parameter
+    distance: np.ndarray  # (n_params,) largest difference of its 5 to 95 % quantiles from those of a normal, in its sd
+    skewness_along: np.ndarray  # (n_params,) the same along the principal directions, in prior sds, from the stiffest
+    distance_along: np.ndarray  # (n_params,)
+    noise: float  # standard error of a quantile at 5 or 95 % by the number of effective draws, in sds
 
     @property
     def close(self) -> bool:

@@ -87,7 +87,7 @@ class Prediction:
         """Probability -> share of the judged readings within their bands; the probability on average over many logs."""
         return {probability: float(held[self.judged].mean()) for probability, held in self.held.items()}
 
-    def of_channel(self, values: np.ndarray) -> dict[str, np.ndarray]:
+    def by_channel(self, values: np.ndarray) -> dict[str, np.ndarray]:
         """Channel -> (.., n) of values (.., n_readings) of those readings that are judged; channels that have any."""
         parts = {name: values[..., part][..., self.judged[part]] for name, part in self.slices.items()}
         return {name: part for name, part in parts.items() if part.shape[-1]}
@@ -95,7 +95,7 @@ class Prediction:
     @cached_property
     def rms(self) -> dict[str, float]:
         """Channel -> root mean square of readings less mean prediction."""
-        return {name: float(np.sqrt(np.mean(e**2))) for name, e in self.of_channel(self.readings - self.mean).items()}
+        return {name: float(np.sqrt(np.mean(e**2))) for name, e in self.by_channel(self.readings - self.mean).items()}
 
     @cached_property
     def crps(self) -> dict[str, float]:
@@ -104,8 +104,13 @@ class Prediction:
         It is E|y - r| - E|y - y'| / 2 of a reading r and independent predictive draws y and y' (Gneiting & Raftery
         2007), averaged over the readings; the absolute error, if all draws are the same.
         """
-        replicated, readings = self.of_channel(self.replicated), self.of_channel(self.readings)
-        return {name: float(_crps(replicated[name], readings[name]).mean()) for name in readings}
+        n, scores = len(self.replicated), {}
+        weights = (2.0 * np.arange(1, n + 1) - n - 1.0) / (n * (n - 1.0))  # of the mean of |y - y'| / 2 of all pairs
+        readings = self.by_channel(self.readings)
+        for name, draws in self.by_channel(self.replicated).items():
+            distances = np.abs(draws - readings[name]).mean(axis=0) - weights @ np.sort(draws, axis=0)
+            scores[name] = float(distances.mean())
+        return scores
 
     @cached_property
     def chi_square_per_reading(self) -> float:
@@ -128,7 +133,7 @@ class Prediction:
         sizes = np.abs(np.vstack([self.readings, self.replicated]) - self.predicted[:half].mean(axis=0))
         sizes /= 0.5 * (high - low)
         excess = {}
-        for name, part in self.of_channel(sizes).items():
+        for name, part in self.by_channel(sizes).items():
             of_log, *others = part.mean(axis=1)
             known = np.array(others[:half])
             excess[name] = (np.array([of_log, *others[half:]]) - known.mean()) / known.std()
@@ -271,14 +276,6 @@ def band(draws: np.ndarray, probability: float) -> np.ndarray:
     """(2, ..) quantiles of draws (n_draws, ..) that a share `probability` of them is between."""
     tail = 0.5 - 0.5 * probability
     return np.quantile(draws, [tail, 1.0 - tail], axis=0)
-
-
-def _crps(draws, readings) -> np.ndarray:
-    """(n,) scores of readings (n,) by draws (n_draws, n), unbiased for draws without end."""
-    n = len(draws)
-    ordered = np.sort(draws, axis=0)
-    weights = (2.0 * np.arange(1, n + 1) - n - 1.0) / (n * (n - 1.0))  # of the mean of |y - y'| / 2 of all pairs
-    return np.abs(draws - readings).mean(axis=0) - weights @ ordered
 
 
 def chi_squares(errors: np.ndarray, directions: np.ndarray) -> np.ndarray:

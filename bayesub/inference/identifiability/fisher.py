@@ -116,20 +116,17 @@ class Spectrum(Displayed):
         assert self.values is not None, "a spectrum without values has no relative sds"
         wanted = (relative_sd * np.abs(self.values) / self.prior_sd) ** 2
         never = (self.directions[self._signal == 0.0] ** 2).sum(axis=0)
-        factors = np.where(wanted < 1.0, np.inf, 0.0)
+        factors, signal = np.where(wanted < 1.0, np.inf, 0.0), self._signal[self._signal > 0.0]
+
+        def excess(log_factor, k):
+            return np.log(self._with_prior(np.exp(log_factor))[k] / wanted[k])
+
         for k in np.flatnonzero((wanted < 1.0) & (never < wanted)):
-            factors[k] = np.exp(optimize.brentq(self._excess, *self._bracket(wanted[k], never[k]), (k, wanted[k])))
+            # Too small and too large: all directions as sharp as the stiffest, or the sloppiest.
+            low = np.log(np.sqrt(1.0 / wanted[k] - 1.0) / signal.max()) - 1e-9
+            high = np.log(np.sqrt(1.0 / (wanted[k] - never[k])) / signal.min()) + 1e-9
+            factors[k] = np.exp(optimize.brentq(excess, low, high, (k,)))
         return factors
-
-    def _excess(self, log_factor, k, wanted):
-        return np.log(self._with_prior(np.exp(log_factor))[k] / wanted)
-
-    def _bracket(self, wanted, never):
-        """Logarithms of factors too small and too large: all directions as sharp as the stiffest, or the sloppiest."""
-        signal = self._signal[self._signal > 0.0]
-        low = np.sqrt(1.0 / wanted - 1.0) / signal.max()
-        high = np.sqrt(1.0 / (wanted - never)) / signal.min()
-        return np.log(low) - 1e-9, np.log(high) + 1e-9
 
     def direction(self, i: int) -> dict[str, float]:
         """Direction i in names: coefficient -> prior standard deviations, largest entries first."""

@@ -39,38 +39,22 @@ class Spent:
 
 @dataclass
 class State:
-    """Everything that the next step depends on, and what the steps so far have cost.
+    """Everything that the next step depends on, and what the steps so far have cost."""
 
-    Attributes
-    ----------
-    coords : (n_all_walkers, n_params) sampling coordinates y
-    log_prob : (n_all_walkers,) log densities in y
-    random_state : of emcee's generator
-    spent : so far
-    accepted : proposals accepted in the kept steps
-    """
-
-    coords: np.ndarray
-    log_prob: np.ndarray
-    random_state: Any
-    spent: Spent
-    accepted: int = 0
+    coords: np.ndarray  # (n_all_walkers, n_params) sampling coordinates y
+    log_prob: np.ndarray  # (n_all_walkers,) log densities in y
+    random_state: Any  # of emcee's generator
+    spent: Spent  # so far
+    accepted: int = 0  # proposals accepted in the kept steps
 
 
 @dataclass
 class Block:
-    """Kept steps and the state after them.
+    """Kept steps and the state after them."""
 
-    Attributes
-    ----------
-    chain : (n_steps, n_all_walkers, n_params) parameters
-    log_prob : (n_steps, n_all_walkers) log densities in the sampling coordinates
-    state : after the last of these steps
-    """
-
-    chain: np.ndarray
-    log_prob: np.ndarray
-    state: State
+    chain: np.ndarray  # (n_steps, n_all_walkers, n_params) parameters
+    log_prob: np.ndarray  # (n_steps, n_all_walkers) log densities in the sampling coordinates
+    state: State  # after the last of these steps
 
 
 class Checkpoint:

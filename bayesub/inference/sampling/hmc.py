@@ -11,6 +11,7 @@ cache. A surrogate is a tuple of arrays, and so is its prior
 """
 
 import numpy as np
+from numpy import ndarray as Array
 
 from bayesub.inference.sampling.geometry import bend_at, pull_back_at
 from bayesub.inference.sampling.polynomial import PLACES, add, columns, compiled, inline, pullback_at, put, values_at
@@ -45,14 +46,8 @@ def with_gradients(y: np.ndarray, surrogate: tuple, prior: tuple) -> tuple[np.nd
 
 @compiled
 def trajectories(
-    y: np.ndarray,
-    angles: np.ndarray,
-    momenta: np.ndarray,
-    thresholds: np.ndarray,
-    n_steps: int,
-    surrogate: tuple,
-    prior: tuple,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    y: Array, angles: Array, momenta: Array, thresholds: Array, n_steps: int, surrogate: tuple, prior: tuple
+) -> tuple[Array, Array, Array]:
     """Trajectories one after another, each accepted or refused at its end.
 
     Parameters
@@ -98,14 +93,8 @@ def trajectories(
 
 @compiled
 def reflecting_trajectories(
-    y: np.ndarray,
-    angles: np.ndarray,
-    momenta: np.ndarray,
-    before: np.ndarray,
-    thresholds: np.ndarray,
-    surrogate: tuple,
-    prior: tuple,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    y: Array, angles: Array, momenta: Array, before: Array, thresholds: Array, surrogate: tuple, prior: tuple
+) -> tuple[Array, Array, Array]:
     """Trajectories that are reflected at walls, each of which ends at any of its places.
 
     Within the bounds of fifty parameters a trajectory hits several walls on its way, and its end is often outside. A

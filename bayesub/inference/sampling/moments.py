@@ -10,22 +10,13 @@ from bayesub.inference.checks import convergence
 
 @dataclass(frozen=True)
 class Effort:
-    """What the draws of a sampler have cost.
+    """What the draws of a sampler have cost."""
 
-    Attributes
-    ----------
-    simulations : those within a Jacobian not among them
-    jacobians : Jacobians
-    jacobian_price : of a Jacobian, simulations
-    seconds : wall time
-    ess : bulk effective sample size of the worst parameter
-    """
-
-    simulations: int
-    jacobians: int
-    jacobian_price: float
-    seconds: float
-    ess: float
+    simulations: int  # those within a Jacobian not among them
+    jacobians: int  # Jacobians
+    jacobian_price: float  # of a Jacobian, simulations
+    seconds: float  # wall time
+    ess: float  # bulk effective sample size of the worst parameter
 
     @property
     def work(self) -> float:
@@ -44,28 +35,18 @@ class Moments:
 
     Errors are Monte Carlo standard errors of the means of x, of x^2 and of the products x_i x_j, where x are the draws
     less `means`, over `sds`. Correlations and errors are of single precision, which is far below the latter.
-
-    Attributes
-    ----------
-    means, sds : (n_params,)
-    correlations : (n_pairs,) for i < j, in the order of ``np.triu_indices(n_params, 1)``
-    mean_errors, square_errors : (n_params,)
-    product_errors : (n_pairs,)
-    n_draws : of all chains together
-    rhat : largest of the parameters
-    bulk_ess, tail_ess : smallest of the parameters
     """
 
-    means: np.ndarray
-    sds: np.ndarray
-    correlations: np.ndarray
-    mean_errors: np.ndarray
-    square_errors: np.ndarray
-    product_errors: np.ndarray
-    n_draws: int
-    rhat: float
-    bulk_ess: float
-    tail_ess: float
+    means: np.ndarray  # (n_params,)
+    sds: np.ndarray  # (n_params,)
+    correlations: np.ndarray  # (n_pairs,) for i < j, in the order of ``np.triu_indices(n_params, 1)``
+    mean_errors: np.ndarray  # (n_params,)
+    square_errors: np.ndarray  # (n_params,)
+    product_errors: np.ndarray  # (n_pairs,)
+    n_draws: int  # of all chains together
+    rhat: float  # largest of the parameters
+    bulk_ess: float  # smallest of the parameters
+    tail_ess: float  # smallest of the parameters
 
     @classmethod
     def of(cls, chain: np.ndarray) -> "Moments":

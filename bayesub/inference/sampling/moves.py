@@ -32,11 +32,8 @@ class LaplacePCN(emcee.moves.MHMove):
     """
 
     def __init__(self, steps: Sequence[float]):
-        self.steps = np.array(steps, dtype=float)
-        super().__init__(self._propose)
-
-    def _propose(self, coords, random):
-        return _crank_nicolson(coords, self.steps, random)
+        lengths = np.array(steps, dtype=float)
+        super().__init__(lambda coords, random: _crank_nicolson(coords, lengths, random))
 
 
 def crank_nicolson(

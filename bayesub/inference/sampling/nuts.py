@@ -8,12 +8,12 @@ import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from bayesub.inference.checks import convergence
-from bayesub.inference.interface import Progress, Sampled
+from bayesub.inference.interface import Forced, Progress, Sampled
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import search_marginal_mode
 from bayesub.inference.sampling.moments import Effort, Moments
@@ -186,7 +186,7 @@ def compare(
     divergences: int = 0,
     gradients: int = 0,
     *,
-    spent: Sequence[float] | None = None,
+    spent: tuple[int, int, float] | None = None,
     engine: str = CrossCheck.engine,
 ) -> CrossCheck:
     """Means, sds and correlations of a posterior beside those by another sampler.
@@ -203,6 +203,12 @@ def compare(
     draws = chain.reshape(-1, chain.shape[-1])
     mean_z, sd_z, correlation_z = (np.round(z, 3) for z in other.differences(chain))
     n_params = len(posterior.names)
+    efforts: tuple[Effort, ...] = ()
+    if spent and posterior.work >= 0.0:  # a Jacobian has the same price for both
+        price = float(posterior.jacobian_price)
+        ours = posterior.evaluations, posterior.jacobians, price, posterior.seconds, float(posterior.bulk_ess.min())
+        simulations, jacobians, seconds = spent
+        efforts = Effort(*ours), Effort(simulations, jacobians, price, seconds, other.bulk_ess)
     return CrossCheck(
         names=posterior.names,
         means=np.stack([draws.mean(axis=0), other.means]),
@@ -215,18 +221,10 @@ def compare(
         ess=min(other.bulk_ess, other.tail_ess),
         divergences=int(divergences),
         gradients=int(gradients),
-        efforts=_efforts(posterior, spent, other.bulk_ess) if spent and posterior.work >= 0.0 else (),
+        efforts=efforts,
         engine=engine,
         divergent=divergences / other.n_draws,
     )
-
-
-def _efforts(posterior, spent, ess) -> tuple[Effort, Effort]:
-    """Of the ensemble sampler, and of another with effective sample size `ess`; a Jacobian has the same price."""
-    simulations, jacobians, seconds = spent
-    price = float(posterior.jacobian_price)
-    ours = posterior.evaluations, posterior.jacobians, price, posterior.seconds, float(posterior.bulk_ess.min())
-    return Effort(*ours), Effort(simulations, jacobians, price, seconds, ess)
 
 
 def require_nutpie() -> Any:
@@ -259,7 +257,12 @@ def sample_nuts(
     nutpie = require_nutpie()
     costs, began = problem.costs, time.perf_counter()
     before = costs.simulations, costs.jacobians
-    geometry = _geometry(problem, rng, progress)
+    if problem.histories:  # whitened at the mode they are nearly normal as it is
+        smooth = problem.smoothed(SMOOTH)
+        marginal, others = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), rng)
+        geometry = Geometry.whitened(smooth, marginal.full(others))
+    else:
+        geometry = cast(Geometry, learn_coordinates(problem, rng, progress)[0])
     n = problem.n_params
     counts = {"draws": 0, "gradients": 0}
 
@@ -304,12 +307,3 @@ def sample_nuts(
     divergences = int(np.count_nonzero(trace.sample_stats["diverging"].values))
     result = {"divergences": divergences, "gradients": counts["gradients"], "spent": spent}
     return np.asarray(trace.posterior["parameters"].values), result
-
-
-def _geometry(problem, rng, progress):
-    """Sampling coordinates; with histories those whitened at the mode, in which they are nearly normal as it is."""
-    if not problem.histories:
-        return learn_coordinates(problem, rng, progress)[0]
-    smooth = problem.smoothed(SMOOTH)
-    marginalised, others = search_marginal_mode(problem, smooth, rng)
-    return Geometry.whitened(smooth, marginalised.full(others))

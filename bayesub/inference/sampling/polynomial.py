@@ -33,22 +33,13 @@ def inline(function: Callable) -> Callable[..., Any]:
 
 
 class Polynomials(NamedTuple):
-    """``(1, z) linear + products(z) bent mix`` of variables z (n, n_params).
+    """``(1, z) linear + products(z) bent mix`` of variables z (n, n_params)."""
 
-    Attributes
-    ----------
-    active : (n_params, n_active) directions
-    linear : (1 + n_params, k) coefficients of one and of z
-    bent : (n_products, n_bent) coefficients of the products
-    mix : (n_bent, k)
-    degrees : numbers of the active directions that have products of three, and of four
-    """
-
-    active: np.ndarray
-    linear: np.ndarray
-    bent: np.ndarray
-    mix: np.ndarray
-    degrees: tuple[int, int]
+    active: np.ndarray  # (n_params, n_active) directions
+    linear: np.ndarray  # (1 + n_params, k) coefficients of one and of z
+    bent: np.ndarray  # (n_products, n_bent) coefficients of the products
+    mix: np.ndarray  # (n_bent, k)
+    degrees: tuple[int, int]  # numbers of the active directions that have products of three, and of four
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What they consist of, by name."""
@@ -75,11 +66,8 @@ class Polynomials(NamedTuple):
 
 def n_features(n_params: int, n_active: int, degrees: tuple[int, int] = PLAIN) -> int:
     """Number of terms."""
-    return 1 + n_params + _n_products(n_active, degrees)
-
-
-def _n_products(n_active, degrees):
-    return sum(comb(min(n_active, n) + order - 1, order) for order, n in enumerate((n_active, *degrees), start=2))
+    products = (comb(min(n_active, n) + order - 1, order) for order, n in enumerate((n_active, *degrees), start=2))
+    return 1 + n_params + sum(products)
 
 
 def features(z: np.ndarray, active: np.ndarray, degrees: tuple[int, int] = PLAIN) -> np.ndarray:

@@ -184,7 +184,11 @@ class _Simulations:
             if not done.all():
                 changes = changes[done]
             if not self.z:
-                self.span = _span(changes[:_SPANNING])
+                # Orthonormal combinations of changes, along which they vary.
+                some_changes = changes[:_SPANNING]
+                squares, members = np.linalg.eigh(some_changes @ some_changes.T)
+                seen = squares > _SPAN**2 * len(some_changes)
+                self.span = (members[:, seen] / np.sqrt(squares[seen])).T @ some_changes
             self.z.append(z[some][done])
             self.changes.append(changes @ self.span.T)
 
@@ -198,13 +202,6 @@ class _Simulations:
         polynomials.linear[0] += self.span @ self.at_mode
         whitened = polynomials.mixed(linalg.inv(np.linalg.cholesky(noise)).T)
         return Surrogate(self.geometry, whitened)
-
-
-def _span(changes):
-    """(k, n_readings) orthonormal directions along which changes (n, n_readings) of the residuals vary."""
-    squares, members = np.linalg.eigh(changes @ changes.T)
-    seen = squares > _SPAN**2 * len(changes)
-    return (members[:, seen] / np.sqrt(squares[seen])).T @ changes
 
 
 def learn(
@@ -321,7 +318,8 @@ def _straighten(surrogate, y, n_bent, n_draws, temperature, rng):
     geometry, changes = surrogate.geometry, []
     for _ in range(_MAX_WALKS):
         reached = np.concatenate(_wander(surrogate, y[-_WALKERS:], _STOPS, temperature, rng))
-        changes.append(_change(y, reached))
+        ratios = np.log(np.std(reached, axis=0) / np.std(y, axis=0))
+        changes.append(np.exp(np.max(np.abs(ratios))))  # of the coordinate in which they have grown or shrunk most
         y = reached
         if changes[-1] < _STEADY:
             break
@@ -330,12 +328,6 @@ def _straighten(surrogate, y, n_bent, n_draws, temperature, rng):
     geometry.straighten(z)
     y = geometry.straightened(z[-_WALKERS:])
     return np.concatenate(_wander(surrogate, y, -(-n_draws // _WALKERS), temperature, rng)), changes[0]
-
-
-def _change(before, after):
-    """Ratio of spreads of walkers (n, n_params), of the coordinate in which they have grown or shrunk most."""
-    ratios = np.log(np.std(after, axis=0) / np.std(before, axis=0))
-    return np.exp(np.max(np.abs(ratios)))
 
 
 def _wander(surrogate, y, n_stops, temperature, rng):
