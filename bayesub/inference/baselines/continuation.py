@@ -56,21 +56,10 @@ def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
 
 
 def follow_noise(problem: Sampled, start: np.ndarray, *, max_iterations: int = 60) -> Estimate:
-    """The posterior mode, followed from noise with which the start (n_params,) would fit.
+    """The posterior mode, followed from noise with which the start (n_params,) would fit, with the seconds of all.
 
-    Parameters
-    ----------
-    max_iterations : of the last search, with the noise of the problem
-
-    Returns
-    -------
-    Estimate
-        Of the last search, with the seconds of all.
-
-    Raises
-    ------
-    ValueError
-        If the simulation fails at the start.
+    The last search, with the noise of the problem, has `max_iterations`. A ValueError says that the simulation fails at
+    the start.
     """
     scales, misfit, fall = [1.0], _deviance_a_row(problem, start), np.inf
     while 1.0 < misfit < np.inf and fall > _NO_FALL:  # some noise is as large as the errors are, and falls no more

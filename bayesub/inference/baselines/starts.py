@@ -120,16 +120,11 @@ def search_from(
     unknowns: Normalised,
     progress: Progress | None = None,
 ) -> Estimate:
-    """Search from every start (n_starts, n_params), side by side.
+    """Search from every start (n_starts, n_params) in `unknowns`, side by side, by a method of that name.
 
-    Parameters
-    ----------
-    search : ``search(start, ask) -> (x, status)``
-    answer : function of the list of questions asked at the same time -> list of (answer, effort); a simulation or a
-        Jacobian is an effort of one
-    method : its name
-    unknowns : what the starts are in
-    progress : object with ``update(done, total, unit)``, called with the number of finished starts; or None
+    A search is ``search(start, ask) -> (x, status)``, and `answer` a function of the list of questions asked at the
+    same time -> list of (answer, effort); a simulation or a Jacobian is an effort of one. Progress is in finished
+    starts.
     """
     problem, began = unknowns.problem, time.perf_counter()
     before = problem.costs.simulations, problem.costs.jacobians
@@ -168,21 +163,13 @@ class Abandoned(Exception):
 
 
 def together(searches: Sequence[Callable], answer: Callable[[list], list], progress: Progress | None = None) -> list:
-    """Run searches written for one start at a time so that their questions are answered in batches.
+    """Results of searches, run so that the questions of all are answered in batches.
 
-    Each search has a thread. It waits at its question until every other search has asked or ended; then one call of
-    `answer` serves all of them. What a search does depends on its own questions and answers only, so if answers do not
-    depend on what else is in the batch, the result is that of running one search after the other.
-
-    Parameters
-    ----------
-    searches : functions ``search(ask) -> result``, where ``ask(question)`` returns an answer
-    answer : function of a list of questions, in the order of the searches, that returns a list of answers
-    progress : object with ``update(done, total, unit)``, called with the number of searches that have ended; or None
-
-    Returns
-    -------
-    list of results in the order of the searches; an exception in a search is raised when the others have ended.
+    Each search, ``search(ask) -> result`` with ``ask(question)`` returning an answer, has a thread. It waits at its
+    question until every other search has asked or ended; then one call of `answer`, with the questions in the order of
+    the searches, serves all of them. What a search does depends on its own questions and answers only, so if answers do
+    not depend on what else is in the batch, the result is that of running one search after the other. An exception in a
+    search is raised when the others have ended.
     """
     events: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
     replies: list[queue.SimpleQueue[Any]] = [queue.SimpleQueue() for _ in searches]

@@ -49,14 +49,7 @@ class Conflict:
 
 
 def find_conflict(prior: InferencePrior, draws: np.ndarray, names: Sequence[str]) -> Conflict:
-    """Compare a prior with draws (n_draws, n_params) of its posterior.
-
-    Parameters
-    ----------
-    prior : of the parameters (:class:`bayesub.inference.interface.InferencePrior`)
-    draws : (n_draws, n_params)
-    names : of the n_params parameters
-    """
+    """Compare a prior with draws (n_draws, n_params) of its posterior, of parameters of these names."""
     t = prior.standard(draws)
     mean, covariance = t.mean(axis=0), np.atleast_2d(np.cov(t.T))
     variances, directions = np.linalg.eigh(covariance)
@@ -75,16 +68,10 @@ def find_conflict(prior: InferencePrior, draws: np.ndarray, names: Sequence[str]
 
 
 def sensitivity(draws: np.ndarray, log_density: np.ndarray) -> np.ndarray:
-    """How fast marginal posteriors change with the logarithm to base 2 of the power of a part of the density.
+    """How fast marginal posteriors (n_params,) change with log2 of the power of a part of the density.
 
-    Parameters
-    ----------
-    draws : (n_draws, n_params) of the posterior
-    log_density : (n_draws,) that part at the draws, up to a constant: log prior or log likelihood
-
-    Returns
-    -------
-    (n_params,) array
+    Of draws (n_draws, n_params) of the posterior, and the part `log_density` (n_draws,) there, up to a constant: log
+    prior or log likelihood.
     """
     order = np.argsort(draws, axis=0)
     widths, from_mean = np.diff(np.take_along_axis(draws, order, axis=0), axis=0), log_density - log_density.mean()
@@ -97,16 +84,9 @@ def sensitivity(draws: np.ndarray, log_density: np.ndarray) -> np.ndarray:
 
 
 def sensitivity_noise(log_density: np.ndarray, n_effective: float | np.ndarray) -> np.ndarray:
-    """The sensitivity that so many effective draws of a parameter show to a part that does not concern it.
+    """The sensitivity that so many effective draws of a parameter show to a part (n_draws,) that does not concern it.
 
-    Parameters
-    ----------
-    log_density : (n_draws,) that part at draws; it has a spread of root n/2 if n directions are normal in it
-    n_effective : effective draws
-
-    Returns
-    -------
-    float or array
+    The part has a spread of root n/2 if n directions are normal in it.
     """
     return _NOISE * np.std(log_density) / np.sqrt(n_effective)
 

@@ -134,18 +134,8 @@ def threshold(n: int, false_alarms: float) -> float:
 def largest_jump(problem: Emulated, draws: np.ndarray, rng: np.random.Generator) -> float:
     """The largest difference of log likelihoods at neighbouring parameters that no cubic explains.
 
-    Neighbours lie on short pieces of straight lines from one draw towards another, 2048 simulations in all.
-
-    Parameters
-    ----------
-    problem : Emulated
-    draws : (n, n_params) from the posterior
-    rng : chooses among them
-
-    Returns
-    -------
-    float
-        Zero where no piece has finite log likelihoods throughout.
+    Neighbours lie on short pieces of straight lines from one draw (n, n_params) of the posterior towards another, 2048
+    simulations in all. Zero where no piece has finite log likelihoods throughout.
     """
     starts, ends = draws[rng.choice(len(draws), (2, _JUMP_SEGMENTS))]
     shares = np.linspace(0.0, _JUMP_SHARE, _JUMP_POINTS)
@@ -160,10 +150,7 @@ def largest_jump(problem: Emulated, draws: np.ndarray, rng: np.random.Generator)
 def jump_sentence(jump: float, step_s: float) -> str:
     """What a jump means for a run that has not converged, and what to try; empty for one that is not noticeable.
 
-    Parameters
-    ----------
-    jump : as :func:`largest_jump` finds it
-    step_s : of the integrator, s; the longest of all trials
+    The step of the integrator is in s, the longest of all trials.
     """
     if jump < NOTICEABLE_JUMP:
         return ""

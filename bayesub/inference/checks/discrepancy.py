@@ -179,11 +179,8 @@ def log_density(expansion: Any) -> float:
 def gain_of_sizes(forces: np.ndarray, products: np.ndarray, sizes: np.ndarray) -> tuple[float, np.ndarray]:
     """Log density over that without columns, and its derivatives by the logarithm of the size of each column (k,).
 
-    Parameters
-    ----------
-    forces : (k,) inner products of the columns with the residuals, as of :func:`inner_products`
-    products : (k, k) of the columns with themselves
-    sizes : (k,) standard deviations of independent amounts
+    Of inner products of the columns with the residuals (k,) and with themselves (k, k), as of :func:`inner_products`,
+    and of the standard deviations (k,) of independent amounts.
     """
     precision = np.eye(len(sizes)) + sizes[:, None] * products * sizes
     factor = linalg.cholesky(precision, lower=True, check_finite=False)

@@ -9,14 +9,15 @@ of the readings on average, and 60 % of one log now and then. Replicated reading
 p-value is the share of them, and the log, whose errors are as large. It is uniform if the posterior is right.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.identifiability.linalg import complete_svd
-from bayesub.inference.interface import TrialInference
+from bayesub.inference.interface import Sampled, Searchable, TrialInference, TrialsInference
 
 N_DRAWS = 800
 INTERVALS = (0.5, 0.9)
@@ -25,6 +26,7 @@ LEAST_FLOWN = 20  # draws; of fewer there are no bands
 _ITERATIONS, _TOLERANCE = 30, 1e-2  # of searches; in posterior standard deviations
 _LONGEST = 1.0  # step of a coordinate, whose prior sd is one
 _SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends in searches
+N_DRAWS_LEFT_OUT = 400
 
 
 @dataclass(frozen=True)
@@ -282,3 +284,50 @@ def chi_squares(errors: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """(n,) e'(I + A'A)^-1 e of errors e (n, n_readings) with A (n_draws, n_readings) the directions."""
     _, s, vt = np.linalg.svd(directions, full_matrices=False)
     return np.sum(errors**2, axis=1) - (errors @ vt.T) ** 2 @ (s**2 / (s**2 + 1.0))
+
+
+def leave_one_out(
+    joint: TrialsInference,
+    rng: np.random.Generator,
+    *,
+    draw: Callable[[Sampled, np.random.Generator, int], np.ndarray] | None = None,
+    n_draws: int = N_DRAWS_LEFT_OUT,
+) -> dict[str, Prediction]:
+    """Predict each trial of a :class:`bayesub.problem.joint.JointProblem` from the others.
+
+    Nuisance parameters that are the trial's own, and coefficients that no other trial has free, come from their prior.
+
+    Parameters
+    ----------
+    joint : of two trials or more
+    rng : source of the draws
+    draw : function of a problem, `rng` and a number n that returns (n, n_params) draws of its posterior; by default
+        :func:`laplace`, which is quick and, far along directions in which the posterior bends, too wide
+    n_draws : of each prediction
+
+    Returns
+    -------
+    dict of str to Prediction
+        By trial.
+    """
+    predictions = {}
+    for trial, problem in joint.problems.items():
+        others = joint.without(trial)
+        known = (draw or laplace)(others, rng, n_draws)
+        parameters = problem.prior.sample(rng, n_draws)
+        for k, name in enumerate(problem.names):
+            if name in others.names:
+                parameters[:, k] = known[:, others.names.index(name)]
+        predictions[trial] = predict(problem, parameters, rng)
+    return predictions
+
+
+def laplace(problem: Searchable, rng: np.random.Generator, n: int, start: np.ndarray | None = None) -> np.ndarray:
+    """(n, n_params) draws of the Laplace approximation at the mode, made where the prior is standard normal.
+
+    The mode is searched from `start` (n_params,), left out from the middle of the prior.
+    """
+    mode = gauss_newton(problem, start).values
+    t = problem.prior.standard(mode)
+    _, s, vt = complete_svd(problem.prior.chain(problem.jacobian(mode), t))
+    return problem.prior.parameters(t + (rng.standard_normal((n, len(t))) / np.sqrt(s**2 + 1.0)) @ vt)

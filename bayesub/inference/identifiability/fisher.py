@@ -166,16 +166,9 @@ def fisher(
 
 
 def correlation_factor(prior: InferencePrior, members: np.ndarray) -> np.ndarray:
-    """A factor L of the correlations L L' that the prior gives some parameters, at its middle.
+    """A factor L (n, n) of the correlations L L' that the prior gives parameters at positions `members`, at its middle.
 
-    Parameters
-    ----------
-    prior : whose other parameters are independent of these
-    members : (n,) positions of the parameters
-
-    Returns
-    -------
-    (n, n), the unit matrix if the prior has no correlations
+    The others are independent of these. It is the unit matrix if the prior has no correlations.
     """
     n = len(prior.mean)
     factor = prior.chain(np.eye(n)[members], np.zeros(n))[:, members]
@@ -185,16 +178,8 @@ def correlation_factor(prior: InferencePrior, members: np.ndarray) -> np.ndarray
 def integrated_out(by_others: np.ndarray, by_white: np.ndarray) -> np.ndarray:
     """Jacobian of the same information on some parameters if others, standard normal, are integrated out.
 
-    With A and B the derivatives by both, the information is ``A'A - A'B (B'B + 1)^-1 B'A``.
-
-    Parameters
-    ----------
-    by_others : (n_rows, n_others) array
-    by_white : (n_rows, n_white) by those that are integrated out
-
-    Returns
-    -------
-    (n_rows + n_white, n_others) array
+    With A (n_rows, n_others) and B (n_rows, n_white) the derivatives by both, the information is
+    ``A'A - A'B (B'B + 1)^-1 B'A``, and the Jacobian (n_rows + n_white, n_others).
     """
     n_white = by_white.shape[1]
     basis = np.linalg.qr(np.vstack([by_white, np.eye(n_white)]))[0]

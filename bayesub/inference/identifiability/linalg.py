@@ -16,13 +16,8 @@ TIE = 1e-6  # relative difference of sizes that is none: no choice is left to ro
 def complete_svd(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Singular value decomposition ``matrix = u diag(s) vt`` with as many values as columns.
 
-    Parameters
-    ----------
-    matrix : (n, p), with n readings below p parameters as well: the directions that no reading sees have value zero
-
-    Returns
-    -------
-    u (n, p), s (p,) descending, vt (p, p) orthogonal.
+    Of a matrix (n, p), with n readings below p parameters as well: the directions that no reading sees have value zero.
+    u is (n, p), s (p,) descends and vt (p, p) is orthogonal.
     """
     n, p = matrix.shape
     u, s, vt = np.linalg.svd(matrix, full_matrices=n < p)
@@ -54,18 +49,11 @@ def varimax(columns: np.ndarray, n_iterations: int = 200) -> np.ndarray:
 
 
 def null_basis(names: Sequence[str], vectors: Sequence[Mapping[str, float]], scale: np.ndarray) -> np.ndarray:
-    """Orthonormal basis of a null space in scaled coordinates ``t = parameters / scale``.
+    """Orthonormal basis (n_null, n_params) of a null space in scaled coordinates ``t = parameters / scale``.
 
-    Parameters
-    ----------
-    names : (n_params,) of the coordinates
-    vectors : dicts of name -> change, as in ``AxisRank.null_vectors``; independent of each other
-    scale : (n_params,) positive
-
-    Returns
-    -------
-    (n_null, n_params), exactly zero in every column that no vector names. Raises ValueError for a name that is not a
-    coordinate: the null space of more coefficients is not that of fewer.
+    The null vectors are dicts of name -> change, independent of each other. The basis is exactly zero in every column
+    that no vector names. Raises ValueError for a name that is not among `names` (n_params,): the null space of more
+    coefficients is not that of fewer.
     """
     place = {name: k for k, name in enumerate(names)}
     matrix = np.zeros((len(vectors), len(names)))
@@ -94,18 +82,11 @@ def signed(vectors: np.ndarray) -> np.ndarray:
 
 
 def split_svd(matrix: np.ndarray, null: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Singular value decomposition with given null directions last.
+    """Singular value decomposition ``u diag(s) vt`` of a matrix (n, p) with given null directions last.
 
-    Parameters
-    ----------
-    matrix : (n, p)
-    null : (n_null, p) orthonormal rows along which the matrix vanishes up to its own error
-
-    Returns
-    -------
-    u (n, p), s (p,), vt (p, p) with ``u diag(s) vt`` the matrix. The first p - n_null rows of vt are orthogonal to the
-    null space and s descends along them; the others are the rows of `null` in their order, and the length that the
-    matrix gives them, which is its error, is in s.
+    Along these, orthonormal rows `null` (n_null, p), the matrix vanishes up to its own error. The first p - n_null rows
+    of vt (p, p) are orthogonal to them and s (p,) descends along these; the others are the rows of `null` in their
+    order, and the length that the matrix gives them, which is its error, is in s.
     """
     if not len(null):
         return complete_svd(matrix)

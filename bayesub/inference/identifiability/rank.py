@@ -115,17 +115,12 @@ def rank(
 
 
 def round_off(shape: tuple[int, ...], largest: float, rounding: float | np.ndarray) -> float:
-    """Below which a singular value of a matrix with unit columns is round-off.
+    """Below which a singular value of a matrix (n_samples, n_columns) with unit columns is round-off.
 
     By Weyl's theorem a singular value moves by no more than the norm of the error of the matrix. Two errors add up:
-    that to which the columns are known, whose Frobenius norm is that of `rounding`, and the backward error of the
-    decomposition, an epsilon of the largest singular value a row, added up as a random walk (Higham & Mary 2019).
-
-    Parameters
-    ----------
-    shape : (n_samples, n_columns)
-    largest : the largest singular value
-    rounding : relative error of the columns, a number or (n_columns,)
+    that to which the columns are known, whose Frobenius norm is that of `rounding`, the relative error of each, and the
+    backward error of the decomposition, an epsilon of the `largest` singular value a row, added up as a random walk
+    (Higham & Mary 2019).
     """
     known = np.linalg.norm(np.broadcast_to(rounding, shape[1]))
     return float(known + np.sqrt(max(shape)) * np.finfo(float).eps * largest)

@@ -50,18 +50,10 @@ def trajectories(
 ) -> tuple[Array, Array, Array]:
     """Trajectories one after another, each accepted or refused at its end.
 
-    Parameters
-    ----------
-    y : (n, n_params) walkers
-    angles : (n_trajectories, n) of a leapfrog step, radians
-    momenta : (n_trajectories, n, n_params) standard normal, at the start of each
-    thresholds : (n_trajectories, n) logarithms of uniform random numbers
-    n_steps : leapfrog steps of a trajectory
-    surrogate, prior : tuples of arrays
-
-    Returns
-    -------
-    Places (n, n_params), log densities there (n,), and the fraction of trajectories accepted (n,).
+    Of walkers y (n, n_params), with `angles` (n_trajectories, n) of a leapfrog step in radians, standard normal
+    `momenta` (n_trajectories, n, n_params) at the start of each, and `thresholds` (n_trajectories, n), logarithms of
+    uniform random numbers. Returned are places (n, n_params), log densities there (n,), and the fraction of
+    trajectories accepted (n,).
     """
     n_trajectories, ends, log_ends, accepted = len(angles), np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))
     for first in range(0, len(y), PLACES):
@@ -104,18 +96,9 @@ def reflecting_trajectories(
     trajectory, and the new place is drawn from all of it by density (Neal 1994; Betancourt 2017, appendix A.3): what
     lies outside is never drawn.
 
-    Parameters
-    ----------
-    y : (n, n_params) walkers, within the support
-    angles : (n_trajectories, n) of a leapfrog step, radians
-    momenta : (n_trajectories, n, n_params) standard normal, those of the starts
-    before : (n_trajectories, n) leapfrog steps of the trajectory that lead to the start
-    thresholds : (n_trajectories, n_steps, n) logarithms of uniform random numbers
-    surrogate, prior : tuples of arrays
-
-    Returns
-    -------
-    Places (n, n_params), log densities there (n,), and the fraction of trajectories that ended elsewhere (n,).
+    Walkers y (n, n_params) are within the support. `angles`, `momenta` and what is returned are as in
+    :func:`trajectories`, with the fraction of trajectories that ended elsewhere; `before` (n_trajectories, n) is how
+    many steps of a trajectory lead to its start, and `thresholds` are (n_trajectories, n_steps, n).
     """
     n_trajectories, n_steps = thresholds.shape[:2]
     ends, log_ends, moved = np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))

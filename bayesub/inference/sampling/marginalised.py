@@ -89,20 +89,10 @@ class _Response:
 
 
 class Marginalised:
-    """The other parameters of a problem with histories, as a problem for searches and samplers.
+    """The n_params other parameters of a problem with histories, as a problem for searches and samplers.
 
-    It is what a surrogate is made of, :class:`bayesub.inference.interface.Emulated`.
-
-    Parameters
-    ----------
-    problem : with histories
-    centre : (n_all,) parameters near the mode
-    curved : whether G has terms of second order, which cost twice as many Jacobians
-
-    Attributes
-    ----------
-    names : the others, n_params of them
-    prior : of these
+    It is what a surrogate is made of, :class:`bayesub.inference.interface.Emulated`. The `centre` (n_all,) is near the
+    mode of all parameters. If `curved`, G has terms of second order, which cost twice as many Jacobians.
     """
 
     def __init__(self, problem: Forced, centre: np.ndarray, *, curved: bool = True):

@@ -79,15 +79,10 @@ class Moments:
         return cls(**parts)
 
     def differences(self, chain: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Means, sds and correlations of another sampler less these, in Monte Carlo standard errors of both.
+        """Means (n_params,), sds (n_params,) and correlations (n_pairs,) of another sampler less these.
 
-        Parameters
-        ----------
-        chain : (n_ensembles, n_steps, n_walkers, n_params) of the other sampler
-
-        Returns
-        -------
-        (n_params,), (n_params,) and (n_pairs,)
+        In Monte Carlo standard errors of both; `chain` (n_ensembles, n_steps, n_walkers, n_params) is of the other
+        sampler.
         """
         theirs = feature_means((chain - self.means) / self.sds)
         ours = (0.0, self.mean_errors), (1.0, self.square_errors), (self.correlations, self.product_errors)

@@ -189,15 +189,10 @@ def compare(
     spent: tuple[int, int, float] | None = None,
     engine: str = CrossCheck.engine,
 ) -> CrossCheck:
-    """Means, sds and correlations of a posterior beside those by another sampler.
+    """Means, sds and correlations of a posterior by the ensemble sampler beside those by another, the `engine`.
 
-    Parameters
-    ----------
-    posterior : by the ensemble sampler
-    other : the moments by the other sampler
-    divergences, gradients : of the other sampler
-    spent : simulations, Jacobians and seconds of the other sampler, if they are known
-    engine : the name of the other sampler
+    `divergences` and `gradients` are of the other sampler, and so are the simulations, Jacobians and seconds `spent`,
+    if they are known.
     """
     chain = posterior.thinned().chain
     draws = chain.reshape(-1, chain.shape[-1])

@@ -95,14 +95,9 @@ def fitted(
 ) -> tuple[Polynomials, np.ndarray]:
     """The polynomials nearest to values `wanted` (n, k) at z (n, n_params), and what is left of these (n, k).
 
-    Products are kept in combinations of the values where they explain more than is `worth` it, and twice as much
-    variance as so many terms explain of noise.
-
-    Parameters
-    ----------
-    worth : standard deviation that is worth products
-    unit : (k, k) covariance to measure it by; by default that of the misfit
-    ridge : relative, keeps the normal equations regular when places repeat
+    Products are kept in combinations of the values where they explain more than is `worth` it, in standard deviations
+    of the covariance `unit` (k, k), by default that of the misfit, and twice as much variance as so many terms explain
+    of noise. The relative `ridge` keeps the normal equations regular when places repeat.
     """
     known = features(z, active, degrees)
     n, n_linear = len(z), 1 + z.shape[1]

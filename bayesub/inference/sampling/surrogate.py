@@ -207,18 +207,10 @@ class _Simulations:
 def learn(
     problem: Emulated, geometry: Geometry, rng: np.random.Generator, progress: Progress | None = None
 ) -> tuple[Surrogate, np.ndarray]:
-    """Find the active directions, straighten the geometry and fit a surrogate.
+    """Find the active directions, straighten the geometry in place and fit a surrogate of the problem.
 
-    Parameters
-    ----------
-    problem : to be emulated
-    geometry : whitened at the mode of the problem; it is straightened in place
-    rng : source of all random numbers
-    progress : object with ``update(done, total, unit, note)``, or None
-
-    Returns
-    -------
-    The surrogate, and draws of it (n, n_params) in sampling coordinates.
+    The geometry is whitened at the mode of the problem. With the surrogate draws of it come, (n, n_params) in sampling
+    coordinates.
     """
     geometry.find_active(problem, rng)
     n_terms = n_features(*geometry.active.shape)

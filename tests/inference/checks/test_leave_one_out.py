@@ -5,8 +5,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.inference.checks.cross_validation import laplace, leave_one_out
-from bayesub.inference.checks.prediction import chi_squares
+from bayesub.inference.checks.prediction import chi_squares, laplace, leave_one_out
 from bayesub.problem.joint import JointProblem
 
 FREE = ("Xuu", "Yuv", "Yuu_dr", "Nuv", "Nuu_dr", "Nur")
