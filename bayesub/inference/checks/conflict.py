@@ -73,13 +73,17 @@ def sensitivity(draws: np.ndarray, log_density: np.ndarray) -> np.ndarray:
     Of draws (n_draws, n_params) of the posterior, and the part `log_density` (n_draws,) there, up to a constant: log
     prior or log likelihood.
     """
-    order = np.argsort(draws, axis=0)
+    order, n = np.argsort(draws, axis=0), len(draws)
     widths, from_mean = np.diff(np.take_along_axis(draws, order, axis=0), axis=0), log_density - log_density.mean()
-    rates = []
+    # Cumulative probabilities between neighbouring draws, even ones and weighted ones.
+    even, rates = np.linspace(1.0 / n, 1.0 - 1.0 / n, n - 1)[:, None], []
     for power in POWERS:
         log_weights = (power - 1.0) * from_mean
         weights = np.exp(log_weights - log_weights.max())[order]
-        rates.append(_distance(widths, np.cumsum(weights / weights.sum(axis=0), axis=0)[:-1]) / np.abs(np.log2(power)))
+        weighted = np.minimum(np.cumsum(weights / weights.sum(axis=0), axis=0)[:-1], 1.0)  # but for round-off
+        # The larger one of the distances of a variable and of its negative.
+        sides = _distance(widths, even, weighted), _distance(widths, 1.0 - even, 1.0 - weighted)
+        rates.append(np.maximum(*sides) / np.abs(np.log2(power)))
     return np.mean(rates, axis=0)
 
 
@@ -91,20 +95,11 @@ def sensitivity_noise(log_density: np.ndarray, n_effective: float | np.ndarray) 
     return _NOISE * np.std(log_density) / np.sqrt(n_effective)
 
 
-def _distance(widths, weighted):
-    """(n_params,) cumulative Jensen-Shannon distances, the larger of those of a variable and of its negative.
+def _distance(widths, p, q):
+    """(n_params,) cumulative Jensen-Shannon distances by cumulative probabilities p and q (n_draws - 1, n_params).
 
-    Of the distribution of draws that are `widths` (n_draws - 1, n_params) apart, and one that has the cumulative
-    probabilities `weighted` (n_draws - 1, n_params) between them.
+    They are symmetrised Kullback-Leibler divergences from their mean; draws are `widths` (n_draws - 1, n_params) apart.
     """
-    n = len(widths) + 1
-    even = np.linspace(1.0 / n, 1.0 - 1.0 / n, n - 1)[:, None]
-    weighted = np.minimum(weighted, 1.0)  # but for round-off
-    return np.maximum(_one_sided(widths, even, weighted), _one_sided(widths, 1.0 - even, 1.0 - weighted))
-
-
-def _one_sided(widths, p, q):
-    """The distance by cumulative probabilities p and q: symmetrised Kullback-Leibler divergences from their mean."""
     middle = 0.5 * (p + q)
     divergence = np.sum(widths * (special.rel_entr(p, middle) + special.rel_entr(q, middle)), axis=0) / np.log(2.0)
     return np.sqrt(np.maximum(divergence, 0.0) / np.sum(widths * (p + q), axis=0))

@@ -111,7 +111,12 @@ class _Search:
         self.problem, self.k, self.prior = problem, k, prior
         self.others = np.delete(np.arange(problem.n_params), k)
         basis = null_basis(problem.names, null, problem.prior.sd)
-        self.null = _without(basis, k)
+        # The null directions of all that do not move coefficient k, as directions of the others.
+        self.null, column = np.delete(basis, k, axis=1), basis[:, k]
+        if np.any(column):
+            turn = np.linalg.qr(column[:, None], mode="complete")[0][:, 1:]
+            rows = turn.T @ self.null
+            self.null = orthonormal(rows) if len(rows) else rows
         # The shortest way along the null space that moves coefficient k by one.
         part = basis[:, k] @ basis[:, k]
         self.along = basis[:, k] @ basis / part if part > 0.0 else None
@@ -178,14 +183,3 @@ class _Search:
             if gained < enough or np.sum((u.T @ residuals) ** 2) < enough:
                 break
         return t, cost
-
-
-def _without(basis, k):
-    """The null directions of all that do not move coefficient k, as directions of the others (n, n_params - 1)."""
-    others = np.delete(basis, k, axis=1)
-    column = basis[:, k]
-    if not np.any(column):
-        return others
-    turn = np.linalg.qr(column[:, None], mode="complete")[0][:, 1:]
-    rows = turn.T @ others
-    return orthonormal(rows) if len(rows) else rows
