@@ -43,7 +43,7 @@ class Conflict:
     n_directions: int  # that the data have contracted
 
     @property
-    def found(self) -> bool:
+    def disagree(self) -> bool:
         """Whether prior and data disagree."""
         return bool(self.named) or self.probability < 0.5 * FALSE_ALARMS
 

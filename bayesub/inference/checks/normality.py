@@ -38,17 +38,17 @@ class Normality:
         """What is found."""
         k, i = int(np.argmax(self.distance)), int(np.argmax(np.abs(self.skewness)))
         along = f"{self.distance_along.max():.2g} along its principal directions"
-        found = (
+        distances = (
             f"quantiles from 5 to 95 % are at most {self.distance[k]:.2g} standard deviations from those of a normal "
             f"({self.names[k]}; {along}; noise of the draws {self.noise:.1g}), and the largest skewness is "
             f"{self.skewness[i]:+.2g} ({self.names[i]})"
         )
         if self.close:
-            return f"The posterior is close to normal: {found}."
+            return f"The posterior is close to normal: {distances}."
         far = [self.names[k] for k in np.argsort(-self.distance) if self.distance[k] >= CLOSE]
         if not far:
-            return f"Each coefficient is close to normal, but together they are not, the posterior bends: {found}."
-        return f"The posterior is not normal in {', '.join(far[:5])}{' ..' if len(far) > 5 else ''}: {found}."
+            return f"Each coefficient is close to normal, but together they are not, the posterior bends: {distances}."
+        return f"The posterior is not normal in {', '.join(far[:5])}{' ..' if len(far) > 5 else ''}: {distances}."
 
     def to_json(self) -> dict:
         """The numbers as JSON types."""

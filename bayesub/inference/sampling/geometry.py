@@ -139,9 +139,9 @@ class Geometry:
 
     def pullback(self, z: np.ndarray, slopes: np.ndarray) -> np.ndarray:
         """(n, n_params) gradient by the sampling coordinates of what has the gradient slopes (n, n_params) by z."""
-        found = np.ascontiguousarray(slopes.T)
-        pull_back_at(np.ascontiguousarray(z.T), found, *self.packed)
-        return found.T
+        result = np.ascontiguousarray(slopes.T)
+        pull_back_at(np.ascontiguousarray(z.T), result, *self.packed)
+        return result.T
 
     def scaled(self, z: np.ndarray) -> np.ndarray:
         """Whitened coordinates z (n, n_params) in the scaled coordinates x."""

@@ -49,7 +49,7 @@ class Moments:
     tail_ess: float  # smallest of the parameters
 
     @classmethod
-    def of(cls, chain: np.ndarray) -> "Moments":
+    def of_chain(cls, chain: np.ndarray) -> "Moments":
         """The moments of independent chains (n_chains, n_draws, n_params)."""
         walkers = np.asarray(chain)[:, :, None]
         flat = walkers.reshape(-1, walkers.shape[-1])

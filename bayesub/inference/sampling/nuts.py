@@ -177,7 +177,7 @@ def cross_check(
     InputError : if nutpie is not installed
     """
     chain, counts = sample_nuts(problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress)
-    return compare(posterior, Moments.of(chain), **counts)
+    return compare(posterior, Moments.of_chain(chain), **counts)
 
 
 def compare(

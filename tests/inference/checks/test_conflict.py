@@ -52,7 +52,7 @@ def test_right_priors_are_called_into_question_as_often_as_intended(kind, study,
     """With truths of the prior: one in a hundred, and probabilities that are uniform."""
     prior = PRIORS[kind]
     found = [find_conflict(prior, study(prior, truth), NAMES) for truth in prior.sample(rng, N_STUDIES)]
-    assert sum(conflict.found for conflict in found) <= stats.binom.isf(0.001, N_STUDIES, FALSE_ALARMS)
+    assert sum(conflict.disagree for conflict in found) <= stats.binom.isf(0.001, N_STUDIES, FALSE_ALARMS)
     assert stats.kstest([conflict.probability for conflict in found], "uniform").pvalue > 0.001
 
 
@@ -60,21 +60,21 @@ def test_what_is_wrong_is_named_and_nothing_else(study):
     """A coefficient whose guess has the wrong sign is named; those that the data do not see never are."""
     prior = Normal(np.ones(N_PARAMS), np.full(N_PARAMS, 0.25))
     truth = np.ones(N_PARAMS)
-    assert not find_conflict(prior, study(prior, truth, mixed=False), NAMES).found
+    assert not find_conflict(prior, study(prior, truth, mixed=False), NAMES).disagree
     truth[1] = -1.0
     conflict = find_conflict(prior, study(prior, truth, mixed=False), NAMES)
     assert list(conflict.named) == ["b"]
     stiff = 0.25 * STIFFNESS[1]  # an error of eight prior sds, and noise of this share of one
     assert conflict.named["b"] == pytest.approx(-8.0 * stiff / np.sqrt(1 + stiff**2), abs=4 / np.sqrt(1 + stiff**2))
     truth[[1, 7]] = 1.0, -1.0
-    assert not find_conflict(prior, study(prior, truth, mixed=False), NAMES).found
+    assert not find_conflict(prior, study(prior, truth, mixed=False), NAMES).disagree
 
 
 def test_many_small_errors_are_found_together(study):
     """Each within what one prior allows, and all of them together far beyond."""
     prior = Normal(np.zeros(N_PARAMS), np.ones(N_PARAMS))
     conflict = find_conflict(prior, study(prior, np.where(STIFFNESS > 2.0, 2.7, 0.0), mixed=False), NAMES)
-    assert conflict.found
+    assert conflict.disagree
     assert not conflict.named
     assert conflict.probability < 0.5 * FALSE_ALARMS
 
