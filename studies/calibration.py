@@ -18,11 +18,11 @@ import numpy as np
 from scipy import stats
 
 import bayesub as bs
-from bayesub.inference.checks import calibration
 from bayesub.inference.sampling.posterior import Criteria
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.report import markdown
 from calibration import plots
+from thesis import calibration
 from thesis.prior_trials import PriorTrials
 
 # Quick: half a minute, because six posteriors are sampled of each of several kinds of trial.

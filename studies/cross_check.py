@@ -66,7 +66,7 @@ def by_nuts(case, free, n_draws, n_tune):
     """What NUTS has cost, and the moments of what it has drawn."""
     problem, rng = cases.trial(*case.split(), free=free), np.random.default_rng([cases.SEED, 1])
     chain, counts = sample_nuts(problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=N_CHAINS)
-    return counts, Moments.of(chain).arrays()
+    return counts, Moments.of_chain(chain).arrays()
 
 
 def compare(case, free, ess, arrays, counts):

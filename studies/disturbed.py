@@ -110,7 +110,7 @@ def cost(k):
         "seconds": posterior.seconds,
         "simulations": posterior.evaluations,
         "jacobians": posterior.jacobians,
-        "work_per_effective_sample": posterior.work_per_effective_sample,
+        "work_per_effective_sample": posterior.work / float(posterior.bulk_ess.min()),
         "longest_tau": float(posterior.tau.max()),
         "acceptance": posterior.acceptance,
     }

@@ -99,7 +99,7 @@ def approximate(guessed, names, rng):
         except ValueError:
             results[prior] = None
         else:
-            results[prior] = judged(draws, guessed.truth, INTERVAL) | {"conflict": conflict.found}
+            results[prior] = judged(draws, guessed.truth, INTERVAL) | {"conflict": conflict.disagree}
     return results
 
 

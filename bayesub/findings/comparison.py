@@ -10,7 +10,7 @@ import numpy as np
 from bayesub.findings import derived
 from bayesub.findings.predicted_trial import PredictedTrial
 from bayesub.findings.unseen import POSTERIOR
-from bayesub.inference.checks.distance import halves, hellinger, wasserstein
+from bayesub.inference.checks.normality import halves, hellinger, wasserstein
 from bayesub.inference.sampling import Posterior
 from bayesub.io.words import cell
 from bayesub.model.vehicles import Vehicle

@@ -29,7 +29,7 @@ def numbers(problem, posterior) -> dict:
     edges = np.sort([prior.quantiles(p) for p in _EDGES], axis=0)
     places = [names.index(name) for name in conflict.named]
     return {
-        "found": conflict.found,
+        "found": conflict.disagree,
         "named": [
             {
                 "name": names[k],

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from bayesub.inference.checks.explanations import Explanation
+from bayesub.inference.checks.discrepancy import Discrepancy
 from bayesub.logs import log_files
 from bayesub.problem.nuisance import CURRENTS
 
@@ -18,7 +18,7 @@ _NAMES = {
 }
 
 
-def sentence(explanations: Sequence[Explanation]) -> str:
+def sentence(explanations: Sequence[Discrepancy]) -> str:
     """What the residuals look like, by how much, and what to do; of explanations, best first and at least one."""
     best, *others = explanations
     if not others:
@@ -48,7 +48,7 @@ def _enumerated(names) -> str:
     return " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
 
 
-def lines(explanation: Explanation, problem) -> str:
+def lines(explanation: Discrepancy, problem) -> str:
     """The lines of a study file that infer what an explanation is about.
 
     Sections that the study has already are to be joined with them.

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayesub.findings import proposals
-from bayesub.inference.checks.explanations import Explanation, explanations
+from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
 from bayesub.inference.checks.fit import OUTLIER, Criticism, expected_outliers
 from bayesub.inference.sampling.sampler import SMOOTH
 from bayesub.logs import log_files
@@ -16,22 +16,22 @@ from bayesub.problem.nuisance import CURRENTS
 _LISTED = 6  # channels in a sentence
 
 
-def reasons(problem, criticism: Criticism, parameters: np.ndarray) -> list[Explanation]:
+def reasons(problem, criticism: Criticism, parameters: np.ndarray) -> list[Discrepancy]:
     """Why the residuals of a problem are correlated at parameters (n_params,), best first; empty if they are not."""
     if not any("correlated" in check.faults for check in criticism.suspects.values()):
         return []
     smooth = problem.smoothed(SMOOTH)
-    return explanations(LeftOut(smooth), smooth.prior.standard(parameters))
+    return find_discrepancies(LeftOut(smooth), smooth.prior.standard(parameters))
 
 
-def sentence(criticism: Criticism, problem, explained: Sequence[Explanation] = ()) -> str:
+def sentence(criticism: Criticism, problem, explained: Sequence[Discrepancy] = ()) -> str:
     """Whether the model of a problem fits, and if not what is wrong with which channels and what to do about it.
 
     Parameters
     ----------
     criticism : Criticism
     problem : Problem or JointProblem
-    explained : sequence of Explanation
+    explained : sequence of Discrepancy
         Of correlated residuals, best first.
     """
     if not criticism.checks:

@@ -9,8 +9,8 @@ import numpy as np
 from bayesub.findings import derived, disturbances, proposals, remedies, run_numbers, set_up, unseen
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
-from bayesub.inference.checks import jumps
-from bayesub.inference.checks.explanations import Explanation
+from bayesub.inference.checks import convergence
+from bayesub.inference.checks.discrepancy import Discrepancy
 from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.inference.identifiability import NullSpace, Spectrum, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
@@ -98,7 +98,7 @@ class Results:
         return criticise(self.residuals, self.times)
 
     @cached_property
-    def explanations(self) -> list[Explanation]:
+    def explanations(self) -> list[Discrepancy]:
         """Why residuals are correlated, best first; empty if they are not."""
         return remedies.reasons(self.problem, self.criticism, self.posterior.best)
 
@@ -132,9 +132,9 @@ def numbers_of(results: Results) -> dict:
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | run_numbers.sentences(numbers)
     numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
     if not results.posterior.converged:
-        jump = jumps.largest_jump(results.problem, results.posterior.draws, results.rng.spawn(1)[0])
+        jump = convergence.largest_jump(results.problem, results.posterior.draws, results.rng.spawn(1)[0])
         numbers["convergence"]["largest_jump"] = jump
-        if sentence := jumps.sentence(jump, numbers["step_s"]):
+        if sentence := convergence.jump_sentence(jump, numbers["step_s"]):
             numbers["verdict"]["jumps"] = sentence
     if results.check is not None:
         numbers["cross_check"] = results.check.to_json()

@@ -67,7 +67,7 @@ def collect(
         "null_contraction": summary.contraction_along(
             spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
         ).tolist(),
-        "normality": normality.of_posterior(summary.part(np.arange(n))).to_json(),
+        "normality": normality.posterior_normality(summary.part(np.arange(n))).to_json(),
         "trade_offs": coefficient_pairs,
         "nuisance_trade_offs": nuisance_pairs,
         "baselines": [_baseline(problem, estimate) for estimate in estimates],

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayesub.inference.checks.prior_sensitivity import SENSITIVE, noise, sensitivity
+from bayesub.inference.checks.conflict import SENSITIVE, sensitivity, sensitivity_noise
 
 DRAWS, FLOWN_DRAWS = 10_000, 2000  # at most; where the log likelihood needs simulations, of forces at knots
 PRIOR, LIKELIHOOD, BOTH = "prior", "likelihood", "both"
@@ -42,7 +42,8 @@ def power_scaling(problem, posterior, n_effective: np.ndarray) -> dict[str, np.n
     parts = {PRIOR: -0.5 * np.sum(prior.standard(others) ** 2, axis=1), LIKELIHOOD: log_likelihood}
     values = {name: sensitivity(others, part) for name, part in parts.items()}
     n_effective = np.minimum(n_effective, len(some))
-    large = {name: values[name] > np.maximum(SENSITIVE, 2.0 * noise(part, n_effective)) for name, part in parts.items()}
+    limits = {name: np.maximum(SENSITIVE, 2.0 * sensitivity_noise(part, n_effective)) for name, part in parts.items()}
+    large = {name: values[name] > limits[name] for name in parts}
     by_prior, by_data = large[PRIOR], large[LIKELIHOOD]
     words = np.select([by_prior & by_data, by_prior, by_data], [BOTH, PRIOR, LIKELIHOOD], "")
     return {f"{name}_sensitivity": value for name, value in values.items()} | {"hangs_on": words}

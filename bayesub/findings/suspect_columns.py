@@ -7,7 +7,7 @@ from operator import itemgetter
 import numpy as np
 
 from bayesub.inference.baselines import gauss_newton
-from bayesub.inference.checks.explanations import inner_products
+from bayesub.inference.checks.discrepancy import inner_products
 from bayesub.io.errors import InputError
 from bayesub.io.units import DEGREE, KNOT, TURN
 from bayesub.logs.log_files import HEADERS

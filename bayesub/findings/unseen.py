@@ -145,8 +145,8 @@ def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
     result["coverage"] = by_percent(posterior.coverage)
     result["worst"] = posterior.worst
     result["crps_over_prior"] = mean_ratio(posterior.crps, flown[PRIOR].crps) if PRIOR in flown else None
-    half_widths = posterior.of_channel(0.5 * np.diff(posterior.bands[0.9], axis=0)[0])
-    held = {p: posterior.of_channel(held) for p, held in posterior.held.items()}
+    half_widths = posterior.by_channel(0.5 * np.diff(posterior.bands[0.9], axis=0)[0])
+    held = {p: posterior.by_channel(held) for p, held in posterior.held.items()}
     for name in posterior.rms:
         column = log_files.HEADERS[problem.channels[name][0].quantity]
         factor = 1.0 / log_files.si_factor(column)

@@ -34,8 +34,21 @@ def parameter_vector(at: PointEstimate | ArrayLike) -> np.ndarray:
     return np.asarray(getattr(at, "values", at), dtype=float)
 
 
+class Standard(Protocol):
+    """What a search needs of a prior: coordinates in which it is standard normal."""
+
+    def parameters(self, t: np.ndarray) -> np.ndarray:
+        """Parameters (.., n_params) of standard normal coordinates t (.., n_params)."""
+
+    def standard(self, parameters: np.ndarray) -> np.ndarray:
+        """Standard normal coordinates of parameters (.., n_params); not finite outside the support."""
+
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Derivatives (n, n_params) by t, at t (n_params,), of what has the Jacobian (n, n_params) by parameters."""
+
+
 @runtime_checkable
-class InferencePrior(Protocol):
+class InferencePrior(Standard, Protocol):
     """The prior of all parameters of a problem."""
 
     @property
@@ -53,15 +66,6 @@ class InferencePrior(Protocol):
     def contraction(self, draws: np.ndarray) -> np.ndarray:
         """(n_params,) sd of posterior draws (n, n_params) over that of the prior with the scales that they say."""
 
-    def parameters(self, t: np.ndarray) -> np.ndarray:
-        """Parameters (.., n_params) of standard normal coordinates t (.., n_params)."""
-
-    def standard(self, parameters: np.ndarray) -> np.ndarray:
-        """Standard normal coordinates of parameters (.., n_params); not finite outside the support."""
-
-    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Derivatives (n, n_params) by t, at t (n_params,), of what has the Jacobian (n, n_params) by parameters."""
-
     def scaled(self, parameters: np.ndarray) -> np.ndarray:
         """Coordinates x (.., n_params) of parameters: as t, but linear in a uniform parameter."""
 
@@ -69,7 +73,7 @@ class InferencePrior(Protocol):
         """Parameters (.., n_params) of coordinates x."""
 
     def scaled_chain(self, jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """As :meth:`chain`, by x (n_params,)."""
+        """Derivatives (n, n_params) by x, at x (n_params,), of what has the Jacobian (n, n_params) by parameters."""
 
     def scaled_log_density(self, x: np.ndarray) -> np.ndarray:
         """(n_batch,) log densities in x (n_batch, n_params), up to a constant; -inf outside the support."""
@@ -148,7 +152,7 @@ class Searchable(Protocol):
         """Number of parameters."""
 
     @property
-    def prior(self) -> InferencePrior:
+    def prior(self) -> Standard:
         """The prior of the parameters."""
 
     @property
@@ -168,6 +172,10 @@ class Searchable(Protocol):
 @runtime_checkable
 class LeastSquares(Searchable, Protocol):
     """What a method needs that looks at residuals alone."""
+
+    @property
+    def prior(self) -> InferencePrior:
+        """The prior of the parameters."""
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_rows) residuals r at parameters (n_batch, n_params), not a number where the simulation failed.
@@ -235,7 +243,7 @@ class Sampled(Emulated, Protocol):
     def widened(self, scale: float) -> Self:
         """A view with noise that is `scale` times as large."""
 
-    def within(self, duration: float) -> Self:
+    def truncated(self, duration: float) -> Self:
         """A view of the first `duration` seconds of the record; the problem itself if there is no more of it."""
 
 

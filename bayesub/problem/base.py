@@ -82,7 +82,7 @@ class Viewed:
 
         return self.of_trials(change)
 
-    def within(self, duration: float) -> Self:
+    def truncated(self, duration: float) -> Self:
         """The same problem with the readings of the first `duration` seconds, for searches that lengthen the record.
 
         A channel without readings by then keeps its first. Nothing later is simulated.

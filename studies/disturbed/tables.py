@@ -5,9 +5,9 @@ from operator import itemgetter
 
 import numpy as np
 
-from bayesub.inference.checks import calibration
 from bayesub.report import markdown
 from disturbed import plots
+from thesis import calibration
 
 LIKELIHOODS = ("noise only", "slow noise", "filter error", "histories", "inferred")
 HONEST = ("histories", "inferred")

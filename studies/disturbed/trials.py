@@ -10,7 +10,6 @@ from scipy import special
 
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.checks.calibration import N_DRAWS
 from bayesub.inference.sampling.histories import marginal_mode, with_process
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.model.disturbance import CURRENTS, Disturbance, hull_force_rms
@@ -25,6 +24,7 @@ from bayesub.problem.problem import Problem
 from bayesub.sensors import observe
 from disturbed.filter_error import filter_error
 from disturbed.state_space import StateSpace
+from thesis.calibration import N_DRAWS
 
 DISTURBED = ("X", "Y", "N")
 FINER = 10  # steps of the truth in one of the fit
@@ -193,7 +193,7 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     coefficients : dict of str to float
         Where one search for the mode begins; the other begins in the middle of the prior.
     """
-    collapsed, centre, laplace = _marginal(problem, coefficients)
+    marginal, centre, laplace = _marginal(problem, coefficients)
     covariance = laplace
     draws, targets, proposals = [], [], []
     for n in range(_ROUNDS[1]):
@@ -202,7 +202,7 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
         tails = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (_DRAWS, 1)))
         x = centre + tails * (rng.standard_normal((_DRAWS, len(centre))) @ lower.T)
         draws.append(x)
-        targets.append(collapsed.log_likelihood(collapsed.prior.unscaled(x)) + collapsed.prior.scaled_log_density(x))
+        targets.append(marginal.log_likelihood(marginal.prior.unscaled(x)) + marginal.prior.scaled_log_density(x))
         x, target = np.concatenate(draws), np.concatenate(targets)
         ratios = target - special.logsumexp([_log_t(x, *proposal) for proposal in proposals], axis=0)
         weights = special.softmax(ratios)
@@ -213,11 +213,11 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
         centre = share * (weights @ x) + (1.0 - share) * centre
         covariance = share * (x - centre).T @ ((x - centre) * weights[:, None]) + (1.0 - share) * laplace
     n = problem.n_coefficients
-    parameters = collapsed.prior.unscaled(x)
+    parameters = marginal.prior.unscaled(x)
     means = weights @ parameters[:, :n]
     sds = np.sqrt(weights @ (parameters[:, :n] - means) ** 2)
     below = np.sum(weights[:, None] * (parameters[:, :n] < xi[problem.columns]), axis=0)
-    process = dict(zip(collapsed.names[n:], (weights @ parameters[:, n:]).tolist(), strict=True))
+    process = dict(zip(marginal.names[n:], (weights @ parameters[:, n:]).tolist(), strict=True))
     outcome = {"failed": effective < _TOO_FEW, "effective": effective, "process": process}
     return judged(problem, xi, means, sds, below) | outcome
 
@@ -230,22 +230,22 @@ def _log_t(x, centre, lower):
 
 def approximated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, float]) -> dict:
     """As :func:`integrated`, by the normal approximation about the marginal mode."""
-    collapsed, centre, laplace = _marginal(problem, coefficients)
+    marginal, centre, laplace = _marginal(problem, coefficients)
     n = problem.n_coefficients
-    means = collapsed.prior.unscaled(centre)[:n]
+    means = marginal.prior.unscaled(centre)[:n]
     sds = problem.coefficient_prior.sd * np.sqrt(np.diag(laplace))[:n]  # their prior is normal
     return judged(problem, xi, means, sds) | {"failed": False}
 
 
 def _marginal(problem, coefficients):
-    """The collapsed problem, its mode in scaled coordinates, and the covariance there."""
+    """The marginal problem, its mode in scaled coordinates, and the covariance there."""
     known = problem.with_wide_process()
     searches = [gauss_newton(known, start) for start in (with_histories(known, coefficients), None)]
     search = min(searches, key=lambda estimate: estimate.costs[0])
-    collapsed, mode = marginal_mode(problem, with_process(problem, search))
-    centre = collapsed.prior.scaled(mode)
-    jacobian = collapsed.prior.scaled_chain(collapsed.jacobian(mode), centre)
-    return collapsed, centre, np.linalg.inv(jacobian.T @ jacobian + np.eye(len(centre)))
+    marginal, mode = marginal_mode(problem, with_process(problem, search))
+    centre = marginal.prior.scaled(mode)
+    jacobian = marginal.prior.scaled_chain(marginal.jacobian(mode), centre)
+    return marginal, centre, np.linalg.inv(jacobian.T @ jacobian + np.eye(len(centre)))
 
 
 def filtered(problem: Problem, xi: np.ndarray, start: np.ndarray, rng: np.random.Generator) -> dict:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayesub.inference.baselines import gauss_newton
-from bayesub.inference.checks.cross_validation import TRUSTED, laplace, leave_one_out, reweighted
+from bayesub.inference.checks.prediction import laplace, leave_one_out
 from bayesub.inference.sampling import sample
 from bayesub.model.coefficients import NAMES, SUBPROBLEMS
 from bayesub.model.manoeuvres import load_manoeuvre
@@ -17,6 +17,7 @@ from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
 from bayesub.sensors import Track, observe
 from how_many_terms.needless_terms import Approximation, log_ratio_of_draws
+from how_many_terms.reweighting import TRUSTED, reweighted
 from thesis.cases import VEHICLES, unseen
 
 STEP = 1.0  # s, of truth and model, so that nothing but noise and terms makes a difference

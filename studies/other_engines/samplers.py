@@ -17,8 +17,7 @@ from scipy import special
 
 from bayesub.inference.checks import convergence
 from bayesub.inference.sampling import sample
-from bayesub.inference.sampling.effort import Effort
-from bayesub.inference.sampling.moments import Moments
+from bayesub.inference.sampling.moments import Effort, Moments
 from bayesub.inference.sampling.nuts import MOST_RHAT, compare, require_nutpie
 from bayesub.inference.sampling.posterior import STANDARD
 from bayesub.io.errors import InputError
@@ -120,7 +119,7 @@ def compared(problem: Problem, engines: dict[str, tuple[Callable, int, dict]], s
         if result[name]["to_target"] is not None:
             criteria = replace(STANDARD, ess=ess)
             longer = longer or sample(problem, rng=np.random.default_rng(seed), max_steps=MAX_STEPS, criteria=criteria)
-            check = compare(longer, Moments.of(draws.chain), engine=name)
+            check = compare(longer, Moments.of_chain(draws.chain), engine=name)
             result[name] |= {"verdict": check.verdict, "sentence": check.sentence}
     return result
 

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayesub.inference.baselines import gauss_newton, sqp
-from bayesub.inference.checks import calibration
 from bayesub.inference.sampling import sample
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulate import simulate
@@ -15,6 +14,7 @@ from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sensors import observe
 from richest.appraisal import SHARE, appraiser_of
+from thesis import calibration
 from thesis.cases import unseen
 
 PRIOR_SD = 0.25

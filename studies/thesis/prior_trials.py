@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from bayesub.inference.checks.calibration import prior_trajectory
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
 from bayesub.model.simulator import true_step
@@ -11,6 +10,7 @@ from bayesub.problem.likelihoods import Normal
 from bayesub.problem.priors import Spread
 from bayesub.problem.problem import Problem
 from bayesub.sensors import observe, unread
+from thesis.calibration import prior_trajectory
 
 
 class PriorTrials:

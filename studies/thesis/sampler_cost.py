@@ -75,7 +75,7 @@ def cost(posterior: Posterior) -> dict:
         "simulation_seconds": posterior.simulation_seconds,
         "ess": float(ess[worst]),
         "worst": posterior.names[worst],
-        "per_sample": posterior.work_per_effective_sample,
+        "per_sample": posterior.work / float(posterior.bulk_ess.min()),
         "tau": float(posterior.tau.max()),
         "rhat": float(posterior.rhat.max()),
         "acceptance": float(posterior.acceptance),

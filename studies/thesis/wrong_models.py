@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bayesub.inference.baselines import gauss_newton
-from bayesub.inference.checks.explanations import explanations
+from bayesub.inference.checks.discrepancy import find_discrepancies
 from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.model.coefficients import HORIZONTAL, INDEX
 from bayesub.model.disturbance import Disturbance, hull_force_rms
@@ -145,7 +145,7 @@ def proposals(problems, rng: np.random.Generator) -> dict:
             first[FITS if criticism.fits else UNCORRELATED] += 1
             continue
         began = time.perf_counter()
-        kinds = explanations(LeftOut(problem), problem.prior.standard(mode.values))
+        kinds = find_discrepancies(LeftOut(problem), problem.prior.standard(mode.values))
         seconds.append(time.perf_counter() - began)
         first[kinds[0].kind if kinds else NONE] += 1
         if len(kinds) > 1:

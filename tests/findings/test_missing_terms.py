@@ -134,10 +134,10 @@ def test_a_boat_that_lacks_a_term_has_it_named(missing, names):
     problem = bs.Problem(
         BOAT, spiral, record, free=free, prior=bs.priors.relative_normal(0.25), xi=xi, dt=0.4, disturbance=unknown
     )
-    collapsed, _ = marginal_mode(problem, gauss_newton(problem).values)
-    estimate = gauss_newton(collapsed)
-    others = estimate.values + rng.standard_normal((60, collapsed.n_params)) @ np.linalg.cholesky(estimate.covariance).T
-    _, draws = collapsed.density(problem, others, rng.standard_normal((60, collapsed.n_white)))
+    marginal, _ = marginal_mode(problem, gauss_newton(problem).values)
+    estimate = gauss_newton(marginal)
+    others = estimate.values + rng.standard_normal((60, marginal.n_params)) @ np.linalg.cholesky(estimate.covariance).T
+    _, draws = marginal.density(problem, others, rng.standard_normal((60, len(marginal.white))))
     found = missing_terms.followed(missing_terms.scores(problem, draws[np.isfinite(draws).all(axis=1)]))
     assert names <= {c.term.name for one in found for c in one.candidates if c.term}
     assert bool(found) == bool(names)

@@ -10,7 +10,7 @@ import bayesub as bs
 from bayesub.findings import proposals
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import gauss_newton
-from bayesub.inference.checks.explanations import Explanation, explanations
+from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
 from bayesub.inference.checks.fit import criticise
 from bayesub.inference.sampling.histories import marginal_mode
 from bayesub.problem.alternatives import LeftOut
@@ -36,8 +36,8 @@ def fitted(problem, rng):
     """Quantile residuals at a draw of the Laplace approximation, judged; and the mode."""
     mode = gauss_newton(problem)
     if problem.histories:  # given the others the forces are almost normal, with them they are not
-        collapsed, others = marginal_mode(problem, mode.values)
-        _, (draw,) = collapsed.density(problem, others[None], rng.standard_normal((1, collapsed.n_white)))
+        marginal, others = marginal_mode(problem, mode.values)
+        _, (draw,) = marginal.density(problem, others[None], rng.standard_normal((1, len(marginal.white))))
     else:
         draw = mode.values + np.linalg.cholesky(mode.covariance) @ rng.standard_normal(problem.n_params)
     residuals = problem.quantile_residuals(draw, rng)
@@ -59,7 +59,7 @@ def test_the_lines_are_read_and_the_model_then_fits(made, kind, line, tmp_path, 
     problem = posed(tmp_path / "first.toml", text)
     criticism, mode = fitted(problem, rng)
     assert not criticism.fits
-    best, *others = explanations(LeftOut(problem), problem.prior.standard(mode))
+    best, *others = find_discrepancies(LeftOut(problem), problem.prior.standard(mode))
     assert best.kind == kind
     lines = proposals.lines(best, problem)
     assert line in lines
@@ -72,8 +72,8 @@ def test_the_lines_are_read_and_the_model_then_fits(made, kind, line, tmp_path, 
 
 def test_a_coefficient_is_freed_and_slow_noise_is_given(tmp_path):
     problem = posed(tmp_path / "first.toml", study() + FREE)
-    freed = proposals.lines(Explanation("coefficient", {"Xuu": 0.1, "Yuu_dr": 0.1}, {}, 50.0), problem)
-    slow = proposals.lines(Explanation("slow noise", {"x": 2.0, "yaw": 1.0}, {"x": 4.0, "yaw": 9.0}, 50.0), problem)
+    freed = proposals.lines(Discrepancy("coefficient", {"Xuu": 0.1, "Yuu_dr": 0.1}, {}, 50.0), problem)
+    slow = proposals.lines(Discrepancy("slow noise", {"x": 2.0, "yaw": 1.0}, {"x": 4.0, "yaw": 9.0}, 50.0), problem)
     again = posed(tmp_path / "again.toml", study() + f"{freed}\n{slow}\n")
     assert set(again.names) == {*problem.names, "Yuu_dr"}
     noises = {name: noise for name, (_, noise) in again.channels.items()}
@@ -83,9 +83,9 @@ def test_a_coefficient_is_freed_and_slow_noise_is_given(tmp_path):
 
 
 def test_sentences_name_the_second_where_it_is_near():
-    forces = Explanation("disturbance", {"X": 1e-5, "Y": 2e-5, "N": 1e-6}, dict.fromkeys("XYN", 4.0), 80.0)
-    slow = Explanation("slow noise", {"x": 1.5}, {"x": 4.0}, 45.0)
-    near = Explanation("coefficient", {"Xuu": 0.1}, {}, 78.0)
+    forces = Discrepancy("disturbance", {"X": 1e-5, "Y": 2e-5, "N": 1e-6}, dict.fromkeys("XYN", 4.0), 80.0)
+    slow = Discrepancy("slow noise", {"x": 1.5}, {"x": 4.0}, 45.0)
+    near = Discrepancy("coefficient", {"Xuu": 0.1}, {}, 78.0)
     assert "forces on X, Y and N were missing (35 nats better than slow sensors)" in proposals.sentence([forces, slow])
     assert "nearly as well (2 nats less) as if Xuu were held" in proposals.sentence([forces, near, slow])
     assert "(45 nats better than by their noise)" in proposals.sentence([slow])
@@ -102,7 +102,7 @@ def test_several_trials_share_the_process_and_biases_are_of_each(tmp_path):
     first, second = np.vsplit(about.forces["X"], 2)
     np.testing.assert_allclose(first[:, :n], second[:, n:], rtol=1e-9, atol=1e-12)
     assert not first[:, n:].any()
-    assert explanations(LeftOut(joint), joint.prior.standard(mode))[0].kind == "disturbance"
+    assert find_discrepancies(LeftOut(joint), joint.prior.standard(mode))[0].kind == "disturbance"
 
 
 def test_columns_are_derivatives_of_the_residuals(tmp_path):

@@ -14,7 +14,7 @@ NUISANCE = {"sd_x_m": log_normal(0.5, 0.7), "bias_yaw_deg": normal(0.5, 0.3)}
 DISTURBANCE = UnknownDisturbance(("X", "N"), {"X": log_normal(1e-4, 0.7), "N": 1e-5}, 60.0, knot_interval_s=200.0)
 CHANGES = {
     "wider": lambda one: one.widened(2.0),
-    "shorter": lambda one: one.within(300.0),
+    "shorter": lambda one: one.truncated(300.0),
     "smooth": lambda one: one.smoothed(0.1),
     "wide process": lambda one: one.with_wide_process(),
     "plain": lambda one: one.searchable(),
@@ -63,7 +63,7 @@ def test_inferred_noise_stays_as_wide_as_it_was_made(problem, second):
 def test_a_longer_noise_is_another_likelihood(problem):
     """What these tests compare is no constant: without the widening the inferred noise of a part fits otherwise."""
     values = problem.prior.parameters(np.zeros((1, problem.n_params)))
-    wide, plain = problem.widened(2.0).within(300.0), problem.within(300.0)
+    wide, plain = problem.widened(2.0).truncated(300.0), problem.truncated(300.0)
     assert wide.log_likelihoods(values)["x"] != plain.log_likelihoods(values)["x"]
     assert wide.widening == 2.0
     assert wide.costs is problem.costs
@@ -71,5 +71,5 @@ def test_a_longer_noise_is_another_likelihood(problem):
 
 def test_a_joint_problem_of_which_no_trial_changes_is_itself(problem):
     joint = bs.JointProblem({"a": problem})
-    assert joint.within(joint.duration) is joint
+    assert joint.truncated(joint.duration) is joint
     assert joint.widened(2.0) is not joint

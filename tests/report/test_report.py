@@ -14,8 +14,8 @@ from bayesub.findings import conflicts, remedies, run_numbers
 from bayesub.findings.results import PREDICTIVE_DRAWS, Results, numbers_of
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.checks import convergence
 from bayesub.inference.checks import fit as criticism
-from bayesub.inference.checks import jumps
 from bayesub.io.words import powers
 from bayesub.plots import fit as criticism_plot
 from bayesub.plots import ranks
@@ -411,7 +411,7 @@ def test_units_are_where_values_are(problem, numbers, page):
 @pytest.mark.parametrize(("jump", "said"), [(4.0, True), (0.0, False)])
 def test_a_posterior_that_has_not_converged_says_why_if_its_density_jumps(results, jump, said, monkeypatch):
     """With steps to try; of one that converges nothing is asked."""
-    monkeypatch.setattr(jumps, "largest_jump", lambda *_: jump)
+    monkeypatch.setattr(convergence, "largest_jump", lambda *_: jump)
     short = dataclasses.replace(results.posterior, criteria=bs.Criteria(ess=1e9))
     unfinished = dataclasses.replace(results, posterior=short, rng=np.random.default_rng(1))
     numbers = numbers_of(unfinished) | {"name": "spiral", "question": "Is it?", "seconds": {"sampling": 1.0}}

@@ -62,9 +62,9 @@ def test_costs_are_counted_and_the_first_draws_that_suffice_cost_less(drawn):
 def test_its_posterior_agrees_with_ours_and_a_shifted_one_does_not(drawn):
     problem, _, draws = drawn
     ours = bs.sample(toy(), rng=np.random.default_rng(4))
-    assert nuts.compare(ours, Moments.of(draws.chain), engine="it").verdict == "agree"
+    assert nuts.compare(ours, Moments.of_chain(draws.chain), engine="it").verdict == "agree"
     shifted = draws.chain + 0.4 * np.sqrt(np.diag(problem.covariance))
-    moved = nuts.compare(ours, Moments.of(shifted), engine="it")
+    moved = nuts.compare(ours, Moments.of_chain(shifted), engine="it")
     assert moved.verdict == "disagree"
     assert moved.sentence.startswith("it disagrees beyond Monte Carlo error")
 

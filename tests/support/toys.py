@@ -58,7 +58,7 @@ class Toy:
     def smoothed(self, _):
         return self
 
-    def within(self, _):
+    def truncated(self, _):
         return self
 
     def widened(self, scale):

@@ -6,12 +6,11 @@ Those on the equations of motion take linear systems, one an axis: :func:`linear
 end in local modes, :func:`continuation`.
 """
 
-from bayesub.inference.baselines.continuation import continuation
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.gauss_newton import gauss_newton
 from bayesub.inference.baselines.linear_least_squares import linear_least_squares, total_least_squares
 from bayesub.inference.baselines.linear_programme import linear_programme
-from bayesub.inference.baselines.posterior_mode import posterior_mode
+from bayesub.inference.baselines.posterior_mode import continuation, posterior_mode
 from bayesub.inference.baselines.sqp import sqp
 from bayesub.inference.baselines.trust_region import trust_region
 

@@ -1,13 +1,13 @@
 """Least squares on the equations of motion (thesis section 9.4), axis by axis, by singular values."""
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
 
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.baselines.scaled_axis import estimate, scaled
 from bayesub.inference.interface import LinearForm
 
 
@@ -102,7 +102,7 @@ def _mixed_total_least_squares(matrix, load, sizes):
     exact = sizes[:-1] == 0.0
     order = np.concatenate([np.flatnonzero(exact), np.flatnonzero(~exact)])
     n_exact = int(exact.sum())
-    triangle = np.linalg.qr(np.column_stack([matrix[:, order], load]), mode="r")
+    triangle = np.asarray(np.linalg.qr(np.column_stack([matrix[:, order], load]), mode="r"))
     scales = sizes[[*order[n_exact:], len(order)]]
     _, s, vt = np.linalg.svd(triangle[n_exact:, n_exact:] / scales)
     direction = vt[-1] / scales
@@ -111,3 +111,69 @@ def _mixed_total_least_squares(matrix, load, sizes):
     solution = np.empty(len(order))
     solution[order] = np.concatenate([linalg.solve_triangular(triangle[:n_exact, :n_exact], right), noisy])
     return solution, s[-1] / s[-2] if len(s) > 1 else 0.0
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """``matrix @ ((xi - centre) * lengths) = load`` for the coefficients of an axis that are not held."""
+
+    axis: str  # such as "X"
+    names: tuple[str, ...]  # the n_columns coefficients
+    matrix: np.ndarray  # (n_samples, n_columns) with columns of unit length
+    lengths: np.ndarray  # (n_columns,) of the original columns, N or N m
+    centre: np.ndarray  # (n_columns,) the guess
+    load: np.ndarray  # (n_samples,) what the guess leaves unexplained, N or N m
+    load_norm: float  # length of the original load
+
+    def coefficients(self, scaled: np.ndarray) -> np.ndarray:
+        """(n_columns,) coefficients at a scaled offset from the guess."""
+        return self.centre + scaled / self.lengths
+
+
+def scaled(systems: Mapping[str, LinearForm], guess: dict[str, float], held: Iterable[str] = ()) -> list[Scaled]:
+    """Each axis of the linear form with the coefficients named in `held` kept at their guess.
+
+    Solving for the difference from a guess loses fewer digits than solving for the coefficients. Axes all of whose
+    coefficients are held are left out.
+    """
+    forms = []
+    for system in systems.values():
+        free = ~np.isin(system.names, list(held))
+        if not free.any():
+            continue
+        values = np.array([guess[name] for name in system.names])
+        lengths = np.linalg.norm(system.matrix[:, free], axis=0)
+        forms.append(
+            Scaled(
+                axis=system.axis,
+                names=tuple(name for name, is_free in zip(system.names, free, strict=True) if is_free),
+                matrix=system.matrix[:, free] / lengths,
+                lengths=lengths,
+                centre=values[free],
+                load=system.load - system.matrix @ values,
+                load_norm=float(np.linalg.norm(system.load)),
+            )
+        )
+    return forms
+
+
+def estimate(
+    method: str,
+    forms: list[Scaled],
+    values: list[np.ndarray],
+    costs: Sequence[float | np.floating],
+    status: str,
+    covariance: np.ndarray | None,
+    began: float,
+) -> Estimate:
+    """The estimate from (n_columns,) values and a cost for each of the forms; `began` is the time of the start."""
+    return Estimate(
+        method=method,
+        names=tuple(name for form in forms for name in form.names),
+        solutions=np.concatenate(values)[None],
+        costs=np.array([max(costs)]),
+        statuses=(status,),
+        covariance=covariance,
+        evaluations=0,
+        seconds=time.perf_counter() - began,
+    )

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import optimize
 
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.baselines.scaled_axis import estimate, scaled
+from bayesub.inference.baselines.linear_least_squares import estimate, scaled
 from bayesub.inference.identifiability.linalg import complete_svd
 from bayesub.inference.interface import LinearForm
 from bayesub.io.errors import InputError
@@ -109,7 +109,12 @@ def _programme(form, values, load, bounds, constraints):
     back = unit * vt.T * reach / form.lengths[:, None]  # change of the coefficients per unknown of the programme
     one = np.ones((len(matrix), 1))
     rows, uppers = [np.hstack([matrix, -one]), np.hstack([-matrix, -one])], [load, -load]
-    for weights, upper in _limits(form.names, bounds, constraints):
+    # Weights (n_columns,) of a sum of coefficients, and its upper limit: of each constraint and each bound.
+    limits = [(np.array([weights.get(name, 0.0) for name in form.names]), upper) for weights, upper in constraints]
+    for k, name in enumerate(form.names):
+        signed = zip((-1.0, 1.0), bounds.get(name, (None, None)), strict=True)
+        limits += [(sign * np.eye(len(form.names))[k], sign * limit) for sign, limit in signed if limit is not None]
+    for weights, upper in limits:
         row = weights @ back
         largest = np.abs(row).max()
         rows.append(np.append(row / largest, 0.0)[None])
@@ -128,13 +133,3 @@ def _programme(form, values, load, bounds, constraints):
         if result.status == _INFEASIBLE:
             break
     return result, None
-
-
-def _limits(names, bounds, constraints):
-    """Weights (n_columns,) and upper limit of the weighted sum of coefficients, of each constraint and each bound."""
-    for weights, upper in constraints:
-        yield np.array([weights.get(name, 0.0) for name in names]), upper
-    for k, name in enumerate(names):
-        for sign, limit in zip((-1.0, 1.0), bounds.get(name, (None, None)), strict=True):
-            if limit is not None:
-                yield sign * np.eye(len(names))[k], sign * limit

@@ -1,10 +1,20 @@
-"""The posterior mode, also where some channels say no more than an interval."""
+"""The posterior mode, also where some channels say no more than an interval, and for long records and unstable boats.
+
+*Continuation* follows the mode from the prior. With noise s times as large, and a large s, the posterior has one mode,
+near the prior; as s falls to one, its mode moves to that of the posterior, and each search starts where the one before
+has ended (Allgower & Georg 1990). If the noise is normal its likelihood is raised to the power 1/s^2 (Friel & Pettitt
+2008). To noise with heavy tails every reading is an outlier from afar, and none has a slope; with a large s all of them
+have (graduated non-convexity: Blake & Zisserman 1987). The record is lengthened as well: the first search is with an
+eighth of it, or less where the boat does not complete that, and the part doubles.
+
+On an unstable ship and a zig-zag of forty minutes, with guesses 70 % off, Gauss-Newton from the middle of the prior
+ends at a deviance of 2507 a reading, and continuation at 1.02, with 73 Jacobians.
+"""
 
 from dataclasses import replace
 
 import numpy as np
 
-from bayesub.inference.baselines.continuation import continuation, followed
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.gauss_newton import gauss_newton
 from bayesub.inference.interface import Sampled
@@ -14,6 +24,12 @@ SHARES = (0.1, 0.03, 0.01, 0.003, 0.001)  # sd of what smooths the ends of an in
 _SEARCHES = 12  # from draws of the prior at most
 _SAME = 0.05  # difference of costs for each parameter that is none: posterior draws cost one more for each
 _MISFIT = 2.0  # mean square of the residuals, one of a mode that fits, from which a mode is not trusted
+METHOD = "posterior mode by continuation"
+_FALL = 2.0  # of the scale of the noise from one search to the next
+_NO_FALL = 1e-3  # of the deviance a row
+_NEAR_MODE = 0.1  # posterior standard deviations from the mode of a search, where the next begins
+_HALVINGS, _MOST_HALVINGS = 3, 7  # of the record before the first search, and where that is not completed
+_LAST = 200  # iterations of the last search
 
 
 def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
@@ -24,7 +40,7 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     velocity a density jumps a little from step to step, and has a mode on each. If the noise has heavy tails, each
     follows the mode from noise as large as the misfit of its start. Where none has, where the best of them fits badly
     or where no simulation completes the record, the mode is followed from large noise
-    (:func:`bayesub.inference.baselines.continuation.continuation`), and the better of both is taken.
+    (:func:`bayesub.inference.baselines.continuation`), and the better of both is taken.
 
     Readings that are rounded and have no noise only say in which interval the prediction lies. The search then smooths
     the ends of the intervals, less and less until all predictions are inside.
@@ -43,13 +59,15 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     InputError : if no mode is found: no simulation completes the record, or no parameters that the prior admits make
         every reading where there is no noise
     """
-    mode, before = None, (problem.costs.simulations, problem.costs.jacobians)
+    mode: Estimate | None = None
+    before = (problem.costs.simulations, problem.costs.jacobians)
     for share in SHARES:
         smooth = problem.smoothed(share)
         mode = _lowest(smooth, rng) if mode is None else gauss_newton(smooth, mode.values)
         if np.isfinite(problem.log_likelihood(mode.values)[0]):
             costs = problem.costs
             return replace(mode, evaluations=costs.simulations - before[0], jacobians=costs.jacobians - before[1])
+    assert mode is not None
     parts = problem.log_likelihoods(mode.values)
     channels = [name for name, part in parts.items() if not np.isfinite(part[0])]
     raise InputError(
@@ -63,7 +81,7 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
 def _lowest(problem, rng) -> Estimate:
     """The best of the searches until two have ended there, or, where that is not to be trusted, of continuation."""
     best, agreed = _best_of_starts(problem, rng)
-    if agreed and np.mean(problem.misfit(best.values[None])[0] ** 2) < _MISFIT:
+    if best is not None and agreed and np.mean(problem.misfit(best.values[None])[0] ** 2) < _MISFIT:
         return best
     try:
         other = continuation(problem)
@@ -81,9 +99,9 @@ def _lowest(problem, rng) -> Estimate:
 
 def _best_of_starts(problem, rng) -> tuple[Estimate | None, bool]:
     """The best of the searches from the prior, None if no simulation completes the record; whether two agree on it."""
-    best = _searched(problem, None)
+    best = _search(problem, None)
     for start in problem.prior.sample(rng, _SEARCHES):
-        other = _searched(problem, start)
+        other = _search(problem, start)
         if best is None or other is None:
             best = best or other
             continue
@@ -93,11 +111,78 @@ def _best_of_starts(problem, rng) -> tuple[Estimate | None, bool]:
     return best, False
 
 
-def _searched(problem, start) -> Estimate | None:
+def _search(problem, start) -> Estimate | None:
     try:
         if not problem.heavy_tailed:
             return gauss_newton(problem, start)
         middle = problem.prior.parameters(np.zeros(problem.n_params))
-        return followed(problem, middle if start is None else start)
+        return follow_noise(problem, middle if start is None else start)
     except ValueError:  # the simulation fails there
         return None
+
+
+def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
+    """The posterior mode, followed from large noise and a short record to those of the problem.
+
+    Parameters
+    ----------
+    problem : one that is itself within any duration has its whole record in all searches
+    start : (n_params,) by default the middle of the prior
+
+    Returns
+    -------
+    Estimate
+        Of the last search; its costs are those of all searches.
+
+    Raises
+    ------
+    ValueError
+        If the simulation fails at the start even on the shortest part of the record.
+    """
+    before = problem.costs.simulations, problem.costs.jacobians
+    values = problem.prior.parameters(np.zeros(problem.n_params)) if start is None else np.asarray(start)
+    seconds = 0.0
+    for part in _parts(problem, values):
+        estimate = follow_noise(part, values, max_iterations=_LAST if part is problem else 60)
+        values, seconds = estimate.values, seconds + estimate.seconds
+    simulations, jacobians = problem.costs.simulations - before[0], problem.costs.jacobians - before[1]
+    return replace(estimate, method=METHOD, evaluations=simulations, jacobians=jacobians, seconds=seconds)
+
+
+def follow_noise(problem: Sampled, start: np.ndarray, *, max_iterations: int = 60) -> Estimate:
+    """The posterior mode, followed from noise with which the start (n_params,) would fit, with the seconds of all.
+
+    The last search, with the noise of the problem, has `max_iterations`. A ValueError says that the simulation fails at
+    the start.
+    """
+    scales, misfit, fall = [1.0], _deviance_a_row(problem, start), np.inf
+    while 1.0 < misfit < np.inf and fall > _NO_FALL:  # some noise is as large as the errors are, and falls no more
+        scales.insert(0, _FALL * scales[0])
+        before, misfit = misfit, _deviance_a_row(problem.widened(scales[0]), start)
+        fall = before - misfit
+    values, seconds = start, 0.0
+    for scale in scales:
+        if scale == 1.0:
+            estimate = gauss_newton(problem, values, max_iterations=max_iterations)
+        else:
+            estimate = gauss_newton(problem.widened(scale), values, tolerance=_NEAR_MODE)
+        values, seconds = estimate.values, seconds + estimate.seconds
+    return replace(estimate, seconds=seconds)
+
+
+def _parts(problem, values):
+    """The problem of parts of the record, each twice as long as the one before, from one that is completed."""
+    parts = [problem]
+    for halvings in range(1, _MOST_HALVINGS + 1):
+        if halvings > _HALVINGS and np.isfinite(_deviance_a_row(parts[0], values)):
+            break
+        part = problem.truncated(problem.duration / 2.0**halvings)
+        if part is problem:
+            break
+        parts.insert(0, part)
+    return parts
+
+
+def _deviance_a_row(problem, values) -> float:
+    residuals, (deviance,) = problem.misfit(values[None])
+    return deviance / residuals.shape[1]

@@ -1,6 +1,5 @@
 """Sequential quadratic programming on the track, the thesis's method (chapter 7), from random starts."""
 
-import warnings
 from collections.abc import Collection
 
 import numpy as np
@@ -13,15 +12,8 @@ from bayesub.io.errors import InputError
 
 _STEP = float(np.sqrt(np.finfo(float).eps))  # of forward differences, in unknowns of order one
 _LEAST = np.finfo(float).tiny  # the logarithm of a cost below it is round-off
-_OPTIONS = {
-    "SLSQP": lambda n: {"maxiter": n, "ftol": 1e-10},
-    "trust-constr": lambda n: {"maxiter": n, "xtol": 1e-10, "gtol": 1e-8, "initial_tr_radius": 0.1},
-}
-_REMEDIES = {
-    ("SLSQP", 8): "the gradient is round-off: use exact gradients",
-    ("SLSQP", 9): "raise max_iterations",
-    ("trust-constr", 0): "raise max_iterations",
-}
+_TOLERANCE = 1e-10  # change of the logarithm of the cost at which SLSQP stops
+_REMEDIES = {8: "the gradient is round-off: use exact gradients", 9: "raise max_iterations"}  # by status of SLSQP
 
 
 def sqp(
@@ -32,18 +24,17 @@ def sqp(
     n_starts: int = 5,
     start_spread: float = 0.10,
     bounds: float = 0.75,
-    algorithm: str = "SLSQP",
     gradients: str = "exact",
     tolerances: tuple[float, float] | None = None,
     max_iterations: int = 200,
     progress: Progress | None = None,
 ) -> Estimate:
-    """Minimise the logarithm of the sum of squared residuals from starts that advance side by side.
+    """Minimise the logarithm of the sum of squared residuals by SciPy's SLSQP, from starts that advance side by side.
 
     The unknowns are x_i = xi_i / guess_i with the prior mean as the guess, the starts are uniform within
     ``1 +- start_spread`` and the bounds ``1 +- bounds`` (thesis section 7.4). On the sum of squares itself SLSQP's line
     search fails at once, because it spans ten decades; its logarithm is what works. A simulation that fails costs
-    infinity: the line search steps back from it ten-fold, the trust region shrinks. With sensors whose standard
+    infinity: the line search steps back from it ten-fold. With sensors whose standard
     deviations are 1 m and 1 degree the sum of squares is the thesis's cost function (model manual, section 10).
 
     Parameters
@@ -56,7 +47,6 @@ def sqp(
     n_starts : number of starts
     start_spread : half width of the starts in the unknowns
     bounds : half width of the bounds in the unknowns
-    algorithm : SciPy's "SLSQP", or "trust-constr", which treats bounds by an interior-point method
     gradients : "exact" from the Jacobian of the problem, or "forward" differences as in the thesis
     tolerances : (parTol, funcTol) of the thesis, which had (0.1, 0.01): also stop when no unknown changes by parTol
         in an iteration and the gradient predicts a change of the cost below funcTol for it (section 7.2.2)
@@ -67,8 +57,6 @@ def sqp(
     -------
     Estimate, best solution first; the cost is the sum of squared residuals.
     """
-    if algorithm not in _OPTIONS:
-        raise InputError(f"unknown algorithm '{algorithm}': expected {' or '.join(_OPTIONS)}", "unknown", "algorithm")
     if gradients not in ("exact", "forward"):
         raise InputError(f"unknown gradients '{gradients}': expected exact or forward", "unknown", "gradients")
     unknowns = Normalised(problem, informed)
@@ -81,27 +69,24 @@ def sqp(
                 watch.objective,
                 start,
                 jac=watch.gradient,
-                method=algorithm,
+                method="SLSQP",
                 bounds=limits,
-                options=_OPTIONS[algorithm](max_iterations),
+                options={"maxiter": max_iterations, "ftol": _TOLERANCE},
             )
         except _Stop:
             return watch.best[1], "stopped by the tolerances"
-        remedy = _REMEDIES.get((algorithm, result.status))
+        remedy = _REMEDIES.get(result.status)
         return watch.best[1], f"{result.message.strip().rstrip('.')}{f'; {remedy}' if remedy else ''}"
 
     starts = unknowns.draw(rng, n_starts, start_spread)
-    with warnings.catch_warnings():
-        # trust-constr wonders at a gradient that does not change, which is what it gets at the bottom of the valley.
-        warnings.filterwarnings("ignore", "delta_grad == 0.0", UserWarning)
-        return search_from(
-            starts,
-            search,
-            lambda questions: _answers(unknowns, questions, gradients),
-            method="SQP" if algorithm == "SLSQP" else f"SQP, {algorithm}",
-            unknowns=unknowns,
-            progress=progress,
-        )
+    return search_from(
+        starts,
+        search,
+        lambda questions: _answer(unknowns, questions, gradients),
+        method="SQP",
+        unknowns=unknowns,
+        progress=progress,
+    )
 
 
 class _Stop(Exception):
@@ -117,15 +102,17 @@ class _Watch:
     def __init__(self, ask, tolerances, start):
         self.ask, self.tolerances = ask, tolerances
         self.best = (np.inf, start)
-        self.previous = None
+        self.previous: tuple[np.ndarray, np.ndarray] | None = None
 
-    def objective(self, x):
+    def objective(self, x: np.ndarray) -> float:
+        """The logarithm of the cost."""
         value, _ = self.ask((x.copy(), False))
         if value < self.best[0]:
             self.best = (value, x.copy())
         return value
 
-    def gradient(self, x):
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        """Its derivatives, or the end of the search by the rule of the thesis."""
         if self.tolerances is not None and self.previous is not None:
             step = x - self.previous[0]
             predicted = abs(self.previous[1] @ step)
@@ -136,11 +123,17 @@ class _Watch:
         return slope
 
 
-def _answers(unknowns, questions, gradients):
+def _answer(unknowns, questions, gradients):
     """Questions (x, wanted) -> ((logarithm of the cost, its gradient if wanted), effort)."""
     if gradients == "exact":
         values = unknowns.residuals(np.array([x for x, _ in questions]))
-        return [_exact(unknowns, x, r, wanted) for (x, wanted), r in zip(questions, values, strict=True)]
+        replies = []
+        for (x, wanted), residuals in zip(questions, values, strict=True):
+            cost = residuals @ residuals
+            finite, least = np.isfinite(cost), max(cost, _LEAST)
+            slope = 2.0 / least * (unknowns.jacobian(x).T @ residuals) if finite and wanted else np.zeros_like(x)
+            replies.append(((np.log(least) if finite else np.inf, slope), 2 if finite and wanted else 1))
+        return replies
     stencil = np.vstack([np.zeros(len(unknowns.guess)), _STEP * np.eye(len(unknowns.guess))])
     points = [x + stencil if wanted else x[None] for x, wanted in questions]
     logs = np.log(np.maximum(unknowns.costs(np.concatenate(points)), _LEAST))
@@ -150,13 +143,3 @@ def _answers(unknowns, questions, gradients):
         rise = np.where(np.isfinite(values[1:]), values[1:] - values[0], 0.0)
         replies.append(((values[0], rise / _STEP), len(values)))
     return replies
-
-
-def _exact(unknowns, x, residuals, wanted):
-    cost = residuals @ residuals
-    if not np.isfinite(cost):
-        return (np.inf, np.zeros_like(x)), 1
-    value = np.log(max(cost, _LEAST))
-    if not wanted:
-        return (value, None), 1
-    return (value, 2.0 / max(cost, _LEAST) * (unknowns.jacobian(x).T @ residuals)), 2

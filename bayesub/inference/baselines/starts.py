@@ -1,20 +1,26 @@
-"""What searches from random starts share: normalised unknowns, evaluation in batches and the estimate they make."""
+"""What searches from random starts share: normalised unknowns, evaluation in batches and the estimate they make.
 
+Searches advance side by side, so that one batch of simulations answers all of them.
+"""
+
+import queue
 import time
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.baselines.lockstep import together
-from bayesub.inference.interface import LeastSquares
+from bayesub.inference.interface import LeastSquares, Progress
 
 _CHUNK = 512  # simulations a batch: enough to fill the lanes, few enough to keep their readings in memory
 _INFORMED = 0.25  # change of the unknown of an informed parameter for an sd of its prior
 _DRAWS = 100  # times that starts are drawn again because their simulation fails
+_ENDED, _ABANDONED = object(), object()
 
 
 @dataclass(frozen=True)
@@ -73,20 +79,20 @@ class Normalised:
         residuals = self.problem.residuals(self.parameters(x))
         return np.hstack([residuals, self._standard(x)[:, self._positions]]) if self.informed else residuals
 
-    def residuals(self, x) -> np.ndarray:
+    def residuals(self, x: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings) residuals at x (n_batch, n_params), not a number where the simulation failed."""
         chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
         return np.concatenate([self._residuals(chunk) for chunk in chunks])
 
     @np.errstate(over="ignore", invalid="ignore")  # squares of what runs away
-    def costs(self, x) -> np.ndarray:
+    def costs(self, x: np.ndarray) -> np.ndarray:
         """(n_batch,) sums of squared residuals at x (n_batch, n_params), infinite where the simulation failed."""
         chunks = [x[first : first + _CHUNK] for first in range(0, len(x), _CHUNK)]
         # Row by row, so that the rounding of a sum does not depend on what else is in the batch.
         costs = [row @ row for chunk in chunks for row in self._residuals(chunk)]
         return np.where(np.isnan(costs), np.inf, costs)
 
-    def jacobian(self, x) -> np.ndarray:
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
         """(n_readings, n_params) derivatives of the residuals at x (n_params,)."""
         jacobian = self.problem.jacobian(self.parameters(x)) * self.scales(x)
         return np.vstack([jacobian, np.eye(len(x))[self._positions] / _INFORMED]) if self.informed else jacobian
@@ -105,17 +111,20 @@ class Normalised:
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")  # its threads wait for each other in busy loops
 @np.errstate(over="ignore", invalid="ignore")  # squares of what runs away
-def search_from(starts, search, answer, *, method: str, unknowns: Normalised, progress=None) -> Estimate:
-    """Search from every start (n_starts, n_params), side by side.
+def search_from(
+    starts: np.ndarray,
+    search: Callable[[np.ndarray, Callable], tuple[np.ndarray, str]],
+    answer: Callable[[list], list],
+    *,
+    method: str,
+    unknowns: Normalised,
+    progress: Progress | None = None,
+) -> Estimate:
+    """Search from every start (n_starts, n_params) in `unknowns`, side by side, by a method of that name.
 
-    Parameters
-    ----------
-    search : ``search(start, ask) -> (x, status)``
-    answer : function of the list of questions asked at the same time -> list of (answer, effort); a simulation or a
-        Jacobian is an effort of one
-    method : its name
-    unknowns : what the starts are in
-    progress : object with ``update(done, total, unit)``, called with the number of finished starts; or None
+    A search is ``search(start, ask) -> (x, status)``, and `answer` a function of the list of questions asked at the
+    same time -> list of (answer, effort); a simulation or a Jacobian is an effort of one. Progress is in finished
+    starts.
     """
     problem, began = unknowns.problem, time.perf_counter()
     before = problem.costs.simulations, problem.costs.jacobians
@@ -147,3 +156,54 @@ def search_from(starts, search, answer, *, method: str, unknowns: Normalised, pr
         starts=unknowns.parameters(starts[order]),
         efforts=efforts[order],
     )
+
+
+class Abandoned(Exception):
+    """The batch that a search waits for has failed."""
+
+
+def together(searches: Sequence[Callable], answer: Callable[[list], list], progress: Progress | None = None) -> list:
+    """Results of searches, run so that the questions of all are answered in batches.
+
+    Each search, ``search(ask) -> result`` with ``ask(question)`` returning an answer, has a thread. It waits at its
+    question until every other search has asked or ended; then one call of `answer`, with the questions in the order of
+    the searches, serves all of them. What a search does depends on its own questions and answers only, so if answers do
+    not depend on what else is in the batch, the result is that of running one search after the other. An exception in a
+    search is raised when the others have ended.
+    """
+    events: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
+    replies: list[queue.SimpleQueue[Any]] = [queue.SimpleQueue() for _ in searches]
+
+    def work(n):
+        def ask(question):
+            events.put((n, question))
+            reply = replies[n].get()
+            if reply is _ABANDONED:
+                raise Abandoned
+            return reply
+
+        return searches[n](ask)
+
+    def end(n, _):
+        events.put((n, _ENDED))
+
+    with ThreadPoolExecutor(max(1, len(searches))) as pool:
+        futures = [pool.submit(work, n) for n in range(len(searches))]
+        for n, future in enumerate(futures):
+            future.add_done_callback(partial(end, n))
+        n_live = len(searches)
+        try:
+            while n_live:
+                arrived = sorted((events.get() for _ in range(n_live)), key=lambda event: event[0])
+                waiting = [(n, question) for n, question in arrived if question is not _ENDED]
+                if len(waiting) < n_live and progress is not None:
+                    progress.update(len(searches) - len(waiting), len(searches), "starts")
+                n_live = len(waiting)
+                if waiting:
+                    numbers, questions = zip(*waiting, strict=True)
+                    for n, reply in zip(numbers, answer(list(questions)), strict=True):
+                        replies[n].put(reply)
+        finally:
+            for reply in replies:
+                reply.put(_ABANDONED)
+    return [future.result() for future in futures]

@@ -10,11 +10,11 @@ from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.starts import Normalised, search_from
 from bayesub.inference.identifiability.linalg import complete_svd
 from bayesub.inference.identifiability.null_space import null_space
-from bayesub.inference.interface import LeastSquares, Progress
+from bayesub.inference.interface import Identifiable, Progress
 
 
 def trust_region(
-    problem: LeastSquares,
+    problem: Identifiable,
     *,
     rng: np.random.Generator,
     informed: Collection[str] = (),

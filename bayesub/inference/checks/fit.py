@@ -44,28 +44,16 @@ _SPREAD_ERROR = 1.17  # standard error of the spread of normal residuals, times 
 
 @dataclass(frozen=True)
 class Check:
-    """The residuals of one channel.
+    """The residuals of one channel."""
 
-    Attributes
-    ----------
-    n_readings : of the channel
-    interval_s : between readings, the median one
-    chi_square_per_reading : mean over the draws
-    n_outliers : mean over the draws
-    spread : median size of the residuals over that of a standard normal, which a few outliers leave alone
-    correlations : (n_lags,) means over the draws, lag 1 first
-    p_values : discrepancy -> posterior predictive p-value
-    threshold : the p-value below which a discrepancy counts
-    """
-
-    n_readings: int
-    interval_s: float
-    chi_square_per_reading: float
-    n_outliers: float
-    spread: float
-    correlations: np.ndarray
-    p_values: dict[str, float]
-    threshold: float
+    n_readings: int  # of the channel
+    interval_s: float  # between readings, the median one
+    chi_square_per_reading: float  # mean over the draws
+    n_outliers: float  # mean over the draws
+    spread: float  # median size of the residuals over that of a standard normal, which a few outliers leave alone
+    correlations: np.ndarray  # (n_lags,) means over the draws, lag 1 first
+    p_values: dict[str, float]  # discrepancy -> posterior predictive p-value
+    threshold: float  # the p-value below which a discrepancy counts
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -172,14 +160,15 @@ def expected_outliers(n_readings: int, spread: float = 1.0) -> float:
     return n_readings * 2.0 * float(special.ndtr(-OUTLIER / spread)) if spread > 0 else 0.0
 
 
-def tail_probabilities(residuals, times) -> dict[str, np.ndarray]:
+def tail_probabilities(residuals: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:
     """Discrepancy -> (n_draws,) probability that standard normal residuals exceed that of residuals (n_draws, n)."""
     n = residuals.shape[1]
     sizes = np.abs(residuals)
     squares, largest = np.sum(sizes**2, axis=1), sizes.max(axis=1)
     outliers = np.sum(sizes > OUTLIER, axis=1)
+    more = special.chdtrc(n, squares)
     probabilities = {
-        "chi_square": _two_sided(special.chdtrc(n, squares)),
+        "chi_square": 2.0 * np.minimum(more, 1.0 - more),
         "largest": special.bdtrc(0.0, n, 2.0 * special.ndtr(-largest)),
         "outliers": special.bdtrc(outliers - 1.0, n, 2.0 * special.ndtr(-OUTLIER)),
         "anderson_darling": np.minimum(1.0, np.sqrt(3.0) * special.erfc(np.sqrt(anderson_darling(residuals)))),
@@ -194,13 +183,13 @@ def tail_probabilities(residuals, times) -> dict[str, np.ndarray]:
     return probabilities
 
 
-def slow_waves(times) -> np.ndarray:
+def slow_waves(times: np.ndarray) -> np.ndarray:
     """(n, n_waves) orthonormal functions of the times (n,) that span the slowest cosines, at most a fifth as many."""
     phases = (times - times[0]) / (times[-1] - times[0])
     return np.linalg.qr(np.cos(np.pi * np.outer(phases, np.arange(min(N_WAVES, len(times) // _READINGS)))))[0]
 
 
-def anderson_darling(residuals) -> np.ndarray:
+def anderson_darling(residuals: np.ndarray) -> np.ndarray:
     """(n_draws,) A^2 of residuals (n_draws, n) against the standard normal distribution."""
     ordered = np.sort(residuals, axis=1)
     n = ordered.shape[1]
@@ -208,7 +197,7 @@ def anderson_darling(residuals) -> np.ndarray:
     return -n - (special.log_ndtr(ordered) + special.log_ndtr(-ordered[:, ::-1])) @ weights
 
 
-def autocorrelations(residuals, times) -> tuple[np.ndarray, np.ndarray]:
+def autocorrelations(residuals: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Correlations (n_draws, n_lags) about zero of residuals (n_draws, n), and their variances (n_lags,).
 
     Lags are in median intervals of the ascending times (n,), at most a fifth as many as readings. With n_k pairs the
@@ -232,8 +221,3 @@ def _pairs(times, n_lags):
         if not within.any():
             return
         yield np.flatnonzero(within), later[within]
-
-
-def _two_sided(upper):
-    """P-value on both sides from the probability of more."""
-    return 2.0 * np.minimum(upper, 1.0 - upper)

@@ -9,14 +9,15 @@ of the readings on average, and 60 % of one log now and then. Replicated reading
 p-value is the share of them, and the log, whose errors are as large. It is uniform if the posterior is right.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.identifiability.linalg import complete_svd
-from bayesub.inference.interface import TrialInference
+from bayesub.inference.interface import Sampled, Searchable, TrialInference, TrialsInference
 
 N_DRAWS = 800
 INTERVALS = (0.5, 0.9)
@@ -25,6 +26,7 @@ LEAST_FLOWN = 20  # draws; of fewer there are no bands
 _ITERATIONS, _TOLERANCE = 30, 1e-2  # of searches; in posterior standard deviations
 _LONGEST = 1.0  # step of a coordinate, whose prior sd is one
 _SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends in searches
+N_DRAWS_LEFT_OUT = 400
 
 
 @dataclass(frozen=True)
@@ -33,25 +35,17 @@ class Prediction:
 
     Attributes
     ----------
-    slices : dict of str to slice
-        Channel -> its readings.
-    times : (n_readings,) array
-        s.
-    readings : (n_readings,) array
-        Measured values.
-    sds : (n_readings,) array
-        Of their noise.
-    predicted : (n_flown, n_readings) array
-        Noise-free readings of the draws whose simulation did not fail.
-    replicated : (n_flown, n_readings) array
-        Readings that these draws could have made.
-    n_failed : int
-        Draws whose simulation failed, which are left out.
-    warm_up : float
-        Readings until then are not judged, s.
+    slices : channel -> its readings
+    times : (n_readings,) s
+    readings : (n_readings,) measured values
+    sds : (n_readings,) of their noise
+    predicted : (n_flown, n_readings) noise-free readings of the draws whose simulation did not fail
+    replicated : (n_flown, n_readings) readings that these draws could have made
+    n_failed : draws whose simulation failed, which are left out
+    warm_up : readings until then are not judged, s
     """
 
-    slices: dict[str, slice]
+    slices: Mapping[str, slice]
     times: np.ndarray
     readings: np.ndarray
     sds: np.ndarray
@@ -95,7 +89,7 @@ class Prediction:
         """Probability -> share of the judged readings within their bands; the probability on average over many logs."""
         return {probability: float(held[self.judged].mean()) for probability, held in self.held.items()}
 
-    def of_channel(self, values: np.ndarray) -> dict[str, np.ndarray]:
+    def by_channel(self, values: np.ndarray) -> dict[str, np.ndarray]:
         """Channel -> (.., n) of values (.., n_readings) of those readings that are judged; channels that have any."""
         parts = {name: values[..., part][..., self.judged[part]] for name, part in self.slices.items()}
         return {name: part for name, part in parts.items() if part.shape[-1]}
@@ -103,7 +97,7 @@ class Prediction:
     @cached_property
     def rms(self) -> dict[str, float]:
         """Channel -> root mean square of readings less mean prediction."""
-        return {name: float(np.sqrt(np.mean(e**2))) for name, e in self.of_channel(self.readings - self.mean).items()}
+        return {name: float(np.sqrt(np.mean(e**2))) for name, e in self.by_channel(self.readings - self.mean).items()}
 
     @cached_property
     def crps(self) -> dict[str, float]:
@@ -112,8 +106,13 @@ class Prediction:
         It is E|y - r| - E|y - y'| / 2 of a reading r and independent predictive draws y and y' (Gneiting & Raftery
         2007), averaged over the readings; the absolute error, if all draws are the same.
         """
-        replicated, readings = self.of_channel(self.replicated), self.of_channel(self.readings)
-        return {name: float(_crps(replicated[name], readings[name]).mean()) for name in readings}
+        n, scores = len(self.replicated), {}
+        weights = (2.0 * np.arange(1, n + 1) - n - 1.0) / (n * (n - 1.0))  # of the mean of |y - y'| / 2 of all pairs
+        readings = self.by_channel(self.readings)
+        for name, draws in self.by_channel(self.replicated).items():
+            distances = np.abs(draws - readings[name]).mean(axis=0) - weights @ np.sort(draws, axis=0)
+            scores[name] = float(distances.mean())
+        return scores
 
     @cached_property
     def chi_square_per_reading(self) -> float:
@@ -136,7 +135,7 @@ class Prediction:
         sizes = np.abs(np.vstack([self.readings, self.replicated]) - self.predicted[:half].mean(axis=0))
         sizes /= 0.5 * (high - low)
         excess = {}
-        for name, part in self.of_channel(sizes).items():
+        for name, part in self.by_channel(sizes).items():
             of_log, *others = part.mean(axis=1)
             known = np.array(others[:half])
             excess[name] = (np.array([of_log, *others[half:]]) - known.mean()) / known.std()
@@ -190,16 +189,12 @@ def predict(
 
     Parameters
     ----------
-    problem : TrialInference
-        Of the trial.
-    parameters : (n, n_params) array
-        Draws, of a posterior that does not know the readings; those of `own` parameters are not used.
-    rng : numpy.random.Generator
-        Source of the own parameters and of the noise.
-    own : sequence of int
-        Positions of parameters of the trial that the draws do not know, independent of all others in the prior.
-    warm_up : float
-        Own parameters are drawn given the readings until then, s; given none of them if it is zero.
+    problem : of the trial
+    parameters : (n, n_params) draws, of a posterior that does not know the readings; those of `own` parameters are not
+        used
+    rng : source of the own parameters and of the noise
+    own : positions of parameters of the trial that the draws do not know, independent of all others in the prior
+    warm_up : own parameters are drawn given the readings until then, s; given none of them if it is zero
     """
     parameters = given_warm_up(problem, parameters, rng, own, warm_up)
     predicted = problem.predicted(parameters)
@@ -218,10 +213,10 @@ def given_warm_up(
     The steps of a search at the mean of the draws have a Jacobian each; the steps of the draws have the last of these
     in common. If the boat of the mean does not complete the log, own parameters are drawn from the prior.
     """
-    own, shocks = np.asarray(own, dtype=int), rng.standard_normal((len(parameters), len(own)))
-    warm = _WarmUp(problem.smoothed(_SMOOTH), own, np.flatnonzero(~_later(problem.times, warm_up)))
+    positions, shocks = np.asarray(own, dtype=int), rng.standard_normal((len(parameters), len(own)))
+    warm = _WarmUp(problem.smoothed(_SMOOTH), positions, np.flatnonzero(~_later(problem.times, warm_up)))
     centre, t = parameters.mean(axis=0)[None], np.zeros((1, len(own)))
-    if not (warm.early.size and own.size and np.isfinite(problem.predicted(centre)).all()):
+    if not (warm.early.size and positions.size and np.isfinite(problem.predicted(centre)).all()):
         return warm.placed(parameters, shocks)
     for _ in range(_ITERATIONS):
         svd = warm.jacobian_svd(centre, t)
@@ -248,21 +243,23 @@ class _WarmUp:
     own: np.ndarray
     early: np.ndarray
 
-    def placed(self, parameters, t) -> np.ndarray:
+    def placed(self, parameters: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Parameters (n, n_params) with own ones at t."""
         whole, result = np.zeros(parameters.shape), parameters.copy()
         whole[:, self.own] = t
         result[:, self.own] = self.problem.prior.parameters(whole)[:, self.own]
         return result
 
-    def jacobian_svd(self, centre, t):
+    def jacobian_svd(self, centre: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of the residuals by t (1, n_own)."""
         whole = np.zeros(centre.shape[1])
         whole[self.own] = t[0]
         jacobian = self.problem.jacobian(self.placed(centre, t)[0])[self.early]
         return complete_svd(self.problem.prior.chain(jacobian, whole)[:, self.own])
 
-    def improved(self, parameters, t, u, s, vt) -> tuple[np.ndarray, float]:
+    def improved(
+        self, parameters: np.ndarray, t: np.ndarray, u: np.ndarray, s: np.ndarray, vt: np.ndarray
+    ) -> tuple[np.ndarray, float]:
         """t after a Gauss-Newton step with a decomposed Jacobian, and the longest step in posterior sds."""
         residuals = self.problem.residuals(self.placed(parameters, t))[:, self.early]
         force = s * (residuals @ u) + t @ vt.T
@@ -283,15 +280,54 @@ def band(draws: np.ndarray, probability: float) -> np.ndarray:
     return np.quantile(draws, [tail, 1.0 - tail], axis=0)
 
 
-def _crps(draws, readings) -> np.ndarray:
-    """(n,) scores of readings (n,) by draws (n_draws, n), unbiased for draws without end."""
-    n = len(draws)
-    ordered = np.sort(draws, axis=0)
-    weights = (2.0 * np.arange(1, n + 1) - n - 1.0) / (n * (n - 1.0))  # of the mean of |y - y'| / 2 of all pairs
-    return np.abs(draws - readings).mean(axis=0) - weights @ ordered
-
-
 def chi_squares(errors: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """(n,) e'(I + A'A)^-1 e of errors e (n, n_readings) with A (n_draws, n_readings) the directions."""
     _, s, vt = np.linalg.svd(directions, full_matrices=False)
     return np.sum(errors**2, axis=1) - (errors @ vt.T) ** 2 @ (s**2 / (s**2 + 1.0))
+
+
+def leave_one_out(
+    joint: TrialsInference,
+    rng: np.random.Generator,
+    *,
+    draw: Callable[[Sampled, np.random.Generator, int], np.ndarray] | None = None,
+    n_draws: int = N_DRAWS_LEFT_OUT,
+) -> dict[str, Prediction]:
+    """Predict each trial of a :class:`bayesub.problem.joint.JointProblem` from the others.
+
+    Nuisance parameters that are the trial's own, and coefficients that no other trial has free, come from their prior.
+
+    Parameters
+    ----------
+    joint : of two trials or more
+    rng : source of the draws
+    draw : function of a problem, `rng` and a number n that returns (n, n_params) draws of its posterior; by default
+        :func:`laplace`, which is quick and, far along directions in which the posterior bends, too wide
+    n_draws : of each prediction
+
+    Returns
+    -------
+    dict of str to Prediction
+        By trial.
+    """
+    predictions = {}
+    for trial, problem in joint.problems.items():
+        others = joint.without(trial)
+        known = (draw or laplace)(others, rng, n_draws)
+        parameters = problem.prior.sample(rng, n_draws)
+        for k, name in enumerate(problem.names):
+            if name in others.names:
+                parameters[:, k] = known[:, others.names.index(name)]
+        predictions[trial] = predict(problem, parameters, rng)
+    return predictions
+
+
+def laplace(problem: Searchable, rng: np.random.Generator, n: int, start: np.ndarray | None = None) -> np.ndarray:
+    """(n, n_params) draws of the Laplace approximation at the mode, made where the prior is standard normal.
+
+    The mode is searched from `start` (n_params,), left out from the middle of the prior.
+    """
+    mode = gauss_newton(problem, start).values
+    t = problem.prior.standard(mode)
+    _, s, vt = complete_svd(problem.prior.chain(problem.jacobian(mode), t))
+    return problem.prior.parameters(t + (rng.standard_normal((n, len(t))) / np.sqrt(s**2 + 1.0)) @ vt)

@@ -1,13 +1,10 @@
 """What a manoeuvre can and cannot tell: null spaces of the linear form, and the spectrum of the Fisher information."""
 
-from bayesub.inference.identifiability.cancellation import Cancellation, cancellation
-from bayesub.inference.identifiability.collinearity import Collinearity, collinearity
-from bayesub.inference.identifiability.contribution import Contribution, contribution
+from bayesub.inference.identifiability.contribution import Cancellation, Contribution, cancellation, contribution
 from bayesub.inference.identifiability.fisher import Spectrum, fisher
-from bayesub.inference.identifiability.null_space import NullSpace, null_space
+from bayesub.inference.identifiability.null_space import NullSpace, Structure, null_space, structure
 from bayesub.inference.identifiability.profile import Profile, profile
-from bayesub.inference.identifiability.rank import AxisRank, held_fixed, rank
-from bayesub.inference.identifiability.structure import Structure, structure
+from bayesub.inference.identifiability.rank import AxisRank, Collinearity, collinearity, held_fixed, rank
 from bayesub.inference.interface import Identifiable, InferencePrior
 
 __all__ = [

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import optimize
 
-from bayesub.inference.identifiability.directions import null_basis, orthonormal, signed, split_svd
+from bayesub.inference.identifiability.linalg import null_basis, orthonormal, signed, split_svd
 from bayesub.inference.identifiability.null_space import null_vectors
 from bayesub.inference.interface import Identifiable, InferencePrior, PointEstimate, parameter_vector
 from bayesub.io.notebook import Displayed
@@ -113,22 +113,20 @@ class Spectrum(Displayed):
         -------
         (n_params,)
         """
+        assert self.values is not None, "a spectrum without values has no relative sds"
         wanted = (relative_sd * np.abs(self.values) / self.prior_sd) ** 2
         never = (self.directions[self._signal == 0.0] ** 2).sum(axis=0)
-        factors = np.where(wanted < 1.0, np.inf, 0.0)
+        factors, signal = np.where(wanted < 1.0, np.inf, 0.0), self._signal[self._signal > 0.0]
+
+        def excess(log_factor, k):
+            return np.log(self._with_prior(np.exp(log_factor))[k] / wanted[k])
+
         for k in np.flatnonzero((wanted < 1.0) & (never < wanted)):
-            factors[k] = np.exp(optimize.brentq(self._excess, *self._bracket(wanted[k], never[k]), (k, wanted[k])))
+            # Too small and too large: all directions as sharp as the stiffest, or the sloppiest.
+            low = np.log(np.sqrt(1.0 / wanted[k] - 1.0) / signal.max()) - 1e-9
+            high = np.log(np.sqrt(1.0 / (wanted[k] - never[k])) / signal.min()) + 1e-9
+            factors[k] = np.exp(optimize.brentq(excess, low, high, (k,)))
         return factors
-
-    def _excess(self, log_factor, k, wanted):
-        return np.log(self._with_prior(np.exp(log_factor))[k] / wanted)
-
-    def _bracket(self, wanted, never):
-        """Logarithms of factors too small and too large: all directions as sharp as the stiffest, or the sloppiest."""
-        signal = self._signal[self._signal > 0.0]
-        low = np.sqrt(1.0 / wanted - 1.0) / signal.max()
-        high = np.sqrt(1.0 / (wanted - never)) / signal.min()
-        return np.log(low) - 1e-9, np.log(high) + 1e-9
 
     def direction(self, i: int) -> dict[str, float]:
         """Direction i in names: coefficient -> prior standard deviations, largest entries first."""
@@ -168,16 +166,9 @@ def fisher(
 
 
 def correlation_factor(prior: InferencePrior, members: np.ndarray) -> np.ndarray:
-    """A factor L of the correlations L L' that the prior gives some parameters, at its middle.
+    """A factor L (n, n) of the correlations L L' that the prior gives parameters at positions `members`, at its middle.
 
-    Parameters
-    ----------
-    prior : whose other parameters are independent of these
-    members : (n,) positions of the parameters
-
-    Returns
-    -------
-    (n, n), the unit matrix if the prior has no correlations
+    The others are independent of these. It is the unit matrix if the prior has no correlations.
     """
     n = len(prior.mean)
     factor = prior.chain(np.eye(n)[members], np.zeros(n))[:, members]
@@ -187,17 +178,8 @@ def correlation_factor(prior: InferencePrior, members: np.ndarray) -> np.ndarray
 def integrated_out(by_others: np.ndarray, by_white: np.ndarray) -> np.ndarray:
     """Jacobian of the same information on some parameters if others, standard normal, are integrated out.
 
-    With A and B the derivatives by both, the information is ``A'A - A'B (B'B + 1)^-1 B'A``.
-
-    Parameters
-    ----------
-    by_others : (n_rows, n_others) array
-    by_white : (n_rows, n_white) array
-        By those that are integrated out.
-
-    Returns
-    -------
-    (n_rows + n_white, n_others) array
+    With A (n_rows, n_others) and B (n_rows, n_white) the derivatives by both, the information is
+    ``A'A - A'B (B'B + 1)^-1 B'A``, and the Jacobian (n_rows + n_white, n_others).
     """
     n_white = by_white.shape[1]
     basis = np.linalg.qr(np.vstack([by_white, np.eye(n_white)]))[0]

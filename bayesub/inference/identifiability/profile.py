@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
 
-from bayesub.inference.identifiability.directions import null_basis, orthonormal, split_svd
+from bayesub.inference.identifiability.linalg import null_basis, orthonormal, split_svd
 from bayesub.inference.identifiability.null_space import null_vectors
 from bayesub.inference.interface import Identifiable, PointEstimate, parameter_vector
 
@@ -97,7 +97,7 @@ def profile(
     for side in (-1, 1):
         t = best
         for i in sorted(np.flatnonzero(side * offsets >= 0), key=lambda i: abs(offsets[i])):
-            t, value = search.at(t, targets[i], reference)
+            t, value = search.best_at(t, targets[i], reference)
             if not np.isfinite(value):
                 break
             cost[i], path[i] = value - reference, problem.prior.mean + problem.prior.sd * t
@@ -111,20 +111,25 @@ class _Search:
         self.problem, self.k, self.prior = problem, k, prior
         self.others = np.delete(np.arange(problem.n_params), k)
         basis = null_basis(problem.names, null, problem.prior.sd)
-        self.null = _without(basis, k)
+        # The null directions of all that do not move coefficient k, as directions of the others.
+        self.null, column = np.delete(basis, k, axis=1), basis[:, k]
+        if np.any(column):
+            turn = np.linalg.qr(column[:, None], mode="complete")[0][:, 1:]
+            rows = turn.T @ self.null
+            self.null = orthonormal(rows) if len(rows) else rows
         # The shortest way along the null space that moves coefficient k by one.
         part = basis[:, k] @ basis[:, k]
         self.along = basis[:, k] @ basis / part if part > 0.0 else None
 
-    def residuals(self, t):
+    def residuals(self, t: np.ndarray) -> np.ndarray:
         residuals = self.problem.residuals(self.problem.prior.mean + self.problem.prior.sd * t)
         return np.hstack([residuals, t]) if self.prior else residuals
 
-    def jacobian(self, t):
+    def jacobian(self, t: np.ndarray) -> np.ndarray:
         jacobian = self.problem.jacobian(self.problem.prior.mean + self.problem.prior.sd * t) * self.problem.prior.sd
         return np.vstack([jacobian, np.eye(self.problem.n_params)]) if self.prior else jacobian
 
-    def cost(self, t):
+    def cost(self, t: np.ndarray) -> np.ndarray:
         residuals = self.residuals(t)
         cost = np.einsum("ij,ij->i", residuals, residuals)
         return np.where(np.isnan(cost), np.inf, cost)
@@ -137,13 +142,13 @@ class _Search:
         round-off, so long that the readings themselves are lost in the rounding of the parameters.
         """
         jacobian = self.jacobian(t)
-        rows = np.linalg.qr(np.column_stack([jacobian, self.residuals(t[None])[0]]), mode="r")
+        rows = np.asarray(np.linalg.qr(np.column_stack([jacobian, self.residuals(t[None])[0]]), mode="r"))
         u, s, vt = split_svd(rows[:, self.others], self.null)
         s = s[: len(s) - len(self.null)]
         informed = np.flatnonzero(s > len(jacobian) * np.finfo(float).eps * s.max(initial=0.0))
         return rows[:, -1], rows[:, self.k], u[:, informed], s[informed], vt[informed]
 
-    def curvature(self, t):
+    def curvature(self, t: np.ndarray) -> float:
         """Second derivative of the profile over two: what of the sensitivity the others cannot imitate, squared."""
         if self.along is not None:
             return 0.0
@@ -151,7 +156,7 @@ class _Search:
         rest = column - u @ (u.T @ column)
         return rest @ rest
 
-    def at(self, t, target, reference):
+    def best_at(self, t: np.ndarray, target: float, reference: float) -> tuple[np.ndarray, float]:
         """Best t with ``t[k] = target`` from a nearby best t, and its cost (infinite if no simulation completes).
 
         The search ends when little of the rise above the cost `reference` is left to gain.
@@ -178,14 +183,3 @@ class _Search:
             if gained < enough or np.sum((u.T @ residuals) ** 2) < enough:
                 break
         return t, cost
-
-
-def _without(basis, k):
-    """The null directions of all that do not move coefficient k, as directions of the others (n, n_params - 1)."""
-    others = np.delete(basis, k, axis=1)
-    column = basis[:, k]
-    if not np.any(column):
-        return others
-    turn = np.linalg.qr(column[:, None], mode="complete")[0][:, 1:]
-    rows = turn.T @ others
-    return orthonormal(rows) if len(rows) else rows

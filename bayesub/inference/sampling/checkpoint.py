@@ -12,8 +12,9 @@ import json
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,27 +26,9 @@ _DIGEST = hashlib.sha256().digest_size
 
 
 @dataclass
-class State:
-    """Everything that the next step depends on, and what the steps so far have cost.
+class Spent:
+    """What the steps so far have cost: attributes of the same names of :class:`bayesub.Posterior`."""
 
-    Attributes
-    ----------
-    coords : (n_all_walkers, n_params) sampling coordinates y
-    log_prob : (n_all_walkers,) log densities in y
-    random_state : of emcee's generator
-    accepted : proposals accepted in the kept steps
-    evaluations : simulations so far
-    seconds : wall time so far
-    failures : status -> simulations that ended so
-    jacobians : Jacobians so far
-    jacobian_price : simulations that a Jacobian is worth, measured when the run began
-    simulation_seconds : of the wall time that of simulations and Jacobians
-    """
-
-    coords: np.ndarray
-    log_prob: np.ndarray
-    random_state: tuple
-    accepted: int = 0
     evaluations: int = 0
     seconds: float = 0.0
     failures: dict[str, int] = field(default_factory=dict)
@@ -55,19 +38,23 @@ class State:
 
 
 @dataclass
+class State:
+    """Everything that the next step depends on, and what the steps so far have cost."""
+
+    coords: np.ndarray  # (n_all_walkers, n_params) sampling coordinates y
+    log_prob: np.ndarray  # (n_all_walkers,) log densities in y
+    random_state: Any  # of emcee's generator
+    spent: Spent  # so far
+    accepted: int = 0  # proposals accepted in the kept steps
+
+
+@dataclass
 class Block:
-    """Kept steps and the state after them.
+    """Kept steps and the state after them."""
 
-    Attributes
-    ----------
-    chain : (n_steps, n_all_walkers, n_params) parameters
-    log_prob : (n_steps, n_all_walkers) log densities in the sampling coordinates
-    state : after the last of these steps
-    """
-
-    chain: np.ndarray
-    log_prob: np.ndarray
-    state: State
+    chain: np.ndarray  # (n_steps, n_all_walkers, n_params) parameters
+    log_prob: np.ndarray  # (n_steps, n_all_walkers) log densities in the sampling coordinates
+    state: State  # after the last of these steps
 
 
 class Checkpoint:
@@ -102,8 +89,8 @@ class Checkpoint:
                 self._warn("its start is damaged: begun afresh")
             return None
         notes, arrays = start
-        for key, now in settings.items():
-            before = notes["settings"].get(key, "another")  # in a checkpoint of a former version
+        for key in settings | notes["settings"]:
+            before, now = notes["settings"].get(key, "another"), settings.get(key, "none")  # where one has no such key
             if before != now:
                 raise InputError(
                     f"{self.folder}: cannot be resumed: {key} was {before} and is now {now}; remove it to start afresh",
@@ -133,16 +120,7 @@ class Checkpoint:
 
     def _write(self, name, notes, arrays, state):
         generator, keys, position, has_gauss, gauss = state.random_state
-        notes |= {
-            "random": [generator, position, has_gauss, gauss],
-            "accepted": state.accepted,
-            "evaluations": state.evaluations,
-            "seconds": state.seconds,
-            "failures": state.failures,
-            "jacobians": state.jacobians,
-            "jacobian_price": state.jacobian_price,
-            "simulation_seconds": state.simulation_seconds,
-        }
+        notes |= {"random": [generator, position, has_gauss, gauss], "accepted": state.accepted} | vars(state.spent)
         content = io.BytesIO()
         np.savez(
             content, notes=json.dumps(notes), coords=state.coords, log_prob=state.log_prob, random_keys=keys, **arrays
@@ -177,18 +155,9 @@ class Checkpoint:
 
 def _state(notes, arrays) -> State:
     generator, position, has_gauss, gauss = notes["random"]
-    return State(
-        arrays["coords"],
-        arrays["log_prob"],
-        (generator, arrays["random_keys"], position, has_gauss, gauss),
-        notes["accepted"],
-        notes["evaluations"],
-        notes["seconds"],
-        notes["failures"],
-        notes["jacobians"],
-        notes["jacobian_price"],
-        notes["simulation_seconds"],
-    )
+    random_state = generator, arrays["random_keys"], position, has_gauss, gauss
+    spent = Spent(**{part.name: notes[part.name] for part in fields(Spent)})
+    return State(arrays["coords"], arrays["log_prob"], random_state, spent, notes["accepted"])
 
 
 @contextmanager

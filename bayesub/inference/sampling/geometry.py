@@ -21,23 +21,43 @@ is to N(0, I). (Triangular transport maps: Parno & Marzouk 2018.)
 of Constantine 2015, for what is not linear). Only these have squares and products in the polynomial.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from scipy import linalg
 
 from bayesub.inference.identifiability.linalg import complete_svd, varimax
-from bayesub.inference.sampling.bend import Bend, bent, packed, pull_back_at
+from bayesub.inference.interface import Emulated, InferencePrior, LeastSquares
 from bayesub.inference.sampling.moves import crank_nicolson
+from bayesub.inference.sampling.polynomial import (
+    PLACES,
+    PLAIN,
+    Polynomials,
+    add,
+    columns,
+    compiled,
+    copy,
+    fitted,
+    inline,
+    pullback_at,
+    put,
+    values_at,
+)
 
 _STIFF = 1.0  # singular value above which the data say more than the prior
 _DECADE = 10.0  # ratio of singular values within which coordinates do not bend one another
-# Change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic: at first, and in the end.
-_ACTIVE, _FINELY = 0.1, 0.04
-_MOST = 64  # active directions, with whose products a polynomial of the residuals has some 2700 terms
-_JACOBIANS = 16  # that show in which directions they change
-_STEPS, _SWEEPS = (0.1, 0.3, 1.0), 100  # of Crank-Nicolson from the mode to draws of the Laplace approximation
-_BLOCKS = 0.9  # of the sweeps move few coordinates, within walls
+_BEND_WORTH = 0.3  # of the sd of what is left, that products of a bend must explain
+# Change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic.
+_ACTIVE = 0.1  # at first
+_FINELY_ACTIVE = 0.04  # in the end
+_MOST_ACTIVE = 64  # directions, with whose products a polynomial of the residuals has some 2700 terms
+_JACOBIANS = 16  # that show in which directions they change; before 24
+# Of the Crank-Nicolson walk from the mode to draws of the Laplace approximation.
+_STEPS = (0.1, 0.3, 1.0)
+_SWEEPS = 100
+_BLOCKS = 0.9  # share of the sweeps that move few coordinates, within walls
 _FAR = 1e6  # prior sd; outside any bounds
 _STORED = ("mode", "singular_values", "basis", "active")
 
@@ -62,13 +82,22 @@ class Geometry:
     bends : one :class:`Bend` for each decade of stiff coordinates, stiffest first
     """
 
-    def __init__(self, prior, mode, singular_values, basis, active, bends=()):
+    def __init__(
+        self,
+        prior: InferencePrior,
+        mode: np.ndarray,
+        singular_values: np.ndarray,
+        basis: np.ndarray,
+        active: np.ndarray,
+        bends: Sequence["Bend"] = (),
+    ):
         self.prior, self.mode, self.singular_values, self.basis = prior, mode, singular_values, basis
-        self.active, self.bends, self._packed = np.ascontiguousarray(active), list(bends), None
+        self.active, self.bends = np.ascontiguousarray(active), list(bends)
+        self._packed: tuple[list[Bend], tuple[np.ndarray, ...]] | None = None
         self.changes = np.zeros((self.n_params, self.n_params))
 
     @classmethod
-    def whitened(cls, problem, mode) -> "Geometry":
+    def whitened(cls, problem: LeastSquares, mode: np.ndarray) -> "Geometry":
         """The map that whitens the posterior of a problem at its mode (n_params,) in parameters, without bends."""
         prior = problem.prior
         x = prior.scaled(np.asarray(mode, dtype=float))
@@ -84,16 +113,12 @@ class Geometry:
         return len(self.mode)
 
     @property
-    def _n_stiff(self) -> int:
-        return int(np.count_nonzero(self.singular_values > _STIFF))
-
-    @property
     def blocks(self) -> float:
         """Fraction of the sweeps in which a walker moves few coordinates: nine tenths within walls, none without."""
         far = np.full((1, self.n_params), _FAR)
         return 0.0 if np.isfinite(self.prior.scaled_log_density(far)).all() else _BLOCKS
 
-    def bent(self, y) -> np.ndarray:
+    def bent(self, y: np.ndarray) -> np.ndarray:
         """Whitened coordinates z (n, n_params) of sampling coordinates y (n, n_params)."""
         return bent(np.asarray(y, dtype=float), *self.packed)
 
@@ -104,7 +129,7 @@ class Geometry:
             self._packed = self.bends, packed(self.bends)
         return self._packed[1]
 
-    def straightened(self, z) -> np.ndarray:
+    def straightened(self, z: np.ndarray) -> np.ndarray:
         """Sampling coordinates y (n, n_params) of whitened coordinates z (n, n_params)."""
         y = np.array(z, dtype=float)
         for bend in self.bends:
@@ -112,25 +137,25 @@ class Geometry:
             y[:, block] = linalg.solve_triangular(bend.factor, (z[:, block] - bend(z)).T, lower=True).T
         return y
 
-    def pullback(self, z, slopes) -> np.ndarray:
+    def pullback(self, z: np.ndarray, slopes: np.ndarray) -> np.ndarray:
         """(n, n_params) gradient by the sampling coordinates of what has the gradient slopes (n, n_params) by z."""
-        found = np.ascontiguousarray(slopes.T)
-        pull_back_at(np.ascontiguousarray(z.T), found, *self.packed)
-        return found.T
+        result = np.ascontiguousarray(slopes.T)
+        pull_back_at(np.ascontiguousarray(z.T), result, *self.packed)
+        return result.T
 
-    def scaled(self, z) -> np.ndarray:
+    def scaled(self, z: np.ndarray) -> np.ndarray:
         """Whitened coordinates z (n, n_params) in the scaled coordinates x."""
         return self.mode + z @ self.basis.T
 
-    def parameters(self, y) -> np.ndarray:
+    def parameters(self, y: np.ndarray) -> np.ndarray:
         """Parameters (n, n_params) of sampling coordinates y (n, n_params)."""
         return self.prior.unscaled(self.scaled(self.bent(y)))
 
-    def log_prior(self, y) -> np.ndarray:
+    def log_prior(self, y: np.ndarray) -> np.ndarray:
         """Log prior density (n,) in the sampling coordinates, up to a constant."""
         return self.prior.scaled_log_density(self.scaled(self.bent(y)))
 
-    def log_prob(self, problem, y) -> np.ndarray:
+    def log_prob(self, problem: Emulated, y: np.ndarray) -> np.ndarray:
         """Log posterior density (n,) in the sampling coordinates y (n, n_params), up to a constant.
 
         Nothing is simulated outside the support of the prior.
@@ -142,7 +167,7 @@ class Geometry:
             log_prob[inside] += problem.log_likelihood(self.prior.unscaled(x[inside]))
         return log_prob
 
-    def with_gradient(self, problem, y) -> tuple[float, np.ndarray]:
+    def with_gradient(self, problem: Emulated, y: np.ndarray) -> tuple[float, np.ndarray]:
         """:meth:`log_prob` at sampling coordinates y (n_params,), and its gradient (n_params,).
 
         Minus infinity and zeros outside the support of the prior and where the simulation fails.
@@ -171,7 +196,7 @@ class Geometry:
         sweep = partial(crank_nicolson, log_prob, steps=_STEPS, n_sweeps=_SWEEPS, blocks=self.blocks)
         return sweep(mode, log_prob(mode), rng)[0]
 
-    def find_active(self, problem, rng: np.random.Generator) -> None:
+    def find_active(self, problem: LeastSquares, rng: np.random.Generator) -> None:
         """Find the active directions from Jacobians at draws of the Laplace approximation."""
         at_mode = self._slopes(problem, self.mode)
         gram = np.zeros((self.n_params, self.n_params))
@@ -186,21 +211,16 @@ class Geometry:
 
     def finely_active(self) -> np.ndarray:
         """(n_params, n_active) the active directions, and those along which the Jacobian changes less."""
-        return np.ascontiguousarray(_active(self.changes, _FINELY)[:, :_MOST])
+        return np.ascontiguousarray(_active(self.changes, _FINELY_ACTIVE)[:, :_MOST_ACTIVE])
 
-    def straighten(self, z) -> None:
+    def straighten(self, z: np.ndarray) -> None:
         """Fit the bends to draws z (n, n_params) from near the posterior."""
-        self.bends = [
-            Bend.fitted(z, start, stop, _active(self.changes[stop:, stop:], _ACTIVE)) for start, stop in self._decades()
-        ]
-
-    def _decades(self):
-        """(start, stop) of the stiff coordinates of each decade."""
-        start, n_stiff = 0, self._n_stiff
-        while start < n_stiff:
-            length = np.count_nonzero(self.singular_values[start:n_stiff] > self.singular_values[start] / _DECADE)
-            yield start, start + int(length)
-            start += int(length)
+        stiff = self.singular_values[self.singular_values > _STIFF]
+        self.bends, start = [], 0
+        while start < len(stiff):
+            stop = start + int(np.count_nonzero(stiff[start:] > stiff[start] / _DECADE))
+            self.bends.append(Bend.fitted(z, start, stop, _active(self.changes[stop:, stop:], _ACTIVE)))
+            start = stop
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Everything that the map consists of but the prior, to be stored."""
@@ -209,10 +229,112 @@ class Geometry:
         return whitening | bends
 
     @classmethod
-    def restored(cls, prior, arrays: dict[str, np.ndarray]) -> "Geometry":
+    def restored(cls, prior: InferencePrior, arrays: dict[str, np.ndarray]) -> "Geometry":
         """The map that :meth:`arrays` describe, bit for bit; it can no longer be straightened."""
-        bends = []
+        bends: list[Bend] = []
         while f"bend_{len(bends)}_block" in arrays:
             prefix = f"bend_{len(bends)}_"
             bends.append(Bend.restored({k.removeprefix(prefix): a for k, a in arrays.items() if k.startswith(prefix)}))
-        return cls(prior, *(arrays[key] for key in _STORED), bends)
+        mode, singular_values, basis, active = (arrays[key] for key in _STORED)
+        return cls(prior, mode, singular_values, basis, active, bends)
+
+
+@dataclass(frozen=True)
+class Bend:
+    """``z_B = polynomials(z_after) + factor y_B`` for the coordinates ``start .. stop``."""
+
+    start: int
+    stop: int
+    polynomials: Polynomials
+    factor: np.ndarray
+
+    def __call__(self, z) -> np.ndarray:
+        """The curved surface q_B (n, stop - start) under whitened coordinates z (n, n_params)."""
+        return self.polynomials(z[:, self.stop :])
+
+    @classmethod
+    def fitted(cls, z: np.ndarray, start: int, stop: int, active: np.ndarray) -> "Bend":
+        """The bend of draws z (n, n_params)."""
+        polynomials, misfit = fitted(z[:, stop:], active, z[:, start:stop], _BEND_WORTH)
+        n_terms = len(polynomials.linear) + polynomials.bent.size / (stop - start)
+        return cls(start, stop, polynomials, np.linalg.cholesky(misfit.T @ misfit / (len(z) - n_terms)))
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What it consists of, by name."""
+        block = np.array([self.start, self.stop])
+        return {"block": block, "factor": self.factor, **self.polynomials.arrays()}
+
+    @classmethod
+    def restored(cls, arrays: dict[str, np.ndarray]) -> "Bend":
+        """The bend of :meth:`arrays`."""
+        start, stop = arrays["block"]
+        return cls(int(start), int(stop), Polynomials.restored(arrays), arrays["factor"])
+
+
+def packed(bends: Sequence[Bend]) -> tuple[np.ndarray, np.ndarray]:
+    """Bends as arrays, for what is compiled.
+
+    Returns
+    -------
+    (n_bends, 10) of each its start, stop, numbers of active directions, of products and of combinations that have
+    these, and where among all numbers its active directions, the three parts of its polynomials and its factor begin;
+    and these numbers in a row.
+    """
+    sizes, parts, first = np.empty((len(bends), 10), dtype=np.int64), [np.empty(0)], 0
+    for size, bend in zip(sizes, bends, strict=True):
+        size[:5] = bend.start, bend.stop, bend.polynomials.active.shape[1], *bend.polynomials.bent.shape
+        for k, part in enumerate((*bend.polynomials[:4], bend.factor), start=5):
+            size[k] = first
+            first += part.size
+            parts.append(np.ravel(part))
+    return sizes, np.concatenate(parts)
+
+
+@inline
+def _part(numbers, first, n_rows, n_columns):
+    return numbers[first : first + n_rows * n_columns].reshape(n_rows, n_columns)
+
+
+@compiled
+def _bend(n_params, size, numbers):
+    """Block, polynomials and factor of a bend."""
+    start, stop, n_active, n_products, n_bent, at_active, at_linear, at_bent, at_mix, at_factor = size
+    n_after, n_block = n_params - stop, stop - start
+    polynomials = Polynomials(
+        _part(numbers, at_active, n_after, n_active),
+        _part(numbers, at_linear, 1 + n_after, n_block),
+        _part(numbers, at_bent, n_products, n_bent),
+        _part(numbers, at_mix, n_bent, n_block),
+        PLAIN,
+    )
+    return start, stop, polynomials, _part(numbers, at_factor, n_block, n_block)
+
+
+@compiled
+def bend_at(y: np.ndarray, sizes: np.ndarray, numbers: np.ndarray) -> None:
+    """Make straight coordinates y (n_params, n) whitened ones, in place."""
+    for b in range(len(sizes) - 1, -1, -1):
+        start, stop, polynomials, factor = _bend(len(y), sizes[b], numbers)
+        moved = np.dot(factor, y[start:stop])
+        add(values_at(y[stop:], polynomials), moved)
+        copy(moved, y[start:stop])
+
+
+@compiled
+def pull_back_at(z: np.ndarray, slopes: np.ndarray, sizes: np.ndarray, numbers: np.ndarray) -> None:
+    """Make a gradient `slopes` (n_params, n) by whitened coordinates z one by straight coordinates, in place."""
+    for b in range(len(sizes)):
+        start, stop, polynomials, factor = _bend(len(z), sizes[b], numbers)
+        add(pullback_at(z[stop:], polynomials, slopes[start:stop]), slopes[stop:])
+        copy(np.dot(factor.T, slopes[start:stop]), slopes[start:stop])
+
+
+@compiled
+def bent(y: np.ndarray, sizes: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Whitened coordinates z (n, n_params) of straight ones y (n, n_params)."""
+    z = np.empty(y.shape)
+    for first in range(0, len(y), PLACES):
+        some = columns(y, first)
+        bend_at(some, sizes, numbers)
+        put(some, z, first)
+    return z

@@ -1,7 +1,8 @@
 """Sampling coordinates of problems with histories: those of the other parameters, and after them y.
 
-The others have the geometry and the surrogate of the collapsed problem (:mod:`bayesub.inference.sampling.collapsed`); y
-is standard normal for the surrogate, and a step of the sampler moves both.
+The others have the geometry and the surrogate of the marginalised problem
+(:mod:`bayesub.inference.sampling.marginalised`); y is standard normal for the surrogate, and a step of the sampler
+moves both.
 """
 
 from functools import partial
@@ -10,64 +11,60 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines import Estimate, gauss_newton, posterior_mode
-from bayesub.inference.interface import Forced
-from bayesub.inference.sampling.collapsed import Collapsed
+from bayesub.inference.interface import Forced, Progress, Sampled
 from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.marginalised import Marginalised
 from bayesub.inference.sampling.moves import crank_nicolson
 from bayesub.inference.sampling.surrogate import Surrogate, learn
 
-_EXPANSIONS, _HALVINGS = 12, 6  # on the way to the mode, and of a step
-_NEAR = 0.5  # posterior sd from the mode, a parameter
-_STEPS = (0.3, 0.6, 1.0)  # of Crank-Nicolson in y
-_TOLERANCE = 0.1  # posterior sd, of the search for the mode, which only has to be near
+# Of the search for the marginal mode.
+_MOST_EXPANSIONS = 12  # of the problem on the way to the mode
+_MOST_HALVINGS = 6  # of a step that leads to a lower density: without them a search with an inferred process ran away
+_NEAR = 0.5  # posterior sd a parameter: an expansion so near to the mode is the last
+_TOLERANCE = 0.1  # posterior sd, of the search in an expansion, which only has to be near
+# Of the walk in y.
+_CRANK_NICOLSON_STEPS = (0.3, 0.6, 1.0)
 
 
 class HistoryGeometry:
-    """The map from sampling coordinates to parameters.
+    """The map from sampling coordinates to parameters; `geometry` is that of the others."""
 
-    Parameters
-    ----------
-    geometry : Geometry
-        Of the others.
-    collapsed : Collapsed
-    """
-
-    def __init__(self, geometry: Geometry, collapsed: Collapsed):
-        self.geometry, self.collapsed = geometry, collapsed
+    def __init__(self, geometry: Geometry, marginalised: Marginalised):
+        self.geometry, self.marginalised = geometry, marginalised
 
     @property
     def blocks(self) -> float:
-        """As of :class:`bayesub.inference.sampling.geometry.Geometry`."""
+        """Fraction of the sweeps in which a walker moves few coordinates, of the geometry of the others."""
         return self.geometry.blocks
 
-    def evaluated(self, problem, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, problem: Sampled, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log posterior densities (n,) in sampling coordinates y (n, n_all), up to a constant; parameters (n, n_all).
 
         Nothing is simulated outside the support of the prior, and the parameters there are not a number.
         """
-        n = self.collapsed.n_params
+        n = self.marginalised.n_params
         x = self.geometry.scaled(self.geometry.bent(y[:, :n]))
         log_prob, parameters = self.geometry.prior.scaled_log_density(x), np.full(y.shape, np.nan)
         inside = np.isfinite(log_prob)
         if inside.any():
             others = self.geometry.prior.unscaled(x[inside])
-            density, parameters[inside] = self.collapsed.density(problem, others, y[inside, n:])
+            density, parameters[inside] = self.marginalised.density(problem, others, y[inside, n:])
             log_prob[inside] += density
         return log_prob, parameters
 
-    def log_prob(self, problem, y: np.ndarray) -> np.ndarray:
-        """(n,) log posterior densities, as of :meth:`evaluated`."""
-        return self.evaluated(problem, y)[0]
+    def log_prob(self, problem: Sampled, y: np.ndarray) -> np.ndarray:
+        """(n,) log posterior densities in sampling coordinates y (n, n_all), up to a constant."""
+        return self.evaluate(problem, y)[0]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What determines the map, to be stored."""
-        return self.geometry.arrays() | {"centre": self.collapsed.centre}
+        return self.geometry.arrays() | {"centre": self.marginalised.centre}
 
     @classmethod
-    def restored(cls, problem, arrays: dict[str, np.ndarray]) -> "HistoryGeometry":
+    def restored(cls, problem: Forced, arrays: dict[str, np.ndarray]) -> "HistoryGeometry":
         """The map that :meth:`arrays` describe, bit for bit."""
-        collapsed = Collapsed(problem, arrays["centre"])
-        return cls(Geometry.restored(collapsed.prior, arrays), collapsed)
+        marginalised = Marginalised(problem, arrays["centre"])
+        return cls(Geometry.restored(marginalised.prior, arrays), marginalised)
 
 
 class HistorySurrogate:
@@ -85,15 +82,15 @@ class HistorySurrogate:
         white = y[:, self.n_others :]
         return self.surrogate.log_prob(y[:, : self.n_others]) - 0.5 * np.einsum("ij,ij->i", white, white)
 
-    def walks(self) -> tuple:
-        """Walks that leave it invariant, as :meth:`bayesub.inference.sampling.surrogate.Surrogate.walks`."""
+    def walks(self) -> tuple[partial, list[partial]]:
+        """A short walk that leaves it invariant, and long ones; each moves the others, and then y."""
         short, long = self.surrogate.walks()
         return partial(self._walk, short), [partial(self._walk, walk) for walk in long]
 
     def _walk(self, walk, coords, random, taken):
         others, white = coords[:, : self.n_others], coords[:, self.n_others :]
         others, *_ = walk(others, random, taken)
-        white, *_ = crank_nicolson(_normal, white, _normal(white), random, steps=_STEPS, n_sweeps=1)
+        white, *_ = crank_nicolson(_normal, white, _normal(white), random, steps=_CRANK_NICOLSON_STEPS, n_sweeps=1)
         moved = np.hstack([others, white[taken]])
         return moved, self.log_prob(moved)
 
@@ -103,7 +100,7 @@ def _normal(y):
 
 
 def with_process(problem: Forced, mode: Estimate) -> np.ndarray:
-    """(n_all,) all parameters, of the mode (an estimate) of the problem with a wide process, and that process.
+    """(n_all,) all parameters: the mode of the problem with a wide process, and that process.
 
     There is no mode of the process and the histories together: with ever larger sds the latter need ever less. And with
     too small ones a search ends at local modes, because the histories cannot follow the motion.
@@ -117,48 +114,49 @@ def with_process(problem: Forced, mode: Estimate) -> np.ndarray:
 
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")  # its threads wait for those that solve members
-def marginal_mode(problem: Forced, mode: np.ndarray) -> tuple[Collapsed, np.ndarray]:
-    """The collapsed problem, expanded near its own mode, and that (n_params,), from all parameters near the mode.
+def marginal_mode(problem: Forced, mode: np.ndarray) -> tuple[Marginalised, np.ndarray]:
+    """The marginalised problem, expanded near its own mode, and that (n_params,), from all parameters near the mode.
 
-    Far from where it was expanded a collapsed density is wrong, and its mode may be far away. Therefore each place on
-    the way is judged by the expansion about itself, and a step that leads to less is halved.
+    Far from where it was expanded a marginalised density is wrong, and its mode may be far away. Therefore each place
+    on the way is judged by the expansion about itself, and a step that leads to less is halved.
     """
-    collapsed = Collapsed(problem, mode)
-    x = collapsed.prior.scaled(collapsed.centre[collapsed.others])
-    height, share = _log_density(collapsed, x), 1.0
-    for _ in range(_EXPANSIONS):
-        estimate = gauss_newton(collapsed, collapsed.prior.unscaled(x), tolerance=_TOLERANCE)
+    marginalised = Marginalised(problem, mode)
+    x = marginalised.prior.scaled(marginalised.centre[marginalised.others])
+    height, share = _log_density(marginalised, x), 1.0
+    for _ in range(_MOST_EXPANSIONS):
+        estimate = gauss_newton(marginalised, marginalised.prior.unscaled(x), tolerance=_TOLERANCE)
+        assert estimate.covariance is not None
         lower = np.linalg.cholesky(estimate.covariance)
-        moved = np.linalg.solve(lower, estimate.values - collapsed.prior.unscaled(x))
+        moved = np.linalg.solve(lower, estimate.values - marginalised.prior.unscaled(x))
         if np.linalg.norm(moved) < _NEAR * np.sqrt(len(moved)):
-            return Collapsed(problem, collapsed.full(estimate.values)), estimate.values
-        step = collapsed.prior.scaled(estimate.values) - x
-        for share in min(1.0, 2.0 * share) * 0.5 ** np.arange(_HALVINGS):  # noqa: B020
-            there = Collapsed(problem, collapsed.full(collapsed.prior.unscaled(x + share * step)))
+            return Marginalised(problem, marginalised.full(estimate.values)), estimate.values
+        step = marginalised.prior.scaled(estimate.values) - x
+        for share in min(1.0, 2.0 * share) * 0.5 ** np.arange(_MOST_HALVINGS):  # noqa: B020
+            there = Marginalised(problem, marginalised.full(marginalised.prior.unscaled(x + share * step)))
             reached = _log_density(there, x + share * step)
             if reached > height:
                 break
         else:
             break
-        collapsed, x, height = there, x + share * step, reached
-    return collapsed, collapsed.prior.unscaled(x)
+        marginalised, x, height = there, x + share * step, reached
+    return marginalised, marginalised.prior.unscaled(x)
 
 
-def _log_density(collapsed, x) -> float:
+def _log_density(marginalised, x) -> float:
     """Log posterior density at scaled coordinates x (n_params,), minus infinity where it cannot be computed."""
-    log_likelihood = collapsed.log_likelihood(collapsed.prior.unscaled(x[None]))
-    return float((log_likelihood + collapsed.prior.scaled_log_density(x[None]))[0])
+    log_likelihood = marginalised.log_likelihood(marginalised.prior.unscaled(x[None]))
+    return float((log_likelihood + marginalised.prior.scaled_log_density(x[None]))[0])
 
 
-def searched(problem: Forced, smooth: Forced, rng: np.random.Generator) -> tuple[Collapsed, np.ndarray]:
-    """As :func:`marginal_mode` of the smooth problem, from the posterior mode of a problem with a wide process."""
+def search_marginal_mode(problem: Forced, smooth: Forced, rng: np.random.Generator) -> tuple[Marginalised, np.ndarray]:
+    """The marginal mode of the smooth problem, from the posterior mode of the problem with a wide process."""
     return marginal_mode(smooth, with_process(problem, posterior_mode(problem.with_wide_process(), rng=rng)))
 
 
-def straightened(
-    collapsed: Collapsed, others: np.ndarray, rng, progress
+def learn_with_histories(
+    marginalised: Marginalised, others: np.ndarray, rng: np.random.Generator, progress: Progress | None
 ) -> tuple[HistoryGeometry, HistorySurrogate, np.ndarray]:
-    """Sampling coordinates, a surrogate, and draws (n, n_others) of it, of a collapsed problem and its mode."""
-    geometry = Geometry.whitened(collapsed, others)
-    surrogate, draws = learn(collapsed, geometry, rng, progress)
-    return HistoryGeometry(geometry, collapsed), HistorySurrogate(surrogate), draws
+    """Sampling coordinates, a surrogate, and draws (n, n_others) of it, of a marginalised problem and its mode."""
+    geometry = Geometry.whitened(marginalised, others)
+    surrogate, draws = learn(marginalised, geometry, rng, progress)
+    return HistoryGeometry(geometry, marginalised), HistorySurrogate(surrogate), draws

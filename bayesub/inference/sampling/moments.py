@@ -1,10 +1,32 @@
-"""Means, sds and correlations of draws, with what chance makes of them."""
+"""What a comparison of two samplers asks of each: moments of its draws with their errors, and what these have cost."""
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
 from bayesub.inference.checks import convergence
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What the draws of a sampler have cost."""
+
+    simulations: int  # those within a Jacobian not among them
+    jacobians: int  # Jacobians
+    jacobian_price: float  # of a Jacobian, simulations
+    seconds: float  # wall time
+    ess: float  # bulk effective sample size of the worst parameter
+
+    @property
+    def work(self) -> float:
+        """Simulations, a Jacobian at its price; what takes no Jacobians needs no price of them."""
+        return self.simulations + (self.jacobians * self.jacobian_price if self.jacobians else 0.0)
+
+    @property
+    def per_effective_sample(self) -> float:
+        """:attr:`work` over :attr:`ess`."""
+        return self.work / self.ess
 
 
 @dataclass(frozen=True)
@@ -13,31 +35,21 @@ class Moments:
 
     Errors are Monte Carlo standard errors of the means of x, of x^2 and of the products x_i x_j, where x are the draws
     less `means`, over `sds`. Correlations and errors are of single precision, which is far below the latter.
-
-    Attributes
-    ----------
-    means, sds : (n_params,)
-    correlations : (n_pairs,) for i < j, in the order of ``np.triu_indices(n_params, 1)``
-    mean_errors, square_errors : (n_params,)
-    product_errors : (n_pairs,)
-    n_draws : of all chains together
-    rhat : largest of the parameters
-    bulk_ess, tail_ess : smallest of the parameters
     """
 
-    means: np.ndarray
-    sds: np.ndarray
-    correlations: np.ndarray
-    mean_errors: np.ndarray
-    square_errors: np.ndarray
-    product_errors: np.ndarray
-    n_draws: int
-    rhat: float
-    bulk_ess: float
-    tail_ess: float
+    means: np.ndarray  # (n_params,)
+    sds: np.ndarray  # (n_params,)
+    correlations: np.ndarray  # (n_pairs,) for i < j, in the order of ``np.triu_indices(n_params, 1)``
+    mean_errors: np.ndarray  # (n_params,)
+    square_errors: np.ndarray  # (n_params,)
+    product_errors: np.ndarray  # (n_pairs,)
+    n_draws: int  # of all chains together
+    rhat: float  # largest of the parameters
+    bulk_ess: float  # smallest of the parameters
+    tail_ess: float  # smallest of the parameters
 
     @classmethod
-    def of(cls, chain) -> "Moments":
+    def of_chain(cls, chain: np.ndarray) -> "Moments":
         """The moments of independent chains (n_chains, n_draws, n_params)."""
         walkers = np.asarray(chain)[:, :, None]
         flat = walkers.reshape(-1, walkers.shape[-1])
@@ -63,18 +75,14 @@ class Moments:
     @classmethod
     def restored(cls, arrays: dict[str, np.ndarray]) -> "Moments":
         """The moments of :meth:`arrays`."""
-        return cls(**{key: value if value.ndim else value.item() for key, value in arrays.items()})
+        parts: dict[str, Any] = {key: value if value.ndim else value.item() for key, value in arrays.items()}
+        return cls(**parts)
 
-    def differences(self, chain) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Means, sds and correlations of another sampler less these, in Monte Carlo standard errors of both.
+    def differences(self, chain: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Means (n_params,), sds (n_params,) and correlations (n_pairs,) of another sampler less these.
 
-        Parameters
-        ----------
-        chain : (n_ensembles, n_steps, n_walkers, n_params) of the other sampler
-
-        Returns
-        -------
-        (n_params,), (n_params,) and (n_pairs,)
+        In Monte Carlo standard errors of both; `chain` (n_ensembles, n_steps, n_walkers, n_params) is of the other
+        sampler.
         """
         theirs = feature_means((chain - self.means) / self.sds)
         ours = (0.0, self.mean_errors), (1.0, self.square_errors), (self.correlations, self.product_errors)
@@ -84,7 +92,7 @@ class Moments:
         )
 
 
-def feature_means(x) -> list[tuple[np.ndarray, np.ndarray]]:
+def feature_means(x: np.ndarray) -> list[tuple[np.ndarray, ...]]:
     """Means of x, of x^2 and of the products x_i x_j for i < j, each with its Monte Carlo standard error.
 
     Of chains x (n_ensembles, n_steps, n_walkers, n_params); a standard error follows from the effective sample size of

@@ -4,13 +4,18 @@ A source of random numbers, `random`, is a ``numpy.random.Generator``, or the ``
 moves: only methods that both have are called.
 """
 
+from collections.abc import Callable, Sequence
+
 import emcee
 import numpy as np
 from scipy import special
 
-RARELY, OFTEN = 0.02, 0.9  # that short walks are taken where a surrogate is right, and where it is far too low
-DOUBTFUL, STEEPNESS = 2.0, 2.0  # natural logarithm of the factor half way between these, and how fast the share rises
-BLOCK, BLOCK_STEPS = 5, (0.4, 0.8, 1.0)  # coordinates that are moved together within walls, and how far
+RARELY = 0.02  # share of short walks where a surrogate is right
+OFTEN = 0.9  # and where it is far too low; before it was 0.1 everywhere, and walkers were held for long
+DOUBTFUL = 2.0  # natural logarithm of the factor half way between these
+STEEPNESS = 2.0  # how fast the share rises there
+BLOCK = 5  # coordinates that are moved together within walls; before all, and three times as many sweeps
+BLOCK_STEPS = (0.4, 0.8, 1.0)  # how far
 
 
 class LaplacePCN(emcee.moves.MHMove):
@@ -26,29 +31,35 @@ class LaplacePCN(emcee.moves.MHMove):
     not.
     """
 
-    def __init__(self, steps):
-        self.steps = np.array(steps, dtype=float)
-        super().__init__(self._propose)
-
-    def _propose(self, coords, random):
-        return _crank_nicolson(coords, self.steps, random)
+    def __init__(self, steps: Sequence[float]):
+        lengths = np.array(steps, dtype=float)
+        super().__init__(lambda coords, random: _crank_nicolson(coords, lengths, random))
 
 
-def crank_nicolson(density, coords, log_prob, random, *, steps, n_sweeps, blocks=0.0):
+def crank_nicolson(
+    density: Callable[[np.ndarray], np.ndarray],
+    coords: np.ndarray,
+    log_prob: np.ndarray,
+    random: np.random.Generator | np.random.RandomState,
+    *,
+    steps: Sequence[float],
+    n_sweeps: int,
+    blocks: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Sweeps of preconditioned Crank-Nicolson steps over all walkers.
 
     Every walker draws its step from `steps` at each sweep. A fraction `blocks` of the sweeps moves about five of each
     walker's coordinates, by long steps: of eighty coordinates within walls a step of all hits one, however short.
     Returns coords, log_prob and the fraction accepted (n,).
     """
-    steps = np.array(steps, dtype=float)
+    lengths = np.array(steps, dtype=float)
     coords, log_prob, accepted = coords.copy(), log_prob.copy(), np.zeros(len(coords))
     for _ in range(n_sweeps):
         if random.random() < blocks:
             moved = random.random(coords.shape) < BLOCK / coords.shape[1]
             proposed, factors = _crank_nicolson(coords, np.array(BLOCK_STEPS), random, moved)
         else:
-            proposed, factors = _crank_nicolson(coords, steps, random)
+            proposed, factors = _crank_nicolson(coords, lengths, random)
         new = density(proposed)
         taken = np.log(random.random(len(coords))) < new - log_prob + factors
         coords[taken], log_prob[taken] = proposed[taken], new[taken]
@@ -83,11 +94,11 @@ class SurrogateTransition(emcee.moves.Move):
     level : of d = log p - log S, where S is right
     """
 
-    def __init__(self, density, short, long, level: float = 0.0):
+    def __init__(self, density: Callable, short: Callable, long: Sequence[Callable], level: float = 0.0):
         self.density, self.short, self.long, self.level = density, short, long, level
 
-    def propose(self, model, state):
-        """As of emcee's moves: one step of all walkers, and which of them moved."""
+    def propose(self, model: emcee.model.Model, state: emcee.State) -> tuple[emcee.State, np.ndarray]:
+        """One step of all walkers, and which of them moved."""
         random, before = model.random, self.density(state.coords)
         excess = state.log_prob - before - self.level
         near = random.random(len(before)) < _share(excess)
@@ -102,7 +113,7 @@ class SurrogateTransition(emcee.moves.Move):
         return self.update(state, moved, accepted), accepted
 
     @staticmethod
-    def log_share(excess, near):
+    def log_share(excess: np.ndarray, near: np.ndarray) -> np.ndarray:
         """(n,) logarithms of how often a walker with d (n,) takes the walk that it took, short where it is `near`."""
         share = _share(excess)
         return np.log(np.where(near, share, 1.0 - share))
@@ -111,3 +122,23 @@ class SurrogateTransition(emcee.moves.Move):
 def _share(excess):
     """(n,) how often short walks are taken where the surrogate is too low by exp(excess)."""
     return RARELY + (OFTEN - RARELY) * special.expit(STEEPNESS * (excess - DOUBTFUL))
+
+
+class EachEnsemble(emcee.moves.Move):
+    """A move of emcee, taken in one ensemble after the other."""
+
+    def __init__(self, move: emcee.moves.Move, n_ensembles: int):
+        self.move, self.n_ensembles = move, n_ensembles
+
+    def propose(self, model: emcee.model.Model, state: emcee.State) -> tuple[emcee.State, np.ndarray]:
+        """One step of all walkers, and which of them moved."""
+        accepted = []
+        for walkers in np.split(np.arange(len(state.coords)), self.n_ensembles):
+            blobs = None if state.blobs is None else state.blobs[walkers]
+            ensemble = emcee.State(state.coords[walkers], log_prob=state.log_prob[walkers], blobs=blobs)
+            moved, taken = self.move.propose(model, ensemble)
+            state.coords[walkers], state.log_prob[walkers] = moved.coords, moved.log_prob
+            if state.blobs is not None:
+                state.blobs[walkers] = moved.blobs
+            accepted.append(taken)
+        return state, np.concatenate(accepted)

@@ -8,17 +8,17 @@ import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 
 from bayesub.inference.checks import convergence
-from bayesub.inference.interface import Progress, Sampled
-from bayesub.inference.sampling.effort import Effort
+from bayesub.inference.interface import Forced, Progress, Sampled
 from bayesub.inference.sampling.geometry import Geometry
-from bayesub.inference.sampling.histories import searched
-from bayesub.inference.sampling.moments import Moments
+from bayesub.inference.sampling.histories import search_marginal_mode
+from bayesub.inference.sampling.moments import Effort, Moments
 from bayesub.inference.sampling.posterior import Posterior
-from bayesub.inference.sampling.sampler import SMOOTH, straightened
+from bayesub.inference.sampling.sampler import SMOOTH, learn_coordinates
 from bayesub.io.errors import InputError
 
 FALSE_ALARMS = 0.01  # probability that two samplers of one posterior are said to disagree
@@ -177,7 +177,7 @@ def cross_check(
     InputError : if nutpie is not installed
     """
     chain, counts = sample_nuts(problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress)
-    return compare(posterior, Moments.of(chain), **counts)
+    return compare(posterior, Moments.of_chain(chain), **counts)
 
 
 def compare(
@@ -186,23 +186,24 @@ def compare(
     divergences: int = 0,
     gradients: int = 0,
     *,
-    spent: Sequence[float] | None = None,
+    spent: tuple[int, int, float] | None = None,
     engine: str = CrossCheck.engine,
 ) -> CrossCheck:
-    """Means, sds and correlations of a posterior beside those by another sampler.
+    """Means, sds and correlations of a posterior by the ensemble sampler beside those by another, the `engine`.
 
-    Parameters
-    ----------
-    posterior : by the ensemble sampler
-    other : the moments by the other sampler
-    divergences, gradients : of the other sampler
-    spent : simulations, Jacobians and seconds of the other sampler, if they are known
-    engine : the name of the other sampler
+    `divergences` and `gradients` are of the other sampler, and so are the simulations, Jacobians and seconds `spent`,
+    if they are known.
     """
     chain = posterior.thinned().chain
     draws = chain.reshape(-1, chain.shape[-1])
     mean_z, sd_z, correlation_z = (np.round(z, 3) for z in other.differences(chain))
     n_params = len(posterior.names)
+    efforts: tuple[Effort, ...] = ()
+    if spent and posterior.work >= 0.0:  # a Jacobian has the same price for both
+        price = float(posterior.jacobian_price)
+        ours = posterior.evaluations, posterior.jacobians, price, posterior.seconds, float(posterior.bulk_ess.min())
+        simulations, jacobians, seconds = spent
+        efforts = Effort(*ours), Effort(simulations, jacobians, price, seconds, other.bulk_ess)
     return CrossCheck(
         names=posterior.names,
         means=np.stack([draws.mean(axis=0), other.means]),
@@ -215,21 +216,13 @@ def compare(
         ess=min(other.bulk_ess, other.tail_ess),
         divergences=int(divergences),
         gradients=int(gradients),
-        efforts=_efforts(posterior, spent, other.bulk_ess) if spent and posterior.work >= 0.0 else (),
+        efforts=efforts,
         engine=engine,
         divergent=divergences / other.n_draws,
     )
 
 
-def _efforts(posterior, spent, ess) -> tuple[Effort, Effort]:
-    """Of the ensemble sampler, and of another with effective sample size `ess`; a Jacobian has the same price."""
-    simulations, jacobians, seconds = spent
-    price = float(posterior.jacobian_price)
-    ours = posterior.evaluations, posterior.jacobians, price, posterior.seconds, float(posterior.bulk_ess.min())
-    return Effort(*ours), Effort(simulations, jacobians, price, seconds, ess)
-
-
-def require_nutpie():
+def require_nutpie() -> Any:
     """The module, or an InputError that says how to install it."""
     try:
         with warnings.catch_warnings():
@@ -243,7 +236,15 @@ def require_nutpie():
     return nutpie
 
 
-def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tuple[np.ndarray, dict]:
+def sample_nuts(
+    problem: Sampled,
+    *,
+    rng: np.random.Generator,
+    n_draws: int,
+    n_tune: int,
+    n_chains: int,
+    progress: Progress | None = None,
+) -> tuple[np.ndarray, dict]:
     """Draws (n_chains, n_draws, n_params) of NUTS, and what :func:`compare` asks for besides.
 
     That is the divergent trajectories among them, gradients taken, and what all has cost.
@@ -251,7 +252,12 @@ def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tu
     nutpie = require_nutpie()
     costs, began = problem.costs, time.perf_counter()
     before = costs.simulations, costs.jacobians
-    geometry = _geometry(problem, rng, progress)
+    if problem.histories:  # whitened at the mode they are nearly normal as it is
+        smooth = problem.smoothed(SMOOTH)
+        marginal, others = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), rng)
+        geometry = Geometry.whitened(smooth, marginal.full(others))
+    else:
+        geometry = cast(Geometry, learn_coordinates(problem, rng, progress)[0])
     n = problem.n_params
     counts = {"draws": 0, "gradients": 0}
 
@@ -294,14 +300,5 @@ def sample_nuts(problem, *, rng, n_draws, n_tune, n_chains, progress=None) -> tu
     )
     spent = costs.simulations - before[0], costs.jacobians - before[1], time.perf_counter() - began
     divergences = int(np.count_nonzero(trace.sample_stats["diverging"].values))
-    counts = {"divergences": divergences, "gradients": counts["gradients"], "spent": spent}
-    return np.asarray(trace.posterior["parameters"].values), counts
-
-
-def _geometry(problem, rng, progress):
-    """Sampling coordinates; with histories those whitened at the mode, in which they are nearly normal as it is."""
-    if not problem.histories:
-        return straightened(problem, rng, progress)[0]
-    smooth = problem.smoothed(SMOOTH)
-    collapsed, others = searched(problem, smooth, rng)
-    return Geometry.whitened(smooth, collapsed.full(others))
+    result = {"divergences": divergences, "gradients": counts["gradients"], "spent": spent}
+    return np.asarray(trace.posterior["parameters"].values), result

@@ -9,35 +9,37 @@ Compiled functions take places place after place, z (n_params, n), so that a sum
 places at once, whose terms stay in a core's cache.
 """
 
+from collections.abc import Callable
 from math import comb
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import linalg
 
-from bayesub.inference.sampling.compiled import compiled, inline
+from bayesub.kernels.jit import inline_exact, jit
 
 PLAIN, RICH = (8, 0), (12, 6)  # of the most active directions, that have products of three, and of four
 PLACES = 64  # at once
 
 
+def compiled(function: Callable) -> Callable[..., Any]:
+    """A loop as those of the kernels are compiled, but with each product and each sum rounded."""
+    return jit(function, exact=True)
+
+
+def inline(function: Callable) -> Callable[..., Any]:
+    """A function that becomes part of the loops that call it."""
+    return inline_exact(function)
+
+
 class Polynomials(NamedTuple):
-    """``(1, z) linear + products(z) bent mix`` of variables z (n, n_params).
+    """``(1, z) linear + products(z) bent mix`` of variables z (n, n_params)."""
 
-    Attributes
-    ----------
-    active : (n_params, n_active) directions
-    linear : (1 + n_params, k) coefficients of one and of z
-    bent : (n_products, n_bent) coefficients of the products
-    mix : (n_bent, k)
-    degrees : numbers of the active directions that have products of three, and of four
-    """
-
-    active: np.ndarray
-    linear: np.ndarray
-    bent: np.ndarray
-    mix: np.ndarray
-    degrees: tuple[int, int]
+    active: np.ndarray  # (n_params, n_active) directions
+    linear: np.ndarray  # (1 + n_params, k) coefficients of one and of z
+    bent: np.ndarray  # (n_products, n_bent) coefficients of the products
+    mix: np.ndarray  # (n_bent, k)
+    degrees: tuple[int, int]  # numbers of the active directions that have products of three, and of four
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What they consist of, by name."""
@@ -46,38 +48,35 @@ class Polynomials(NamedTuple):
     @classmethod
     def restored(cls, arrays: dict[str, np.ndarray]) -> "Polynomials":
         """The polynomials of :meth:`arrays`."""
-        parts = {name: arrays[name] for name in cls._fields}
-        return cls(**parts | {"degrees": tuple(map(int, parts["degrees"]))})
+        *parts, (three, four) = (arrays[name] for name in cls._fields)
+        return cls(parts[0], parts[1], parts[2], parts[3], (int(three), int(four)))
 
-    def mixed(self, matrix) -> "Polynomials":
+    def mixed(self, matrix: np.ndarray) -> "Polynomials":
         """The polynomials times a matrix (k, l)."""
         linear, mix = (np.ascontiguousarray(part @ matrix) for part in (self.linear, self.mix))
         return self._replace(linear=linear, mix=mix)
 
     def __call__(self, z) -> np.ndarray:
         """(n, k) values at z (n, n_params)."""
-        found = np.empty((len(z), self.linear.shape[1]))
+        result = np.empty((len(z), self.linear.shape[1]))
         for k in range(0, len(z), PLACES):
-            found[k : k + PLACES] = values_at(np.ascontiguousarray(z[k : k + PLACES].T), self).T
-        return found
+            result[k : k + PLACES] = values_at(np.ascontiguousarray(z[k : k + PLACES].T), self).T
+        return result
 
 
 def n_features(n_params: int, n_active: int, degrees: tuple[int, int] = PLAIN) -> int:
     """Number of terms."""
-    return 1 + n_params + _n_products(n_active, degrees)
+    products = (comb(min(n_active, n) + order - 1, order) for order, n in enumerate((n_active, *degrees), start=2))
+    return 1 + n_params + sum(products)
 
 
-def _n_products(n_active, degrees):
-    return sum(comb(min(n_active, n) + order - 1, order) for order, n in enumerate((n_active, *degrees), start=2))
-
-
-def features(z, active, degrees: tuple[int, int] = PLAIN) -> np.ndarray:
+def features(z: np.ndarray, active: np.ndarray, degrees: tuple[int, int] = PLAIN) -> np.ndarray:
     """(n, n_features) terms of z (n, n_params), with `active` (n_params, n_active): 1, z, a_i a_j, a_i a_j a_k, ..
 
     They lie in memory term after term, so that all places are multiplied at once, and are seen transposed.
     """
     n_linear = z.shape[1] + 1
-    terms = np.empty((n_features(*active.shape, degrees), len(z)))
+    terms = np.empty((n_features(active.shape[0], active.shape[1], degrees), len(z)))
     terms[0] = 1.0
     terms[1:n_linear] = z.T
     _products(np.dot(active.T, z.T), degrees, terms[n_linear:])
@@ -85,18 +84,20 @@ def features(z, active, degrees: tuple[int, int] = PLAIN) -> np.ndarray:
 
 
 def fitted(
-    z, active, wanted, worth: float, *, unit=None, degrees: tuple[int, int] = PLAIN, ridge: float = 1e-10
+    z: np.ndarray,
+    active: np.ndarray,
+    wanted: np.ndarray,
+    worth: float,
+    *,
+    unit: np.ndarray | None = None,
+    degrees: tuple[int, int] = PLAIN,
+    ridge: float = 1e-10,
 ) -> tuple[Polynomials, np.ndarray]:
     """The polynomials nearest to values `wanted` (n, k) at z (n, n_params), and what is left of these (n, k).
 
-    Products are kept in combinations of the values where they explain more than is `worth` it, and twice as much
-    variance as so many terms explain of noise.
-
-    Parameters
-    ----------
-    worth : standard deviation that is worth products
-    unit : (k, k) covariance to measure it by; by default that of the misfit
-    ridge : relative, keeps the normal equations regular when places repeat
+    Products are kept in combinations of the values where they explain more than is `worth` it, in standard deviations
+    of the covariance `unit` (k, k), by default that of the misfit, and twice as much variance as so many terms explain
+    of noise. The relative `ridge` keeps the normal equations regular when places repeat.
     """
     known = features(z, active, degrees)
     n, n_linear = len(z), 1 + z.shape[1]
@@ -112,37 +113,37 @@ def fitted(
     kept = explained > 1.0
     combinations, mix = combinations[:, kept], (bar @ combinations[:, kept]).T
     linear = flat + (full[:n_linear] - flat) @ combinations @ mix
-    arrays = (active, linear, full[n_linear:] @ combinations, mix)
-    polynomials = Polynomials(*map(np.ascontiguousarray, arrays), degrees)
+    arrays = [np.ascontiguousarray(part) for part in (active, linear, full[n_linear:] @ combinations, mix)]
+    polynomials = Polynomials(arrays[0], arrays[1], arrays[2], arrays[3], degrees)
     return polynomials, wanted - polynomials(z)
 
 
 @compiled
-def values_at(z, polynomials):
+def values_at(z: np.ndarray, polynomials: Polynomials) -> np.ndarray:
     """(k, n) polynomials at z (n_params, n)."""
     active, linear, bent, mix, degrees = polynomials
-    found = np.dot(linear[1:].T, z)
+    result = np.dot(linear[1:].T, z)
     if len(mix) > 0:
         terms = np.empty((len(bent), z.shape[1]))
         _products(np.dot(active.T, z), degrees, terms)
-        add(np.dot(mix.T, np.dot(bent.T, terms)), found)
-    for row in range(len(found)):
-        for k in range(found.shape[1]):
-            found[row, k] += linear[0, row]
-    return found
+        add(np.dot(mix.T, np.dot(bent.T, terms)), result)
+    for row in range(len(result)):
+        for k in range(result.shape[1]):
+            result[row, k] += linear[0, row]
+    return result
 
 
 @compiled
-def pullback_at(z, polynomials, slopes):
+def pullback_at(z: np.ndarray, polynomials: Polynomials, slopes: np.ndarray) -> np.ndarray:
     """(n_params, n) gradient by z of what has the gradient slopes (k, n) by the polynomials."""
     active, linear, bent, mix, degrees = polynomials
-    found = np.dot(linear[1:], slopes)
+    result = np.dot(linear[1:], slopes)
     if len(mix) > 0:
         along = np.dot(active.T, z)
         by_along = np.zeros(along.shape)
         _products_pullback(along, degrees, np.dot(bent, np.dot(mix, slopes)), by_along)
-        add(np.dot(active, by_along), found)
-    return found
+        add(np.dot(active, by_along), result)
+    return result
 
 
 @compiled
@@ -229,7 +230,7 @@ def _clear(total):
 
 
 @inline
-def add(part, total):
+def add(part: np.ndarray, total: np.ndarray) -> None:
     """Add a matrix to another one, in place."""
     for row in range(part.shape[0]):
         for k in range(part.shape[1]):
@@ -237,7 +238,7 @@ def add(part, total):
 
 
 @inline
-def copy(source, target):
+def copy(source: np.ndarray, target: np.ndarray) -> None:
     """Write a matrix into another one."""
     for row in range(source.shape[0]):
         for k in range(source.shape[1]):
@@ -245,18 +246,18 @@ def copy(source, target):
 
 
 @inline
-def columns(rows, first):
+def columns(rows: np.ndarray, first: int) -> np.ndarray:
     """Rows of a matrix from `first` on, PLACES of them at most, as the columns of another one."""
     n = min(PLACES, len(rows) - first)
-    found = np.empty((rows.shape[1], n))
+    result = np.empty((rows.shape[1], n))
     for param in range(rows.shape[1]):
         for k in range(n):
-            found[param, k] = rows[first + k, param]
-    return found
+            result[param, k] = rows[first + k, param]
+    return result
 
 
 @inline
-def put(columns_of, rows, first):
+def put(columns_of: np.ndarray, rows: np.ndarray, first: int) -> None:
     """Write the columns of a matrix into rows of another one from `first` on."""
     for param in range(columns_of.shape[0]):
         for k in range(columns_of.shape[1]):

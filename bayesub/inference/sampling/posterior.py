@@ -37,18 +37,67 @@ class Criteria:
 
 
 STANDARD = Criteria()
+DIAGNOSTICS = ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")  # (.., n_params) attributes of a posterior
 JUDGED_STEPS = 250  # of each ensemble at least; the chain is thinned to at most twice as many before it is judged
 N_ENSEMBLES = 4  # at least, for R-hat
-HALF_STEPS = 50  # kept at least before it is judged whether they lead anywhere
+LEAST_STEPS = 50  # kept at least before anything is judged
 STUCK = 0.1  # acceptance below which more steps are of little use; it is 0.3 to 0.9 where sampling works
 
 
-@dataclass(frozen=True)
-class Posterior(Displayed):
-    """Draws from the posterior after warm-up, and what they say of their convergence.
+class Convergence:
+    """What a chain says of its convergence, each number computed when it is asked for.
 
-    Convergence is judged by a chain that is thinned to a few hundred steps; as an ensemble must be 25 autocorrelation
-    times long, ten or more steps are left to each of them, and thinning loses next to nothing.
+    It is judged by a chain that is thinned to a few hundred steps; as an ensemble must be 25 autocorrelation times
+    long, ten or more steps are left to each of them, and thinning loses next to nothing.
+    """
+
+    chain: np.ndarray
+    thin: int
+
+    @cached_property
+    def n_steps(self) -> int:
+        """Steps of each ensemble after warm-up."""
+        return self.chain.shape[1] * self.thin
+
+    @property
+    def _judged(self) -> slice:
+        """Which steps of the chain, the last one among them."""
+        every = max(1, self.chain.shape[1] // JUDGED_STEPS)
+        return slice((self.chain.shape[1] - 1) % every, None, every)
+
+    @cached_property
+    def _scores(self) -> np.ndarray:
+        return convergence.rank_normalised(self.chain[:, self._judged])
+
+    @cached_property
+    def tau(self) -> np.ndarray:
+        """(n_ensembles, n_params) autocorrelation times, steps."""
+        return convergence.autocorrelation_time(self.chain[:, self._judged]) * (self._judged.step * self.thin)
+
+    @cached_property
+    def rhat(self) -> np.ndarray:
+        """(n_params,) rank-normalised split R-hat across the ensembles."""
+        return convergence.rhat(self.chain[:, self._judged], self._scores)
+
+    @cached_property
+    def bulk_ess(self) -> np.ndarray:
+        """(n_params,) effective sample size of the rank-normalised draws."""
+        return convergence.bulk_ess(self.chain[:, self._judged], self._scores)
+
+    @cached_property
+    def tail_ess(self) -> np.ndarray:
+        """(n_params,) effective sample size of the 5 % and 95 % quantiles, the smaller one."""
+        return convergence.tail_ess(self.chain[:, self._judged])
+
+    @cached_property
+    def variance_trend(self) -> np.ndarray:
+        """(n_params,) change of the variance from first to second half, in standard errors."""
+        return convergence.variance_trend(self.chain[:, self._judged], self._scores)
+
+
+@dataclass(frozen=True)
+class Posterior(Convergence, Displayed):
+    """Draws from the posterior after warm-up, and what they say of their convergence.
 
     Attributes
     ----------
@@ -88,25 +137,19 @@ class Posterior(Displayed):
     jacobian_price: float = float("nan")
     simulation_seconds: float = float("nan")
 
-    @cached_property
-    def n_steps(self) -> int:
-        """Steps of each ensemble after warm-up."""
-        return self.chain.shape[1] * self.thin
-
     def thinned(self) -> "Posterior":
         """The same posterior with the draws that convergence is judged by."""
-        every = max(1, self.chain.shape[1] // JUDGED_STEPS)
-        first = (self.chain.shape[1] - 1) % every  # keep the last step
-        chain, log_prob = self.chain[:, first::every], self.log_prob[:, first::every]
-        return replace(self, chain=chain, log_prob=log_prob, thin=every * self.thin)
+        judged = self._judged
+        chain, log_prob = self.chain[:, judged], self.log_prob[:, judged]
+        return replace(self, chain=chain, log_prob=log_prob, thin=judged.step * self.thin)
 
     def part(self, positions: np.ndarray) -> "Posterior":
         """The posterior of some parameters, with the convergence of each as it was judged among all.
 
         Parameters
         ----------
-        positions : (n,) array of int
-            Of the parameters, such as those that are no forces at knots: ``posterior.part(problem.others)``.
+        positions : (n,) of the parameters, such as those that are no forces at knots:
+            ``posterior.part(problem.others)``
         """
         result = replace(
             self,
@@ -115,10 +158,7 @@ class Posterior(Displayed):
             prior_mean=self.prior_mean[positions],
             prior_sd=self.prior_sd[positions],
         )
-        judged = {
-            key: getattr(self, key)[..., positions] for key in ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")
-        }
-        vars(result).update(judged, n_steps=self.n_steps)
+        vars(result).update({key: getattr(self, key)[..., positions] for key in DIAGNOSTICS}, n_steps=self.n_steps)
         return result
 
     @property
@@ -175,11 +215,6 @@ class Posterior(Displayed):
         """What sampling has cost in simulations, a Jacobian at its price; not a number if that is unknown."""
         return self.evaluations + self.jacobians * self.jacobian_price
 
-    @property
-    def work_per_effective_sample(self) -> float:
-        """:attr:`work` over the smallest bulk effective sample size."""
-        return self.work / float(self.bulk_ess.min())
-
     def summary(self) -> "pd.DataFrame":
         """A table with a row for each parameter, the units of nuisance parameters in their names.
 
@@ -223,75 +258,34 @@ class Posterior(Displayed):
         return posterior_file.to_arviz(self)
 
     @cached_property
-    def _judged(self) -> "Posterior":
-        return self.thinned()
-
-    @cached_property
-    def _scores(self) -> np.ndarray:
-        return convergence.rank_normalised(self._judged.chain)
-
-    @cached_property
-    def tau(self) -> np.ndarray:
-        """(n_ensembles, n_params) autocorrelation times, steps."""
-        return convergence.autocorrelation_time(self._judged.chain) * self._judged.thin
-
-    @cached_property
-    def rhat(self) -> np.ndarray:
-        """(n_params,) rank-normalised split R-hat across the ensembles."""
-        return convergence.rhat(self._judged.chain, self._scores)
-
-    @cached_property
-    def bulk_ess(self) -> np.ndarray:
-        """(n_params,) effective sample size of the rank-normalised draws."""
-        return convergence.bulk_ess(self._judged.chain, self._scores)
-
-    @cached_property
-    def tail_ess(self) -> np.ndarray:
-        """(n_params,) effective sample size of the 5 % and 95 % quantiles, the smaller one."""
-        return convergence.tail_ess(self._judged.chain)
-
-    @cached_property
-    def variance_trend(self) -> np.ndarray:
-        """(n_params,) change of the variance from first to second half, in standard errors."""
-        return convergence.variance_trend(self._judged.chain, self._scores)
-
-    @cached_property
     def shortcomings(self) -> tuple[str, ...]:
         """The criteria that are not met, each with the parameters and what to do; empty if converged."""
         if len(self.chain) < N_ENSEMBLES:
             return (f"only {len(self.chain)} independent ensembles; at least {N_ENSEMBLES} are needed for R-hat",)
-        if self.chain.shape[1] < 50:
+        if self.chain.shape[1] < LEAST_STEPS:
             return (f"only {self.n_steps} steps were kept; raise max_steps",)
         criteria = self.criteria
         taus = self.n_steps / self.tau.max(axis=0)
-        short = self._missed(
-            taus,
-            taus >= criteria.taus,
-            f"ensembles are {{:.1f}} autocorrelation times long, {criteria.taus:g} are needed",
-        )
-        if short:  # the other criteria mean little on so short a chain
-            return (f"{short}; {self._longer(criteria.taus / taus.min())}",)
+        long = f"ensembles are {{:.1f}} autocorrelation times long, {criteria.taus:g} are needed"
+        if short := _missed(self.names, taus, taus >= criteria.taus, long):
+            return (
+                f"{short}; {_longer(self, criteria.taus / taus.min())}",
+            )  # the others mean little on so short a chain
         trend, limit = self.variance_trend, convergence.threshold(len(self.names), criteria.false_alarms)
-        apart = "if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
+        apart = "; if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
         drift = f"the variance changes by {{:.1f}} standard errors from first to second half, above {limit:.1f}"
-        verdicts = [
-            (self._missed(-self.rhat, self.rhat < criteria.rhat, f"R-hat {{:.4f}} is not below {criteria.rhat:g}"),
-             f"{self._longer(2.0)}; {apart}"),
-            (self._missed(self.bulk_ess, self.bulk_ess >= criteria.ess, f"bulk ESS {{:.0f}} is below {criteria.ess:g}"),
-             self._longer(criteria.ess / self.bulk_ess.min())),
-            (self._missed(self.tail_ess, self.tail_ess >= criteria.ess, f"tail ESS {{:.0f}} is below {criteria.ess:g}"),
-             self._longer(criteria.ess / self.tail_ess.min())),
-            (self._missed(-np.abs(trend), np.abs(trend) < limit, drift), self._longer(2.0)),
+        # Merit of each parameter, whether it is enough, what to say if not, how much longer to sample, and what else.
+        verdicts: list[tuple[np.ndarray, np.ndarray, str, float, str]] = [
+            (-self.rhat, self.rhat < criteria.rhat, f"R-hat {{:.4f}} is not below {criteria.rhat:g}", 2.0, apart),
+            *((ess, ess >= criteria.ess, f"{word} ESS {{:.0f}} is below {criteria.ess:g}", criteria.ess / ess.min(), "")
+              for word, ess in (("bulk", self.bulk_ess), ("tail", self.tail_ess))),
+            (-np.abs(trend), np.abs(trend) < limit, drift, 2.0, ""),
         ]  # fmt: skip
-        return tuple(f"{missed}; {remedy}" for missed, remedy in verdicts if missed)
-
-    def _missed(self, merit, met, sentence) -> str:
-        """What the parameter of least merit misses and how many others do; empty if `met` holds for all."""
-        if np.all(met):
-            return ""
-        k = int(np.argmin(np.where(np.isnan(merit), -np.inf, merit)))
-        others = np.count_nonzero(~met) - 1
-        return f"{self.names[k]}{f' and {others} more' if others else ''}: {sentence.format(abs(merit[k]))}"
+        return tuple(
+            f"{missed}; {_longer(self, factor)}{more}"
+            for merit, met, sentence, factor, more in verdicts
+            if (missed := _missed(self.names, merit, met, sentence))
+        )
 
     def stuck(self, max_steps: int) -> bool:
         """Whether there is no chance of enough steps: after a tenth of them, with few proposals accepted.
@@ -301,23 +295,34 @@ class Posterior(Displayed):
         by which it has grown since half of them, and must be less than a third of what is needed.
         """
         n = self.n_warmup + self.n_steps
-        if self.acceptance >= STUCK or 10 * n < max_steps or self.chain.shape[1] < 2 * HALF_STEPS:
+        if self.acceptance >= STUCK or 10 * n < max_steps or self.chain.shape[1] < 2 * LEAST_STEPS:
             return False
         half = replace(self, chain=self.chain[:, : self.chain.shape[1] // 2])
         taus, before = (part.n_steps / part.tau.max() for part in (self, half))
         power = np.clip(np.log2(taus / before), 0.0, 1.0)
         return bool(3.0 * taus * (max_steps / n) ** power < self.criteria.taus)
 
-    def _longer(self, factor) -> str:
-        if self.acceptance < STUCK:
-            return (
-                f"only {100 * self.acceptance:.2g} % of the proposals are accepted, and more steps are of little use: "
-                "see whether the model fits, narrow the prior or free fewer coefficients"
-            )
-        steps = 1.2 * factor * (self.n_warmup + self.n_steps)
-        return f"resume with max_steps of about {np.ceil(steps / 100) * 100:.0f}"
-
     @property
     def converged(self) -> bool:
         """Whether all criteria are met."""
         return not self.shortcomings
+
+
+def _missed(names, merit, met, sentence) -> str:
+    """What the parameter of least merit misses and how many others do; empty if `met` holds for all."""
+    if np.all(met):
+        return ""
+    k = int(np.argmin(np.where(np.isnan(merit), -np.inf, merit)))
+    others = np.count_nonzero(~met) - 1
+    return f"{names[k]}{f' and {others} more' if others else ''}: {sentence.format(abs(merit[k]))}"
+
+
+def _longer(posterior, factor) -> str:
+    """What to do if so many times the steps are needed."""
+    if posterior.acceptance < STUCK:
+        return (
+            f"only {100 * posterior.acceptance:.2g} % of the proposals are accepted, and more steps are of little use: "
+            "see whether the model fits, narrow the prior or free fewer coefficients"
+        )
+    steps = 1.2 * factor * (posterior.n_warmup + posterior.n_steps)
+    return f"resume with max_steps of about {np.ceil(steps / 100) * 100:.0f}"

@@ -6,13 +6,19 @@ autocorrelations see the steps of a walker in order. Both ArviZ 0.23 (Python 3.1
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from bayesub.inference.sampling.posterior import Criteria, Posterior
+from bayesub.inference.sampling.posterior import DIAGNOSTICS, Criteria, Posterior
 from bayesub.io.atomic import replacing
 from bayesub.io.errors import InputError
+
+# Attributes of a posterior that are attributes of its file, and their types.
+_NUMBERS: dict[str, type] = dict.fromkeys(("n_warmup", "thin", "evaluations", "jacobians"), int) | dict.fromkeys(
+    ("acceptance", "seconds", "jacobian_price", "simulation_seconds"), float
+)
 
 
 def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
@@ -29,16 +35,9 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
     coordinates = {"chain": np.arange(n_ensembles), "draw": np.arange(walker.size)}
     draws = xr.Dataset({name: flat(chain[..., k]) for k, name in enumerate(posterior.names)}, coords=coordinates)
     draws.attrs = {
-        "n_warmup": posterior.n_warmup,
+        **{name: getattr(judged, name) for name in _NUMBERS},
         "n_steps": posterior.n_steps,
-        "thin": judged.thin,
         "n_walkers": n_walkers,
-        "acceptance": posterior.acceptance,
-        "evaluations": posterior.evaluations,
-        "seconds": posterior.seconds,
-        "jacobians": posterior.jacobians,
-        "jacobian_price": posterior.jacobian_price,
-        "simulation_seconds": posterior.simulation_seconds,
         "layout": "walker after walker within a chain, which is one independent ensemble",
         **{f"failures_{word}": count for word, count in posterior.failures.items()},
         **{f"criterion_{key}": value for key, value in vars(posterior.criteria).items()},
@@ -46,28 +45,21 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
     stats = xr.Dataset({"lp": flat(log_prob)}, coords=coordinates)
     stats["walker"] = ("draw", walker.ravel())
     stats["step"] = ("draw", step.ravel())
-    summary = xr.Dataset(
-        {
-            "prior_mean": ("parameter", posterior.prior_mean),
-            "prior_sd": ("parameter", posterior.prior_sd),
-            "rhat": ("parameter", posterior.rhat),
-            "bulk_ess": ("parameter", posterior.bulk_ess),
-            "tail_ess": ("parameter", posterior.tail_ess),
-            "variance_trend": ("parameter", posterior.variance_trend),
-            "tau": (("ensemble", "parameter"), posterior.tau),
-        },
-        coords={"parameter": list(posterior.names)},
-    )
+    by_parameter: dict[str, Any] = {
+        key: ("parameter", getattr(posterior, key)) for key in ("prior_mean", "prior_sd", *DIAGNOSTICS[1:])
+    }
+    by_parameter["tau"] = ("ensemble", "parameter"), posterior.tau
+    summary = xr.Dataset(by_parameter, coords={"parameter": list(posterior.names)})
     return {"posterior": draws, "sample_stats": stats, "convergence": summary}
 
 
-def to_arviz(posterior: Posterior):
-    """As :meth:`bayesub.Posterior.to_arviz`."""
+def to_arviz(posterior: Posterior) -> Any:
+    """The posterior as ArviZ's own container: InferenceData before ArviZ 1, an xarray DataTree from it on."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its successor once a day
         import arviz as az
 
-    datasets = to_datasets(posterior)
+    datasets: Any = to_datasets(posterior)
     return az.InferenceData(**datasets) if az.__version__.startswith("0.") else xr.DataTree.from_dict(datasets)
 
 
@@ -101,22 +93,12 @@ def load(path: Path) -> Posterior:
         log_prob=ensembles(stats["lp"]),
         prior_mean=summary["prior_mean"].values,
         prior_sd=summary["prior_sd"].values,
-        n_warmup=int(attrs["n_warmup"]),
-        acceptance=float(attrs["acceptance"]),
-        evaluations=int(attrs["evaluations"]),
-        seconds=float(attrs["seconds"]),
         failures={k.removeprefix("failures_"): int(v) for k, v in attrs.items() if k.startswith("failures_")},
         criteria=Criteria(
             **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
         ),
-        thin=int(attrs["thin"]),
-        jacobians=int(attrs["jacobians"]),
-        jacobian_price=float(attrs["jacobian_price"]),
-        simulation_seconds=float(attrs["simulation_seconds"]),
+        **{name: kind(attrs[name]) for name, kind in _NUMBERS.items()},
     )
     # What has been computed once takes the place of cached properties.
-    vars(posterior).update(
-        n_steps=int(attrs["n_steps"]),
-        **{key: summary[key].values for key in ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")},
-    )
+    vars(posterior).update({key: summary[key].values for key in DIAGNOSTICS}, n_steps=int(attrs["n_steps"]))
     return posterior

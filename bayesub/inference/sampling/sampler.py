@@ -3,39 +3,47 @@
 import hashlib
 import importlib.metadata
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 import emcee
 import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines import posterior_mode
-from bayesub.inference.interface import Progress, Sampled
+from bayesub.inference.interface import Forced, LeastSquares, Progress, Sampled
 from bayesub.inference.sampling import checkpoint as store
-from bayesub.inference.sampling import histories
-from bayesub.inference.sampling.effort import jacobian_price
 from bayesub.inference.sampling.geometry import Geometry
-from bayesub.inference.sampling.histories import HistoryGeometry, HistorySurrogate
-from bayesub.inference.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
+from bayesub.inference.sampling.histories import (
+    HistoryGeometry,
+    HistorySurrogate,
+    learn_with_histories,
+    search_marginal_mode,
+)
+from bayesub.inference.sampling.moves import EachEnsemble, LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.inference.sampling.posterior import STANDARD, Criteria, Posterior
 from bayesub.inference.sampling.surrogate import Surrogate, learn
 from bayesub.io.errors import InputError
 from bayesub.io.interrupts import deferred
 
-N_WALKERS = 16
-PCN_STEPS, PCN_SHARE = (0.2, 0.5, 1.0), 0.02
-START_STEPS, START_SWEEPS = (0.1, 0.2, 0.4, 0.8), 50  # of Crank-Nicolson, before a walker starts
+N_WALKERS = 16  # of an ensemble
+MOVE_SHARE = 0.02  # of the steps that go round the Laplace approximation; before 0.05
+MOVE_STEPS = (0.2, 0.5, 1.0)  # of these
+START_STEPS = (0.1, 0.2, 0.4, 0.8)  # of Crank-Nicolson, before a walker starts
+START_SWEEPS = 50  # of such steps
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
 LOOK = 100  # kept steps before the first look at convergence
+WARMUP = 0.1  # fraction of the steps so far that is discarded; before 0.25
 SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
-WARMUP = 0.1  # fraction of the steps so far that is discarded
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
 FORMAT = 6  # of checkpoints; those of a former one lack what this one counts, and are refused
+PRICE_BATCH = 64  # simulations at once, as in a step, to which the time of a Jacobian is compared
+PRICE_REPEATS = 3  # measurements, of which the fastest counts
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
 
@@ -52,6 +60,7 @@ def sample(
     checkpoint: str | Path | None = None,
     progress: Progress | None = None,
     examine: Callable[[np.ndarray], None] | None = None,
+    moves: Sequence[emcee.moves.Move | tuple[emcee.moves.Move, float]] = (),
 ) -> Posterior:
     """Sample the posterior of a problem with emcee.
 
@@ -74,6 +83,10 @@ def sample(
     progress : object with ``update(done, total, unit, note)``, or None
     examine : called with the posterior mode (n_params,) before the first step, and may raise; not by a run that is
         resumed, and not where forces have unknown histories, which follow the readings before they are sampled
+    moves : of emcee, or pairs of one and its weight (one by default), besides our own, which have the weight one
+        together. They move the sampling coordinates y, in which the posterior is nearly a standard normal. Each is
+        taken in one ensemble after the other, so that it sees no walker of another; those of emcee that take two
+        walkers want at least twice as many in an ensemble as there are parameters
 
     Raises
     ------
@@ -87,7 +100,7 @@ def sample(
             "n_ensembles" if n_ensembles < 1 else "n_walkers",
         )
     with store.opened(checkpoint) as saved:
-        run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine)
+        run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine, moves)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
             while True:
                 if run.n_kept and (run.n_kept * run.thin >= max_steps or run.n_kept in _looks(run.n_kept)):
@@ -103,21 +116,29 @@ def sample(
 class _Run:
     """The steps so far, and what the next one needs; a new run, or one continued from a checkpoint."""
 
-    def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress, examine=None):
+    def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress, examine, others):
         self.problem, self.n_ensembles, self.saved = problem, n_ensembles, saved
-        settings = _settings(problem, rng, n_ensembles, n_walkers)
-        self._mark()
+        weighted = [move if isinstance(move, tuple) else (move, 1.0) for move in others]
+        settings = _settings(problem, rng, n_ensembles, n_walkers, weighted)
+        self.marked = _costs(problem)
         content = None if saved is None else saved.load(settings)
         if content is None:
-            before, starts, moves = rng.spawn(3)
-            self.geometry, surrogate, draws = straightened(problem, before, progress, examine)
+            before, starts, steps = rng.spawn(3)
+            self.geometry, surrogate, draws = learn_coordinates(problem, before, progress, examine)
             n = n_ensembles * n_walkers
-            level = _level(problem, self.geometry, surrogate, draws[:n], starts)
+            # What the log posterior is above the log density of the surrogate, for most draws of that.
+            y = _with_histories(problem, draws[:n], starts)
+            densities = self.geometry.log_prob(problem, y)
+            known = np.isfinite(densities)
+            level = float(np.median((densities - surrogate.log_prob(y))[known])) if known.any() else 0.0
             coords, log_prob = _starts(problem, self.geometry, surrogate, draws, starts, n)
-            price = jacobian_price(problem, _centre(problem, self.geometry))
+            marginal = isinstance(self.geometry, HistoryGeometry)
+            centre = self.geometry.marginalised.centre if marginal else problem.prior.unscaled(self.geometry.mode)
+            price = jacobian_price(problem, centre)
             # emcee has no other generator than the legacy one; its bits come from ours.
-            random_state = np.random.RandomState(np.random.MT19937(moves.bit_generator.seed_seq)).get_state()
-            self.state = self._charged(store.State(coords, log_prob, random_state, jacobian_price=price))
+            random_state = np.random.RandomState(np.random.MT19937(steps.bit_generator.seed_seq)).get_state()
+            spent = self._charged(store.Spent(jacobian_price=price))
+            self.state = store.State(coords, log_prob, random_state, spent)
             self.blocks = []
             if saved is not None:
                 arrays = self.geometry.arrays() | surrogate.arrays() | {"level": np.array(level)}
@@ -128,35 +149,44 @@ class _Run:
             level = float(arrays["level"])
             if self.blocks:
                 self.state = self.blocks[-1].state
-            self._check()
-            self._mark()
-        self._parameters = None  # of the walkers, if they cost a simulation
+            log_prob = self.geometry.log_prob(problem, self.state.coords)
+            if not np.allclose(log_prob, self.state.log_prob, rtol=1e-9, atol=_SAME):
+                raise InputError(
+                    f"{saved.folder}: cannot be resumed: was made by another problem, whose log posterior differs; "
+                    "remove it to start afresh",
+                    "state",
+                    "checkpoint",
+                )
+            self.marked = _costs(problem)
+        self._parameters: np.ndarray | None = None  # of the walkers, if they cost a simulation
         if problem.histories:
             last = self.blocks[-1].chain[-1] if self.blocks else None
-            self._parameters = self.geometry.evaluated(problem, self.state.coords)[1] if last is None else last
+            self._parameters = self.geometry.evaluate(problem, self.state.coords)[1] if last is None else last
+        short, long = surrogate.walks()
         self.thin = -(-self.state.coords.nbytes // STEP_BYTES)
         self.sampler = emcee.EnsembleSampler(
             n_ensembles * n_walkers,
             problem.n_params,
-            self._evaluated,
+            self._evaluate,
             moves=[
-                (SurrogateTransition(surrogate.log_prob, *surrogate.walks(), level), 1.0 - PCN_SHARE),
-                (LaplacePCN(PCN_STEPS), PCN_SHARE),
+                (SurrogateTransition(surrogate.log_prob, short, long, level), 1.0 - MOVE_SHARE),
+                (LaplacePCN(MOVE_STEPS), MOVE_SHARE),
+                *((EachEnsemble(move, n_ensembles), weight) for move, weight in weighted),
             ],
             vectorize=True,
         )
 
-    def _evaluated(self, y):
+    def _evaluate(self, y):
         """Log densities (n,) of walkers, and beside them their parameters if these cost a simulation."""
         if self._parameters is None:
             return self.geometry.log_prob(self.problem, y)
-        return np.column_stack(self.geometry.evaluated(self.problem, y))
+        return np.column_stack(self.geometry.evaluate(self.problem, y))
 
     @property
     def n_kept(self) -> int:
         return sum(len(block.chain) for block in self.blocks)
 
-    def advance(self, n_kept: int, interrupted) -> None:
+    def advance(self, n_kept: int, interrupted: Callable[[], bool]) -> None:
         """Sample until `n_kept` steps are kept, block by block; KeyboardInterrupt after the block in hand."""
         while self.n_kept < n_kept:
             block = self._block(n_kept - self.n_kept, interrupted)
@@ -194,8 +224,9 @@ class _Run:
             log_prob=after.log_prob.copy(),
             random_state=after.random_state,
             accepted=self.state.accepted + int(self.sampler.backend.accepted.sum()),
+            spent=self._charged(self.state.spent),
         )
-        return store.Block(parameters, self.sampler.get_log_prob(), self._charged(state))
+        return store.Block(parameters, self.sampler.get_log_prob(), state)
 
     def posterior(self, criteria: Criteria) -> Posterior:
         """What the steps so far say."""
@@ -212,58 +243,48 @@ class _Run:
             prior_sd=self.problem.prior.sd,
             n_warmup=n_warmup * self.thin,
             acceptance=self.state.accepted / whole.log_prob.size,
-            evaluations=self.state.evaluations,
-            seconds=self.state.seconds,
-            failures=self.state.failures,
-            jacobians=self.state.jacobians,
-            jacobian_price=self.state.jacobian_price,
-            simulation_seconds=self.state.simulation_seconds,
             criteria=criteria,
             thin=self.thin,
+            **vars(self.state.spent),
         )
 
-    def _mark(self):
-        """Count costs from here."""
-        costs = self.problem.costs
-        self.marked = time.perf_counter(), costs.simulations, costs.jacobians, dict(costs.failures), costs.seconds
-
-    def _charged(self, state) -> store.State:
-        """The state with what has been spent since the last mark."""
-        began, simulations, jacobians, failures, simulating = self.marked
-        self._mark()
-        ended, all_simulations, all_jacobians, all_failures, all_simulating = self.marked
+    def _charged(self, spent: store.Spent) -> store.Spent:
+        """What has been spent so far, with what has been since the last time."""
+        before, now = self.marked, _costs(self.problem)
+        self.marked = now
         return replace(
-            state,
-            seconds=state.seconds + ended - began,
-            evaluations=state.evaluations + all_simulations - simulations,
-            jacobians=state.jacobians + all_jacobians - jacobians,
-            failures={k: state.failures.get(k, 0) + all_failures[k] - failures[k] for k in all_failures},
-            simulation_seconds=state.simulation_seconds + all_simulating - simulating,
+            spent,
+            seconds=spent.seconds + now.seconds - before.seconds,
+            evaluations=spent.evaluations + now.evaluations - before.evaluations,
+            jacobians=spent.jacobians + now.jacobians - before.jacobians,
+            failures={k: spent.failures.get(k, 0) + now.failures[k] - before.failures[k] for k in now.failures},
+            simulation_seconds=spent.simulation_seconds + now.simulation_seconds - before.simulation_seconds,
         )
 
-    def _check(self):
-        """InputError if the log posterior of the walkers is not what it was when they were saved."""
-        log_prob = self.geometry.log_prob(self.problem, self.state.coords)
-        if not np.allclose(log_prob, self.state.log_prob, rtol=1e-9, atol=_SAME):
-            raise InputError(
-                f"{self.saved.folder}: cannot be resumed: was made by another problem, whose log posterior differs; "
-                "remove it to start afresh",
-                "state",
-                "checkpoint",
-            )
+
+def _costs(problem) -> store.Spent:
+    """What the problem has computed by now, and the time."""
+    costs = problem.costs
+    return store.Spent(
+        costs.simulations, time.perf_counter(), dict(costs.failures), costs.jacobians, simulation_seconds=costs.seconds
+    )
 
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")
-def straightened(
-    problem, rng: np.random.Generator, progress=None, examine=None
-) -> tuple[Geometry, Surrogate, np.ndarray]:
+def learn_coordinates(
+    problem: Sampled,
+    rng: np.random.Generator,
+    progress: Progress | None = None,
+    examine: Callable[[np.ndarray], None] | None = None,
+) -> tuple[Geometry | HistoryGeometry, Surrogate | HistorySurrogate, np.ndarray]:
     """Sampling coordinates, whitened at the mode and straightened, a surrogate of the posterior, and draws of that."""
     if progress is not None:
         progress.update(0, 1, note="posterior mode")
     searches, surrogates = rng.spawn(2)
     smooth = problem.smoothed(SMOOTH)
     if problem.histories:
-        return histories.straightened(*histories.searched(problem, smooth, searches), surrogates, progress)
+        marginal = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), searches)
+        return learn_with_histories(*marginal, surrogates, progress)
     mode = posterior_mode(problem, rng=searches).values
     if examine is not None:
         examine(mode)
@@ -272,26 +293,43 @@ def straightened(
     return geometry, surrogate, draws
 
 
-def _centre(problem, geometry) -> np.ndarray:
-    """(n_all,) parameters at the mode."""
-    if problem.histories:
-        return geometry.collapsed.centre
-    return problem.prior.unscaled(geometry.mode)
+def jacobian_price(problem: LeastSquares, parameters: np.ndarray) -> float:
+    """The time of a Jacobian over the time per simulation in a batch, on this machine.
+
+    Parameters
+    ----------
+    problem : whose simulations and Jacobians are measured; they are counted like any others
+    parameters : (n_params,) where the simulation completes
+    """
+    batch = np.repeat(np.asarray(parameters, dtype=float)[None], PRICE_BATCH, axis=0)
+    simulation = _fastest(lambda: problem.residuals(batch)) / PRICE_BATCH
+    return _fastest(lambda: problem.jacobian(batch[0])) / simulation
+
+
+def _fastest(work) -> float:
+    """The shortest of several times, s."""
+    times = []
+    for _ in range(PRICE_REPEATS):
+        began = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - began)
+    return max(min(times), 1e-9)
 
 
 def _restored(problem, arrays):
     """Geometry and surrogate of a checkpoint."""
     if problem.histories:
-        geometry = HistoryGeometry.restored(problem.smoothed(SMOOTH), arrays)
-        return geometry, HistorySurrogate(Surrogate.restored(geometry.geometry, arrays))
+        with_histories = HistoryGeometry.restored(problem.smoothed(SMOOTH), arrays)
+        return with_histories, HistorySurrogate(Surrogate.restored(with_histories.geometry, arrays))
     geometry = Geometry.restored(problem.prior, arrays)
     return geometry, Surrogate.restored(geometry, arrays)
 
 
-def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
+def _settings(problem, rng, n_ensembles, n_walkers, moves) -> dict:
     """What a run must have in common with the one it continues."""
     prior = hashlib.sha256(problem.prior.mean.tobytes() + problem.prior.sd.tobytes()).hexdigest()[:12]
     seed = hashlib.sha256(repr(rng.bit_generator.state).encode()).hexdigest()[:12]
+    names = ", ".join(f"{type(move).__name__} {weight:g}" for move, weight in moves)
     return {
         "parameters": ", ".join(problem.names),
         "n_ensembles": n_ensembles,
@@ -299,6 +337,7 @@ def _settings(problem, rng, n_ensembles, n_walkers) -> dict:
         "prior": prior,
         "seed": seed,
         "checkpoint format": FORMAT,
+        **({"moves": names} if moves else {}),
         **{f"{name} version": importlib.metadata.version(name) for name in ("bayesub", "emcee", "numpy")},
     }
 
@@ -320,14 +359,6 @@ def _starts(problem, geometry, surrogate, draws, rng, n):
         if len(starts) >= n:
             return starts[:n], log_prob[:n]
     raise InputError("nearly every simulation around the posterior mode fails; narrow the prior", "model", "prior")
-
-
-def _level(problem, geometry, surrogate, draws, rng) -> float:
-    """What the log posterior is above the log density of the surrogate, for most draws (n, n_others) of that."""
-    y = _with_histories(problem, draws, rng)
-    log_prob = geometry.log_prob(problem, y)
-    known = np.isfinite(log_prob)
-    return float(np.median((log_prob - surrogate.log_prob(y))[known])) if known.any() else 0.0
 
 
 def _with_histories(problem, others, rng) -> np.ndarray:

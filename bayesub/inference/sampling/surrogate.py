@@ -21,7 +21,6 @@ draws of the posterior it is better in the middle, and walkers are held where it
 """
 
 import os
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
 
@@ -30,33 +29,52 @@ import numpy as np
 from scipy import linalg
 
 from bayesub.inference.interface import Emulated, Progress
-from bayesub.inference.sampling.flights import bounced, log_densities, turned, with_gradients
 from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.hmc import log_densities, reflecting_trajectories, trajectories, with_gradients
 from bayesub.inference.sampling.polynomial import PLAIN, RICH, Polynomials, fitted, n_features
 
-TURNS, KICKS = (1.2, 1.6, 2.0), 4  # of the flights on it, about a quarter of a turn long
-_SHORT_TURNS = (0.3, 0.9, 1.6)  # before it is straight, where short ones get on where long ones are refused
-_DRAWS, _BENDING = 2, 3  # draws for each feature of a polynomial, to which the surrogate and the bends are fitted
+Reflecting = tuple[tuple[float, ...], int]
+
+# "sd" is a posterior standard deviation; "before" names earlier values that did worse.
+# Trajectories without walls.
+ANGLES = (1.2, 1.6, 2.0)  # radians of a trajectory, about a quarter of a turn; before 0.8, 1.4 and 1.8
+LEAPFROG_STEPS = 4  # of a trajectory; before 3
+_LEARNING_ANGLES = (0.3, 0.9, 1.6)  # until it is straight, where short ones get on where long ones are refused
+_NEAR_ANGLES = (0.05, 0.2, 0.5)  # of the one trajectory of a short walk, which does not lead far
+_TRAJECTORIES = 4  # of a walk before each simulation; before 3, then 6
+_LEARNING_TRAJECTORIES = 4  # of a walk that finds draws; before 5
+# Trajectories that are reflected at walls.
+REFLECTING: Reflecting = (0.1, 0.15, 0.2), 48  # radians of a leapfrog step, and steps; before 0.2, 0.3 and 0.4, and 16
+_NEAR_REFLECTING = (0.02, 0.1), 3  # of a short walk
+_REFLECTING_TRAJECTORIES = 1  # of a walk before each simulation: one long one; before 2 or 4 shorter ones
+_LEARNING_REFLECTING_TRAJECTORIES = 1  # of a walk that finds draws; before 4 shorter ones
+_PACES = (1.0, 0.5, 0.25, 0.125)  # by which angles are shortened until most trajectories lead away
+_MOVING = 0.6  # share of them that is most
+_SCOUTS = 64  # walkers that try the paces
+_ACCEPTED = 0.5  # acceptance on the surrogate below which trajectories without reflection end outside bounds too often
+# Rounds in which draws and surrogate approach the posterior.
+_WALKERS = 512  # that find the draws; before 2 or 4 for each term of a polynomial
+_DRAWS = 2  # for each term, to which the surrogate is fitted; in the end before 6, then 4
+_BENDING = 3  # draws for each term, to which the bends are fitted
 _MORE = 300  # draws besides
-_WALKERS = 512  # which find the draws
-LEAPS = (0.1, 0.15, 0.2), 48  # of the flights between walls, angles and number
-_PACES, _MOVING, _SCOUTS = (1.0, 0.5, 0.25, 0.125), 0.6, 64  # shorter ones until most flights of some walkers lead away
-_FLIGHTS, _BOUNCING = 4, 1  # flights before each simulation, without walls and between them
-_NEAR_TURNS, _NEAR_LEAPS = (0.05, 0.2, 0.5), ((0.02, 0.1), 3)  # of one flight that does not lead far
-_FLYING = 0.5  # acceptance on the surrogate below which flights end outside bounds too often
-_ROUNDS, _MAX_ROUNDS = 2, 12
-_STEADY = 1.2  # change of the draws' spread in one coordinate while they walk on, below which rounds may end
-_REFINEMENTS, _JUDGED = 6, 256  # times that the surrogate is fitted in the end, and draws of it that are simulated then
-_GOOD, _BETTER = 0.8, 0.02  # acceptance of these that is good enough, and the rise with which refining goes on
-_LEAST_POWER = 0.5  # of the emulated likelihood
-_HOT = 2.0  # temperature of the draws that the surrogate is fitted to
-_LONG, _LONG_BOUNCING = 4, 1  # flights of a walk, without walls and between them
+_ROUNDS, _MAX_ROUNDS = 2, 12  # at least and at most; before 3 at least, or 4 always
 _STOPS, _MAX_WALKS = 3, 6  # walks that show how the sheet bends; as often until walkers spread no further
-_FREEDOM = (30.0, 1.0)  # degrees of freedom, and those for each emulated residual
-_DOUBTED = 2.0  # variance of the misfit that is taken for noise, over that where the surrogate is fitted
-_SPAN, _WORTH = 0.03, 0.03  # posterior sd; directions of the residuals that vary, or bend, less are left out
+_STEADY = 1.2  # ratio of the draws' spreads in one coordinate while they walk on, below which rounds may end
+_HOT = 2.0  # temperature of the draws that it is fitted to; of draws at one it is too low in the tails
+# The fit.
+_SPAN = 0.03  # sd; directions of the residuals that vary less are left out
 _SPANNING = 300  # simulations that show which
-_BATCH = 512
+_WORTH = 0.03  # sd; combinations of residuals that bend less have no products
+_DOUBTED = 2.0  # variance of the misfit that is taken for noise, over that where the surrogate is fitted; before 1
+_FREEDOM = 30.0, 1.0  # degrees of freedom, and those for each emulated residual; before 30 and 3, lighter tails
+_LEAST_POWER = 0.5  # of the emulated likelihood
+# Richer fits in the end.
+_REFINEMENTS = 6  # at most
+_JUDGED = 256  # draws of each that are simulated
+_GOOD = 0.8  # acceptance of these that is good enough
+_BETTER = 0.02  # rise of the acceptance with which refining goes on
+# How it is computed.
+_BATCH = 512  # simulations at once
 _FEW, _PARTS = 32, 8  # walkers that one thread moves together, at least, and into how many parts at most
 
 
@@ -67,7 +85,7 @@ class Surrogate:
     ----------
     geometry : its whitening and active directions stay as they are; its bends may change later
     polynomials : of the k emulated residuals
-    flies : whether flights on it are worth their gradients; bounds stop them
+    flies : whether trajectories without reflection are worth their gradients; bounds stop them
     power : of the emulated likelihood, with which it is nearest to that of the posterior
     """
 
@@ -98,15 +116,15 @@ class Surrogate:
         parts = (geometry.mode, self._basis, *geometry.packed, self.polynomials, self.power / temperature, n_degrees)
         return parts, self._prior
 
-    def log_prob(self, y, temperature: float = 1.0) -> np.ndarray:
+    def log_prob(self, y: np.ndarray, temperature: float = 1.0) -> np.ndarray:
         """(n,) log densities at sampling coordinates y (n, n_params), the likelihood to the power 1 / temperature."""
         return log_densities(y, *self.packed(temperature))
 
-    def with_gradient(self, y, temperature: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    def with_gradient(self, y: np.ndarray, temperature: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """:meth:`log_prob`, and its gradient (n, n_params) within the support of the prior."""
         return with_gradients(y, *self.packed(temperature))
 
-    def temper(self, y, log_prob) -> None:
+    def temper(self, y: np.ndarray, log_prob: np.ndarray) -> None:
         """Set the power by places y (n, n_params) of walkers in the posterior and its log densities (n,) there.
 
         The emulator's errors add to the squares of the residuals, which therefore differ more from place to place than
@@ -118,16 +136,16 @@ class Surrogate:
         covariance = np.cov(ours, simulated)
         self.power = float(np.clip(covariance[0, 1] / covariance[0, 0], _LEAST_POWER, 1.0))
 
-    def walks(self) -> tuple[Callable, list[Callable]]:
+    def walks(self) -> tuple[partial, list[partial]]:
         """A short walk on it, and long ones.
 
         Each takes coordinates y (n, n_params), a source of random numbers, and which of them walk (n,). From a corner
-        between walls only those lead away that bounce.
+        between walls only those lead away that are reflected.
         """
-        short = partial(_walked, self, bounces=self.walled, length=1, turns=_NEAR_TURNS, leaps=_NEAR_LEAPS)
-        bouncing = [partial(_walked, self, bounces=True, length=_BOUNCING)] * self.walled
-        flying = [partial(_walked, self, bounces=False, length=_FLIGHTS)] * (self.flies or not self.walled)
-        return short, bouncing + flying
+        short = partial(_walk, self, reflects=self.walled, length=1, angles=_NEAR_ANGLES, reflecting=_NEAR_REFLECTING)
+        reflected = [partial(_walk, self, reflects=True, length=_REFLECTING_TRAJECTORIES)] * self.walled
+        free = [partial(_walk, self, reflects=False, length=_TRAJECTORIES)] * (self.flies or not self.walled)
+        return short, reflected + free
 
 
 class _Simulations:
@@ -144,14 +162,15 @@ class _Simulations:
         self.problem, self.geometry = problem, geometry
         self._mode = geometry.prior.unscaled(geometry.mode)
         (self.at_mode,), _ = problem.misfit_about(self._mode, self._mode[None])
-        self.span, self.z, self.changes = None, [], []
+        self.z: list[np.ndarray] = []
+        self.changes: list[np.ndarray] = []
 
     @property
     def n(self) -> int:
         """Their number."""
         return sum(map(len, self.z))
 
-    def add(self, y) -> None:
+    def add(self, y: np.ndarray) -> None:
         """Simulate at y (n, n_params), in batches. What fails or lies outside of bounds is left out."""
         z = self.geometry.bent(y)
         x = self.geometry.scaled(z)
@@ -164,43 +183,34 @@ class _Simulations:
             done = np.isfinite(changes).all(axis=1)
             if not done.all():
                 changes = changes[done]
-            if self.span is None:
-                self.span = _span(changes[:_SPANNING])
+            if not self.z:
+                # Orthonormal combinations of changes, along which they vary.
+                some_changes = changes[:_SPANNING]
+                squares, members = np.linalg.eigh(some_changes @ some_changes.T)
+                seen = squares > _SPAN**2 * len(some_changes)
+                self.span = (members[:, seen] / np.sqrt(squares[seen])).T @ some_changes
             self.z.append(z[some][done])
             self.changes.append(changes @ self.span.T)
 
-    def surrogate(self, active, degrees=PLAIN) -> "Surrogate":
+    def surrogate(self, active: np.ndarray, degrees: tuple[int, int] = PLAIN) -> Surrogate:
         """The surrogate that is fitted to all of them."""
         z, changes, unit = np.concatenate(self.z), np.concatenate(self.changes), np.eye(len(self.span))
         polynomials, misfit = fitted(z, active, changes, _WORTH, unit=unit, degrees=degrees)
-        noise = unit + _DOUBTED * misfit.T @ misfit / max(len(z) - n_features(*active.shape, degrees), 1)
+        noise = unit + _DOUBTED * misfit.T @ misfit / max(
+            len(z) - n_features(active.shape[0], active.shape[1], degrees), 1
+        )
         polynomials.linear[0] += self.span @ self.at_mode
         whitened = polynomials.mixed(linalg.inv(np.linalg.cholesky(noise)).T)
         return Surrogate(self.geometry, whitened)
 
 
-def _span(changes):
-    """(k, n_readings) orthonormal directions along which changes (n, n_readings) of the residuals vary."""
-    squares, members = np.linalg.eigh(changes @ changes.T)
-    seen = squares > _SPAN**2 * len(changes)
-    return (members[:, seen] / np.sqrt(squares[seen])).T @ changes
-
-
 def learn(
     problem: Emulated, geometry: Geometry, rng: np.random.Generator, progress: Progress | None = None
 ) -> tuple[Surrogate, np.ndarray]:
-    """Find the active directions, straighten the geometry and fit a surrogate.
+    """Find the active directions, straighten the geometry in place and fit a surrogate of the problem.
 
-    Parameters
-    ----------
-    problem : to be emulated
-    geometry : whitened at the mode of the problem; it is straightened in place
-    rng : source of all random numbers
-    progress : object with ``update(done, total, unit, note)``, or None
-
-    Returns
-    -------
-    The surrogate, and draws of it (n, n_params) in sampling coordinates.
+    The geometry is whitened at the mode of the problem. With the surrogate draws of it come, (n, n_params) in sampling
+    coordinates.
     """
     geometry.find_active(problem, rng)
     n_terms = n_features(*geometry.active.shape)
@@ -212,14 +222,14 @@ def learn(
         seen = _Simulations(problem, geometry)
         seen.add(y[-n_fitted:])
         surrogate = seen.surrogate(geometry.active)
-        y, change = _straightened(surrogate, y, n_bent, n_fitted, _HOT, rng)
+        y, change = _straighten(surrogate, y, n_bent, n_fitted, _HOT, rng)
         if n + 1 >= _ROUNDS and change < _STEADY:
             break
-    y, _ = _straightened(surrogate, y, n_bent, _WALKERS, 1.0, rng)
-    return _refined(problem, surrogate, y, rng, seen)
+    y, _ = _straighten(surrogate, y, n_bent, _WALKERS, 1.0, rng)
+    return _refine(problem, surrogate, y, rng, seen)
 
 
-def _refined(problem, surrogate, y, rng, seen):
+def _refine(problem, surrogate, y, rng, seen):
     """A richer surrogate from draws y (n, n_params) of a plain one and what was `seen` to fit that, and draws of it.
 
     It is fitted to draws of the one before at a higher temperature besides, and again to as many more, until enough of
@@ -227,14 +237,14 @@ def _refined(problem, surrogate, y, rng, seen):
     """
     geometry, best = surrogate.geometry, 0.0
     active = geometry.finely_active()
-    n_wanted = _DRAWS * n_features(*active.shape, RICH) + _MORE
+    n_wanted = _DRAWS * n_features(active.shape[0], active.shape[1], RICH) + _MORE
     for k in range(1, _REFINEMENTS + 1):
         n_stops = max(-(-(k * n_wanted - seen.n) // len(y)), 1)
-        _, *stops = _wandered(surrogate, y, 1 + n_stops, _HOT, rng)
+        _, *stops = _wander(surrogate, y, 1 + n_stops, _HOT, rng)
         seen.add(np.concatenate(stops))
         surrogate = seen.surrogate(active, RICH)
-        surrogate.flies = bool(np.mean(_walked(surrogate, y, rng, bounces=False, length=1)[2]) > _FLYING)
-        *_, y = _wandered(surrogate, y, 2, 1.0, rng)
+        surrogate.flies = bool(np.mean(_walk(surrogate, y, rng, reflects=False, length=1)[2]) > _ACCEPTED)
+        *_, y = _wander(surrogate, y, 2, 1.0, rng)
         density = geometry.log_prob(problem, y[:_JUDGED])
         surrogate.temper(y[:_JUDGED], density)
         known = np.isfinite(density)
@@ -246,15 +256,15 @@ def _refined(problem, surrogate, y, rng, seen):
     return surrogate, y
 
 
-def _walked(surrogate, y, random, taken=None, *, bounces, length, temperature=1.0, turns=TURNS, leaps=LEAPS):
-    """Where walkers y (n, n_params) are after flights; log densities there; the fraction accepted (n,).
+def _walk(surrogate, y, random, taken=None, *, reflects, length, temperature=1.0, angles=ANGLES, reflecting=REFLECTING):
+    """Where walkers y (n, n_params) are after `length` trajectories; log densities there; the fraction accepted (n,).
 
     Of those that are `taken` (n,), by default all. A few at a time in each thread, with random numbers of their own, so
     that the number of threads changes nothing, nor does which others are taken.
     """
     n_parts = min(-(-len(y) // _FEW), _PARTS)
     streams = np.random.SeedSequence(int.from_bytes(random.bytes(16))).spawn(n_parts)
-    target, (steps, n_leaps) = surrogate.packed(temperature), leaps
+    target, (step_angles, n_steps) = surrogate.packed(temperature), reflecting
     taken = np.ones(len(y), dtype=bool) if taken is None else taken
 
     def walked(few, chosen, stream):
@@ -264,12 +274,16 @@ def _walked(surrogate, y, random, taken=None, *, bounces, length, temperature=1.
             return numbers.compress(chosen, axis=1)  # row by row in memory, whatever the mask
 
         momenta = of_chosen(rng.standard_normal((*each, few.shape[1])))
-        if not bounces:
-            angles, thresholds = of_chosen(rng.choice(turns, each) / KICKS), of_chosen(np.log(rng.random(each)))
-            return turned(few[chosen], angles, momenta, thresholds, KICKS, *target)
-        thresholds = np.log(rng.random((length, n_leaps, len(few)))).compress(chosen, axis=2)
-        before = of_chosen(rng.integers(n_leaps + 1, size=each))  # leaps of the trajectory that lead to the start
-        return bounced(few[chosen], of_chosen(rng.choice(steps, each)), momenta, before, thresholds, *target)
+        if not reflects:
+            steps, thresholds = (
+                of_chosen(rng.choice(angles, each) / LEAPFROG_STEPS),
+                of_chosen(np.log(rng.random(each))),
+            )
+            return trajectories(few[chosen], steps, momenta, thresholds, LEAPFROG_STEPS, *target)
+        thresholds = np.log(rng.random((length, n_steps, len(few)))).compress(chosen, axis=2)
+        before = of_chosen(rng.integers(n_steps + 1, size=each))  # steps of the trajectory that lead to the start
+        steps = of_chosen(rng.choice(step_angles, each))
+        return reflecting_trajectories(few[chosen], steps, momenta, before, thresholds, *target)
 
     parts = np.array_split(y, n_parts), np.array_split(taken, n_parts), streams
     ends = list(_threads(numba.get_num_threads()).map(walked, *parts))
@@ -285,7 +299,7 @@ def _threads(n):
 os.register_at_fork(after_in_child=_threads.cache_clear)  # where there are no threads
 
 
-def _straightened(surrogate, y, n_bent, n_draws, temperature, rng):
+def _straighten(surrogate, y, n_bent, n_draws, temperature, rng):
     """Draws of a surrogate at a temperature from draws y (n, n_params) of another, in coordinates straightened by them.
 
     The last of `y` walk on until they spread or shrink no further, and then until they have left `n_bent` draws, to
@@ -295,43 +309,31 @@ def _straightened(surrogate, y, n_bent, n_draws, temperature, rng):
     """
     geometry, changes = surrogate.geometry, []
     for _ in range(_MAX_WALKS):
-        reached = np.concatenate(_wandered(surrogate, y[-_WALKERS:], _STOPS, temperature, rng))
-        changes.append(_change(y, reached))
+        reached = np.concatenate(_wander(surrogate, y[-_WALKERS:], _STOPS, temperature, rng))
+        ratios = np.log(np.std(reached, axis=0) / np.std(y, axis=0))
+        changes.append(np.exp(np.max(np.abs(ratios))))  # of the coordinate in which they have grown or shrunk most
         y = reached
         if changes[-1] < _STEADY:
             break
     n_stops = max(n_bent - len(y), 0) // _WALKERS
-    z = geometry.bent(np.concatenate([y, *_wandered(surrogate, y[-_WALKERS:], n_stops, temperature, rng)]))
+    z = geometry.bent(np.concatenate([y, *_wander(surrogate, y[-_WALKERS:], n_stops, temperature, rng)]))
     geometry.straighten(z)
     y = geometry.straightened(z[-_WALKERS:])
-    return np.concatenate(_wandered(surrogate, y, -(-n_draws // _WALKERS), temperature, rng)), changes[0]
+    return np.concatenate(_wander(surrogate, y, -(-n_draws // _WALKERS), temperature, rng)), changes[0]
 
 
-def _change(before, after):
-    """Ratio of spreads of walkers (n, n_params), of the coordinate in which they have grown or shrunk most."""
-    ratios = np.log(np.std(after, axis=0) / np.std(before, axis=0))
-    return np.exp(np.max(np.abs(ratios)))
-
-
-def _wandered(surrogate, y, n_stops, temperature, rng):
+def _wander(surrogate, y, n_stops, temperature, rng):
     """Where walkers y (n, n_params) stop after each of some walks on a surrogate at a temperature: (n, n_params)."""
-    bounces, stops = surrogate.walled, []
-    walk = partial(_walked, surrogate, bounces=bounces, temperature=temperature, turns=_SHORT_TURNS)
-    length, leaps = (_LONG_BOUNCING, _even_leaps(walk, y[:_SCOUTS], rng)) if bounces else (_LONG, LEAPS)
+    stops, length, reflecting = [], _LEARNING_TRAJECTORIES, REFLECTING
+    walk = partial(_walk, surrogate, reflects=surrogate.walled, temperature=temperature, angles=_LEARNING_ANGLES)
+    if surrogate.walled:
+        length, (angles, n_steps) = _LEARNING_REFLECTING_TRAJECTORIES, REFLECTING
+        # Before the surrogate is straight, long steps lead so far out of the walls that its polynomials explode.
+        for pace in _PACES:
+            reflecting = tuple(pace * angle for angle in angles), n_steps
+            if np.mean(walk(y[:_SCOUTS], rng, length=1, reflecting=reflecting)[2]) > _MOVING:
+                break
     for _ in range(n_stops):
-        y, _, _ = walk(y, rng, length=length, leaps=leaps)
+        y, _, _ = walk(y, rng, length=length, reflecting=reflecting)
         stops.append(y)
     return stops
-
-
-def _even_leaps(walk, scouts, rng):
-    """The longest leaps with which most flights of scouts (n, n_params) lead away.
-
-    Before the surrogate is straight, long ones lead so far out of the walls that its polynomials explode.
-    """
-    angles, n_leaps = LEAPS
-    for pace in _PACES:
-        leaps = tuple(pace * angle for angle in angles), n_leaps
-        if np.mean(walk(scouts, rng, length=1, leaps=leaps)[2]) > _MOVING:
-            break
-    return leaps

@@ -55,7 +55,7 @@ def _prior(run: FinishedRun):
 
 def normality_of(run: FinishedRun) -> normality.Normality:
     """How normal the posterior of the coefficients is."""
-    return normality.of_posterior(run.posterior.part(np.array(coefficients(run))))
+    return normality.posterior_normality(run.posterior.part(np.array(coefficients(run))))
 
 
 def vehicle_file(run: FinishedRun, path: Path) -> str:

@@ -115,7 +115,7 @@ def test_a_start_that_completes_only_a_part_of_the_record(tmp_path):
 
 def test_a_beginning_of_the_record_predicts_the_same(unstable):
     """Its readings are the first of each channel, and its predictions those of the whole record."""
-    part = unstable.within(600.0)
+    part = unstable.truncated(600.0)
     values = unstable.reference[None]
     whole = unstable.predicted(values)[0]
     for name, rows in part.rows.items():
@@ -123,15 +123,15 @@ def test_a_beginning_of_the_record_predicts_the_same(unstable):
         np.testing.assert_array_equal(part.readings[rows], unstable.readings[first])
         np.testing.assert_allclose(part.predicted(values)[0, rows], whole[first], rtol=1e-13)
     assert part.duration == 600.0
-    assert unstable.within(unstable.duration) is unstable
+    assert unstable.truncated(unstable.duration) is unstable
     joint = bs.JointProblem({"a": unstable, "b": part})
     assert joint.duration == unstable.duration
-    assert joint.within(300.0).duration == 300.0
+    assert joint.truncated(300.0).duration == 300.0
 
 
 def test_a_record_begins_with_a_reading_of_each_channel(unstable):
     """A time before the first reading leaves one reading a channel."""
-    assert unstable.within(0.0).record.n_readings == 3
+    assert unstable.truncated(0.0).record.n_readings == 3
 
 
 def test_a_problem_that_no_search_completes(tmp_path):

@@ -8,9 +8,8 @@ from scipy import special, stats
 from support.toys import Linear
 
 import bayesub as bs
-from bayesub.inference.checks.cross_validation import laplace
 from bayesub.inference.checks.fit import criticise
-from bayesub.inference.checks.prediction import Prediction, given_warm_up, predict
+from bayesub.inference.checks.prediction import Prediction, given_warm_up, laplace, predict
 from bayesub.problem.disturbances import force_scales
 from bayesub.problem.priors import Normal
 from bayesub.problem.unseen import UnseenTrial

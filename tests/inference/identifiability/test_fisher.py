@@ -5,8 +5,8 @@ import pytest
 from support.toys import Linear
 
 from bayesub.inference.identifiability import fisher
-from bayesub.inference.identifiability.directions import null_basis, split_svd
 from bayesub.inference.identifiability.fisher import integrated_out
+from bayesub.inference.identifiability.linalg import null_basis, split_svd
 from bayesub.problem.priors import CorrelatedNormal, Normal
 
 N = 6

@@ -8,7 +8,7 @@ import pytest
 from support.toys import Banana, Pushed, Toy
 
 import bayesub as bs
-from bayesub.inference.checks.explanations import _WithAmounts
+from bayesub.inference.checks.discrepancy import _WithAmounts
 from bayesub.inference.interface import (
     CostCounter,
     Emulated,
@@ -18,7 +18,7 @@ from bayesub.inference.interface import (
     Sampled,
     Searchable,
 )
-from bayesub.inference.sampling.collapsed import Collapsed
+from bayesub.inference.sampling.marginalised import Marginalised
 from bayesub.problem import distributions
 from bayesub.problem.base import Costs
 from bayesub.problem.trial_problem import TrialProblem
@@ -72,9 +72,9 @@ def test_what_stands_for_a_problem_is_what_it_claims():
     """The problem without histories is emulated, innovations and amounts are searched, and no more than that."""
     toy = Pushed()
     assert isinstance(toy, Forced)
-    collapsed = Collapsed(toy, np.r_[0.4, 1.5, np.zeros(toy.N_WHITE)])
-    assert isinstance(collapsed, Emulated)
-    assert not isinstance(collapsed, Sampled)
+    marginalised = Marginalised(toy, np.r_[0.4, 1.5, np.zeros(toy.N_WHITE)])
+    assert isinstance(marginalised, Emulated)
+    assert not isinstance(marginalised, Sampled)
     model = SimpleNamespace(names=("a",), prior=toy.prior, costs=toy.costs)
     amounts = _WithAmounts(SimpleNamespace(costs=toy.costs), 1, {("bias", "x"): np.eye(2)})
     for one in (Innovations(model), amounts):

@@ -70,7 +70,7 @@ def test_resuming_is_bit_identical(tmp_path, straight):
 def test_the_geometry_is_not_computed_again(tmp_path, straight, monkeypatch):
     """A resumed run takes coordinates and surrogate from the checkpoint, whatever the machine now makes of them."""
     run(tmp_path / "chain", 130)
-    monkeypatch.setattr(sampler, "straightened", None)
+    monkeypatch.setattr(sampler, "learn_coordinates", None)
     same(run(tmp_path / "chain"), straight)
 
 

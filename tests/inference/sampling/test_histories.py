@@ -8,8 +8,8 @@ import bayesub as bs
 from bayesub.inference.baselines import gauss_newton, posterior_mode
 from bayesub.inference.checks import convergence
 from bayesub.inference.sampling import nuts, sampler
-from bayesub.inference.sampling.collapsed import Collapsed
 from bayesub.inference.sampling.histories import marginal_mode, with_process
+from bayesub.inference.sampling.marginalised import Marginalised
 from bayesub.inference.sampling.posterior import Criteria
 
 PLACES = np.array([[0.4, 1.5], [0.2, 0.8], [0.55, 2.5], [0.4, 0.3]])
@@ -21,38 +21,38 @@ def toy():
 
 
 @pytest.fixture(scope="module")
-def collapsed(toy):
+def marginalised(toy):
     """Expanded in all directions, however little the response changes along them."""
     mode = posterior_mode(toy.with_wide_process(), rng=np.random.default_rng(1))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bayesub.inference.sampling.collapsed._ACTIVE", 0.0)
+        patch.setattr("bayesub.inference.sampling.marginalised._ACTIVE", 0.0)
         return marginal_mode(toy, with_process(toy, mode))[0]
 
 
-def test_the_density_without_histories_is_the_closed_form(toy, collapsed):
+def test_the_density_without_histories_is_the_closed_form(toy, marginalised):
     """Readings are normal given the others, whose response is linear; the constant is the same everywhere."""
     exact = np.array([toy.marginal(*place) for place in PLACES])
-    np.testing.assert_allclose(np.diff(collapsed.log_likelihood(PLACES)), np.diff(exact), atol=1e-6)
+    np.testing.assert_allclose(np.diff(marginalised.log_likelihood(PLACES)), np.diff(exact), atol=1e-6)
 
 
-def test_residuals_and_deviance_agree(collapsed):
+def test_residuals_and_deviance_agree(marginalised):
     """The squares of the residuals, the determinant among them, sum to the deviance."""
-    squares = np.sum(collapsed.residuals(PLACES) ** 2, axis=1)
-    np.testing.assert_allclose(squares, collapsed.misfit(PLACES)[1], rtol=1e-9)
-    np.testing.assert_allclose(np.diff(collapsed.log_likelihood(PLACES)), -0.5 * np.diff(squares), atol=1e-6)
+    squares = np.sum(marginalised.residuals(PLACES) ** 2, axis=1)
+    np.testing.assert_allclose(squares, marginalised.misfit(PLACES)[1], rtol=1e-9)
+    np.testing.assert_allclose(np.diff(marginalised.log_likelihood(PLACES)), -0.5 * np.diff(squares), atol=1e-6)
 
 
-def test_the_jacobian_is_that_of_the_residuals(collapsed):
+def test_the_jacobian_is_that_of_the_residuals(marginalised):
     """Against differences of another length."""
     place, step = np.array([0.4, 1.5]), 1e-4
-    sides = collapsed.residuals(place + step * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]))
-    np.testing.assert_allclose(collapsed.jacobian(place), (sides[:2] - sides[2:]).T / (2.0 * step), atol=1e-4)
+    sides = marginalised.residuals(place + step * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]))
+    np.testing.assert_allclose(marginalised.jacobian(place), (sides[:2] - sides[2:]).T / (2.0 * step), atol=1e-4)
 
 
-def test_the_density_with_y_is_exact_whatever_the_expansion(toy, collapsed):
+def test_the_density_with_y_is_exact_whatever_the_expansion(toy, marginalised):
     """Elsewhere in w: log likelihood, prior of w and the constant derivative of w by y, which differences give."""
-    other = Collapsed(toy, toy.prior.parameters(np.full(toy.n_params, 0.5)), curved=False)
-    for part in (collapsed, other):
+    other = Marginalised(toy, toy.prior.parameters(np.full(toy.n_params, 0.5)), curved=False)
+    for part in (marginalised, other):
         place, y = PLACES[:1], np.random.default_rng(2).standard_normal((1, toy.N_WHITE))
         log_density, full = part.density(toy, place, y)
         steps = 1e-5 * np.eye(toy.N_WHITE)
@@ -62,10 +62,10 @@ def test_the_density_with_y_is_exact_whatever_the_expansion(toy, collapsed):
         assert log_density[0] == pytest.approx(expected, abs=1e-6)
 
 
-def test_the_mode_of_all_parameters_is_not_that_of_the_others(toy, collapsed):
+def test_the_mode_of_all_parameters_is_not_that_of_the_others(toy, marginalised):
     """Negative control of the determinant: the sd of the forces has no mode together with their histories."""
     means, variances = toy.moments()
-    mode = gauss_newton(collapsed, collapsed.centre[:2]).values
+    mode = gauss_newton(marginalised, marginalised.centre[:2]).values
     assert abs(np.log(mode[1]) - means[1]) < 0.5 * np.sqrt(variances[1])
     joint = gauss_newton(toy).values
     assert np.log(joint[1]) - means[1] > 2.0 * np.sqrt(variances[1])
@@ -115,10 +115,10 @@ def test_nuts_agrees():
     assert check.verdict == "agree", check.sentence
 
 
-def test_places_that_are_too_far_have_no_density(collapsed, monkeypatch):
+def test_places_that_are_too_far_have_no_density(marginalised, monkeypatch):
     """Where G'G is round-off, here made so, the density is zero and no error stops a search."""
-    (part,) = collapsed._parts
+    (part,) = marginalised._responses
     monkeypatch.setattr(part, "products", -part.products)
-    assert not np.isfinite(collapsed.log_likelihood(PLACES)).any()
-    assert np.isinf(collapsed.misfit(PLACES)[1]).all()
-    assert not np.isfinite(collapsed.residuals(PLACES)[:, -1]).any()
+    assert not np.isfinite(marginalised.log_likelihood(PLACES)).any()
+    assert np.isinf(marginalised.misfit(PLACES)[1]).all()
+    assert not np.isfinite(marginalised.residuals(PLACES)[:, -1]).any()

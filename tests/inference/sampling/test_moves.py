@@ -4,7 +4,7 @@ import emcee
 import numpy as np
 import pytest
 from scipy import stats
-from support.slow_flights import numbers, turned
+from support.slow_hmc import numbers, trajectories
 from support.toys import second_moments, standardised
 
 from bayesub.inference.sampling.moves import LaplacePCN, SurrogateTransition, crank_nicolson
@@ -40,7 +40,7 @@ def swept(y, random, taken):
 
 
 def flown(y, random, taken):
-    coords, log_density, _ = turned(rough_with_gradient, y, *numbers(random, y, (0.1, 0.3), 2), 4)
+    coords, log_density, _ = trajectories(rough_with_gradient, y, *numbers(random, y, (0.1, 0.3), 2), 4)
     return coords[taken], log_density[taken]
 
 
@@ -182,7 +182,7 @@ def test_flights_over_a_standard_normal_are_exact():
 
     for turn in (0.5 * np.pi, 0.7):
         random = np.random.RandomState(2)
-        ends, log_prob, accepted = turned(normal, starts, *numbers(random, starts, [turn / 3], 1), 3)
+        ends, log_prob, accepted = trajectories(normal, starts, *numbers(random, starts, [turn / 3], 1), 3)
         np.testing.assert_array_equal(log_prob, normal(ends)[0])
         expected = np.cos(turn) * starts.mean()
         assert abs(ends.mean() - expected) < 4.0 / np.sqrt(ends.size)

@@ -39,7 +39,7 @@ def exact(problem, rng, n_draws=1000):
 
 
 def compared(posterior, draws, *given, **named):
-    return module.compare(posterior, Moments.of(draws), *given, **named)
+    return module.compare(posterior, Moments.of_chain(draws), *given, **named)
 
 
 def test_equal_posteriors_agree(problem, rng):
@@ -99,7 +99,7 @@ def test_it_is_saved_and_drawn(problem, rng, tmp_path):
 
 def test_moments_that_were_stored_say_the_same_as_the_draws(problem, rng, tmp_path):
     """What NUTS has cost hours for is compared with every further engine, from a file of its moments."""
-    moments = Moments.of(exact(problem, rng))
+    moments = Moments.of_chain(exact(problem, rng))
     np.savez(tmp_path / "moments.npz", **moments.arrays())
     with np.load(tmp_path / "moments.npz") as arrays:
         again = Moments.restored(dict(arrays))

@@ -87,7 +87,6 @@ def test_a_posterior_saves_loads_and_summarises_itself(posterior, tmp_path):
     counted.save(tmp_path / "posterior.nc")
     loaded = Posterior.load(tmp_path / "posterior.nc")
     assert loaded.work == counted.work == 16_400
-    assert loaded.work_per_effective_sample == counted.work / counted.bulk_ess.min()
     table = loaded.summary()
     assert list(table.index) == ["Xuu", "Yuv", "Nuv"]
     assert list(table.columns) == ["mean", "sd", "q5", "median", "q95", "contraction", "rhat", "bulk_ess", "tail_ess"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy import stats
-from support import slow_flights
+from support import slow_hmc
 from support.toys import second_moments, standardised
 
 N_GROUPS, N_EACH, N_PARAMS = 1500, 12, 3
@@ -62,8 +62,8 @@ class Bent:
     def flown(self, y, n_flights=20, steps=(0.1, 0.2), n_leaps=12):
         """Places x after flights from y, and the fraction of them that ended elsewhere."""
         random = np.random.RandomState(4)
-        y, at, moved = slow_flights.bounced(
-            self.with_gradient, self.walls, y, *slow_flights.numbers(random, y, steps, n_flights, n_leaps)
+        y, at, moved = slow_hmc.reflecting_trajectories(
+            self.with_gradient, self.walls, y, *slow_hmc.numbers(random, y, steps, n_flights, n_leaps)
         )
         np.testing.assert_array_equal(at, self.log_prob(y))
         return self.straight(y), moved.mean()
@@ -116,7 +116,7 @@ def test_the_check_fails_for_walls_that_swallow_momentum(within, monkeypatch):
     """Negative control: a bounce that does not conserve volume."""
     x, covariance = within
     bent = Bent()
-    monkeypatch.setattr(slow_flights, "turned_back", _lossy)
+    monkeypatch.setattr(slow_hmc, "reflected", _lossy)
     assert disagreement(bent.flown(bent.bent(x))[0], covariance) > 2 * LIMIT
 
 
@@ -143,8 +143,8 @@ def test_bouncing_flights_get_on_within_many_walls():
         rows, beyond = np.nonzero(np.abs(coords) >= 1.0)
         return rows, np.eye(n_params)[beyond]
 
-    drawn = slow_flights.numbers(np.random.RandomState(3), starts, [0.1, 0.2], 3, 32)
-    ends, _, _ = slow_flights.bounced(within, walls, starts, *drawn)
+    drawn = slow_hmc.numbers(np.random.RandomState(3), starts, [0.1, 0.2], 3, 32)
+    ends, _, _ = slow_hmc.reflecting_trajectories(within, walls, starts, *drawn)
     # Of independent draws it is twice the variance.
     assert np.mean((ends - starts) ** 2) > 0.8 * 2.0 * stats.truncnorm.var(-1.0, 1.0)
     for power in (1, 2):
@@ -153,9 +153,9 @@ def test_bouncing_flights_get_on_within_many_walls():
         assert np.abs(np.mean(ends**power, axis=0) - exact).max() < 4.0 * error
 
 
-def test_what_has_momentum_along_dependent_normals_is_turned_back_once():
+def test_what_has_momentum_along_dependent_normals_is_reflected_once():
     """In the span of the normals of its walls, whatever their lengths and angles, and not at all across it."""
     momentum = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]])
     normals = np.array([[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [3.0, 1.0, 0.0], [-2.0, 0.0, 0.0]])
-    after = slow_flights.turned_back(momentum, np.array([0, 2, 2, 2]), normals)
+    after = slow_hmc.reflected(momentum, np.array([0, 2, 2, 2]), normals)
     np.testing.assert_allclose(after, [[1.0, -2.0, 3.0], [4.0, 5.0, 6.0], [-7.0, -8.0, 9.0]], rtol=1e-12)

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 from scipy.linalg import block_diag
 
-from bayesub.inference.checks.explanations import explanations, gain_of_sizes, inner_products, log_density
+from bayesub.inference.checks.discrepancy import find_discrepancies, gain_of_sizes, inner_products, log_density
 from bayesub.problem.alternatives import SlowNoise
 from bayesub.problem.likelihoods import AR1
 
@@ -116,7 +116,7 @@ def slow(rng, toy):  # noqa: ARG001
 def test_the_kind_that_made_the_residuals_is_first(noise, kind, names):
     for seed in range(5):
         toy = LinearToy(seed, noise)
-        best, *others = explanations(toy, np.zeros(P))
+        best, *others = find_discrepancies(toy, np.zeros(P))
         assert best.kind == kind
         assert names <= set(best.sizes)
         assert all(best.gain >= other.gain for other in others)
@@ -124,7 +124,7 @@ def test_the_kind_that_made_the_residuals_is_first(noise, kind, names):
 
 def test_the_gain_of_slow_noise_is_that_of_the_dense_density():
     toy = LinearToy(2, slow)
-    (best,) = (e for e in explanations(toy, np.zeros(P)) if e.kind == "slow noise")
+    (best,) = (e for e in find_discrepancies(toy, np.zeros(P)) if e.kind == "slow noise")
     assert set(best.sizes) == {"a"}
     covariance = best.sizes["a"] ** 2 * np.exp(-np.abs(TIMES[:, None] - TIMES) / best.times["a"])
     gain = dense(toy, block_diag(covariance, np.eye(N))) - dense(toy, np.eye(2 * N))
@@ -133,16 +133,16 @@ def test_the_gain_of_slow_noise_is_that_of_the_dense_density():
 
 def test_the_size_of_forces_is_found():
     """Within a factor of two of the truth, on the median of ten records."""
-    sizes = [explanations(LinearToy(seed, of_forces), np.zeros(P))[0].sizes["X"] for seed in range(10)]
+    sizes = [find_discrepancies(LinearToy(seed, of_forces), np.zeros(P))[0].sizes["X"] for seed in range(10)]
     assert 0.1 < np.median(sizes) < 0.4
 
 
 def test_white_residuals_have_no_explanation():
-    counts = [len(explanations(LinearToy(seed), np.zeros(P))) for seed in range(40)]
+    counts = [len(find_discrepancies(LinearToy(seed), np.zeros(P))) for seed in range(40)]
     assert np.count_nonzero(counts) <= 4
 
 
 def test_a_simulation_that_fails_has_no_explanation():
     toy = LinearToy(3)
     toy.about = lambda *_, **__: None
-    assert explanations(toy, np.zeros(P)) == []
+    assert find_discrepancies(toy, np.zeros(P)) == []

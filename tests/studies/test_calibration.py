@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayesub.inference.checks import calibration
 from bayesub.inference.sampling import Posterior
 from bayesub.model.coefficients import EQUATIONS
 from calibration import plots
+from thesis import calibration
 
 N_TRIALS = 200
 

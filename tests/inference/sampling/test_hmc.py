@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from support import slow_flights
+from support import slow_hmc
 from support.toys import Banana, ill_conditioned, second_moments, standardised
 
 from bayesub.inference.baselines import gauss_newton
-from bayesub.inference.sampling.flights import bounced, log_prior, slope_of_prior, turned
 from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.hmc import log_prior, reflecting_trajectories, slope_of_prior, trajectories
 from bayesub.inference.sampling.surrogate import learn
 from bayesub.problem.distributions import Joint, Normal, Uniform
 from bayesub.problem.shared_scale import SharedScale
@@ -92,14 +92,14 @@ def test_flights_are_the_slow_ones(learned):
     surrogate, draws = learned
     y, random = draws[:150], np.random.default_rng(1)
     target = surrogate.packed()
-    drawn = slow_flights.numbers(random, y, (0.1, 0.4), 3)
-    slow = slow_flights.turned(surrogate.with_gradient, y, *drawn, 3)
-    for ours, expected in zip(turned(y, *drawn, 3, *target), slow, strict=True):
+    drawn = slow_hmc.numbers(random, y, (0.1, 0.4), 3)
+    slow = slow_hmc.trajectories(surrogate.with_gradient, y, *drawn, 3)
+    for ours, expected in zip(trajectories(y, *drawn, 3, *target), slow, strict=True):
         np.testing.assert_allclose(ours, expected, rtol=1e-6, atol=1e-7)
     assert slow[2].mean() > 0.2
-    drawn = slow_flights.numbers(random, y, (0.2, 0.4), 2, 6)
-    slow = slow_flights.bounced(surrogate.with_gradient, lambda y: walls_of(surrogate, y), y, *drawn)
-    for ours, expected in zip(bounced(y, *drawn, *target), slow, strict=True):
+    drawn = slow_hmc.numbers(random, y, (0.2, 0.4), 2, 6)
+    slow = slow_hmc.reflecting_trajectories(surrogate.with_gradient, lambda y: walls_of(surrogate, y), y, *drawn)
+    for ours, expected in zip(reflecting_trajectories(y, *drawn, *target), slow, strict=True):
         np.testing.assert_allclose(ours, expected, rtol=1e-6, atol=1e-7)
     assert slow[2].mean() > 0.5
 
@@ -118,8 +118,8 @@ def test_flights_leave_the_surrogate_invariant(name):
     mean, covariance = y.mean(axis=0), np.cov(y.T)
     target = surrogate.packed()
     for ends in (
-        turned(y, *slow_flights.numbers(rng, y, (0.1, 0.4), 4), 3, *target)[0],
-        bounced(y, *slow_flights.numbers(rng, y, (0.2, 0.4), 4, 6), *target)[0],
+        trajectories(y, *slow_hmc.numbers(rng, y, (0.1, 0.4), 4), 3, *target)[0],
+        reflecting_trajectories(y, *slow_hmc.numbers(rng, y, (0.2, 0.4), 4, 6), *target)[0],
     ):
         assert np.isfinite(surrogate.log_prob(ends)).all()
         assert np.mean(np.all(ends != y, axis=1)) > 0.7
@@ -149,7 +149,7 @@ def test_a_flight_to_infinity_is_refused():
     surrogate.polynomials = surrogate.polynomials.mixed(1e200 * np.eye(surrogate.polynomials.linear.shape[1]))
     y = draws[:10]
     target = surrogate.packed()
-    drawn = slow_flights.numbers(np.random.default_rng(3), y, (0.4,), 1)
-    np.testing.assert_array_equal(turned(y, *drawn, 3, *target)[0], y)
-    drawn = slow_flights.numbers(np.random.default_rng(3), y, (0.4,), 1, 4)
-    np.testing.assert_array_equal(bounced(y, *drawn, *target)[0], y)
+    drawn = slow_hmc.numbers(np.random.default_rng(3), y, (0.4,), 1)
+    np.testing.assert_array_equal(trajectories(y, *drawn, 3, *target)[0], y)
+    drawn = slow_hmc.numbers(np.random.default_rng(3), y, (0.4,), 1, 4)
+    np.testing.assert_array_equal(reflecting_trajectories(y, *drawn, *target)[0], y)

@@ -1,14 +1,11 @@
 """Predicting a trial from the others."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.inference.checks.cross_validation import TRUSTED, laplace, leave_one_out, reweighted
-from bayesub.inference.checks.prediction import chi_squares
+from bayesub.inference.checks.prediction import chi_squares, laplace, leave_one_out
 from bayesub.problem.joint import JointProblem
 
 FREE = ("Xuu", "Yuv", "Yuu_dr", "Nuv", "Nuu_dr", "Nur")
@@ -85,25 +82,3 @@ def test_one_trial_cannot_be_left_out(tracks, suboff, rng):
     joint = posed(tracks, suboff, 1).without("zigzag_10_10").without("zigzag_20_20")
     with refused("missing", "problems"):
         leave_one_out(joint, rng)
-
-
-def test_weighted_draws_are_a_posterior_without_the_trial_where_they_can_be_trusted(rng):
-    """A normal mean read in two trials: few readings are left out by weights, and many cannot be."""
-    mean, others = 0.3 + rng.standard_normal(4000) / np.sqrt(41.0), rng.standard_normal(40)
-    for n, trusted in ((2, True), (4000, False)):
-        own = rng.standard_normal(n)
-        precision = 1.0 + len(others) + n
-        draws = (others.sum() + own.sum()) / precision + (mean - mean.mean()) * np.sqrt(41.0 / precision)
-
-        def log_likelihoods(draws, own=own):
-            parts = {"x[one]": own, "x[two]": others}
-            return {name: -0.5 * np.sum((readings - draws) ** 2, axis=1) for name, readings in parts.items()}
-
-        joint = SimpleNamespace(log_likelihoods=log_likelihoods)
-        weights, k_hat = reweighted(joint, draws[:, None], "one")
-        assert weights.sum() == pytest.approx(1.0)
-        assert (k_hat < TRUSTED) == trusted
-        if trusted:
-            left = weights @ draws
-            assert left == pytest.approx(others.sum() / 41.0, abs=0.02)  # sd of the posterior 0.16, of its mean 0.003
-            assert weights @ (draws - left) ** 2 == pytest.approx(1.0 / 41.0, rel=0.1)

@@ -1,87 +1,82 @@
-"""Compiled walks on a surrogate: flights of Hamiltonian dynamics, free ones and such that bounce off walls.
+"""Hamiltonian Monte Carlo on a surrogate, compiled: trajectories without walls, and such that are reflected at walls.
 
 With a potential ``|y|^2 / 2 - rest(y)`` the motion of the first part is a rotation of coordinates and momenta, which is
-exact; `rest` kicks the momenta between parts of a turn (Shahbaba et al. 2014). Rotations and kicks keep volume and are
-reversible, whatever the kicks are.
+exact. A leapfrog step is half a step of the momenta by the slope of `rest`, a rotation, and half a step of the momenta
+(Shahbaba et al. 2014). Each of them keeps volume and is reversible, whatever the slope is.
 
-Walkers are taken :data:`PLACES` at a time through all their flights, as columns of matrices that stay in a core's
+Walkers are taken :data:`PLACES` at a time through all their trajectories, as columns of matrices that stay in a core's
 cache. A surrogate is a tuple of arrays, and so is its prior
-(:meth:`bayesub.inference.interface.Prior.scaled_form`); :meth:`bayesub.inference.sampling.surrogate.Surrogate.packed`
-gives both.
+(:meth:`bayesub.inference.interface.InferencePrior.scaled_form`);
+:meth:`bayesub.inference.sampling.surrogate.Surrogate.packed` gives both.
 """
 
 import numpy as np
+from numpy import ndarray as Array
 
-from bayesub.inference.sampling.bend import bend_at, pull_back_at
-from bayesub.inference.sampling.compiled import compiled, inline
-from bayesub.inference.sampling.polynomial import PLACES, add, columns, pullback_at, put, values_at
+from bayesub.inference.sampling.geometry import bend_at, pull_back_at
+from bayesub.inference.sampling.polynomial import PLACES, add, columns, compiled, inline, pullback_at, put, values_at
 
 _DEPENDENT = 1e-6  # of its length; what a normal has beside others that is no more than round-off
 
 
 @compiled
-def log_densities(y, surrogate, prior):
+def log_densities(y: np.ndarray, surrogate: tuple, prior: tuple) -> np.ndarray:
     """(n,) log densities of a surrogate at y (n, n_params)."""
-    found = np.empty(len(y))
+    result = np.empty(len(y))
     for first in range(0, len(y), PLACES):
         some = columns(y, first)
         log_prob, _, _, _, _ = _emulated(some, surrogate, prior)
         for k in range(len(log_prob)):
-            found[first + k] = log_prob[k]
-    return found
+            result[first + k] = log_prob[k]
+    return result
 
 
 @compiled
-def with_gradients(y, surrogate, prior):
-    """:func:`log_densities`, and their gradients (n, n_params) within the support of the prior."""
-    found, gradients = np.empty(len(y)), np.empty(y.shape)
+def with_gradients(y: np.ndarray, surrogate: tuple, prior: tuple) -> tuple[np.ndarray, np.ndarray]:
+    """Log densities (n,) of a surrogate at y (n, n_params), and gradients (n, n_params) within the prior's support."""
+    result, gradients = np.empty(len(y)), np.empty(y.shape)
     for first in range(0, len(y), PLACES):
         some = columns(y, first)
         log_prob, slopes, _, _ = _with_gradient(some, surrogate, prior)
         for k in range(len(log_prob)):
-            found[first + k] = log_prob[k]
+            result[first + k] = log_prob[k]
         put(slopes, gradients, first)
-    return found, gradients
+    return result, gradients
 
 
 @compiled
-def turned(y, angles, momenta, thresholds, n_kicks, surrogate, prior):
-    """Flights one after another, each accepted or refused at its end.
+def trajectories(
+    y: Array, angles: Array, momenta: Array, thresholds: Array, n_steps: int, surrogate: tuple, prior: tuple
+) -> tuple[Array, Array, Array]:
+    """Trajectories one after another, each accepted or refused at its end.
 
-    Parameters
-    ----------
-    y : (n, n_params) walkers
-    angles : (n_flights, n) of the turns between kicks, radians
-    momenta : (n_flights, n, n_params) standard normal, with which flights begin
-    thresholds : (n_flights, n) logarithms of uniform random numbers
-    n_kicks : in a flight
-    surrogate, prior : tuples of arrays
-
-    Returns
-    -------
-    Places (n, n_params), log densities there (n,), and the fraction of flights accepted (n,).
+    Of walkers y (n, n_params), with `angles` (n_trajectories, n) of a leapfrog step in radians, standard normal
+    `momenta` (n_trajectories, n, n_params) at the start of each, and `thresholds` (n_trajectories, n), logarithms of
+    uniform random numbers. Returned are places (n, n_params), log densities there (n,), and the fraction of
+    trajectories accepted (n,).
     """
-    n_flights, ends, log_ends, accepted = len(angles), np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))
+    n_trajectories, ends, log_ends, accepted = len(angles), np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))
     for first in range(0, len(y), PLACES):
         place = columns(y, first)
         log_prob, gradient, _, _ = _with_gradient(place, surrogate, prior)
-        for flight in range(n_flights):
-            step = angles[flight, first : first + PLACES]
-            momentum = columns(momenta[flight], first)
+        for trajectory in range(n_trajectories):
+            angle = angles[trajectory, first : first + PLACES]
+            momentum = columns(momenta[trajectory], first)
             energy = _kinetic(momentum)
-            _kick(momentum, 0.5, step, gradient, place)
+            # The half steps of the momenta between two rotations are one whole step.
+            _step_momentum(momentum, 0.5, angle, gradient, place)
             reached, new, slope = place, log_prob, gradient
-            for kick in range(n_kicks):
-                reached, momentum = _rotated(reached, momentum, step)
+            for step in range(n_steps):
+                reached, momentum = _rotate(reached, momentum, angle)
                 new, slope, _, _ = _with_gradient(reached, surrogate, prior)
-                _kick(momentum, 1.0 if kick < n_kicks - 1 else 0.5, step, slope, reached)
+                _step_momentum(momentum, 1.0 if step < n_steps - 1 else 0.5, angle, slope, reached)
             left = _kinetic(momentum)
-            for k in range(len(step)):
-                if thresholds[flight, first + k] < new[k] - log_prob[k] + energy[k] - left[k]:
+            for k in range(len(angle)):
+                if thresholds[trajectory, first + k] < new[k] - log_prob[k] + energy[k] - left[k]:
                     log_prob[k] = new[k]
                     _copy_column(k, reached, place)
                     _copy_column(k, slope, gradient)
-                    accepted[first + k] += 1.0 / n_flights
+                    accepted[first + k] += 1.0 / n_trajectories
         put(place, ends, first)
         for k in range(len(log_prob)):
             log_ends[first + k] = log_prob[k]
@@ -89,71 +84,67 @@ def turned(y, angles, momenta, thresholds, n_kicks, surrogate, prior):
 
 
 @compiled
-def bounced(y, angles, momenta, before, thresholds, surrogate, prior):
-    """Flights that bounce off walls, each to any place of a trajectory of some leaps.
+def reflecting_trajectories(
+    y: Array, angles: Array, momenta: Array, before: Array, thresholds: Array, surrogate: tuple, prior: tuple
+) -> tuple[Array, Array, Array]:
+    """Trajectories that are reflected at walls, each of which ends at any of its places.
 
-    A leap is half a kick, a turn, and half a kick. Within the bounds of fifty parameters a flight hits several walls on
-    its way, and its end is often outside. A leap from outside therefore begins by turning back all that the momentum
-    has along the normals of the walls that the place is behind. That depends on the place alone and is its own inverse,
-    whatever the normals are, so that backwards the same leaps lead over the same places. The start is put anywhere on
-    its trajectory, and the new place is drawn from all of it by density (Neal 1994; Betancourt 2017, appendix A.3):
-    what lies outside is never drawn.
+    Within the bounds of fifty parameters a trajectory hits several walls on its way, and its end is often outside. A
+    leapfrog step from outside therefore begins with a reflection: all that the momentum has along the normals of the
+    walls that the place is behind is reversed. That depends on the place alone and is its own inverse, whatever the
+    normals are, so that backwards the same steps lead over the same places. The start is put anywhere on its
+    trajectory, and the new place is drawn from all of it by density (Neal 1994; Betancourt 2017, appendix A.3): what
+    lies outside is never drawn.
 
-    Parameters
-    ----------
-    y : (n, n_params) walkers, within the support
-    angles : (n_flights, n) of the leaps, radians
-    momenta : (n_flights, n, n_params) standard normal, those of the starts
-    before : (n_flights, n) leaps of the trajectory that lead to the start
-    thresholds : (n_flights, n_leaps, n) logarithms of uniform random numbers
-    surrogate, prior : tuples of arrays
-
-    Returns
-    -------
-    As :func:`turned`, with the fraction of flights that ended elsewhere (n,).
+    Walkers y (n, n_params) are within the support. `angles`, `momenta` and what is returned are as in
+    :func:`trajectories`, with the fraction of trajectories that ended elsewhere; `before` (n_trajectories, n) is how
+    many steps of a trajectory lead to its start, and `thresholds` are (n_trajectories, n_steps, n).
     """
-    n_flights, n_leaps = thresholds.shape[:2]
+    n_trajectories, n_steps = thresholds.shape[:2]
     ends, log_ends, moved = np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))
     for first in range(0, len(y), PLACES):
         drawn = columns(y, first)
         log_drawn, gradient, _, _ = _with_gradient(drawn, surrogate, prior)
         n = len(log_drawn)
-        for flight in range(n_flights):
+        for trajectory in range(n_trajectories):
             start, slope_of_start = drawn.copy(), gradient.copy()
-            momenta_of_start = columns(momenta[flight], first)
+            momenta_of_start = columns(momenta[trajectory], first)
             energy = _kinetic(momenta_of_start)
             for k in range(n):
                 energy[k] -= log_drawn[k]
             place, slope, momentum = start.copy(), slope_of_start.copy(), momenta_of_start.copy()
             outside, log_total, elsewhere = np.zeros(start.shape, dtype=np.bool_), np.zeros(n), np.zeros(n)
             z = place
-            for leap in range(n_leaps):
-                _turn_back(momentum, outside, z, surrogate)
-                step = np.empty(n)
+            for step in range(n_steps):
+                _reflect(momentum, outside, z, surrogate)
+                # Backwards to the first place; when that is reached, from the start again and forwards.
+                angle = np.empty(n)
                 for k in range(n):
-                    back = before[flight, first + k]
-                    step[k] = -angles[flight, first + k] if back > leap else angles[flight, first + k]
-                    if back == leap:
+                    back = before[trajectory, first + k]
+                    angle[k] = -angles[trajectory, first + k] if back > step else angles[trajectory, first + k]
+                    if back == step:
                         _copy_column(k, start, place)
                         _copy_column(k, momenta_of_start, momentum)
                         _copy_column(k, slope_of_start, slope)
-                _kick(momentum, 0.5, step, slope, place)
-                place, momentum = _rotated(place, momentum, step)
+                # The leapfrog step.
+                _step_momentum(momentum, 0.5, angle, slope, place)
+                place, momentum = _rotate(place, momentum, angle)
                 new, slope, x, z = _with_gradient(place, surrogate, prior)
-                _kick(momentum, 0.5, step, slope, place)
+                _step_momentum(momentum, 0.5, angle, slope, place)
                 outside = _outside(x, prior)
+                # The place takes the turn of those before with its share of the total density.
                 left = _kinetic(momentum)
                 for k in range(n):
                     log_weight = new[k] + energy[k] - left[k]
                     if np.isnan(log_weight):
                         continue
                     log_total[k] = np.logaddexp(log_total[k], log_weight)
-                    if thresholds[flight, leap, first + k] < log_weight - log_total[k]:
+                    if thresholds[trajectory, step, first + k] < log_weight - log_total[k]:
                         _copy_column(k, place, drawn)
                         _copy_column(k, slope, gradient)
                         log_drawn[k], elsewhere[k] = new[k], 1.0
             for k in range(n):
-                moved[first + k] += elsewhere[k] / n_flights
+                moved[first + k] += elsewhere[k] / n_trajectories
         put(drawn, ends, first)
         for k in range(n):
             log_ends[first + k] = log_drawn[k]
@@ -164,11 +155,11 @@ def bounced(y, angles, momenta, before, thresholds, surrogate, prior):
 
 
 @inline
-def _kick(momentum, share, step, slope, place):
-    """Add a share of the step times the slope of what is left of the potential to the momenta."""
+def _step_momentum(momentum, share, angle, slope, place):
+    """Add a share of the angle times the slope of what is left of the potential to the momenta."""
     for param in range(momentum.shape[0]):
         for k in range(momentum.shape[1]):
-            momentum[param, k] += share * step[k] * (slope[param, k] + place[param, k])
+            momentum[param, k] += share * angle[k] * (slope[param, k] + place[param, k])
 
 
 @inline
@@ -187,10 +178,10 @@ def _kinetic(momentum):
 
 
 @compiled
-def _rotated(place, momentum, step):
+def _rotate(place, momentum, angle):
     places, momenta = np.empty(place.shape), np.empty(place.shape)
-    for k in range(len(step)):
-        cosine, sine = np.cos(step[k]), np.sin(step[k])
+    for k in range(len(angle)):
+        cosine, sine = np.cos(angle[k]), np.sin(angle[k])
         for param in range(place.shape[0]):
             places[param, k] = cosine * place[param, k] + sine * momentum[param, k]
             momenta[param, k] = cosine * momentum[param, k] - sine * place[param, k]
@@ -198,7 +189,7 @@ def _rotated(place, momentum, step):
 
 
 @compiled
-def _turn_back(momentum, outside, z, surrogate):
+def _reflect(momentum, outside, z, surrogate):
     """Reverse what each momentum has in the span of the normals of the walls that its place z is outside of, in place.
 
     All (n_params, n). The normals of a place are made orthonormal; those of no use are left out.
@@ -207,6 +198,7 @@ def _turn_back(momentum, outside, z, surrogate):
     n_walls = np.sum(outside)
     if n_walls == 0:
         return
+    # Each wall by one place: z there, and the normal in z, which the bends turn into one in y.
     at, normals, n_params = np.empty((len(z), n_walls)), np.empty((len(z), n_walls)), len(z)
     columns_of, wall = np.empty(n_walls, dtype=np.int64), 0
     for k in range(z.shape[1]):
@@ -217,6 +209,7 @@ def _turn_back(momentum, outside, z, surrogate):
                 columns_of[wall] = k
                 wall += 1
     pull_back_at(at, normals, sizes, numbers)
+    # Gram-Schmidt over the walls of one place, then the momentum less twice its part along each orthonormal normal.
     span = np.ascontiguousarray(normals.T)
     first = 0
     for wall in range(n_walls):
@@ -275,41 +268,41 @@ def _with_gradient(y, surrogate, prior):
 
 
 @compiled
-def log_prior(x, prior):
+def log_prior(x: np.ndarray, prior: tuple) -> np.ndarray:
     """Log densities (n,) of a prior at scaled coordinates x (n_params, n), up to a constant; -inf outside."""
     walls, stretches, groups, scales = prior
-    found = np.zeros(x.shape[1])
+    result = np.zeros(x.shape[1])
     for param in range(len(x)):
         if groups[param] < 0:
             wall = walls[param]
             for k in range(x.shape[1]):
                 if wall == np.inf:
-                    found[k] -= 0.5 * x[param, k] ** 2
+                    result[k] -= 0.5 * x[param, k] ** 2
                 elif not abs(x[param, k]) <= wall:
-                    found[k] = -np.inf
+                    result[k] = -np.inf
     for group in range(len(scales)):
         squares, logs, size, inside = _logarithms(x, stretches, groups, group)
         for k in range(x.shape[1]):
             if not inside[k]:
-                found[k] = -np.inf
+                result[k] = -np.inf
                 continue
             total = -np.inf
             for scale in scales[group]:
                 if not np.isnan(scale):
                     total = np.logaddexp(total, -0.5 * squares[k] / scale**2 - size * np.log(scale))
-            found[k] += total - logs[k]
-    return found
+            result[k] += total - logs[k]
+    return result
 
 
 @compiled
-def slope_of_prior(x, prior):
+def slope_of_prior(x: np.ndarray, prior: tuple) -> np.ndarray:
     """(n_params, n) gradient of :func:`log_prior` at x (n_params, n), within the support."""
     walls, stretches, groups, scales = prior
-    found = np.zeros(x.shape)
+    result = np.zeros(x.shape)
     for param in range(len(x)):
         if groups[param] < 0 and walls[param] == np.inf:
             for k in range(x.shape[1]):
-                found[param, k] = -x[param, k]
+                result[param, k] = -x[param, k]
     for group in range(len(scales)):
         squares, _, size, _ = _logarithms(x, stretches, groups, group)
         precision = np.empty(x.shape[1])
@@ -329,8 +322,8 @@ def slope_of_prior(x, prior):
             if groups[param] == group:
                 for k in range(x.shape[1]):
                     ratio = 1.0 + stretches[param] * x[param, k]
-                    found[param, k] = -stretches[param] * (np.log(ratio) * precision[k] + 1.0) / ratio
-    return found
+                    result[param, k] = -stretches[param] * (np.log(ratio) * precision[k] + 1.0) / ratio
+    return result
 
 
 @compiled
@@ -354,8 +347,8 @@ def _logarithms(x, stretches, groups, group):
 def _outside(x, prior):
     """Whether each coordinate x (n_params, n) is behind a wall; where a trajectory came to no numbers none is."""
     walls = prior[0]
-    found = np.empty(x.shape, dtype=np.bool_)
+    result = np.empty(x.shape, dtype=np.bool_)
     for param in range(len(x)):
         for k in range(x.shape[1]):
-            found[param, k] = abs(x[param, k]) > walls[param]
-    return found
+            result[param, k] = abs(x[param, k]) > walls[param]
+    return result

@@ -1,4 +1,4 @@
-"""The flights of :mod:`bayesub.inference.sampling.flights` once more, in NumPy, on any density: walkers are rows."""
+"""The flights of :mod:`bayesub.inference.sampling.hmc` once more, in NumPy, on any density: walkers are rows."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ DEPENDENT = 1e-6
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a flight may end at infinity, and is then refused
-def turned(density, y, angles, momenta, thresholds, n_kicks):
+def trajectories(density, y, angles, momenta, thresholds, n_kicks):
     """As the compiled flights; `density` gives logarithms (n,) and their gradients at places (n, n_params)."""
     y, accepted = y.copy(), np.zeros(len(y))
     log_prob, gradient = density(y)
@@ -14,7 +14,7 @@ def turned(density, y, angles, momenta, thresholds, n_kicks):
         energy, step = 0.5 * np.sum(momentum**2, axis=1), angle[:, None]
         place, momentum = y, momentum + 0.5 * step * (gradient + y)
         for kick in range(1, n_kicks + 1):
-            place, momentum = rotated(place, momentum, step)
+            place, momentum = rotate(place, momentum, step)
             new, slope = density(place)
             momentum = momentum + (step if kick < n_kicks else 0.5 * step) * (slope + place)
         taken = threshold < new - log_prob + energy - 0.5 * np.sum(momentum**2, axis=1)
@@ -24,7 +24,7 @@ def turned(density, y, angles, momenta, thresholds, n_kicks):
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def bounced(density, walls, y, angles, momenta, before, thresholds):
+def reflecting_trajectories(density, walls, y, angles, momenta, before, thresholds):
     """As the compiled flights; `walls` gives rows (n_walls,), ascending, and normals (n_walls, n_params) at places."""
     y, moved = y.copy(), np.zeros(len(y))
     log_prob, gradient = density(y)
@@ -34,7 +34,7 @@ def bounced(density, walls, y, angles, momenta, before, thresholds):
         place, momentum, slope, log_total = start, start_momentum, start_slope, np.zeros(len(y))
         elsewhere = np.zeros(len(y), dtype=bool)
         for leap, limit in enumerate(threshold):
-            momentum = turned_back(momentum, *walls(place))
+            momentum = reflected(momentum, *walls(place))
             reset = (back == leap)[:, None]
             place, momentum, slope = (
                 np.where(reset, first, now)
@@ -42,7 +42,7 @@ def bounced(density, walls, y, angles, momenta, before, thresholds):
             )
             step = np.where(back > leap, -angle, angle)[:, None]
             momentum = momentum + 0.5 * step * (slope + place)
-            place, momentum = rotated(place, momentum, step)
+            place, momentum = rotate(place, momentum, step)
             new, slope = density(place)
             momentum = momentum + 0.5 * step * (slope + place)
             log_weight = np.nan_to_num(new + energy - 0.5 * np.sum(momentum**2, axis=1), nan=-np.inf)
@@ -54,11 +54,11 @@ def bounced(density, walls, y, angles, momenta, before, thresholds):
     return y, log_prob, moved
 
 
-def rotated(place, momentum, step):
+def rotate(place, momentum, step):
     return np.cos(step) * place + np.sin(step) * momentum, np.cos(step) * momentum - np.sin(step) * place
 
 
-def turned_back(momentum, rows, normals):
+def reflected(momentum, rows, normals):
     """The component in the span of the normals of each row reversed, by their singular vectors."""
     momentum = momentum.copy()
     members, first, counts = np.unique(rows, return_index=True, return_counts=True)

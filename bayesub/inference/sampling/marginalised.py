@@ -1,4 +1,4 @@
-"""A problem with histories of forces, of which these are integrated out given all other parameters.
+"""A problem with histories of forces, marginalised: these are integrated out given all other parameters.
 
 The residuals r of a problem are almost linear in its white coordinates w, hundreds of them with standard normal prior,
 if the others, psi, are given: readings that follow the motion closely leave it no room to bend. With G the derivative
@@ -23,95 +23,76 @@ standard normal.
 """
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numba
 import numpy as np
 from scipy import linalg
 
 from bayesub.inference.identifiability.fisher import integrated_out
-from bayesub.inference.interface import Forced, LatentForces
+from bayesub.inference.interface import Forced, LatentForces, Sampled
 
 _BATCH = 8  # members whose G'G are in memory at once in a thread
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
 _ACTIVE = 0.15  # change of G for a posterior standard deviation of psi, in those of w, that is worth a term
 
+_solve_lower = partial(linalg.solve_triangular, lower=True)
 
-class _Part:
-    """The history of one trial, expanded about the centre: in v, the white coordinates of the process there."""
 
-    def __init__(self, history: LatentForces, centre):
+class _Response:
+    """G of one trial, expanded about the centre: in v, the white coordinates of the process there."""
+
+    terms: np.ndarray  # (n_terms, n_rows, n_white) of G
+    products: np.ndarray  # (n_products, n_white, n_white) of G'G
+    squares: np.ndarray  # active directions with a term of second order
+
+    def __init__(self, history: LatentForces, centre: np.ndarray):
         self.history, self.rows, self.columns = history, history.rows, history.columns
         (self.factors,) = history.factors(centre[None])
         self.n_axes, self.n_knots = self.factors.shape[:2]
         self.known = not len(history.process)
-        self.squares = self.terms = self.products = None
 
-    def by_v(self, jacobian, parameters):
+    def by_v(self, jacobian: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """(n_rows, n_white) derivatives by v, of a Jacobian by all parameters (n_all,)."""
         by_white = jacobian[self.rows][:, self.columns]
         if self.known:
             return by_white
-        (ratio,), by_white = self.ratios(parameters[None]), by_white.reshape(-1, self.n_axes, self.n_knots)
-        solved = [linalg.solve_triangular(r, by_white[:, a].T, lower=True, trans=1).T for a, r in enumerate(ratio)]
-        return np.hstack(solved)
+        ratio, by_white = self._ratios(parameters[None])[0], by_white.reshape(-1, self.n_axes, self.n_knots)
+        return np.hstack([_solve_lower(r, by_white[:, a].T, trans=1).T for a, r in enumerate(ratio)])
 
-    def ratios(self, parameters):
+    def ratios(self, parameters: np.ndarray) -> np.ndarray | None:
         """(n, n_axes, n_knots, n_knots) R with v = R w, lower triangular, of all parameters (n, n_all).
 
         None if the process is known, so that v is w.
         """
-        if self.known:
-            return None
-        factors = self.history.factors(parameters)
-        return np.stack(
-            [
-                [
-                    linalg.solve_triangular(at_centre, f, lower=True)
-                    for at_centre, f in zip(self.factors, member, strict=True)
-                ]
-                for member in factors
-            ]
-        )
+        return None if self.known else self._ratios(parameters)
 
-    def expand(self, middle, slopes, curvatures):
+    def _ratios(self, parameters):
+        members = self.history.factors(parameters)
+        return np.stack([[_solve_lower(c, f) for c, f in zip(self.factors, m, strict=True)] for m in members])
+
+    def expand(self, middle: np.ndarray, slopes: np.ndarray, curvatures: np.ndarray) -> None:
         """Take the terms of G at the centre, and of first and second order (n, n_rows, n_white) from there."""
         sizes = np.linalg.norm(_relative(middle, curvatures), axis=(1, 2)) if len(curvatures) else np.zeros(0)
         self.squares = np.flatnonzero(sizes > _ACTIVE)
         self.terms = np.concatenate([middle[None], slopes, curvatures[self.squares]])
-        first, second = np.triu_indices(len(self.terms))
-        twice = np.where(first == second, 0.5, 1.0)
-        products = np.stack(
-            [c * (self.terms[i].T @ self.terms[j]) for c, i, j in zip(twice, first, second, strict=True)]
-        )
+        # G'G is the sum of all products of two terms, each pair once: twice its symmetric part, but for squares.
+        pairs = zip(*np.triu_indices(len(self.terms)), strict=True)
+        products = np.stack([(0.5 if i == j else 1.0) * (self.terms[i].T @ self.terms[j]) for i, j in pairs])
         self.products = products + products.swapaxes(1, 2)
 
-    def features(self, z):
+    def features(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n, n_terms) of z (n, n_active), and (n, n_products) of them."""
         terms = np.hstack([np.ones((len(z), 1)), z, z[:, self.squares] ** 2])
         first, second = np.triu_indices(terms.shape[1])
         return terms, terms[:, first] * terms[:, second]
 
 
-class Collapsed:
-    """The other parameters of a problem with histories, as a problem for searches and samplers.
+class Marginalised:
+    """The n_params other parameters of a problem with histories, as a problem for searches and samplers.
 
-    It is what a surrogate is made of, :class:`bayesub.inference.interface.Emulated`.
-
-    Parameters
-    ----------
-    problem : Forced
-        With histories.
-    centre : (n_all,) array
-        Parameters near the mode.
-    curved : bool
-        Whether G has terms of second order, which cost twice as many Jacobians.
-
-    Attributes
-    ----------
-    names : tuple of str
-        The others, n_params of them.
-    prior : Prior
-        Of these.
+    It is what a surrogate is made of, :class:`bayesub.inference.interface.Emulated`. The `centre` (n_all,) is near the
+    mode of all parameters. If `curved`, G has terms of second order, which cost twice as many Jacobians.
     """
 
     def __init__(self, problem: Forced, centre: np.ndarray, *, curved: bool = True):
@@ -123,7 +104,7 @@ class Collapsed:
         self.prior, self.costs = problem.prior_of_others, problem.costs
         process = np.unique(np.concatenate([h.process for h in problem.histories]))
         self._moving = ~np.isin(self.others, process)
-        self._parts = [_Part(history, self.centre) for history in problem.histories]
+        self._responses = [_Response(history, self.centre) for history in problem.histories]
         self._expand(curved)
 
     @property
@@ -131,37 +112,29 @@ class Collapsed:
         """Number of other parameters."""
         return len(self.others)
 
-    @property
-    def n_white(self) -> int:
-        """Number of white coordinates."""
-        return len(self.white)
-
-    def _jacobian(self, parameters):
-        """(n_rows, n_all) by the scaled coordinates of the others and by white coordinates."""
-        jacobian = self.problem.jacobian(parameters)
-        x = self.prior.scaled(parameters[self.others])
-        jacobian[:, self.others] = self.prior.scaled_chain(jacobian[:, self.others], x)
-        return jacobian
-
     def _expand(self, curved):
         """Take the derivatives at the centre, and to both sides along the directions in which they change."""
         self._x = self.prior.scaled(self.centre[self.others])
-        jacobian = self._jacobian(self.centre)
-        by_others, middles = jacobian[:, self.others], [part.by_v(jacobian, self.centre) for part in self._parts]
+        jacobian = self.problem.jacobian(self.centre)
+        by_others = self.prior.scaled_chain(jacobian[:, self.others], self._x)
+        middles = [response.by_v(jacobian, self.centre) for response in self._responses]
+        # The Laplace approximation of psi, w integrated out, and how the centre w* of each history follows psi.
         precision = np.eye(self.n_params)
         self._following, self._v = [], []
-        for part, by_v in zip(self._parts, middles, strict=True):
-            rows = integrated_out(by_others[part.rows], by_v)
+        for response, by_v in zip(self._responses, middles, strict=True):
+            rows = integrated_out(by_others[response.rows], by_v)
             precision += rows.T @ rows
             following = rows[len(by_v) :]  # of v* by x
             following[:, ~self._moving] = 0.0  # the forces do not follow their own process
             self._following.append(following)
-            self._v.append(self.centre[part.columns])
+            self._v.append(self.centre[response.columns])
+        # Its principal axes, a standard deviation long, and what G changes by along each.
         covariance = np.linalg.inv(precision)[np.ix_(self._moving, self._moving)]
         values, vectors = np.linalg.eigh(covariance)
         self._axes = vectors * np.sqrt(values)  # of x; column j is a standard deviation along the jth
         onto = vectors / np.sqrt(values)
         slopes = [side - by_v for side, by_v in zip(self._sides(self._axes.T), middles, strict=True)]
+        # Active directions: the eigenvectors of the mean square of these changes that are worth a term.
         changes = np.zeros((len(values), len(values)))
         for by_v, slope in zip(middles, slopes, strict=True):
             seen = _relative(by_v, slope).reshape(len(values), -1)
@@ -169,6 +142,7 @@ class Collapsed:
         values, vectors = np.linalg.eigh(changes)
         active = vectors[:, values > _ACTIVE**2]
         self._onto = onto @ active
+        # First and second differences of G along these.
         curvatures = [slope[:0] for slope in slopes]
         slopes = [np.tensordot(active.T, slope, axes=1) for slope in slopes]
         if curved and active.shape[1]:
@@ -176,35 +150,35 @@ class Collapsed:
             sides = list(zip(self._sides(steps), self._sides(-steps), strict=True))
             slopes = [0.5 * (plus - minus) for plus, minus in sides]
             curvatures = [0.5 * (plus + minus) - by_v for by_v, (plus, minus) in zip(middles, sides, strict=True)]
-        for part, *terms in zip(self._parts, middles, slopes, curvatures, strict=True):
-            part.expand(*terms)
+        for response, *terms in zip(self._responses, middles, slopes, curvatures, strict=True):
+            response.expand(*terms)
 
     def _sides(self, steps):
-        """For each part G (n_steps, n_rows, n_white) after steps (n_steps, n_moving) of x, or at the centre."""
+        """For each trial G (n_steps, n_rows, n_white) after steps (n_steps, n_moving) of x, or at the centre."""
         x = np.tile(self._x, (len(steps), 1))
         x[:, self._moving] += steps
         places, *_ = self._centred(self.prior.unscaled(x))
-        sides = [[] for _ in self._parts]
+        sides: list[list[np.ndarray]] = [[] for _ in self._responses]
         for parameters in places:
             jacobian = self.problem.jacobian(parameters)
             if not np.isfinite(jacobian).all():
                 jacobian = self.problem.jacobian(self.centre)
-            for part, side in zip(self._parts, sides, strict=True):
-                side.append(part.by_v(jacobian, parameters))
-        return [np.reshape(side, (len(steps), part.rows.stop - part.rows.start, -1))
-                for part, side in zip(self._parts, sides, strict=True)]  # fmt: skip
+            for response, side in zip(self._responses, sides, strict=True):
+                side.append(response.by_v(jacobian, parameters))
+        return [np.reshape(side, (len(steps), response.rows.stop - response.rows.start, -1))
+                for response, side in zip(self._responses, sides, strict=True)]  # fmt: skip
 
     def _centred(self, others):
-        """All parameters (n, n_all) at the centres of the histories, of others (n, n_params); v and ratios by part."""
+        """All parameters (n, n_all) at the centres of the histories, of others (n, n_params); v and ratios by trial."""
         full = np.empty((len(others), self.problem.n_params))
         full[:, self.others] = others
         offset = self.prior.scaled(others) - self._x
         positions, ratios = [], []
-        for part, following, at_centre in zip(self._parts, self._following, self._v, strict=True):
+        for response, following, at_centre in zip(self._responses, self._following, self._v, strict=True):
             v = at_centre + offset @ following.T
             positions.append(v)
-            ratios.append(part.ratios(full))
-            full[:, part.columns] = _of_ratios(ratios[-1], v)
+            ratios.append(response.ratios(full))
+            full[:, response.columns] = _white(ratios[-1], v)
         return full, positions, ratios
 
     def _solved(self, others, y=None):
@@ -213,39 +187,45 @@ class Collapsed:
         residuals = self.problem.residuals(full)
         z = (self.prior.scaled(others) - self._x)[:, self._moving] @ self._onto
         log_determinants = np.zeros(len(others))
-        for part, v, ratio in zip(self._parts, positions, ratios, strict=True):
-            self._solve_part(part, v, ratio, residuals, z, y, full, log_determinants)
+        for response, v, ratio in zip(self._responses, positions, ratios, strict=True):
+            self._solve(response, v, ratio, residuals, z, y, full, log_determinants)
         return log_determinants, full
 
-    def _solve_part(self, part, v, ratios, residuals, z, y, full, log_determinants):
-        """What :meth:`_solved` does for the history of one trial, in place; v (n, n_white) are the centres."""
-        terms, products = part.features(z)
+    def _solve(self, response, v, ratios, residuals, z, y, full, log_determinants):
+        """What :meth:`_solved` does for the history of one trial, in place; v (n, n_white) are the centres.
+
+        For each member: w* = w_c - (T T')^-1 (G'r_c + w_c) with T T' = G'G + 1, all in v.
+        """
+        terms, products = response.features(z)
         n_white = v.shape[1]
-        white = np.searchsorted(self.white, part.columns)
-        stacked = part.terms.reshape(-1, n_white)  # (n_terms n_rows, n_white)
+        white = np.searchsorted(self.white, response.columns)
+        stacked = response.terms.reshape(-1, n_white)  # (n_terms n_rows, n_white)
 
         def solve(first):
             some = slice(first, first + _BATCH)
-            rows, weights = residuals[some, part.rows], terms[some]
+            rows, weights = residuals[some, response.rows], terms[some]
+            # G'r_c and G'G of each member, as sums over the terms of G and over the products of two of them.
             forces = (weights[:, :, None] * rows[:, None, :]).reshape(len(rows), -1) @ stacked
-            precisions = np.tensordot(products[some], part.products, axes=1)
+            precisions = np.tensordot(products[some], response.products, axes=1)
             own = None if ratios is None else ratios[some]
             steps = np.zeros_like(forces)
             for k, precision in enumerate(precisions):
                 if not (np.isfinite(forces[k]).all() and np.isfinite(precision).all()):
                     log_determinants[first + k] = np.nan
                     continue
+                # Add the prior. That of w is standard normal, so that of v = R w is normal with covariance R R'.
                 if own is None:
                     precision[np.diag_indices(n_white)] += 1.0
                     forces[k] += v[first + k]
-                else:  # the prior of v is normal with covariance R R'
-                    inverses = [linalg.solve_triangular(r, np.eye(len(r)), lower=True) for r in own[k]]
+                else:
+                    inverses = [_solve_lower(r, np.eye(len(r))) for r in own[k]]
                     for a, inverse in enumerate(inverses):
                         block = slice(a * len(inverse), (a + 1) * len(inverse))
                         of_prior = inverse.T @ inverse
                         precision[block, block] += of_prior
                         forces[k, block] += of_prior @ v[first + k, block]
                         log_determinants[first + k] -= 2.0 * np.log(np.diag(inverse)).sum()
+                # T by Cholesky; its diagonal gives rho^2, and two triangular solves the Newton step to the minimum.
                 try:
                     factor = linalg.cholesky(precision, lower=True, overwrite_a=True, check_finite=False)
                 except linalg.LinAlgError:  # so far out that G'G is round-off
@@ -253,11 +233,9 @@ class Collapsed:
                     continue
                 steps[k] = -linalg.cho_solve((factor, True), forces[k], check_finite=False)
                 log_determinants[first + k] += 2.0 * np.log(np.diag(factor)).sum()
-                if y is not None:
-                    steps[k] += linalg.solve_triangular(
-                        factor, y[first + k, white], lower=True, trans=1, check_finite=False
-                    )
-            full[some, part.columns] = _of_ratios(own, v[some] + steps)
+                if y is not None:  # from the minimum on by T'^-1 y
+                    steps[k] += _solve_lower(factor, y[first + k, white], trans=1, check_finite=False)
+            full[some, response.columns] = _white(own, v[some] + steps)
 
         with ThreadPoolExecutor(numba.get_num_threads()) as threads:
             list(threads.map(solve, range(0, len(v), _BATCH)))
@@ -310,7 +288,7 @@ class Collapsed:
         """All parameters (n_all,) at the minimum w*, of the others (n_params,)."""
         return self._solved(np.asarray(parameters)[None])[1][0]
 
-    def density(self, problem, parameters: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def density(self, problem: Sampled, parameters: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log density (n_batch,) of readings and histories in y (n_batch, n_white), given the others (n_batch, ..).
 
         And all parameters (n_batch, n_all) there. The readings are those of `problem`, which need not be smooth.
@@ -319,20 +297,17 @@ class Collapsed:
         return self._log_density(problem.log_likelihood(full), full, log_determinants), full
 
 
-def _of_ratios(ratios, v):
+def _white(ratios, v):
     """w (n, n_white) of v (n, n_white), with R (n, n_axes, n_knots, n_knots)."""
     if ratios is None:
         return v
     n, n_axes, n_knots, _ = ratios.shape
-    of_axes = v.reshape(n, n_axes, n_knots)
-    white = [
-        [linalg.solve_triangular(r, values, lower=True) for r, values in zip(*member, strict=True)]
-        for member in zip(ratios, of_axes, strict=True)
-    ]
+    members = zip(ratios, v.reshape(n, n_axes, n_knots), strict=True)
+    white = [[_solve_lower(r, values) for r, values in zip(*member, strict=True)] for member in members]
     return np.reshape(white, (n, -1))
 
 
 def _relative(by_v, changes):
     """(n, n_white, n_rows) changes (n, n_rows, n_white) of G in standard deviations of v, where G is by_v."""
     lower = np.linalg.cholesky(by_v.T @ by_v + np.eye(by_v.shape[1]))
-    return np.stack([linalg.solve_triangular(lower, change.T, lower=True) for change in changes])
+    return np.stack([_solve_lower(lower, change.T) for change in changes])
