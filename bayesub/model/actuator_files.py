@@ -297,8 +297,8 @@ def build(
     equations: EquationSet,
     water_density_kgm3: float,
     rpm: float,
-    hull: tuple[Actuator, ...],
-    forces: Iterable[tuple[str, np.ndarray, float]],
+    hull: tuple[Actuator, ...] = (),
+    forces: Iterable[tuple[str, np.ndarray, float]] = (),
 ) -> Actuators:
     """The actuators of a vehicle file, which fit its equations (:func:`check_fit`).
 
