@@ -18,15 +18,15 @@ COMMANDS = {
     "convert": "bayesub.cli.convert:convert",
     "check": "bayesub.cli.check:check",
     "simulate": "bayesub.cli.simulate:simulate",
-    "rank": "bayesub.cli.rank:rank",
+    "rank": "bayesub.cli.simulate:rank",
     "design": "bayesub.cli.design:design",
     "run": "bayesub.cli.run:run",
-    "report": "bayesub.cli.report:report",
+    "report": "bayesub.cli.finished:report",
     "export": "bayesub.cli.finished:export",
     "predict": "bayesub.cli.finished:predict",
     "compare": "bayesub.cli.finished:compare",
     "manual": "bayesub.cli.manual:manual",
-    "bench": "bayesub.cli.speed:bench",
+    "bench": "bayesub.cli.bench:bench",
     "completion": "bayesub.cli.listing:completion",
 }
 

@@ -1,139 +1,91 @@
-"""How fast the simulator is on this machine: simulations, derivatives, densities, and what compiling costs.
-
-Everything simulates the 600 s spiral of `suboff` with 601 output times. :func:`run` returns the numbers,
-:func:`bayesub.cli.bench_tables.tables` shows them.
-"""
+"""The command `bench`: what is measured, as tables for the terminal."""
 
 import json
-import tempfile
-import timeit
-from functools import partial
-from pathlib import Path
+from collections.abc import Iterable
+from typing import Any
 
-import numba
-import numpy as np
+import click
+from rich.table import Table
 
-from bayesub.cli import compilation
-from bayesub.cli.stopwatch import each_number_of_threads, shortest, with_python
-from bayesub.kernels import workspace
-from bayesub.model import coefficients
-from bayesub.model.manoeuvres import load_manoeuvre
-from bayesub.model.simulate import simulate
-from bayesub.model.simulator import Simulator
-from bayesub.model.vehicles import Vehicle, load_vehicle
-from bayesub.problem import likelihoods
-from bayesub.problem.priors import relative_normal
-from bayesub.problem.problem import Problem
-from bayesub.sensors import Track, observe
-
-TIMES = np.linspace(0.0, 600.0, 601)  # s
-BATCH = 256
-NOISES = {
-    "normal": likelihoods.Normal,
-    "normal, rounded to an sd": lambda sd: likelihoods.Rounded(sd, sd),
-    "normal, rounded to ten sd": lambda sd: likelihoods.Rounded(sd, 10.0 * sd),
-    "Student t": lambda sd: likelihoods.StudentT(sd, 4.0),
-    "autoregressive": lambda sd: likelihoods.AR1(sd, 10.0),
-}
+from bayesub.io.terminal import console
 
 
-def spiral(step: float | None = None, subproblem: str | None = "horizontal") -> Simulator:
-    """The simulator of the 600 s spiral of `suboff` at 601 output times, with its own step or a given one (s)."""
-    vehicle = load_vehicle("suboff")
-    return Simulator(vehicle, load_manoeuvre("horizontal", vehicle), TIMES, dt=step, subproblem=subproblem)
+@click.command(epilog="Example: bayesub bench --quick")
+@click.option("--quick", is_flag=True, help="Shorter, without the cold start and compilation; less exact.")
+@click.option("--json", "as_json", is_flag=True, help="The numbers as JSON: seconds and bytes.")
+def bench(quick: bool, as_json: bool) -> None:
+    """Measure the simulator on this machine: simulations, derivatives, densities, and what compiling costs."""
+    from bayesub.study.before import bench
+
+    console.quiet = as_json
+    numbers = bench.run(quick=quick)
+    if as_json:
+        click.echo(json.dumps(numbers, indent=2))
+        return
+    for table in tables(numbers):
+        console.print(table, soft_wrap=isinstance(table, str))
 
 
-def perturbed(vehicle: Vehicle, n_batch: int) -> np.ndarray:
-    """(n_batch, 101) coefficients that are off by one per cent."""
-    return vehicle.xi * (1.0 + 0.01 * np.random.default_rng(0).standard_normal((n_batch, len(vehicle.xi))))
+def tables(numbers: dict[str, Any]) -> list[Table | str]:
+    """Tables and text of what :func:`bayesub.study.before.bench.run` returns."""
+    n, alone = numbers["batch"], {r["threads"]: r["seconds"] for r in numbers["log_likelihoods"] if r["noise"] is None}
+    shown: list[Table | str] = [
+        _table(
+            f"600 s spiral of suboff, steps of {numbers['step_s']:g} s, threads: {numbers['threads']}",
+            ("batch", "time", "per simulation", "simulations/s", "memory"),
+            [
+                (
+                    str(b["size"]),
+                    f"{1e3 * b['seconds']:.3g} ms",
+                    f"{1e6 * b['seconds'] / b['size']:.1f} us",
+                    f"{b['size'] / b['seconds']:,.0f}",
+                    f"{b['bytes'] / 1e6:.2f} MB",
+                )
+                for b in numbers["batches"]
+            ],
+        ),
+        _table(
+            "Number of coefficients, batch of 64",
+            ("coefficients not zero", "per simulation"),
+            [(str(row["coefficients"]), f"{1e6 * row['seconds']:.1f} us") for row in numbers["non_zero"]],
+        ),
+        _table(
+            "Exact sensitivities",
+            ("coefficients", "threads", "Jacobian", "simulations"),
+            [
+                (
+                    str(row["coefficients"]),
+                    str(row["threads"]),
+                    f"{1e3 * row['seconds']:.2f} ms",
+                    f"{row['seconds'] / alone[row['threads']] * n:.0f}",
+                )
+                for row in numbers["jacobians"]
+            ],
+        ),
+        _table(
+            f"Log likelihoods, batch of {n}",
+            ("noise", "threads", "batch", "over the simulations alone"),
+            [
+                (
+                    row["noise"] or "simulations alone",
+                    str(row["threads"]),
+                    f"{1e3 * row['seconds']:.2f} ms",
+                    f"{row['seconds'] / alone[row['threads']]:.2f}",
+                )
+                for row in numbers["log_likelihoods"]
+            ],
+        ),
+    ]
+    if "cold_s" in numbers:
+        shown.append(f"first simulation: {numbers['cold_s']:.1f} s with compilation, {numbers['warm_s']:.1f} s without")
+    if "compilation" in numbers:
+        seconds = [(name, f"{taken:.2f} s") for name, taken in numbers["compilation"].items()]
+        shown.append(_table("Compilation, from an empty cache", ("what", "processor time"), seconds))
+    return shown
 
 
-def growth(sizes: tuple[int, ...], seconds: float) -> dict:
-    """Time (s) and memory (bytes) of batches by size, and time by the number of coefficients that are not zero."""
-    simulator = spiral()
-    vehicle = simulator.vehicle
-    batches = []
-    for size in sizes:
-        xi = perturbed(vehicle, size)
-        states, status = simulator.run(xi)
-        inputs = size * 8 * (len(vehicle.xi) + workspace.N_BODY + workspace.N_STATES)
-        work = 8 * simulator.kernels.n_rows * workspace.LANES * numba.get_num_threads()
-        memory = states.nbytes + status.nbytes + inputs + simulator._stages.nbytes + work
-        duration = shortest(lambda xi=xi: simulator.run(xi), seconds=seconds)[0]
-        batches.append({"size": size, "seconds": duration, "bytes": memory})
-    some = vehicle.xi[None].repeat(64, axis=0)
-    everything = np.where(some == 0.0, 1e-12, some)  # not zero, and without effect
-    pruned = []
-    for subproblem, xi in (("horizontal", everything), (None, some), (None, everything)):
-        run = spiral(simulator.step, subproblem)
-        used = int((run.dimensional(xi)[0] != 0.0).sum())
-        duration = shortest(lambda run=run, xi=xi: run.run(xi), seconds=seconds)[0]
-        pruned.append({"coefficients": used, "seconds": duration / 64})
-    return {"threads": numba.get_num_threads(), "batches": batches, "non_zero": pruned}
-
-
-def jacobians(seconds: float) -> list[dict]:
-    """Time (s) of the derivatives of x, y and yaw at 601 times, by number of coefficients and threads."""
-    simulator = spiral()
-    xi = simulator.vehicle.xi
-    free = [name for name in coefficients.HORIZONTAL if xi[coefficients.INDEX[name]] != 0.0]
-    rows = []
-    for threads in each_number_of_threads():
-        for names in (free, coefficients.NAMES):
-            differentiate = partial(simulator.sensitivities, xi, names, ("x", "y", "psi"))
-            duration = shortest(differentiate, seconds=seconds)[0]
-            rows.append({"coefficients": len(names), "threads": threads, "seconds": duration})
-    return rows
-
-
-def log_likelihoods(seconds: float) -> list[dict]:
-    """Time (s) of a batch of log likelihoods of x, y and yaw, 600 readings each, by noise model and threads.
-
-    The first row of each number of threads has no noise: the same batch of simulations alone.
-    """
-    simulator = spiral()
-    vehicle, manoeuvre = simulator.vehicle, simulator.manoeuvre
-    sensor = Track(position_sd_m=0.5, attitude_sd_deg=0.1, interval_s=1.0, channels=("x", "y", "yaw"))
-    record = observe(simulate(vehicle, manoeuvre), sensor, np.random.default_rng(0))
-    given = {"free": coefficients.HORIZONTAL, "prior": relative_normal(0.25)}
-    noises = [{channel.name: noise(channel.sd) for channel in record.channels} for noise in NOISES.values()]
-    problems = [Problem(vehicle, manoeuvre, record, noise=noise, **given) for noise in noises]
-    xi = perturbed(vehicle, BATCH)
-    parameters = xi[:, problems[0].columns]
-    functions = [partial(problems[0].simulator.run, xi)]
-    functions += [partial(problem.log_likelihood, parameters) for problem in problems]
-    rows = []
-    for threads in each_number_of_threads():
-        shortest(*functions, seconds=0.0, least=1)
-        durations = shortest(*functions, seconds=2.0 * seconds)
-        for noise, duration in zip((None, *NOISES), durations, strict=True):
-            rows.append({"noise": noise, "threads": threads, "seconds": duration})
-    return rows
-
-
-def starts() -> dict:
-    """Time (s) from starting Python to the end of a first simulation, with an empty cache and with a filled one."""
-    script = (
-        "from bayesub import load_manoeuvre, load_vehicle, simulate; boat = load_vehicle('suboff'); "
-        "simulate(boat, load_manoeuvre('horizontal', boat))"
-    )
-    with tempfile.TemporaryDirectory() as cache:
-        run = partial(with_python, "-c", script, NUMBA_CACHE_DIR=cache)
-        return {name: timeit.timeit(run, number=1) for name in ("cold_s", "warm_s")}
-
-
-def compilations() -> dict:
-    """Processor time (s) that compiling takes from an empty cache (:mod:`bayesub.cli.compilation`)."""
-    with tempfile.TemporaryDirectory() as cache:
-        file = Path(cache, "seconds.json")
-        with_python("-m", compilation.__name__, str(file), NUMBA_CACHE_DIR=cache)
-        return {"compilation": json.loads(file.read_text())}
-
-
-def run(*, quick: bool = False) -> dict:
-    """All measurements as numbers and lists: seconds and bytes. `quick` leaves out starting and compilation."""
-    seconds = 0.2 if quick else 1.5
-    numbers = {"step_s": spiral().step, "batch": BATCH, "jacobians": jacobians(seconds)}
-    numbers["log_likelihoods"] = log_likelihoods(seconds)
-    numbers |= growth((1, 8, 64) if quick else (1, 8, 64, 256, 1024), seconds)
-    return numbers if quick else numbers | starts() | compilations()
+def _table(title: str, header: Iterable[str], rows: Iterable[Iterable[str]]) -> Table:
+    table = Table(*header, title=title)
+    for row in rows:
+        table.add_row(*row)
+    return table

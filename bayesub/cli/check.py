@@ -1,33 +1,13 @@
-"""The command `check`: what an input file is, and the card of an equation set, a vehicle or the data of a study.
-
-What a file needs to be validated is imported when a file of its kind turns up, so that a mistake in a file that need
-not fly shows at once.
-"""
+"""The command `check`: what an input file is, and its card."""
 
 import json
-import re
-import time
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
 
 import click
 
 from bayesub.cli.arguments import PATH
-from bayesub.cli.simulate import drawing
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, error_source
 from bayesub.io.terminal import say
-
-
-class Card(Protocol):
-    """What is said of a file: in words and as JSON."""
-
-    def lines(self) -> list[str]:
-        """The card in words."""
-
-    def to_json(self) -> dict:
-        """The card as JSON types."""
 
 
 @click.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
@@ -43,6 +23,8 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     them. FILE may be the name of a built-in vehicle or equation set. A log with columns of a vehicle's own comes after
     that vehicle.
     """
+    from bayesub.study.before.check import draw_card, examine
+
     vehicles = []
     findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
     for path in files:
@@ -57,234 +39,4 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
         contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in findings.items()}
         click.echo(json.dumps(contents, indent=2, allow_nan=False))
     if card is not None:
-        from bayesub.report import cards  # here, since it imports matplotlib
-
-        drawn = [c for _, c in findings.values() if cards.is_drawn(c)]
-        if len(drawn) != 1:
-            raise InputError(
-                f"--card draws one vehicle or study, found {len(drawn)} among the files", "conflict", "--card"
-            )
-        with drawing(card):
-            cards.draw(drawn[0], card)
-
-
-def examine(path: Path, vehicles: Sequence = ()) -> tuple[str, Card | None]:
-    """What a file is, and its card, which not all kinds of files have; a log may be of the last of the vehicles."""
-    if path.suffix == ".py":
-        from bayesub.study.run import script
-
-        return f"study script: {script.check(path)}", None
-    if path.name.lower().endswith((".csv", ".csv.gz")):
-        return _log(path, vehicles)
-    keys = toml_files.read_toml_table(path)
-    for key, describe in _KINDS.items():
-        if key in keys:
-            return describe(path)
-    raise InputError(
-        f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
-        "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors'), a "
-        "disturbance (no 'disturbance') nor limits (no 'share_of_draws')",
-        "format",
-    )
-
-
-def _vehicle(path: Path):
-    import numpy as np
-
-    from bayesub.model.equations.files import DEFAULT
-    from bayesub.model.vehicles import load_vehicle
-
-    boat = load_vehicle(path)
-    from bayesub.findings import vehicle_card
-
-    used, n_sds = int((boat.xi != 0).sum()), int(np.isfinite(boat.sd).sum())
-    text = (
-        f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of {len(boat.xi)} coefficients"
-    )
-    text += "" if boat.equations.name == DEFAULT else f" of the equations '{boat.equations.name}'"
-    text += " not zero" + (f", {n_sds} with a standard deviation" if n_sds else "")
-    return text, vehicle_card.check(boat)
-
-
-def _equations(path: Path):
-    from bayesub.findings.equation_card import EquationCard
-    from bayesub.model.equations import load_equations
-
-    equations = load_equations(path)
-    freedom = f"{equations.degrees_of_freedom} degrees of freedom"
-    text = f"equations '{equations.name}', {len(equations.terms)} terms, {freedom}: {equations.title}"
-    return text, EquationCard(equations)
-
-
-def _study(path: Path):
-    from bayesub.study.schema.study_file import load_study
-
-    study = load_study(path)
-    from bayesub.study.run.prepare import prepare
-
-    setup = prepare(study)
-    return _cost(setup), _data_card(path, setup)
-
-
-def _geometry(path: Path):
-    from bayesub.model.hulls import load_hull
-
-    hull = load_hull(path)
-    return f"geometry of a hull of {hull.file.hull.length_m:g} m that displaces {hull.mass_kg:.4g} kg", None
-
-
-def _manoeuvre(path: Path):
-    from bayesub.model.manoeuvre_files import read_manoeuvre
-
-    file = read_manoeuvre(path)
-    return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s", None
-
-
-def _instruments(path: Path):
-    from bayesub.sensors import flat
-    from bayesub.study.schema.trial_section import read_instruments
-
-    if toml_files.read_toml_table(path).keys() & {"free", "prior", "nuisance", "noise", "disturbance"}:
-        from bayesub.study.schema.design_file import read_design as read_instruments
-    file = read_instruments(path)
-    channels = flat([section.build() for section in file.sensors])
-    return f"instruments that read {', '.join(sensor.column for sensor in channels)}", None
-
-
-def _map(path: Path):
-    from bayesub.logs.log_map import read_map
-
-    log_map = read_map(path)
-    kind = f" of kind {log_map.kind}" if log_map.kind else ""
-    return f"map of logs{kind} to {', '.join(log_map.columns)}", None
-
-
-def _limits(path: Path):
-    from bayesub.design.limits import load_limits
-
-    limits = load_limits(path).model_dump(exclude_none=True)
-    return f"limits of a trial: {', '.join(f'{key} {value:g}' for key, value in limits.items())}", None
-
-
-def _disturbance_file(path: Path):
-    from bayesub.study.schema.disturbance_section import read_disturbance
-
-    section = read_disturbance(path)
-    return f"disturbance on {' '.join(section.axes)}, correlation time {section.correlation_time_s:g} s", None
-
-
-# Key that only files of a kind have -> what a file of that kind is; a study has sensors and a
-# disturbance too, and comes before them.
-_KINDS = {
-    "coefficients": _vehicle,
-    "terms": _equations,
-    "vehicle": _study,
-    "hull": _geometry,
-    "columns": _map,
-    "kind": _manoeuvre,
-    "sensors": _instruments,
-    "disturbance": _disturbance_file,
-    "share_of_draws": _limits,
-}
-
-
-_OF_BOATS = re.compile(r"_command_\w+$|_(counts|percent|us)$|^(thrust_n|torque_nm)$")
-
-
-def _log(path: Path, vehicles):
-    from bayesub.findings import log_card
-    from bayesub.logs import log_files
-
-    # Without the boat too, what only a boat gives a meaning: commands, counts and the like, thrust and torque.
-    header = [name.strip().strip('"') for name in toml_files.read_line(path).split(",")]
-    own = (column for vehicle in vehicles for column in vehicle.actuators.log_columns)
-    controls = (*own, *(name for name in header if _OF_BOATS.search(name)))
-    log = log_files.read_log(path, controls, ascending=False)
-    times, headers = log["time"], log_files.headers(path, controls)
-    text = f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {', '.join(headers)}"
-    return text, log_card.check(log, headers, controls, vehicles[-1] if vehicles else None)
-
-
-def _data_card(path: Path, setup):
-    """The card of the data of a study; None if the boat of the prior means does not complete the trials."""
-    import numpy as np
-
-    from bayesub.findings import data_card
-
-    problem = setup.problem
-    if not np.isfinite(problem.predicted(problem.prior.mean)).all():
-        return None
-    with error_source(str(path)):
-        return data_card.check(problem, f"{setup.study.name}: {setup.vehicle.name}")
-
-
-def _cost(setup) -> str:
-    """Time a batch, and count on what the sampler usually needs."""
-    import numpy as np
-
-    problem = setup.problem
-    batch = np.repeat(problem.prior.mean[None], 64, axis=0)
-    problem.log_prob(batch)  # compiles
-    began = time.perf_counter()
-    for _ in range(4):
-        problem.log_prob(batch)
-    rate = 4 * len(batch) / (time.perf_counter() - began)
-    each = problem.each_trial(problem.prior.mean)
-    trials = "; ".join(_trial(name, p, setup.trials[name], centre) for name, p, centre in each)
-    return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; {_unseen(setup)}{_disturbance(setup.problem)}"
-        f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
-    )
-
-
-def _trial(name: str, problem, trial, centre) -> str:
-    """A trial of a study in words, and whether it is possible at the prior means (n_params,)."""
-    n_others = problem.n_params - problem.n_coefficients
-    unknown = f"{problem.n_coefficients} free coefficients" + (f" and {n_others} other parameters" if n_others else "")
-    left_out = f" ({trial.n_left_out} outside the controls left out)" if trial.n_left_out else ""
-    return (
-        f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
-        f"step {problem.simulator.step:g} s{_truth(trial.truth)}{_failure(problem, centre)}"
-    )
-
-
-def _unseen(setup) -> str:
-    """The logs that are not fitted and are to be predicted, or nothing."""
-    return "".join(
-        f"to predict '{trial.name}': {int((trial.problem.times > trial.warm_up_s).sum())} readings after a warm-up of "
-        f"{trial.warm_up_s:.4g} s{_failure(trial.problem, trial.problem.prior.mean)}; "
-        for trial in setup.unseen
-    )
-
-
-def _truth(truth) -> str:
-    forces = None if truth is None else truth.simulator.forces
-    return "" if forces is None else f", truth disturbed on {' '.join(forces.axes)}"
-
-
-def _disturbance(problem) -> str:
-    """The unmodelled forces that a study infers: sds in units of force and as shares, time and knots; or nothing."""
-    from bayesub.model.hull_forces import hull_force_rms
-    from bayesub.study.schema.disturbance_section import central, in_words
-
-    trials = [p for _, p, _ in problem.each_trial(problem.prior.mean)]
-    if trials[0].forward.disturbances is None:
-        return ""
-    unknown = trials[0].forward.disturbances.unknown
-    try:
-        rms = hull_force_rms([p.simulator for p in trials])
-    except InputError:  # the boat of the file fails, and there is no share
-        rms = None
-    knots = ", ".join(str(len(p.forward.disturbances.knots.times)) for p in trials)
-    process, inferred = central(unknown, trials[0].vehicle)
-    return f"disturbance {in_words(process, rms, inferred)}, {knots} knots; "
-
-
-def _failure(problem, centre) -> str:
-    import numpy as np
-
-    if np.isfinite(problem.log_likelihood(centre)[0]):
-        return ""
-    status = problem.trajectory(centre).status[0]
-    why = "the readings are impossible" if status == "ok" else f"the boat {status.replace('_', ' ')}"
-    return f", and at the prior means {why}"
+        draw_card([found for _, found in findings.values()], card)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bayesub.cli.arguments import PATH, VEHICLE, dask_option, executor_of, force_option, seed_option
+from bayesub.cli.arguments import PATH, VEHICLE, dask_option, force_option, seed_option
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
 
@@ -89,7 +89,7 @@ def design(
     """
     from bayesub.study.after.design import design as design_trial
     from bayesub.study.after.design_question import DEFAULT, MINUTES, Request
-    from bayesub.study.run.run import RunInterrupted
+    from bayesub.study.run.run import RunInterrupted, executor_of
 
     if resume and force:
         raise InputError("--resume and --force exclude each other", "conflict", "--force")

@@ -1,15 +1,13 @@
-"""The command `simulate`."""
+"""The commands of a simulated manoeuvre: `simulate`, and `rank` of its exact motion."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import json
 from pathlib import Path
 
 import click
 
 from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
 from bayesub.cli.arguments import subproblem as subproblem_option
-from bayesub.io.errors import InputError, error_source
-from bayesub.io.terminal import FAILED, say
+from bayesub.io.terminal import FAILED, complain, console, say
 
 
 @click.command(epilog="Example: bayesub simulate suboff horizontal -o track.csv --plot track.png")
@@ -49,16 +47,7 @@ from bayesub.io.terminal import FAILED, say
     help="Of --sensors, --perturb and --disturbance.",
 )
 def simulate(
-    vehicle: str,
-    manoeuvre: str,
-    output: Path,
-    subproblem: str | None,
-    plot: Path | None,
-    sensors: str | None,
-    perturb: float | None,
-    disturbance: Path | None,
-    seed: int,
-    **options: float | str | None,
+    vehicle: str, manoeuvre: str, output: Path, subproblem: str | None, **options: float | str | Path | None
 ) -> None:
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
 
@@ -66,77 +55,40 @@ def simulate(
     The file of --disturbance has a section [disturbance]: axes, sd (or sd_n and sd_nm, or share; of a
     current sd_mps), correlation_time_s.
     """
-    import numpy as np
+    from bayesub.study.before.simulate import simulate
 
-    from bayesub.model.disturbance import CURRENTS
-    from bayesub.model.manoeuvres import load_manoeuvre
-    from bayesub.model.simulate import simulate as simulate_trial
-    from bayesub.model.vehicles import load_vehicle
-    from bayesub.problem import priors
-    from bayesub.sensors import observe
-    from bayesub.study.schema.disturbance_section import in_words
-    from bayesub.study.schema.trial_section import read_instruments
-
-    instruments = None if sensors is None else read_instruments(sensors)
-    section = _disturbance(disturbance, instruments)
-    boat = load_vehicle(vehicle)
-    history = load_manoeuvre(manoeuvre, boat)
-    rng = np.random.default_rng(seed)
-    xi = boat.xi if perturb is None else priors.perturbed(boat.xi, perturb, rng)
-    options["actuators"] = None if instruments is None else instruments.truth.actuators
-    trajectory = simulate_trial(boat, history, xi=xi, **options, **plane(subproblem))
-    forces = ""
-    if section is not None:
-        with error_source(str(disturbance or sensors)):
-            trajectory, process = section.flown(trajectory, rng)
-            if instruments is None and set(process.axes) & set(CURRENTS):
-                raise InputError(
-                    "disturbance: a current shows in what instruments read; give --sensors, or leave it out",
-                    "missing",
-                    "--sensors",
-                )
-        forces = f"disturbance {in_words(process)}, "
-    if instruments is None:
-        trajectory.save(output)
-    else:
-        parts = [section.build() for section in instruments.sensors]
-        record = observe(trajectory, parts, rng, current_mps=instruments.truth.current_mps)
-        record.save(output, trajectory)
-    if plot is not None:
-        from bayesub.plots import track
-
-        with drawing(plot):
-            track.draw_simulated(plot, trajectory, boat.name)
-    status = trajectory.status[0]
-    kind = trajectory.simulator.subproblem or "six degrees of freedom"
-    say(
-        f"{output}: {len(trajectory.times)} times, {boat.name} on {history.name} ({kind}), "
-        f"step {trajectory.simulator.step:g} s, {forces}{status}"
-    )
-    if status != "ok":
+    sentence, is_whole = simulate(vehicle, manoeuvre, output, **options, **plane(subproblem))
+    say(f"{output}: {sentence}")
+    if not is_whole:
         raise click.exceptions.Exit(FAILED)
 
 
-def _disturbance(path: Path | None, instruments):
-    """The section of a file, or that of the truth in the file of the instruments; None if there is none."""
-    from bayesub.study.schema.disturbance_section import read_disturbance
+@click.command(epilog="Example: bayesub rank suboff horizontal --json")
+@click.argument("vehicle", **VEHICLE)
+@click.argument("manoeuvre", **MANOEUVRE)
+@subproblem_option
+@click.option("--json", "as_json", is_flag=True, help="Ranks, singular values and null vectors as JSON.")
+def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) -> None:
+    """Say which coefficients of a VEHICLE a MANOEUVRE leaves open, axis by axis, if every motion is known exactly.
 
-    of_truth = None if instruments is None else instruments.truth.disturbance
-    if path is None:
-        return of_truth
-    if of_truth is not None:
-        raise InputError(
-            f"{path}: the file of --sensors has a [truth.disturbance] too; give one of the two",
-            "conflict",
-            "--disturbance",
-        )
-    return read_disturbance(path)
+    A direction at round-off is not unique: no instrument finds it. One above round-off but below a millionth of the
+    largest is ill-conditioned: unique in the equations, out of reach in a trial.
+    """
+    from bayesub.study.before.simulate import rank
 
+    ranked = rank(vehicle, manoeuvre, **plane(subproblem))
+    if not ranked.ranks:
+        complain(ranked.title, FAILED)
+    if as_json:
+        click.echo(json.dumps({axis: r.summary() for axis, r in ranked.ranks.items()}, indent=2))
+        return
+    from rich.table import Table
 
-@contextmanager
-def drawing(path: Path) -> Iterator[None]:
-    """A place or format that cannot be drawn to is an InputError."""
-    try:
-        yield
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be drawn: {' '.join(str(error).split())}", "file") from None
+    table = Table("axis", "rank", "null", "weak", "condition", "round-off", "smallest", title=ranked.title)
+    for axis, r in ranked.ranks.items():
+        smallest = " ".join(f"{s:.0e}" for s in r.singular_values[max(0, r.rank - 2) :])
+        counts = (f"{r.rank}/{r.columns}", str(r.null_dimension), str(r.rank - r.practical_rank))
+        table.add_row(axis, *counts, f"{r.condition:.1e}", f"{r.threshold:.0e}", smallest)
+    console.print(table)
+    for line in ranked.lines:
+        say(line)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.design.families import KINDS, RPM, Family, controls
-from bayesub.design.goals import Goal
+from bayesub.design.information import Goal
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range
 from bayesub.design.search import Cost, Found, search

@@ -13,7 +13,7 @@ import numpy as np
 from cmaes import SepCMA
 
 from bayesub.design.families import Family
-from bayesub.design.goals import Goal
+from bayesub.design.information import Goal
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Range
 from bayesub.inference.interface import Progress

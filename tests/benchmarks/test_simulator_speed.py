@@ -7,11 +7,11 @@ import numba
 import numpy as np
 import pytest
 
-from bayesub.cli.bench import spiral
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulator import Simulator
 from bayesub.model.time_step import STEP_TOLERANCE_M
 from bayesub.model.vehicles import load_vehicle
+from bayesub.study.before.bench import spiral
 from rivals import arithmetic, scalar_simulator
 
 

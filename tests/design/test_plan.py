@@ -8,7 +8,7 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.design.families import Family
-from bayesub.design.goals import Known
+from bayesub.design.information import Known
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range
 from bayesub.design.plan import Budget, Plan, at_knots, best, families, kinds

@@ -16,10 +16,10 @@ from bayesub.io.terminal import SILENT, Progress, duration
 from bayesub.logs.log_files import write_log
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.report import design as report
-from bayesub.study.after.answer import open_answer
 from bayesub.study.after.design_question import Question, Request, pose
-from bayesub.study.provenance import CODE
+from bayesub.study.provenance import CODE, copies
 from bayesub.study.run.run import interruptions
+from bayesub.study.run.run_folder import open_folder
 
 FIRST_S = 25.0  # of searches before the first answer
 COSTS, PACE = "costs", "pace.json"
@@ -68,7 +68,7 @@ def design(
     question, asked = pose(request), request.config()
     for key in ("goal", "sensors", "limits", "prior"):
         progress.remark(f"{key}: {question.words[key]}")
-    opened = open_answer(folder, asked, request.files, resume=resume, force=force)
+    opened = open_folder(folder, asked, copies(request.files, asked["files_sha256"]), resume=resume, force=force)
     with opened as config, interruptions(folder):
         (folder / COSTS).mkdir(exist_ok=True)
         judged = (question.judge, question.range, question.families, question.goal)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.design import goals
+from bayesub.design import information as goals
 from bayesub.design.families import Family
 from bayesub.design.judge import Judge
 from bayesub.design.limits import N_DRAWS, Limits, Range, load_limits, usual_limits

@@ -11,8 +11,8 @@ from bayesub.findings import simulator_conventions
 from bayesub.io.atomic import replacing, write_csv, write_text, writing
 from bayesub.io.errors import InputError, nearest
 from bayesub.report import parameter_tables
-from bayesub.study.after import passed_on
 from bayesub.study.after.finished_run import FinishedRun, finished_run
+from bayesub.study.after.knowledge import known, vehicle_file
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def _forces(run: FinishedRun) -> list[str]:
 
 def _simulator(made) -> Callable[[FinishedRun, Path], None]:
     """The writer of the coefficients that another simulator takes."""
-    return _text(lambda run, _: made(run.vehicle, passed_on.known(run), f"study '{run.study.name}'"))
+    return _text(lambda run, _: made(run.vehicle, known(run), f"study '{run.study.name}'"))
 
 
 def draws(run: FinishedRun) -> pd.DataFrame:
@@ -85,7 +85,7 @@ def _parquet(run: FinishedRun, path: Path) -> None:
 
 
 FORMATS = {
-    "vehicle": Format(".toml", "vehicle file with sds and correlations, a prior", _text(passed_on.vehicle_file)),
+    "vehicle": Format(".toml", "vehicle file with sds and correlations, a prior", _text(vehicle_file)),
     "csv": Format(".csv", "draws", lambda run, path: write_csv(path, draws(run), digits=None)),
     "netcdf": Format(".nc", "draws and diagnostics, as ArviZ reads them", lambda run, path: run.posterior.save(path)),
     "parquet": Format(".parquet", "draws", _parquet),

@@ -1,22 +1,23 @@
-"""A finished run of a study in TOML, as other commands take it up: its study, its posterior and its estimates."""
+"""A finished run, as other commands take it up: its study, posterior and estimates read back, its page made again."""
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
 from bayesub.inference.baselines import Estimate
-from bayesub.inference.sampling import Posterior, posterior_file
+from bayesub.inference.sampling import CrossCheck, Posterior, posterior_file
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.study.provenance import COMPUTED, copy_name, file_digest
-from bayesub.study.run.infer import ESTIMATES, POSTERIOR
+from bayesub.study.run import script
+from bayesub.study.run.infer import ESTIMATES, POSTERIOR, conclude
 from bayesub.study.run.prepare import Setup, prepare
-from bayesub.study.run.result import load_result
-from bayesub.study.run.run_folder import CONFIG, saved_config
+from bayesub.study.run.result import StudyResult, load_result
+from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_config
 from bayesub.study.schema.check_section import CheckSection
 from bayesub.study.schema.control_section import with_columns
 from bayesub.study.schema.study_file import Study
@@ -155,3 +156,60 @@ def saved_study(folder: Path, config: dict) -> Study:
         if file_digest(places[name]) != digest:
             raise InputError(f"{folder}: {places[name]} has changed since the run; run the study again", "state")
     return study.located(source, places, quick=config["quick_run"])
+
+
+def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = False) -> StudyResult:
+    """Draw figures and report of a finished run again; the folder may have been copied from elsewhere.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The run folder.
+    study : str, Path or None
+        The script to draw with, for a run of a script that keeps no copy of it.
+    pdf : bool
+        Draw every figure as PDF too.
+
+    Returns
+    -------
+    StudyResult
+        With the seconds of the run.
+
+    Raises
+    ------
+    InputError
+        For a folder that lacks something, which it names, and for a file that has changed since the run.
+    """
+    folder = Path(folder)
+    config = config_of_study(folder, "bayesub {} writes its page again")
+    if "script_sha256" in config:
+        result = script.redraw(folder, config, study and Path(study), pdf=pdf)
+    elif study is not None:
+        raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study", "conflict", "--study")
+    else:
+        result = _redraw(folder, config, pdf)
+    saved = load_result(folder)
+    return result if saved is None else replace(result, seconds=saved.seconds)
+
+
+def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
+    """The report of a study in TOML."""
+    if not (folder / "numbers.json").exists():
+        raise InputError(
+            f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume",
+            "state",
+            "numbers.json",
+        )
+    if not (folder / POSTERIOR).exists():
+        raise InputError(
+            f"{folder}: {POSTERIOR} is missing: without the draws neither figures nor report can be drawn again "
+            "(numbers.json and the figures that are there are those of the run); run the study again to have them",
+            "state",
+            POSTERIOR,
+        )
+    study = saved_study(folder, config)
+    posterior, estimates = posterior_file.load(folder / POSTERIOR), saved_estimates(folder)
+    seconds = read_back(folder / "numbers.json", lambda numbers: numbers["seconds"])
+    check = read_back(folder / CROSS_CHECK, CrossCheck.from_json) if (folder / CROSS_CHECK).exists() else None
+    context = RunContext(folder, pdf, commit=config["commit"])
+    return conclude(prepare(study), context, estimates, posterior, check, seconds=seconds)

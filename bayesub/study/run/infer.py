@@ -4,12 +4,11 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayesub.findings import log_card
 from bayesub.findings.mode_fit import fit_of_mode
-from bayesub.findings.suspect_columns import suspect
 from bayesub.findings.unseen import TrialPrediction, predicted_trial, predicts
 from bayesub.inference import baselines, identifiability
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
@@ -19,16 +18,17 @@ from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import Progress, duration
 from bayesub.logs import log_files
-from bayesub.logs.finding import Finding
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
 from bayesub.report.report import write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
-from bayesub.study.run import leave_out as others
 from bayesub.study.run.prepare import Setup
 from bayesub.study.run.result import StudyResult, verdict_on
-from bayesub.study.run.run_folder import CROSS_CHECK, RunContext, saved_config
+from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
+
+if TYPE_CHECKING:
+    from bayesub.logs.finding import Finding
 
 POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
 
@@ -86,6 +86,8 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
         check = compare_with_nuts(problem, posterior, rng=setup.generator(seeds.CROSS_CHECK), progress=progress)
         write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
     if leave_out:
+        from bayesub.study.run import leave_out as others
+
         others.fit(setup, context)
     progress.stage("predictions, figures and report")
     seconds["all before the report"] = progress.seconds
@@ -113,7 +115,7 @@ def refuse_misread(setup: Setup, progress: Progress) -> None:
             progress.remark(f"{path}: {finding.line()}")
 
 
-def _logs(setup) -> Iterator[tuple[Path, bool, list[Finding]]]:
+def _logs(setup: Setup) -> "Iterator[tuple[Path, bool, list[Finding]]]":
     """Each log, whether it is trusted, and what is wrong with the columns that are used."""
     study, fins = setup.study, setup.vehicle.actuators.log_columns
     trials = [(section, setup.trials[name].record) for name, section, _ in study.each_trial()]
@@ -122,6 +124,8 @@ def _logs(setup) -> Iterator[tuple[Path, bool, list[Finding]]]:
     for section, record in trials:
         if section.data is None:
             continue
+        from bayesub.findings import log_card
+
         path = toml_files.find_log(study.path(section.data))
         log = log_files.read_log(path, fins, ascending=False)
         headers = [header for header in log_files.headers(path, fins) if header not in (section.ignore or ())]
@@ -163,6 +167,8 @@ def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
         gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
         context.progress.remark(f"{topic.replace('_', ' ')}:{gap}{sentence}")
     if fit.misfit > sampler.max_misfit:
+        from bayesub.findings.suspect_columns import suspect
+
         column = suspect(setup.problem, mode)
         likely = f"likely {column}; if not, " if column else ""
         raise InputError(
@@ -219,7 +225,10 @@ def _predictions(
     """Those of the logs that are not fitted, and of the trials that have been left out."""
     rng = setup.generator(seeds.PREDICTIONS)
     predictions = [predicted_trial(trial, setup.problem, posterior, estimates, rng) for trial in setup.unseen]
-    if left_out := others.posteriors(setup, folder):
+    if (folder / LEFT_OUT).is_dir():
+        from bayesub.study.run import leave_out as others
+
+        left_out = others.posteriors(setup, folder)
         trials = others.unseen_trials(setup)
         predictions += [predicted_trial(trials[name], *fit, [], rng) for name, fit in left_out.items()]
     return predictions

@@ -14,10 +14,8 @@ from bayesub.io.terminal import Progress
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.unseen import UnseenTrial
 from bayesub.study.run.prepare import Setup
-from bayesub.study.run.run_folder import RunContext
+from bayesub.study.run.run_folder import LEFT_OUT, RunContext
 from bayesub.study.schema.check_section import warm_up
-
-LEFT_OUT = "left_out"
 
 
 def check(setup: Setup) -> None:

@@ -7,19 +7,23 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tomli_w
 
-from bayesub.campaign.executors import Executor
 from bayesub.io import toml_files
 from bayesub.io.atomic import LOCK, PARTIAL, locked, write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.provenance import CODE, code_change, study_change
 
+if TYPE_CHECKING:
+    from bayesub.campaign.executors import Executor
+
 CONFIG = "config.toml"
 SECONDS = "seconds.json"
 CROSS_CHECK = "cross_check.json"
+LEFT_OUT = "left_out"  # folder of the fits without one of the trials
 STOPPING = (  # may change before a run is resumed
     *(f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus")),
     *(f"design.{key}" for key in ("minutes", "judgements")),
@@ -182,7 +186,7 @@ class RunContext:
     folder: Path
     pdf: bool = False
     progress: Progress = SILENT
-    executor: Executor | None = None
+    executor: "Executor | None" = None
     commit: str = "unknown"
 
     @property

@@ -16,25 +16,24 @@
 import ast
 import importlib.util
 import json
+import operator
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
 
 from bayesub.campaign import beside, executors
-from bayesub.campaign.campaign import complete
+from bayesub.campaign.campaign import Files, Lines, as_json, complete, write_arrays
 from bayesub.campaign.executors import Executor, is_remote
-from bayesub.campaign.store import Files, Lines, as_json, write_arrays
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.provenance import environment, file_digest
-from bayesub.study.run import script_modules, script_page
+from bayesub.study.run import script_page
 from bayesub.study.run.result import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED, StudyResult
 from bayesub.study.run.run_folder import RunContext
 
@@ -124,6 +123,53 @@ def _docstring(path: Path, tree: ast.Module) -> str:
     return docstring.splitlines()[0]
 
 
+def digests(path: Path) -> dict:
+    """Entries of ``config.toml``: the SHA-256 of a script, and of each file beside it of which it consists."""
+    files = {name: file_digest(file) for name, file in modules(path).items()}
+    return {"script_sha256": file_digest(path), "files_sha256": files}
+
+
+def modules(script: Path) -> dict[str, Path]:
+    """Name from the folder of the script -> file, of all modules that it imports directly or through others.
+
+    Of a package all data count, and of its modules those that are imported. Files are read, not run.
+    """
+    root, found, waiting = script.parent, set(), [script]
+    while waiting:
+        file = waiting.pop()
+        for other in _imported(file, root):
+            if other not in found:
+                found.add(other)
+                waiting.append(other)
+    folders = {module.parent for module in found} - {root}
+    found |= {file for folder in folders for file in folder.iterdir() if file.suffix in (".csv", ".json", ".toml")}
+    return {file.relative_to(root).as_posix(): file for file in sorted(found)}
+
+
+def _imported(file: Path, root: Path) -> Iterator[Path]:
+    """The modules below `root` that the imports of a file name, with the packages in which they are."""
+    try:
+        tree = ast.parse(toml_files.read_text(file))
+    except (SyntaxError, ValueError):  # of which the import will complain
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            package = file.parent.relative_to(root).parts
+            above = package[: len(package) - node.level + 1] if node.level else ()
+            module = ".".join([*above, *filter(None, [node.module])])
+            names = [module, *(f"{module}.{alias.name}".lstrip(".") for alias in node.names)]
+        else:
+            continue
+        for name in names:
+            parts = name.split(".")
+            for k in range(1, len(parts) + 1):
+                place = root.joinpath(*parts[:k])  # a package comes before a module of its name, as in an import
+                files = (place / "__init__.py", place.with_name(f"{place.name}.py"))
+                yield from [file for file in files if file.is_file()][:1]
+
+
 class ScriptRun:
     """A run folder, as a study script sees it.
 
@@ -187,7 +233,7 @@ class ScriptRun:
         """
         store = Files({name: self.folder / _file_of(f"{stage} {name}") for name in makes})
         self.progress.stage(stage)
-        return self._complete(stage, partial(_made, makes), {name: name for name in makes}, store, "parts")
+        return self._complete(stage, operator.call, makes, store, "parts")
 
     @contextmanager
     def work_folder(self) -> Iterator[Path]:
@@ -217,8 +263,8 @@ class ScriptRun:
     def repeat(self, name: str, work: Callable[[int], dict], n: int) -> list[dict]:
         """What `work` returns for 0, 1, .., n - 1, pieces that are independent of each other.
 
-        ``<name>.jsonl`` has a line of JSON for each (:class:`bayesub.campaign.store.Lines`); those that are there are
-        not done again.
+        ``<name>.jsonl`` has a line of JSON for each (:class:`bayesub.campaign.campaign.Lines`); those that are there
+        are not done again.
         """
         numbers = {str(k): k for k in range(n)}
         store = Lines(self.folder / f"{name}.jsonl", numbers)
@@ -235,10 +281,6 @@ class ScriptRun:
 
 def _file_of(name: str) -> str:
     return re.sub(r"\W+", "_", name)
-
-
-def _made(makes: dict[str, Callable[[], dict]], name: str) -> dict:
-    return makes[name]()
 
 
 def load(path: Path) -> ModuleType:
@@ -309,12 +351,6 @@ def _script_of(folder: Path, config: dict) -> Path:
             "--study",
         )
     return path
-
-
-def digests(path: Path) -> dict:
-    """Entries of ``config.toml``: the SHA-256 of a script, and of each file beside it of which it consists."""
-    files = {name: file_digest(file) for name, file in script_modules.files(path).items()}
-    return {"script_sha256": file_digest(path), "files_sha256": files}
 
 
 def _script_run(name: str, context: RunContext, *, quick: bool) -> ScriptRun:

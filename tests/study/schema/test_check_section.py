@@ -12,7 +12,7 @@ import bayesub as bs
 from bayesub.campaign import executors
 from bayesub.inference.sampling import posterior_file
 from bayesub.logs import log_files
-from bayesub.study.after.redraw import redraw
+from bayesub.study.after.finished_run import redraw
 from bayesub.study.run import leave_out
 from bayesub.study.run.prepare import prepare
 from bayesub.study.run.run_folder import RunContext
