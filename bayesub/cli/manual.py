@@ -26,18 +26,10 @@ _COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
 
 @dataclass(frozen=True)
 class Page:
-    """A page of the manual. Its first line is a comment that says its kind and what it is about.
+    """A page of the manual. Its first line is a comment that says its kind and what it is about."""
 
-    Attributes
-    ----------
-    topic : name of the file without its suffix
-    kind : a key of KINDS
-    summary : one line
-    path : the file
-    """
-
-    topic: str
-    kind: str
+    topic: str  # name of the file without its suffix
+    kind: str  # a key of KINDS
     summary: str
     path: Path
 

@@ -30,23 +30,13 @@ RPM = "rpm"
 
 @dataclass(frozen=True)
 class Control:
-    """One control that may be moved.
+    """One control that may be moved; values are in SI units."""
 
-    Attributes
-    ----------
-    column : str
-        Of a log, ``rudder_deg`` or ``rpm``.
-    rest, lower, upper : float
-        SI units.
-    rate : float
-        Largest rate of change, 1/s.
-    """
-
-    column: str
+    column: str  # of a log, ``rudder_deg`` or ``rpm``
     rest: float
     lower: float
     upper: float
-    rate: float
+    rate: float  # largest rate of change, 1/s
 
     @property
     def unit(self) -> float:
@@ -104,26 +94,14 @@ def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
 
 @dataclass(frozen=True)
 class Family:
-    """Manoeuvres of one kind.
+    """Manoeuvres of one kind."""
 
-    Attributes
-    ----------
-    kind : str
-        A key of :data:`KINDS`.
-    vehicle : Vehicle
-    limits : Limits
-    controls : tuple of Control
-    subproblem : str or None
-    n_knots : int
-        Orders, knots or harmonics of each control.
-    """
-
-    kind: str
+    kind: str  # a key of :data:`KINDS`
     vehicle: Vehicle
     limits: Limits
     controls: tuple[Control, ...]
     subproblem: str | None = None
-    n_knots: int = 45
+    n_knots: int = 45  # orders, knots or harmonics of each control
 
     @property
     def duration(self) -> float:

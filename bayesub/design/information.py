@@ -18,27 +18,13 @@ SHARES = (0.05, 0.10, 0.25)  # of the value, to which coefficients are counted a
 
 @dataclass(frozen=True)
 class Information:
-    """Expected information of readings on coefficients, in the normal approximation.
+    """Expected information of readings on coefficients, in the normal approximation."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        The n coefficients.
-    values : (n,) array
-        Where they were taken, in the units of their names.
-    prior_sd : (n,) array
-        The unit of all matrices.
-    precision : (n, n) array
-        Of the prior, the identity if it knows no correlation.
-    gram : (n, n) array
-        Fisher information of the readings, all else integrated out.
-    """
-
-    names: tuple[str, ...]
-    values: np.ndarray
-    prior_sd: np.ndarray
-    precision: np.ndarray
-    gram: np.ndarray
+    names: tuple[str, ...]  # the n coefficients
+    values: np.ndarray  # (n,), where they were taken, in the units of their names
+    prior_sd: np.ndarray  # (n,), the unit of all matrices
+    precision: np.ndarray  # (n, n), of the prior, the identity if it knows no correlation
+    gram: np.ndarray  # (n, n), Fisher information of the readings, all else integrated out
 
     def __add__(self, other: "Information") -> "Information":
         """What two independent trials of the same boat tell together."""

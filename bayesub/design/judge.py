@@ -40,21 +40,12 @@ class Judge:
 
     Attributes
     ----------
-    vehicle : Vehicle
-    sensors : tuple of Sensor
     free : tuple of str
         Coefficients to infer; those that are zero, or have no part in the sub-problem, are left out.
     prior : CoefficientPrior
         Of one trial and the next; by default a normal one with a quarter of the value.
     precision : (n, n) array or None
         Prior precision of :attr:`names` in prior sds, where an earlier trial knows more.
-    nuisance : dict of str to Prior
-        Nuisance parameters of each trial, integrated out.
-    noise : dict of str to Noise
-        As of :class:`bayesub.Problem`.
-    disturbance : UnknownDisturbance or None
-        Unmodelled forces, whose histories are integrated out.
-    subproblem : str or None
     draws : (n_draws, n_terms) array or None
         Coefficient sets over which a criterion is averaged, by default the values of the vehicle alone.
     step_s : float or None
@@ -66,9 +57,9 @@ class Judge:
     free: tuple[str, ...] = ()
     prior: CoefficientPrior = field(default_factory=lambda: relative_normal(0.25))
     precision: np.ndarray | None = None
-    nuisance: Mapping[str, Prior] = field(default_factory=dict)
-    noise: Mapping[str, Noise] = field(default_factory=dict)
-    disturbance: UnknownDisturbance | None = None
+    nuisance: Mapping[str, Prior] = field(default_factory=dict)  # nuisance parameters of each trial, integrated out
+    noise: Mapping[str, Noise] = field(default_factory=dict)  # as of :class:`bayesub.Problem`
+    disturbance: UnknownDisturbance | None = None  # unmodelled forces, whose histories are integrated out
     subproblem: str | None = None
     draws: np.ndarray | None = None
     step_s: float | None = None
@@ -154,8 +145,6 @@ class Sensed:
 
     Parameters
     ----------
-    judge : Judge
-    manoeuvre : Manoeuvre
     step_s : float
         Integration step.
 

@@ -35,16 +35,12 @@ class Limits(Section):
 
     Attributes
     ----------
-    duration_s : float or None
-        Length of the trial; by default 44 ship lengths travelled.
     min_rpm_percent, max_rpm_percent : float
         Of the propeller speed that self-propels; equal ones keep it.
     rpm_percentps : float or None
         Largest rate of change of the propeller speed, per cent of it a second; None if it may jump.
     orders_an_hour : float or None
         Orders to one control that a helmsman can follow; None for an autopilot, which follows any curve.
-    depth_change_m : float or None
-        Largest distance from the depth at the start.
     surface_m, bottom_m : float or None
         Smallest depth of the highest point of the hull, and largest of the lowest.
     pitch_deg, roll_deg : float or None
@@ -52,19 +48,17 @@ class Limits(Section):
         Surge velocity.
     range_north_m, range_east_m : float or None
         Size of the area.
-    share_of_draws : float
-        Share of the boats that the prior holds possible that must keep all limits too.
     """
 
     model_config = pydantic.ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Positive]
 
-    duration_s: Positive | None = None
+    duration_s: Positive | None = None  # length of the trial; by default 44 ship lengths travelled
     min_rpm_percent: Percent = 50.0
     max_rpm_percent: Percent = 100.0
     rpm_percentps: Positive | None = None
     orders_an_hour: Positive | None = None
-    depth_change_m: Positive | None = None
+    depth_change_m: Positive | None = None  # largest distance from the depth at the start
     surface_m: float | None = None
     bottom_m: float | None = None
     pitch_deg: Positive | None = None
@@ -73,7 +67,7 @@ class Limits(Section):
     max_speed_mps: Positive | None = None
     range_north_m: Positive | None = None
     range_east_m: Positive | None = None
-    share_of_draws: Share = 0.0
+    share_of_draws: Share = 0.0  # share of the boats that the prior holds possible that must keep all limits too
 
     @property
     def of_controls(self) -> dict[str, float]:
@@ -111,24 +105,12 @@ def usual_limits(vehicle: Vehicle) -> Limits:
 
 @dataclass(frozen=True)
 class Margin:
-    """How far a manoeuvre stays from one limit.
+    """How far a manoeuvre stays from one limit."""
 
-    Attributes
-    ----------
-    key : str
-        Of the limits file.
-    limit : float
-        In the unit of the key.
-    reached : (n_flights,) array
-        Extreme value of each flight, that of the vehicle itself first.
-    is_upper : bool
-        Whether the limit is the largest value rather than the smallest.
-    """
-
-    key: str
-    limit: float
-    reached: np.ndarray
-    is_upper: bool = True
+    key: str  # of the limits file
+    limit: float  # in the unit of the key
+    reached: np.ndarray  # (n_flights,), extreme value of each flight, that of the vehicle itself first
+    is_upper: bool = True  # whether the limit is the largest value rather than the smallest
 
     @property
     def excess(self) -> np.ndarray:
@@ -147,11 +129,8 @@ class Range:
 
     Parameters
     ----------
-    vehicle : Vehicle
-    limits : Limits
     draws : (n_draws, n_terms) array
         Coefficient sets that the prior holds possible.
-    subproblem : str or None
     step_s : float
         Integration step.
     """

@@ -87,8 +87,6 @@ def refuse_uninformed(judge: Judge, manoeuvres: Sequence[Manoeuvre], gradients: 
 
     Parameters
     ----------
-    judge : Judge
-    manoeuvres : sequence of Manoeuvre
     gradients : dict of str to (n,) array
         Coefficient or quantity -> its gradient by the coefficients; empty for criteria of all coefficients.
     """
@@ -113,18 +111,10 @@ def refuse_uninformed(judge: Judge, manoeuvres: Sequence[Manoeuvre], gradients: 
 
 @dataclass(frozen=True)
 class Budget:
-    """How many manoeuvres are judged.
+    """How many manoeuvres are judged."""
 
-    Attributes
-    ----------
-    brief : int
-        Of each family, before the first answer.
-    rest : int
-        After it.
-    """
-
-    brief: int
-    rest: int
+    brief: int  # of each family, before the first answer
+    rest: int  # after it
 
     @classmethod
     def of_total(cls, n_judgements: int, n_families: int) -> "Budget":
@@ -152,32 +142,16 @@ def at_knots(family: Family, manoeuvre: Manoeuvre) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be searched.
-
-    Attributes
-    ----------
-    judge : Judge
-    range : Range
-    families : dict of str to Family
-        By their kind.
-    goal : Goal
-    n_trials : int
-        Manoeuvres of the set.
-    seed : int
-    folder : Path
-        For the costs of each family, from which a search continues.
-    mapped : callable
-        As :func:`map`, possibly over processes.
-    """
+    """What is to be searched."""
 
     judge: Judge
     range: Range
-    families: dict[str, Family]
+    families: dict[str, Family]  # by their kind
     goal: Goal
-    n_trials: int
+    n_trials: int  # manoeuvres of the set
     seed: int
-    folder: Path
-    mapped: Mapped = map
+    folder: Path  # for the costs of each family, from which a search continues
+    mapped: Mapped = map  # as :func:`map`, possibly over processes
 
     def family(self, kind: str) -> Family:
         """The family of a kind, or the refined curves."""

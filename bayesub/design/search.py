@@ -65,21 +65,12 @@ class Cost:
 
 @dataclass(frozen=True)
 class Found:
-    """The best of a search.
+    """The best of a search."""
 
-    Attributes
-    ----------
-    numbers : (n_dims,) array
-    cost : float
-    n_judgements : int
-    best : (n_generations,) array
-        Least cost after each generation, that of the start included.
-    """
-
-    numbers: np.ndarray
+    numbers: np.ndarray  # (n_dims,)
     cost: float
     n_judgements: int
-    best: np.ndarray
+    best: np.ndarray  # (n_generations,), least cost after each generation, that of the start included
 
 
 def search(
@@ -97,7 +88,6 @@ def search(
 
     Parameters
     ----------
-    cost : Cost
     rng : Generator
         Of the start, and of the seed of the optimiser.
     n_judgements : int
@@ -110,7 +100,6 @@ def search(
         As :func:`map`, possibly over processes.
     saved : Path, optional
         File of all costs so far, from which a search of the same seed continues.
-    progress : object with ``update(done, total, unit, note)``, optional
 
     Raises
     ------

@@ -22,18 +22,10 @@ WIDEST = 1e6  # of a bracket about the sd that half of the gain takes, over the 
 
 @dataclass(frozen=True)
 class SensorWorth:
-    """What one channel brings to a trial.
+    """What one channel brings to a trial."""
 
-    Attributes
-    ----------
-    without : Information
-        Of all other channels.
-    alone : Information
-        Of this channel only.
-    """
-
-    without: Information
-    alone: Information
+    without: Information  # of all other channels
+    alone: Information  # of this channel only
 
 
 def by_minute(judge: Judge, manoeuvre: Manoeuvre, minutes: Iterable[float]) -> dict[float, Information]:
@@ -60,8 +52,6 @@ def further_sensors(
 
     Parameters
     ----------
-    judge : Judge
-    manoeuvre : Manoeuvre
     extra : dict of str to Sensor
         Sensors by any name; an instrument of several counts as one.
     """
@@ -82,30 +72,14 @@ def _sensed(judge: Judge, manoeuvre: Manoeuvre) -> Sensed:
 
 @dataclass(frozen=True)
 class TankValue:
-    """One coefficient measured in a towing tank, after those before it.
+    """One coefficient measured in a towing tank, after those before it."""
 
-    Attributes
-    ----------
-    name : str
-        Of the coefficient.
-    gain : float
-        Mean over the other coefficients of the logarithm of the sd before over the sd after.
-    information : Information
-        Of the trial, this value and those before it.
-    n_known : int
-        Coefficients known to the share that was asked for.
-    mean_log_sd : float
-        Mean logarithm of all relative sds.
-    half_gain_sd : float
-        Relative sd of the value with which the gain is half of that of an exact one.
-    """
-
-    name: str
-    gain: float
-    information: Information
-    n_known: int
-    mean_log_sd: float
-    half_gain_sd: float
+    name: str  # of the coefficient
+    gain: float  # mean over the other coefficients of the logarithm of the sd before over the sd after
+    information: Information  # of the trial, this value and those before it
+    n_known: int  # coefficients known to the share that was asked for
+    mean_log_sd: float  # mean logarithm of all relative sds
+    half_gain_sd: float  # relative sd of the value with which the gain is half of that of an exact one
 
 
 def unlocking(

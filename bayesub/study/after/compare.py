@@ -50,7 +50,6 @@ def compare(
         That all shall predict; by default that of the first run, or :data:`USUAL`.
     draws : int
         Of each posterior, for predictions.
-    seed : int
 
     Raises
     ------

@@ -41,14 +41,12 @@ def design(
 
     Parameters
     ----------
-    request : Request
     folder : Path
         It is made if it does not exist.
     resume : bool
         Continue an interrupted search, bit for bit; with more minutes, go on from the end of one.
     force : bool
         Replace what is in the folder.
-    progress : Progress
     executor : Executor, optional
         Of the judgements, by default processes of this machine.
 

@@ -35,35 +35,21 @@ class Request:
 
     Attributes
     ----------
-    vehicle : str
-        Built-in name or path.
-    wanted : tuple of str
-        ``known:10``, ``D``, ``A``, ``E``, coefficients or quantities.
     sensors, limits, after : Path or None
         Files, and the folder of a run.
-    families : tuple of str
-        By default all that can be followed.
-    trials : int
-        Manoeuvres designed together.
-    minutes : float
-        Of search.
-    judgements : int or None
-        Manoeuvres to judge, in place of the minutes.
-    seed : int
-    subproblem : str or None
     boats : int
         Boats over which the goal is averaged: that of the vehicle file, and others that the prior holds possible.
     """
 
-    vehicle: str
-    wanted: tuple[str, ...] = (DEFAULT,)
+    vehicle: str  # built-in name or path
+    wanted: tuple[str, ...] = (DEFAULT,)  # ``known:10``, ``D``, ``A``, ``E``, coefficients or quantities
     sensors: Path | None = None
     limits: Path | None = None
     after: Path | None = None
-    families: tuple[str, ...] = ()
-    trials: int = 1
-    minutes: float = MINUTES
-    judgements: int | None = None
+    families: tuple[str, ...] = ()  # by default all that can be followed
+    trials: int = 1  # manoeuvres designed together
+    minutes: float = MINUTES  # of search
+    judgements: int | None = None  # manoeuvres to judge, in place of the minutes
     seed: int = 0
     subproblem: str | None = None
     boats: int = 1
@@ -82,20 +68,11 @@ class Request:
 
 @dataclass(frozen=True)
 class KnownBefore:
-    """The posterior of the coefficients of a run.
+    """The posterior of the coefficients of a run."""
 
-    Attributes
-    ----------
-    folder : Path
-        Of the run.
-    names : tuple of str
-        The coefficients, n of them.
-    draws : (n_draws, n) array
-    """
-
-    folder: Path
-    names: tuple[str, ...]
-    draws: np.ndarray
+    folder: Path  # of the run
+    names: tuple[str, ...]  # the coefficients, n of them
+    draws: np.ndarray  # (n_draws, n)
 
     def vehicle(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle of the posterior means."""
@@ -119,26 +96,14 @@ class KnownBefore:
 
 @dataclass(frozen=True)
 class Question:
-    """A design made ready to be searched.
-
-    Attributes
-    ----------
-    judge : Judge
-    range : Range
-    families : dict of str to Family
-    goal : Goal
-    asked : tuple of Asked
-        By name.
-    words : dict of str to str
-        Goal, sensors, limits and prior.
-    """
+    """A design made ready to be searched."""
 
     judge: Judge
     range: Range
     families: dict[str, Family]
     goal: goals.Goal
-    asked: tuple[Asked, ...]
-    words: dict[str, str]
+    asked: tuple[Asked, ...]  # by name
+    words: dict[str, str]  # goal, sensors, limits and prior
 
 
 def pose(request: Request) -> Question:

@@ -17,21 +17,11 @@ from bayesub.study.after.knowledge import known, vehicle_file
 
 @dataclass(frozen=True)
 class Format:
-    """A way to write a posterior.
+    """A way to write a posterior."""
 
-    Attributes
-    ----------
-    suffix : str
-        Of the files that are written so.
-    meaning : str
-        In words.
-    write : callable
-        Writes the posterior of a run to a path.
-    """
-
-    suffix: str
-    meaning: str
-    write: Callable[[FinishedRun, Path], None]
+    suffix: str  # of the files that are written so
+    meaning: str  # in words
+    write: Callable[[FinishedRun, Path], None]  # writes the posterior of a run to a path
 
 
 def _text(made: Callable[[FinishedRun, Path], str]) -> Callable[[FinishedRun, Path], None]:

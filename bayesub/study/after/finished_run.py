@@ -28,28 +28,14 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """A run that came to its end.
-
-    Attributes
-    ----------
-    folder : Path
-    config : dict
-        The content of its ``config.toml``.
-    study : Study
-        Whose files are the copies in the folder.
-    verdict : str
-        On the run (:class:`bayesub.study.run.result.StudyResult`).
-    posterior : Posterior
-    estimates : tuple of Estimate
-        By the baselines.
-    """
+    """A run that came to its end."""
 
     folder: Path
-    config: dict
-    study: Study
-    verdict: str
+    config: dict  # the content of its ``config.toml``
+    study: Study  # whose files are the copies in the folder
+    verdict: str  # on the run (:class:`bayesub.study.run.result.StudyResult`)
     posterior: Posterior
-    estimates: tuple[Estimate, ...]
+    estimates: tuple[Estimate, ...]  # by the baselines
 
     @cached_property
     def vehicle(self) -> Vehicle:
@@ -110,7 +96,6 @@ def config_of_study(folder: Path, advice: str = "give the folder of the run of a
 
     Parameters
     ----------
-    folder : Path
     advice : str
         What to do about a folder of something else, in which ``{}`` is the command that writes its page again.
 

@@ -27,20 +27,12 @@ UNTOUCHED = 0.9  # posterior sd over prior sd from which a coefficient is known 
 
 @dataclass(frozen=True)
 class Knowledge:
-    """A normal distribution of coefficients.
+    """A normal distribution of coefficients."""
 
-    Attributes
-    ----------
-    names : (n,)
-    mean : (n,)
-    sd : (n,)
-    correlation : (n, n)
-    """
-
-    names: tuple[str, ...]
-    mean: np.ndarray
-    sd: np.ndarray
-    correlation: np.ndarray
+    names: tuple[str, ...]  # (n,)
+    mean: np.ndarray  # (n,)
+    sd: np.ndarray  # (n,)
+    correlation: np.ndarray  # (n, n)
 
     @property
     def covariance(self) -> np.ndarray:
@@ -57,10 +49,6 @@ class Knowledge:
 
         The trial has told nothing of the others directly: given the coefficients of `new` they are what they were, so
         that their means and covariances follow by regression.
-
-        Parameters
-        ----------
-        new : of some of these coefficients, the posterior of a trial whose prior was their part of this
         """
         a = [self.names.index(name) for name in new.names]
         b = [k for k in range(len(self.names)) if k not in a]

@@ -49,30 +49,17 @@ class Request:
 
     Attributes
     ----------
-    run : Path
-        Its folder.
-    source : str
-        A manoeuvre or a log (:func:`pose`).
-    sensors : str or None
-        Of the log.
-    subproblem : str or None
-        Plane of the motion; by default that of the manoeuvre.
-    sample_s : float or None
-        Output interval of a manoeuvre.
     current_mps : (float, float) or None
         North and east, in which a manoeuvre is flown; by default still water.
-    draws : int
-        Of posterior and prior.
-    seed : int
     """
 
-    run: Path
-    source: str
-    sensors: str | None = None
-    subproblem: str | None = OF_MANOEUVRE
-    sample_s: float | None = None
+    run: Path  # its folder
+    source: str  # a manoeuvre or a log (:func:`pose`)
+    sensors: str | None = None  # of the log
+    subproblem: str | None = OF_MANOEUVRE  # plane of the motion; by default that of the manoeuvre
+    sample_s: float | None = None  # output interval of a manoeuvre
     current_mps: tuple[float, float] | None = None
-    draws: int = N_DRAWS
+    draws: int = N_DRAWS  # of posterior and prior
     seed: int = 0
 
 
@@ -82,23 +69,17 @@ class PosedTrial:
 
     Attributes
     ----------
-    setup : Setup
-    trial : UnseenTrial
-    has_readings : bool
-        Whether it is a log, with readings by which the prediction is judged.
     held : tuple of str
         Coefficients that act on it and that the run does not infer, at the values of the vehicle file.
-    unread : tuple of str
-        Columns of the log that no sensor of the run reads.
     current_mps : (float, float) or None
         North and east, that of a manoeuvre if it is known; None is still water, or what a log tells.
     """
 
     setup: Setup
     trial: UnseenTrial
-    has_readings: bool
+    has_readings: bool  # whether it is a log, with readings by which the prediction is judged
     held: tuple[str, ...] = ()
-    unread: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()  # columns of the log that no sensor of the run reads
     current_mps: tuple[float, float] | None = None
 
 
@@ -161,13 +142,10 @@ def predicted_by(
 
     Parameters
     ----------
-    run : FinishedRun
-    posed : PosedTrial
     rng : numpy.random.Generator
         Chooses draws, and is the source of noise.
     draws : int
         Of posterior and prior.
-    progress : Progress
     by : sequence of str, optional
         By whom, the posterior among them; by default posterior, prior, their middles, and SQP.
     """
@@ -208,7 +186,6 @@ def pose(
 
     Parameters
     ----------
-    run : FinishedRun
     source : str
         Built-in name of a manoeuvre or a log, a manoeuvre in TOML, a control history or a log in CSV. A CSV that has a
         column besides time and controls is a log.

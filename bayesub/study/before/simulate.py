@@ -50,7 +50,6 @@ def simulate(
         Relative sd of coefficients that are flown in place of those of the file.
     disturbance : Path or None
         File of random forces; left out, those of the truth in the file of the instruments.
-    seed : int
     **options
         Of :func:`bayesub.simulate`.
     """
@@ -98,21 +97,11 @@ def simulate(
 
 
 class Ranked(NamedTuple):
-    """What the exact motion of a manoeuvre leaves open; of one that the boat does not complete, there are no ranks.
+    """What the exact motion of a manoeuvre leaves open; of one that the boat does not complete, there are no ranks."""
 
-    Attributes
-    ----------
-    title : str
-        What was flown, or why it was not.
-    ranks : dict of str to AxisRank
-        By axis.
-    lines : list of str
-        Directions that are not unique or ill-conditioned, and what follows.
-    """
-
-    title: str
-    ranks: dict[str, AxisRank]
-    lines: list[str]
+    title: str  # what was flown, or why it was not
+    ranks: dict[str, AxisRank]  # by axis
+    lines: list[str]  # directions that are not unique or ill-conditioned, and what follows
 
 
 def rank(vehicle: str, manoeuvre: str, **options: Any) -> Ranked:

@@ -46,10 +46,6 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
         Sample with NUTS too and compare.
     leave_out : bool
         Fit all trials but one, for each of them, and predict it.
-
-    Returns
-    -------
-    StudyResult
     """
     folder, progress = context.folder, context.progress
     progress.stage("simulate or read the trials")

@@ -35,29 +35,17 @@ class Setup:
 
     Attributes
     ----------
-    study : Study
-        The study.
-    vehicle : Vehicle
-        The boat of its file.
-    trials : dict of str to Trial
-        By name, which is "" for the only one.
-    problem : Problem or JointProblem
-        What the trials pose.
-    unseen : tuple of UnseenTrial
-        Logs that are not fitted, which the posterior is to predict.
-    quantities : tuple of Quantity
-        Of the study's own, that follow from the coefficients.
     pose : callable
         Poses the problem of another trial of the boat, of a manoeuvre and a record: a Problem with its free
         coefficients, its prior and its disturbance.
     """
 
-    study: Study
-    vehicle: Vehicle
-    trials: dict[str, Trial]
-    problem: Problem | JointProblem
-    unseen: tuple[UnseenTrial, ...]
-    quantities: tuple[Quantity, ...]
+    study: Study  # the study
+    vehicle: Vehicle  # the boat of its file
+    trials: dict[str, Trial]  # by name, which is "" for the only one
+    problem: Problem | JointProblem  # what the trials pose
+    unseen: tuple[UnseenTrial, ...]  # logs that are not fitted, which the posterior is to predict
+    quantities: tuple[Quantity, ...]  # of the study's own, that follow from the coefficients
     pose: Callable[..., Problem]
 
     def generator(self, stream: int, *members: int) -> np.random.Generator:
@@ -81,27 +69,14 @@ def prepare(study: Study) -> Setup:
 
 @dataclass(frozen=True)
 class _Flight:
-    """A trial, or a log that is not fitted, on its way from its section to its problem.
-
-    Attributes
-    ----------
-    name : str
-    label : str
-        In error messages.
-    section : TrialKeys
-    sensors : tuple of SensorSection
-    trial : Trial
-        One that is simulated is not flown before it is posed.
-    problem : Problem or None
-        As soon as it is posed.
-    """
+    """A trial, or a log that is not fitted, on its way from its section to its problem."""
 
     name: str
-    label: str
+    label: str  # in error messages
     section: TrialKeys
     sensors: tuple
-    trial: Trial
-    problem: Problem | None = None
+    trial: Trial  # one that is simulated is not flown before it is posed
+    problem: Problem | None = None  # as soon as it is posed
 
     @property
     def is_fitted(self) -> bool:

@@ -167,27 +167,13 @@ class TimedProgress:
 
 @dataclass(frozen=True)
 class RunContext:
-    """What a run works with, whatever it asks: where it writes, to whom it reports, and who works for it.
+    """What a run works with, whatever it asks: where it writes, to whom it reports, and who works for it."""
 
-    Attributes
-    ----------
-    folder : Path
-        The run folder, opened.
-    pdf : bool
-        Whether every figure is drawn as PDF too.
-    progress : Progress
-        To report to; of a run that is not only drawn again it is a :class:`TimedProgress`.
-    executor : Executor or None
-        What does independent parts; None for processes of this machine.
-    commit : str
-        Of the sources that make the run, for the foot of its page.
-    """
-
-    folder: Path
-    pdf: bool = False
-    progress: Progress = SILENT
-    executor: "Executor | None" = None
-    commit: str = "unknown"
+    folder: Path  # the run folder, opened
+    pdf: bool = False  # whether every figure is drawn as PDF too
+    progress: Progress = SILENT  # to report to; of a run that is not only drawn again it is a :class:`TimedProgress`
+    executor: "Executor | None" = None  # what does independent parts; None for processes of this machine
+    commit: str = "unknown"  # of the sources that make the run, for the foot of its page
 
     @property
     def formats(self) -> tuple[str, ...]:

@@ -72,24 +72,12 @@ def write_index(output: Path, results: Iterable[StudyResult] = ()) -> Path:
 
 @dataclass(frozen=True)
 class Entry:
-    """A study of a folder of runs.
+    """A study of a folder of runs."""
 
-    Attributes
-    ----------
-    name : str
-        Of its folder.
-    question : str
-        Of the study.
-    page : str
-        Its page in Markdown, from the folder of runs; empty if there is none.
-    picture : str
-        The first picture of the page that shows what was found; empty if there is none.
-    """
-
-    name: str
-    question: str
-    page: str
-    picture: str
+    name: str  # of its folder
+    question: str  # of the study
+    page: str  # its page in Markdown, from the folder of runs; empty if there is none
+    picture: str  # the first picture of the page that shows what was found; empty if there is none
 
 
 def entry(run: Path) -> Entry:

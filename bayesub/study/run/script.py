@@ -47,18 +47,10 @@ class MissingArrays(InputError):
 
 @dataclass(frozen=True)
 class Script:
-    """A study script.
+    """A study script."""
 
-    Attributes
-    ----------
-    path : Path
-        The Python file.
-    is_quick : bool
-        Whether the small version is wanted.
-    """
-
-    path: Path
-    is_quick: bool = False
+    path: Path  # the Python file
+    is_quick: bool = False  # whether the small version is wanted
 
     @property
     def name(self) -> str:
