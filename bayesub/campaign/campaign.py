@@ -43,18 +43,12 @@ def complete(
 
     Parameters
     ----------
-    executor : Executor
-        What does them.
     work : callable
         A function of one argument, which alone decides its result.
     pieces : mapping
         Name -> argument.
-    store : Store
-        Of the results.
     failures : Path
         File for the tracebacks of pieces that failed.
-    progress : Progress
-        To report to.
     unit : str
         What a piece is, in the plural.
 
@@ -101,17 +95,10 @@ def complete(
 
 
 class Lines:
-    """Results in one file, a line of JSON for each: ``{"piece": name, "result": result}``.
+    """Results in one file ``.jsonl``, a line of JSON for each: ``{"piece": name, "result": result}``.
 
-    Lines come in the order of arrival and are put into that of the pieces in the end. A line that a kill left half
-    written is left out.
-
-    Parameters
-    ----------
-    file : Path
-        With the suffix ``.jsonl``; what is in it is in ``results``, by name.
-    names : iterable of str
-        Of all pieces, in order.
+    Lines come in the order of arrival and are put into that of the pieces, whose names are given, in the end. A line
+    that a kill left half written is left out. ``results`` has what is in the file, by name.
     """
 
     def __init__(self, file: Path, names: Iterable[str]):
@@ -141,10 +128,7 @@ class Lines:
 class Files:
     """Results in files of their own, JSON; a result that is a pair has arrays too, in a file ``.npz``.
 
-    Parameters
-    ----------
-    files : mapping
-        Name -> file without suffix; ``results`` has what is in those that are there, by name, without the arrays.
+    Files are given by name, without suffix; ``results`` has what is in those that are there, without the arrays.
     """
 
     def __init__(self, files: Mapping[str, Path]):

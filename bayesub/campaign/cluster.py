@@ -33,18 +33,9 @@ Code = Callable[[], dict[str, str]]
 class Cluster(Pool):
     """The workers of a Dask scheduler, each with one thread and the code of this process.
 
-    The function of a campaign travels to each worker once. Each piece sees to it that its worker has the same code.
-
-    Parameters
-    ----------
-    client : distributed.Client
-        Of the scheduler.
-    name : str
-        Of the cluster, for messages.
-    code : callable
-        Gives what a worker must have in common with this process, name -> version; called here and there.
-    patience : float
-        Seconds to wait for a first worker, and for others when all have gone.
+    The function of a campaign travels to each worker once. Each piece sees to it that its worker has the same code:
+    what `code` gives, name -> version, here and there. `patience` are the seconds to wait for a first worker, and for
+    others when all have gone; `name` is that of the cluster in messages.
     """
 
     def __init__(self, client: Any, name: str, code: Code, patience: float):
@@ -181,13 +172,8 @@ def _settings(path: Path) -> dict[str, Any]:
 def configured(settings: dict[str, Any], name: str) -> tuple[Any, float]:
     """The address, or the cluster of batch jobs, that Dask's configuration names; seconds to wait for workers.
 
-    Parameters
-    ----------
-    settings : dict
-        Content of a file as in ``~/.config/dask``, with ``scheduler-address``, or with one section of ``jobqueue`` and
-        ``workers``, processes in all. The page `cluster` of the manual has examples.
-    name : str
-        Of the file.
+    The content of a file as in ``~/.config/dask``, with ``scheduler-address``, or with one section of ``jobqueue`` and
+    ``workers``, processes in all; the page `cluster` of the manual has examples. InputErrors name the file.
     """
     if address := settings.get("scheduler-address"):
         return address, WORKER_S

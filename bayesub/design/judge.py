@@ -143,17 +143,7 @@ class Judge:
 class Sensed:
     """The derivatives of the readings of one manoeuvre, of which any part may be taken for the information.
 
-    Parameters
-    ----------
-    step_s : float
-        Integration step.
-
-    Attributes
-    ----------
-    times : (n_readings,) array
-        s.
-    rows : dict of str to slice
-        Channel -> its readings.
+    ``times`` (n_readings,) are in s, and ``rows`` is channel -> slice of its readings. The integration step is in s.
     """
 
     def __init__(self, judge: Judge, manoeuvre: Manoeuvre, step_s: float):

@@ -84,13 +84,7 @@ class Limits(Section):
 
 
 def load_limits(path: str | Path) -> Limits:
-    """Read a limits file.
-
-    Raises
-    ------
-    InputError
-        With file, key and remedy.
-    """
+    """Read a limits file; InputErrors have file, key and remedy."""
     return toml_files.read_toml(Path(path), Limits)
 
 
@@ -127,12 +121,7 @@ class Margin:
 class Range:
     """The limits of a vehicle, and the flights that show whether a manoeuvre keeps them.
 
-    Parameters
-    ----------
-    draws : (n_draws, n_terms) array
-        Coefficient sets that the prior holds possible.
-    step_s : float
-        Integration step.
+    Draws (n_draws, n_terms) are coefficient sets that the prior holds possible; the integration step is in s.
     """
 
     def __init__(self, vehicle: Vehicle, limits: Limits, draws: np.ndarray, subproblem: str | None, step_s: float):

@@ -84,7 +84,7 @@ def search(
     saved: Path | None = None,
     progress: Progress | None = None,
 ) -> Found:
-    """Search for the least cost.
+    """Search for the least cost; InputError if no manoeuvre that was tried could be flown within the limits.
 
     Parameters
     ----------
@@ -100,11 +100,6 @@ def search(
         As :func:`map`, possibly over processes.
     saved : Path, optional
         File of all costs so far, from which a search of the same seed continues.
-
-    Raises
-    ------
-    InputError
-        If no manoeuvre that was tried could be flown within the limits.
     """
     seed = int(rng.integers(2**31))
     costs = _Costs(cost, mapped, saved)

@@ -48,13 +48,7 @@ def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, SensorWorth]:
 def further_sensors(
     judge: Judge, manoeuvre: Manoeuvre, extra: Mapping[str, Sensor | Iterable[Sensor]]
 ) -> dict[str, Information]:
-    """Name -> what the trial tells with one more sensor, which takes the place of one that reads the same.
-
-    Parameters
-    ----------
-    extra : dict of str to Sensor
-        Sensors by any name; an instrument of several counts as one.
-    """
+    """Name -> what the trial tells with one more sensor, or instrument, in place of those that read the same."""
     step = judge.step_s or judge.accurate_step(manoeuvre)
     worth = {}
     for name, sensors in extra.items():

@@ -32,14 +32,7 @@ def environment(*, quick: bool) -> dict:
 def of_request(kind: str, options: Mapping[str, Any], files: Mapping[str, Path]) -> dict:
     """The content of ``config.toml`` of what is asked of a vehicle or of finished runs.
 
-    Parameters
-    ----------
-    kind : str
-        Key under which the options stand.
-    options : mapping
-        Those of None are left out.
-    files : mapping of str to Path
-        Name -> file on which the answer depends.
+    Options stand under the key `kind`, but for those of None; files are those on which the answer depends, by name.
     """
     given = {key: _plain(value) for key, value in options.items() if value is not None}
     digests = {name: file_digest(path) for name, path in files.items()}
@@ -117,14 +110,9 @@ def code_change(saved: dict, config: dict) -> str:
 
 
 def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
-    """The first difference between the studies of two configs; empty if there is none.
+    """The first difference between two configs, of a run folder and of the study now; empty if there is none.
 
-    Parameters
-    ----------
-    saved, config : dict
-        Of a run folder, and of the study now.
-    ignored : iterable of str
-        Keys that may differ, those of tables as ``table.key``.
+    Keys that are ignored may differ, those of tables are given as ``table.key``.
     """
     if "script_sha256" in saved and saved["script_sha256"] != config.get("script_sha256"):
         return "the script has changed since"

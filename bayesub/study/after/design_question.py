@@ -109,10 +109,7 @@ class Question:
 def pose(request: Request) -> Question:
     """Read all inputs and pose the question.
 
-    Raises
-    ------
-    InputError
-        For inputs that do not fit, that contradict each other, or that leave nothing to design.
+    InputError for inputs that do not fit, that contradict each other, or that leave nothing to design.
     """
     vehicle = load_vehicle(request.vehicle)
     subproblem = vehicle.equations.subproblem(request.subproblem)
@@ -153,10 +150,7 @@ def pose(request: Request) -> Question:
 def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
     """Read the posterior of a run of a study in TOML.
 
-    Raises
-    ------
-    InputError
-        For a folder that is no run, a run that has not finished or not converged, and one of another vehicle.
+    InputError for a folder that is no run, a run that has not finished or not converged, and one of another vehicle.
     """
     try:
         run = finished_run(folder)

@@ -88,13 +88,7 @@ FORMATS = {
 
 
 def format_of(path: Path, kind: str | None) -> str:
-    """The name of the format: the one that is wanted, or that of the suffix of the file.
-
-    Raises
-    ------
-    InputError
-        For a name or a suffix that is that of none.
-    """
+    """The name of the format that is wanted, or of the suffix of the file; InputError if it is that of none."""
     if kind is not None:
         if kind not in FORMATS:
             raise InputError(

@@ -50,10 +50,7 @@ class FinishedRun:
     def setup(self, checks: Sequence[CheckSection] = ()) -> Setup:
         """The study made ready again, with other logs to predict than it had.
 
-        Raises
-        ------
-        InputError
-            For a log that does not fit, and if the problem is not the one that the posterior is of.
+        InputError for a log that does not fit, and if the problem is not the one that the posterior is of.
         """
         study = self.study.model_copy(update={"check": tuple(checks)})
         setup = prepare(study)
@@ -69,10 +66,7 @@ class FinishedRun:
 def finished_run(folder: str | Path) -> FinishedRun:
     """Read the run of a study in TOML; it may have been copied from elsewhere.
 
-    Raises
-    ------
-    InputError
-        For a folder that is no such run, a run that has not finished, and one that lacks its draws.
+    InputError for a folder that is no such run, a run that has not finished, and one that lacks its draws.
     """
     folder = Path(folder)
     config = config_of_study(folder)
@@ -92,17 +86,9 @@ def finished_run(folder: str | Path) -> FinishedRun:
 
 
 def config_of_study(folder: Path, advice: str = "give the folder of the run of a study") -> dict:
-    """The configuration of the run of a study.
+    """The configuration of the run of a study; InputError for a folder of something else, with advice on what to do.
 
-    Parameters
-    ----------
-    advice : str
-        What to do about a folder of something else, in which ``{}`` is the command that writes its page again.
-
-    Raises
-    ------
-    InputError
-        For a folder of something else.
+    In the advice ``{}`` is the command that writes the page of that folder again.
     """
     config = saved_config(folder)
     if config is None:
@@ -146,19 +132,8 @@ def saved_study(folder: Path, config: dict) -> Study:
 def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = False) -> StudyResult:
     """Draw figures and report of a finished run again; the folder may have been copied from elsewhere.
 
-    Parameters
-    ----------
-    folder : str or Path
-        The run folder.
-    study : str, Path or None
-        The script to draw with, for a run of a script that keeps no copy of it.
-    pdf : bool
-        Draw every figure as PDF too.
-
-    Returns
-    -------
-    StudyResult
-        With the seconds of the run.
+    Of the run of a script `study` is the script to draw with, by default its own where it is unchanged. The result has
+    the seconds of the run.
 
     Raises
     ------

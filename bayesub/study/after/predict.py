@@ -140,14 +140,8 @@ def predicted_by(
 ) -> PredictedTrial:
     """What a run says of a trial: its motion, and of a log its readings.
 
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-        Chooses draws, and is the source of noise.
-    draws : int
-        Of posterior and prior.
-    by : sequence of str, optional
-        By whom, the posterior among them; by default posterior, prior, their middles, and SQP.
+    So many draws of posterior and prior are chosen by `rng`, which is the source of noise too. `by` says by whom, the
+    posterior among them; by default posterior, prior, their middles, and SQP.
     """
     fitted, posterior = posed.setup.problem, run.posterior
     trial = posed.trial.with_fitted_noise(fitted, posterior.best)
@@ -182,7 +176,7 @@ def pose(
     sample_s: float | None = None,
     current_mps: tuple[float, float] | None = None,
 ) -> PosedTrial:
-    """Pose a manoeuvre or a log to a finished run.
+    """Pose a manoeuvre or a log to a finished run; InputError for one that does not fit.
 
     Parameters
     ----------
@@ -198,11 +192,6 @@ def pose(
         Output interval of a manoeuvre.
     current_mps : (float, float), optional
         Known current of a manoeuvre, north and east; by default still water.
-
-    Raises
-    ------
-    InputError
-        For a source that does not fit the run.
     """
     columns = _read_columns(source, run.vehicle)
     if columns is None:

@@ -40,10 +40,8 @@ def simulate(
     ----------
     vehicle, manoeuvre : str
         Built-in names or paths.
-    output : Path
-        File to write.
-    plot : Path or None
-        Figure of the track.
+    output, plot : Path
+        Files for the track or log, and for a figure of the track.
     sensors : str or None
         Preset or file of the instruments whose log is written.
     perturb : float or None

@@ -34,19 +34,7 @@ POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
 
 
 def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bool = False) -> StudyResult:
-    """Do the work of a study in an opened folder.
-
-    Parameters
-    ----------
-    setup : Setup
-        The study made ready.
-    context : RunContext
-        Of the run.
-    cross_check : bool
-        Sample with NUTS too and compare.
-    leave_out : bool
-        Fit all trials but one, for each of them, and predict it.
-    """
+    """Do the work of a study in an opened folder, if wanted with a cross-check by NUTS and with trials left out."""
     folder, progress = context.folder, context.progress
     progress.stage("simulate or read the trials")
     refuse_misread(setup, progress)
@@ -93,10 +81,7 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
 def refuse_misread(setup: Setup, progress: Progress) -> None:
     """Say what contradicts what in the logs of a study, of the columns that it uses.
 
-    Raises
-    ------
-    InputError
-        If a column holds something else than its name says, and the trial does not say ``trust_log``.
+    InputError if a column holds something else than its name says, and the trial does not say ``trust_log``.
     """
     for path, is_trusted, findings in _logs(setup):
         misread = [finding for finding in findings if finding.misread]

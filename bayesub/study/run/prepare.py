@@ -54,14 +54,9 @@ class Setup:
 
 
 def prepare(study: Study) -> Setup:
-    """Simulate the truth and measure it, or read the logs, and pose the problem.
+    """Simulate the truth and measure it, or read the logs, and pose the problem; InputErrors begin with the study file.
 
     The result is the same for the same study, bit for bit, on the same machine with the same versions.
-
-    Raises
-    ------
-    InputError
-        Begins with the study file.
     """
     with error_source(study.source):
         return _prepare(study)

@@ -154,16 +154,8 @@ def run_unless_done(
 ) -> tuple[StudyResult, str]:
     """The result of one of many studies, and what to say of it if it was not run now, or failed.
 
-    A run that is done is not done again, one that is stale is, and one that was interrupted is continued.
-
-    Parameters
-    ----------
-    file, folder : Path
-        Of the study, and for its run.
-    options : mapping
-        Those of :func:`run`, and ``quick``.
-    progress, executor
-        As of :func:`run`.
+    A run that is done is not done again, one that is stale is, and one that was interrupted is continued. The options
+    are those of :func:`run`, and ``quick``.
     """
     try:
         return _run_unless_done(file, folder, options, progress, executor)

@@ -43,16 +43,11 @@ def open_folder(
 ) -> Iterator[dict]:
     """Make the run folder and hold it for this process.
 
-    ``config.toml`` and copies of the files of the study are in it before any work starts.
+    ``config.toml``, what the result depends on, and copies of the files of the study (place in the folder -> file) are
+    in it before any work starts.
 
     Parameters
     ----------
-    folder : Path
-        The run folder.
-    config : dict
-        What the result depends on.
-    copies : dict of str to Path
-        Place in the folder -> file to copy there.
     resume : bool
         Continue a run of the same study (but for its stopping rule) by the same sources and versions.
     force : bool
@@ -124,15 +119,7 @@ def _content(folder: Path) -> list[Path]:
 
 
 class TimedProgress:
-    """Progress that counts the seconds of work on a run, over all its sessions, and keeps them in its folder.
-
-    Parameters
-    ----------
-    folder : Path
-        The run folder.
-    progress : Progress
-        To which stages and numbers are passed on.
-    """
+    """Progress that counts the seconds of work on a run, over all its sessions, and keeps them in its folder."""
 
     def __init__(self, folder: Path, progress: Progress):
         self.file, self.progress = folder / SECONDS, progress

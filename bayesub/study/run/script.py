@@ -75,10 +75,7 @@ class Script:
 def question(path: Path) -> str:
     """The first line of a script's docstring; the script is read, not run.
 
-    Raises
-    ------
-    InputError
-        For a file that is not Python or has no docstring.
+    InputError for a file that is not Python or has no docstring.
     """
     return _docstring(path, _parsed(path))
 
@@ -163,22 +160,9 @@ def _imported(file: Path, root: Path) -> Iterator[Path]:
 
 
 class ScriptRun:
-    """A run folder, as a study script sees it.
+    """A run folder, as a study script sees it: ``name``, ``folder``, ``quick``, ``progress``, and what its methods do.
 
-    Attributes
-    ----------
-    name : str
-        Of the study.
-    folder : Path
-        Where everything is written.
-    quick : bool
-        Whether the small version is wanted.
-    progress : Progress
-        To report to.
-    formats : tuple of str
-        Suffixes of figures.
-    executor : Executor
-        What does parts that are independent of each other.
+    ``formats`` are the suffixes of figures; ``executor`` does parts that are independent of each other.
     """
 
     def __init__(
@@ -295,19 +279,7 @@ def run(script: Script, context: RunContext) -> StudyResult:
 
 
 def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) -> StudyResult:
-    """Draw a finished run again and judge it, from its ``numbers.json``.
-
-    Parameters
-    ----------
-    folder : Path
-        The run folder.
-    config : dict
-        Of the run.
-    path : Path or None
-        The script to draw with; None for that of the run, where it is unchanged.
-    pdf : bool
-        Draw every figure as PDF too.
-    """
+    """Draw a finished run again and judge it, from its ``numbers.json``, by the script of the run or another."""
     if path is None:
         path = _script_of(folder, config)
     numbers_file = folder / NUMBERS
@@ -351,13 +323,7 @@ def _script_run(name: str, context: RunContext, *, quick: bool) -> ScriptRun:
 
 
 def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str, config: dict) -> StudyResult:
-    """Draw, judge, and write the page.
-
-    Raises
-    ------
-    MissingArrays
-        If figures cannot be drawn; the others are, and the page has been written.
-    """
+    """Draw, judge, and write the page; MissingArrays if figures cannot be drawn, after the others and the page."""
     if "skipped" in numbers:
         return StudyResult(study.name, question, SKIPPED, str(study.folder), text=numbers["skipped"])
     missing = None
