@@ -19,7 +19,7 @@ COMPUTED = (*CODE, "quick_run", "files_sha256")  # keys of config.toml that a st
 INPUTS = "inputs"
 
 _SOURCES = (".py", ".toml", ".html", ".json")
-_NO_INFLUENCE = ("cli", "manual")  # folders of the package from which no number or figure comes
+_NO_INFLUENCE = ("cli/", "manual/", "study/before/")  # folders of the package from which no number or figure comes
 
 
 def environment(*, quick: bool) -> dict:
@@ -80,7 +80,7 @@ def sources_digest() -> str:
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*"), key=lambda path: path.relative_to(root).as_posix()):
         name = path.relative_to(root)
-        if path.suffix in _SOURCES and name.parts[0] not in _NO_INFLUENCE:
+        if path.suffix in _SOURCES and not name.as_posix().startswith(_NO_INFLUENCE):
             content = path.read_bytes().replace(b"\r\n", b"\n")
             digest.update(f"{name.as_posix()} {len(content)}\n".encode() + content)
     return digest.hexdigest()
