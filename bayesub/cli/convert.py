@@ -36,11 +36,8 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     if output is None:
         raise InputError("convert needs -o LOG, or --list", "missing", "-o")
     if map_file is None and not readers.KINDS[kind].map_is_fixed:
-        raise InputError(
-            f"convert {kind} needs --map MAP: bayesub new map {kind} -o map.toml writes one to be changed",
-            "missing",
-            "--map",
-        )
+        text = f"convert {kind} needs --map MAP: bayesub new map {kind} -o map.toml writes one to be changed"
+        raise InputError(text, "missing", "--map")
     if output.resolve() in {file.resolve() for file in files}:
         raise InputError(f"{output}: is the file that is read; choose another with -o", "conflict", "-o")
     from bayesub.logs import conversion

@@ -1,6 +1,7 @@
 """The command `design`."""
 
 import shlex
+import sys
 from pathlib import Path
 
 import click
@@ -101,13 +102,7 @@ def design(
         with executor_of(dask) as executor, Bars() as bars:
             design_trial(request, output, resume=resume, force=force, progress=bars, executor=executor)
     except RunInterrupted:
-        complain(f"interrupted; what is done is saved, continue with: {_again()}", INTERRUPTED)
+        words = [word for word in sys.argv[1:] if word not in ("--force", "--resume")]
+        again = shlex.join(["bayesub", *words, "--resume"])
+        complain(f"interrupted; what is done is saved, continue with: {again}", INTERRUPTED)
     say(f"page: {output / 'design.html'}")
-
-
-def _again() -> str:
-    """The command that continues this one."""
-    import sys
-
-    words = [word for word in sys.argv[1:] if word not in ("--force", "--resume")]
-    return shlex.join(["bayesub", *words, "--resume"])

@@ -67,11 +67,8 @@ def manual(topic: str, show_path: bool) -> None:
     """
     by_topic = pages()
     if topic and topic not in by_topic:
-        raise InputError(
-            f"the manual has no page '{topic}'{nearest(topic, by_topic)}; bayesub manual lists all {len(by_topic)}",
-            "unknown",
-            topic,
-        )
+        text = f"the manual has no page '{topic}'{nearest(topic, by_topic)}; bayesub manual lists all {len(by_topic)}"
+        raise InputError(text, "unknown", topic)
     if show_path:
         click.echo(by_topic[topic].path if topic else FOLDER)
     elif not topic:

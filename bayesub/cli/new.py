@@ -89,9 +89,8 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
     from bayesub.study.new.study import of_log, simulated
 
     if (manoeuvre is None) == (data is None):
-        raise InputError(
-            "a study needs one of --manoeuvre and --data", "missing" if data is None else "conflict", "--data"
-        )
+        text = "a study needs one of --manoeuvre and --data"
+        raise InputError(text, "missing" if data is None else "conflict", "--data")
     path = output or Path(f"{name}.toml")
     boat = load_vehicle(vehicle)
     if data is None:

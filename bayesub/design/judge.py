@@ -73,11 +73,8 @@ class Judge:
         scale = self.prior.has_scale(columns, xi, equations)
         chosen = {equations.names[k] for k, has in zip(columns, scale, strict=True) if has} & set(active)
         if not chosen:
-            raise InputError(
-                f"{self.vehicle.name}: none of the coefficients asked for has a value and a part in the motion",
-                "conflict",
-                "free",
-            )
+            text = f"{self.vehicle.name}: none of the coefficients asked for has a value and a part in the motion"
+            raise InputError(text, "conflict", "free")
         return tuple(name for name in equations.names if name in chosen)
 
     @cached_property

@@ -1,6 +1,5 @@
 """Limits of a trial: what the boat, its crew and the range allow, judged by simulation."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -138,12 +137,6 @@ class Range:
     def margins(self, manoeuvre: Manoeuvre) -> list[Margin]:
         """The margin to each limit; that of a flight that failed is infinitely beyond."""
         _, states, whole = self.flown(manoeuvre)
-        return [
-            Margin(key, limit, np.where(whole, reached, np.inf if is_upper else -np.inf), is_upper)
-            for key, limit, reached, is_upper in self._extremes(states)
-        ]
-
-    def _extremes(self, states) -> Iterator[tuple[str, float, np.ndarray, bool]]:
         x, y, z, phi, theta, u = np.moveaxis(
             states[..., log_files.positions("x", "y", "z", "phi", "theta", "u")], -1, 0
         )
@@ -159,10 +152,12 @@ class Range:
             "range_north_m": (lambda: np.ptp(x, axis=1), True),
             "range_east_m": (lambda: np.ptp(y, axis=1), True),
         }
+        margins = []
         for key, (reached, is_upper) in extremes.items():
-            limit = getattr(self.limits, key)
-            if limit is not None:
-                yield key, limit, reached(), is_upper
+            if (limit := getattr(self.limits, key)) is not None:
+                worst = np.where(whole, reached(), np.inf if is_upper else -np.inf)
+                margins.append(Margin(key, limit, worst, is_upper))
+        return margins
 
     def penalty(self, margins: list[Margin]) -> float:
         """Zero within all limits; otherwise how far beyond, flights summed as far as they are asked for."""

@@ -41,9 +41,8 @@ def kinds(limits: Limits, asked: Sequence[str] = ()) -> tuple[str, ...]:
     """
     for kind in asked:
         if kind not in KINDS:
-            raise InputError(
-                f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}", "unknown", "--family"
-            )
+            text = f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}"
+            raise InputError(text, "unknown", "--family")
         if limits.orders_an_hour is not None and kind not in HELMSMAN:
             raise InputError(
                 f"--family {kind} contradicts orders_an_hour of the limits, which a helmsman follows in steps; leave "
@@ -66,11 +65,8 @@ def families(
     }
     moved = tuple(control for control in controls(vehicle, limits) if control.column in (RPM, *acting))
     if not moved:
-        raise InputError(
-            f"{vehicle.name}: has no control that may move; give limits of one (bayesub new limits)",
-            "missing",
-            "limits",
-        )
+        text = f"{vehicle.name}: has no control that may move; give limits of one (bayesub new limits)"
+        raise InputError(text, "missing", "limits")
     return {kind: Family(kind, vehicle, limits, moved, subproblem) for kind in kinds(limits, asked)}
 
 

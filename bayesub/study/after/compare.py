@@ -14,7 +14,7 @@ from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.report import comparison_page
 from bayesub.study.after.finished_run import FinishedRun, finished_run
-from bayesub.study.after.predict import PosedTrial, pose, predicted_by, write_answer
+from bayesub.study.after.predict import PosedTrial, Request, pose, predicted_by, write_answer
 from bayesub.study.provenance import copies, of_request, settings
 from bayesub.study.run.run_folder import open_folder
 
@@ -103,7 +103,7 @@ def _labels(folders: Sequence[Path]) -> list[str]:
 def _posed(run: FinishedRun, manoeuvre: str) -> PosedTrial | InputError:
     """The manoeuvre posed to a run, or why it does not fit."""
     try:
-        return pose(run, manoeuvre)
+        return pose(run, Request(run.folder, manoeuvre))
     except InputError as error:
         return error
 

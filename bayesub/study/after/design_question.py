@@ -118,11 +118,8 @@ def pose(request: Request) -> Question:
     limits = usual_limits(vehicle) if request.limits is None else load_limits(request.limits)
     file = usual_sensors(vehicle, subproblem) if request.sensors is None else read_design(request.sensors)
     if known is not None and (file.prior is not None or file.free is not None):
-        raise InputError(
-            f"{request.sensors}: [prior] and [free] contradict --after, whose posterior is the prior; leave them out",
-            "conflict",
-            "--after",
-        )
+        text = f"{request.sensors}: [prior] and [free] contradict --after, whose posterior is the prior; leave them out"
+        raise InputError(text, "conflict", "--after")
     of_kinds = families(vehicle, limits, request.families, subproblem)
     random, draws = (np.random.default_rng(s) for s in np.random.SeedSequence(request.seed).spawn(2))
     manoeuvres = tried(of_kinds.values(), random)
@@ -165,11 +162,8 @@ def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
         )
     flown, posterior = run.vehicle, run.posterior
     if flown.name != vehicle.name or flown.equations != vehicle.equations:
-        raise InputError(
-            f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat",
-            "conflict",
-            "--after",
-        )
+        text = f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat"
+        raise InputError(text, "conflict", "--after")
     names = tuple(name for name in posterior.names if name in vehicle.equations.index)
     return KnownBefore(folder, names, posterior.draws[:, [posterior.names.index(name) for name in names]])
 
@@ -216,9 +210,8 @@ def _percent(word: str) -> float:
     except ValueError:
         percent = 0.0
     if not 0.0 < percent <= 100.0:
-        raise InputError(
-            f"--for {word}: expected known: and per cent between 0 and 100, such as known:10", "value", "--for"
-        )
+        text = f"--for {word}: expected known: and per cent between 0 and 100, such as known:10"
+        raise InputError(text, "value", "--for")
     return percent
 
 
@@ -253,11 +246,8 @@ def _asked(name: str, judge: Judge) -> Asked:
     if not (np.isfinite(value) and np.isfinite(gradient).all()):
         raise InputError(f"--for {name}: {vehicle.name} does not reach it; ask for another quantity", "limit", "--for")
     if judge.empty().prior_sd_of(gradient) <= EXACT * abs(value):
-        raise InputError(
-            f"--for {name}: depends on none of the coefficients to infer; ask for another, or change [free]",
-            "conflict",
-            "--for",
-        )
+        text = f"--for {name}: depends on none of the coefficients to infer; ask for another, or change [free]"
+        raise InputError(text, "conflict", "--for")
     return Asked(name, quantity.unit, float(value), gradient)
 
 

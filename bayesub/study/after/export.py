@@ -67,9 +67,8 @@ def _parquet(run: FinishedRun, path: Path) -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        raise InputError(
-            "Parquet needs pyarrow: pip install 'bayesub[parquet]', or choose CSV or NetCDF", "install", "pyarrow"
-        ) from None
+        text = "Parquet needs pyarrow: pip install 'bayesub[parquet]', or choose CSV or NetCDF"
+        raise InputError(text, "install", "pyarrow") from None
     with replacing(path) as partial, partial.open("wb") as file:
         draws(run).to_parquet(file, engine="pyarrow", index=False)
 
@@ -91,16 +90,14 @@ def format_of(path: Path, kind: str | None) -> str:
     """The name of the format that is wanted, or of the suffix of the file; InputError if it is that of none."""
     if kind is not None:
         if kind not in FORMATS:
-            raise InputError(
-                f"no format '{kind}'{nearest(kind, FORMATS)}; choose one of {', '.join(FORMATS)}", "unknown", "--as"
-            )
+            text = f"no format '{kind}'{nearest(kind, FORMATS)}; choose one of {', '.join(FORMATS)}"
+            raise InputError(text, "unknown", "--as")
         return kind
     suffixes = {one.suffix: name for name, one in FORMATS.items()}
     if path.suffix.lower() not in suffixes:
         what = f"no format is known by the suffix '{path.suffix}'{nearest(path.suffix, suffixes)}"
-        raise InputError(
-            f"{path}: {what}; end the name with one of {', '.join(suffixes)}, or give --as", "unknown", "--as"
-        )
+        text = f"{path}: {what}; end the name with one of {', '.join(suffixes)}, or give --as"
+        raise InputError(text, "unknown", "--as")
     return suffixes[path.suffix.lower()]
 
 
@@ -130,9 +127,8 @@ def export(folder: str | Path, path: str | Path, kind: str | None = None) -> Fin
     folder, path = Path(folder), Path(path)
     chosen = FORMATS[format_of(path, kind)]
     if folder.resolve() in path.resolve().parents:
-        raise InputError(
-            f"{path}: is in the folder of the run, whose files are its own; choose another -o", "conflict", "-o"
-        )
+        text = f"{path}: is in the folder of the run, whose files are its own; choose another -o"
+        raise InputError(text, "conflict", "-o")
     run = finished_run(folder)
     with writing(path):
         chosen.write(run, path)

@@ -109,9 +109,8 @@ def read_back(file: Path, made: Callable[[Any], T]) -> T:
     try:
         return made(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(
-            f"{file.parent}: {file.name} is damaged ({error}); run the study again", "format", file.name
-        ) from None
+        text = f"{file.parent}: {file.name} is damaged ({error}); run the study again"
+        raise InputError(text, "format", file.name) from None
 
 
 def saved_study(folder: Path, config: dict) -> Study:
@@ -155,11 +154,8 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
 def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
     """The report of a study in TOML."""
     if not (folder / "numbers.json").exists():
-        raise InputError(
-            f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume",
-            "state",
-            "numbers.json",
-        )
+        text = f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume"
+        raise InputError(text, "state", "numbers.json")
     if not (folder / POSTERIOR).exists():
         raise InputError(
             f"{folder}: {POSTERIOR} is missing: without the draws neither figures nor report can be drawn again "

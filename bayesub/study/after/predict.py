@@ -49,17 +49,32 @@ class Request:
 
     Attributes
     ----------
+    run : Path
+        Its folder.
+    source : str
+        Built-in name of a manoeuvre or a log, a manoeuvre in TOML, a control history or a log in CSV. A CSV that has a
+        column besides time and controls is a log.
+    sensors : str or None
+        Instruments of the log (:func:`bayesub.study.schema.trial_section.read_instruments`); by default those of the
+        first fitted trial all of whose columns it has.
+    subproblem : str or None
+        Plane of the motion; by default that of the manoeuvre, of a CSV that of the first fitted trial.
+    sample_s : float or None
+        Output interval of a manoeuvre.
     current_mps : (float, float) or None
-        North and east, in which a manoeuvre is flown; by default still water.
+        Known current of a manoeuvre, north and east; by default still water.
+    draws : int
+        Of posterior and prior.
+    seed : int
     """
 
-    run: Path  # its folder
-    source: str  # a manoeuvre or a log (:func:`pose`)
-    sensors: str | None = None  # of the log
-    subproblem: str | None = OF_MANOEUVRE  # plane of the motion; by default that of the manoeuvre
-    sample_s: float | None = None  # output interval of a manoeuvre
+    run: Path
+    source: str
+    sensors: str | None = None
+    subproblem: str | None = OF_MANOEUVRE
+    sample_s: float | None = None
     current_mps: tuple[float, float] | None = None
-    draws: int = N_DRAWS  # of posterior and prior
+    draws: int = N_DRAWS
     seed: int = 0
 
 
@@ -98,8 +113,7 @@ def predict_by_run(
     """
     progress.stage("read the run")
     run = finished_run(request.run)
-    options = {key: getattr(request, key) for key in ("sensors", "subproblem", "sample_s", "current_mps")}
-    posed = pose(run, request.source, **options)
+    posed = pose(run, request)
     names = [name for name in (request.source, request.sensors) if name is not None and toml_files.is_path(name)]
     files = {name: Path(name) for name in names}
     asked = vars(request) | {"subproblem": request.subproblem or "none"}
@@ -167,39 +181,16 @@ def predicted_by(
     return PredictedTrial(run.study.name, posed.setup.vehicle, motions, readings, *about)
 
 
-def pose(
-    run: FinishedRun,
-    source: str,
-    *,
-    sensors: str | None = None,
-    subproblem: str | None = OF_MANOEUVRE,
-    sample_s: float | None = None,
-    current_mps: tuple[float, float] | None = None,
-) -> PosedTrial:
-    """Pose a manoeuvre or a log to a finished run; InputError for one that does not fit.
-
-    Parameters
-    ----------
-    source : str
-        Built-in name of a manoeuvre or a log, a manoeuvre in TOML, a control history or a log in CSV. A CSV that has a
-        column besides time and controls is a log.
-    sensors : str, optional
-        Instruments of the log (:func:`bayesub.study.schema.trial_section.read_instruments`); by default those of the
-        first fitted trial all of whose columns it has.
-    subproblem : str or None
-        Plane of the motion; by default that of the manoeuvre, of a CSV that of the first fitted trial.
-    sample_s : float, optional
-        Output interval of a manoeuvre.
-    current_mps : (float, float), optional
-        Known current of a manoeuvre, north and east; by default still water.
-    """
+def pose(run: FinishedRun, request: Request) -> PosedTrial:
+    """Pose a manoeuvre or a log to a finished run; InputError for one that does not fit."""
+    source, current_mps = request.source, request.current_mps
     columns = _read_columns(source, run.vehicle)
     if columns is None:
-        if sensors is not None:
+        if request.sensors is not None:
             raise InputError(f"{source}: --sensors are of a log; a manoeuvre has no readings", "conflict", "--sensors")
         setup = run.setup()
         with error_source(source):
-            trial = _flown(setup, source, subproblem, sample_s)
+            trial = _flown(setup, source, request.subproblem, request.sample_s)
             _check_current(trial, current_mps)
         return PosedTrial(setup, trial, False, _held(setup, trial), current_mps=current_mps)
     if current_mps is not None:
@@ -209,13 +200,10 @@ def pose(
             "conflict",
             "--current-north-mps",
         )
-    if sample_s is not None:
-        raise InputError(
-            f"{source}: --sample is of a manoeuvre; a log is predicted at the times of its readings",
-            "conflict",
-            "--sample",
-        )
-    check, unread = _check(run, source, columns, sensors, subproblem)
+    if request.sample_s is not None:
+        text = f"{source}: --sample is of a manoeuvre; a log is predicted at the times of its readings"
+        raise InputError(text, "conflict", "--sample")
+    check, unread = _check(run, columns, request)
     setup = run.setup([check])
     (trial,) = setup.unseen
     return PosedTrial(setup, trial, True, _held(setup, trial), unread)
@@ -231,7 +219,7 @@ def _read_columns(source: str, vehicle: Vehicle) -> list[str] | None:
     return [name for name in log_files.headers(path, own) if log_files.short_name(name) not in controls] or None
 
 
-def _check(run, source, columns, sensors, subproblem) -> tuple[CheckSection, tuple[str, ...]]:
+def _check(run: FinishedRun, columns: list[str], request: Request) -> tuple[CheckSection, tuple[str, ...]]:
     """The log as a [[check]] of the study, read like the fitted trial whose sensors it has; columns that are not read.
 
     What is of that trial alone is not taken over: its window, its start, and faults of its sensors.
@@ -243,14 +231,15 @@ def _check(run, source, columns, sensors, subproblem) -> tuple[CheckSection, tup
 
     trials = list(run.study.each_trial())
     _, like, sections = next((one for one in trials if shorts.issuperset(reads(one[2]))), trials[0])
-    sections = sections if sensors is None else read_instruments(sensors).sensors
+    sections = sections if request.sensors is None else read_instruments(request.sensors).sensors
     unread = tuple(name for name in columns if log_files.short_name(name) not in reads(sections))
     plane = like.subproblem
     if like.data is None:
         plane = load_manoeuvre(run.study.path(like.manoeuvre), run.vehicle).subproblem
     keys = {key: getattr(like, key) for key in TrialKeys.OF_DATA if key != "window_s"}
-    keys |= {"subproblem": plane if subproblem == OF_MANOEUVRE else subproblem, "ignore": unread}
-    name = source if source in toml_files.built_in("logs") else str(Path(source).resolve())
+    keys |= {"subproblem": plane if request.subproblem == OF_MANOEUVRE else request.subproblem, "ignore": unread}
+    name = request.source
+    name = name if name in toml_files.built_in("logs") else str(Path(name).resolve())
     content = {key: value for key, value in keys.items() if value is not None}
     check = CheckSection(data=name, **content)
     nuisance = {} if like is run.study else CheckSection.nuisances(check, like.nuisance)
@@ -275,9 +264,8 @@ def _flown(setup: Setup, source: str, subproblem: str | None, sample_s: float | 
     interval = manoeuvre.duration / SAMPLES if sample_s is None else sample_s
     n = manoeuvre.duration / interval
     if not 1.0 <= n <= MAX_READINGS:
-        raise InputError(
-            f"--sample must be between {manoeuvre.duration / MAX_READINGS:.2g} s and the duration", "value", "--sample"
-        )
+        text = f"--sample must be between {manoeuvre.duration / MAX_READINGS:.2g} s and the duration"
+        raise InputError(text, "value", "--sample")
     times = np.minimum(np.arange(int(n * (1 + 1e-12)) + 1) * interval, manoeuvre.duration)
     moving = MOVING.get(setup.vehicle.equations.subproblem(manoeuvre.subproblem), log_files.STATES)
     sds = dict.fromkeys("xyz", POSITION_SD_M) | dict.fromkeys(log_files.ANGLES, np.radians(ATTITUDE_SD_DEG))
@@ -299,18 +287,12 @@ def _check_current(trial: UnseenTrial, current_mps: tuple[float, float] | None) 
     most, problem = toml_files.largest("mps"), trial.problem
     for towards, speed in zip(("north", "east"), current_mps, strict=True):
         if not abs(speed) <= most:
-            raise InputError(
-                f"--current-{towards}-mps must be between {-most:g} and {most:g}, found {speed:g}",
-                "value",
-                f"--current-{towards}-mps",
-            )
+            text = f"--current-{towards}-mps must be between {-most:g} and {most:g}, found {speed:g}"
+            raise InputError(text, "value", f"--current-{towards}-mps")
     plane = problem.vehicle.equations.subproblem(problem.manoeuvre.subproblem)
     if current_mps[1] and "y" not in MOVING.get(plane, log_files.STATES):
-        raise InputError(
-            f"--current-east-mps: has no part in the {plane} sub-problem; leave it out",
-            "conflict",
-            "--current-east-mps",
-        )
+        text = f"--current-east-mps: has no part in the {plane} sub-problem; leave it out"
+        raise InputError(text, "conflict", "--current-east-mps")
 
 
 def _held(setup: Setup, trial: UnseenTrial) -> tuple[str, ...]:

@@ -39,9 +39,8 @@ def draw_card(cards: Iterable[Card | None], path: Path) -> None:
 
     chosen = [card for card in cards if drawn.is_drawn(card)]
     if len(chosen) != 1:
-        raise InputError(
-            f"--card draws one vehicle or study, found {len(chosen)} among the files", "conflict", "--card"
-        )
+        text = f"--card draws one vehicle or study, found {len(chosen)} among the files"
+        raise InputError(text, "conflict", "--card")
     with drawing(path):
         drawn.draw(chosen[0], path)
 

@@ -55,11 +55,8 @@ def simulate(
     section = None if instruments is None else instruments.truth.disturbance
     if disturbance is not None:
         if section is not None:
-            raise InputError(
-                f"{disturbance}: the file of --sensors has a [truth.disturbance] too; give one of the two",
-                "conflict",
-                "--disturbance",
-            )
+            text = f"{disturbance}: the file of --sensors has a [truth.disturbance] too; give one of the two"
+            raise InputError(text, "conflict", "--disturbance")
         section = read_disturbance(disturbance)
     boat = load_vehicle(vehicle)
     history = load_manoeuvre(manoeuvre, boat)
@@ -72,11 +69,8 @@ def simulate(
         with error_source(str(disturbance or sensors)):
             trajectory, process = section.flown(trajectory, rng)
             if instruments is None and set(process.axes) & set(CURRENTS):
-                raise InputError(
-                    "disturbance: a current shows in what instruments read; give --sensors, or leave it out",
-                    "missing",
-                    "--sensors",
-                )
+                text = "disturbance: a current shows in what instruments read; give --sensors, or leave it out"
+                raise InputError(text, "missing", "--sensors")
         forces = f"disturbance {in_words(process)}, "
     if instruments is None:
         trajectory.save(output)

@@ -94,11 +94,8 @@ def copied_equations(name: str, source: str, path: Path) -> str:
 def _check_set_name(name: str) -> None:
     """InputError for what cannot name an equation set."""
     if not re.fullmatch(SET_NAME, name):
-        raise InputError(
-            f"an equation set is named by letters, digits, '_' and '-', beginning with a letter, found '{name}'",
-            "value",
-            "name",
-        )
+        text = f"an equation set is named by letters, digits, '_' and '-', beginning with a letter, found '{name}'"
+        raise InputError(text, "value", "name")
 
 
 def vehicle(name: str, hull: Hull | None = None, equations: str = DEFAULT, path: Path = Path()) -> str:

@@ -87,11 +87,8 @@ def refuse_misread(setup: Setup, progress: Progress) -> None:
         misread = [finding for finding in findings if finding.misread]
         if misread and not is_trusted:
             others = f" ({len(misread) - 1} more: bayesub check {path})" if len(misread) > 1 else ""
-            raise InputError(
-                f"{path}: {misread[0].line()}{others}; if the log is right all the same, give trust_log = true",
-                "data",
-                ", ".join(misread[0].columns),
-            )
+            text = f"{path}: {misread[0].line()}{others}; if the log is right all the same, give trust_log = true"
+            raise InputError(text, "data", ", ".join(misread[0].columns))
         for finding in findings:
             progress.remark(f"{path}: {finding.line()}")
 

@@ -21,11 +21,8 @@ from bayesub.study.schema.check_section import warm_up
 def check(setup: Setup) -> None:
     """Raise InputError for a study of which no trial can be left out."""
     if len(setup.trials) < 2:
-        raise InputError(
-            "--leave-out is for studies of several trials; of one log, name a second one to predict in [[check]]",
-            "conflict",
-            "--leave-out",
-        )
+        text = "--leave-out is for studies of several trials; of one log, name a second one to predict in [[check]]"
+        raise InputError(text, "conflict", "--leave-out")
     unseen_trials(setup)
 
 

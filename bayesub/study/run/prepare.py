@@ -146,11 +146,8 @@ def _refuse_fitted(check: CheckSection, study: Study) -> None:
         logs = [section.data and file_digest(Path(study.path(section.data))) for section in (check, fitted)]
         if check.data is not None and logs[0] == logs[1]:
             where = f"in trial '{name}'" if name else "by this study"
-            raise InputError(
-                f"{check.data} is fitted {where} and says nothing about prediction; give a log that is not fitted",
-                "conflict",
-                "check.data",
-            )
+            text = f"{check.data} is fitted {where} and says nothing about prediction; give a log that is not fitted"
+            raise InputError(text, "conflict", "check.data")
 
 
 def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, noise: dict) -> Trial:

@@ -177,9 +177,8 @@ def _run_unless_done(file, folder, options, progress, executor) -> tuple[StudyRe
         if is_other and not options["force"]:
             kinds = {True: "the small version (--quick)", False: "the full version"}
             wanted, present = kinds[config["quick_run"]], kinds[bool(saved.get("quick_run"))]
-            raise InputError(
-                f"{folder}: holds {present}, not {wanted}; use --force to replace it, or another -o", "state", "--quick"
-            )
+            text = f"{folder}: holds {present}, not {wanted}; use --force to replace it, or another -o"
+            raise InputError(text, "state", "--quick")
         result, change = load_result(folder), code_change(saved, config)
         if result and not change and not study_change(saved, config):
             from bayesub.study.run.leave_out import is_done
@@ -213,6 +212,5 @@ def interruptions(folder: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno not in _NO_ROOM:
             raise
-        raise InputError(
-            f"{folder}: {reason(error)}; what is done is saved, make room and use --resume", "file"
-        ) from None
+        text = f"{folder}: {reason(error)}; what is done is saved, make room and use --resume"
+        raise InputError(text, "file") from None

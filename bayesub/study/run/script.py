@@ -106,9 +106,8 @@ def _parsed(path: Path) -> ast.Module:
 def _docstring(path: Path, tree: ast.Module) -> str:
     docstring = ast.get_docstring(tree)
     if not docstring:
-        raise InputError(
-            f"{path}: a study script begins with a docstring that states its question", "missing", "docstring"
-        )
+        text = f"{path}: a study script begins with a docstring that states its question"
+        raise InputError(text, "missing", "docstring")
     return docstring.splitlines()[0]
 
 
@@ -284,9 +283,8 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
         path = _script_of(folder, config)
     numbers_file = folder / NUMBERS
     if not numbers_file.exists():
-        raise InputError(
-            f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume", "state", NUMBERS
-        )
+        text = f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume"
+        raise InputError(text, "state", NUMBERS)
     try:
         numbers = json.loads(toml_files.read_text(numbers_file))
     except ValueError as error:
@@ -299,9 +297,8 @@ def _script_of(folder: Path, config: dict) -> Path:
     """The script of a run; InputError if it is not there any more or has changed since."""
     path = Path(config.get("script", f"studies/{config['name']}.py"))
     if not path.is_file():
-        raise InputError(
-            f"{folder}: there is no {path}, the script of the run; name the script with --study", "missing", "--study"
-        )
+        text = f"{folder}: there is no {path}, the script of the run; name the script with --study"
+        raise InputError(text, "missing", "--study")
     now, changed = digests(path), ""
     if now["script_sha256"] != config["script_sha256"]:
         changed = str(path)
@@ -309,11 +306,8 @@ def _script_of(folder: Path, config: dict) -> Path:
         saved = config.get("files_sha256", {})
         changed = next((name for name, digest in now["files_sha256"].items() if saved.get(name) != digest), "")
     if changed:
-        raise InputError(
-            f"{changed}: has changed since the run; run the study again, or name a script with --study",
-            "state",
-            "--study",
-        )
+        text = f"{changed}: has changed since the run; run the study again, or name a script with --study"
+        raise InputError(text, "state", "--study")
     return path
 
 
