@@ -152,7 +152,7 @@ def write_arrays(file: Path, arrays: "Mapping[str, np.ndarray]") -> None:
     import numpy as np
 
     with replacing(file) as partial, partial.open("wb") as stream:
-        np.savez_compressed(stream, **arrays)
+        np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]  # names are no options
 
 
 def as_json(content: Any, source: str) -> str:

@@ -78,7 +78,7 @@ class Cluster(Pool):
 
     def _nobody(self):
         help_ = f"start workers (dask worker {self.name} --nthreads 1) and use --resume"
-        return self._error(f"no worker for {duration(self.patience)}; what is done is saved; {help_}")
+        return self._error(f"no worker for {duration(self.patience or 0.0)}; what is done is saved; {help_}")
 
     def _lost(self):
         return self._error("the scheduler has gone or was started again; what is done is saved, use --resume")
@@ -190,7 +190,7 @@ def configured(settings: dict[str, Any], name: str) -> tuple[Any, float]:
     import dask_jobqueue.local
 
     signal.signal(signal.SIGINT, interrupt)  # which the import replaces
-    options = {"cores": 1, "scheduler_options": {"dashboard_address": ":0"}}
+    options: dict[str, Any] = {"cores": 1, "scheduler_options": {"dashboard_address": ":0"}}
     options |= {key.replace("-", "_"): value for key, value in given.items()}
     kind = f"{CLASSES[queue]}Cluster"
     try:

@@ -6,7 +6,7 @@ import queue
 import signal
 import traceback
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping
 from concurrent import futures
 from contextlib import closing, contextmanager
 from functools import partial
@@ -41,6 +41,9 @@ def _failure(error: BaseException) -> Failure:
     return Failure(one_line(cause), "".join(traceback.format_exception(error)))
 
 
+Results = Generator[tuple[str, Any], None, None]  # name -> result or Failure of each piece
+
+
 class Misfit(InputError):
     """A worker has other code or more threads, so that what it returns is not to be used."""
 
@@ -53,7 +56,7 @@ class Executor(ABC):
     """
 
     @abstractmethod
-    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Results:
         """The name of each piece with what `work` returns for its argument or a :class:`Failure`, as they come.
 
         Of the pieces, name -> argument, those named first begin first.
@@ -74,7 +77,7 @@ class Executor(ABC):
 class Serial(Executor):
     """One piece after the other in this process."""
 
-    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Results:
         """Name and result, or :class:`Failure`, of each piece, in order."""
         for name, argument in pieces.items():
             try:
@@ -105,11 +108,15 @@ class Pool(Executor):
     def _look(self) -> None:
         """Raise InputError if nobody is left who does pieces."""
 
-    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Results:
         """Name and result, or :class:`Failure`, of each piece as they come; InputError if the workers are lost."""
-        names, arrived, is_lost = {}, queue.SimpleQueue(), False
+        if not pieces:
+            return
+        names: dict[Any, str] = {}
+        arrived: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        is_lost = False
         try:
-            submit = self._submitter(work) if pieces else None
+            submit = self._submitter(work)
             for name, argument in pieces.items():
                 future = submit(argument)
                 names[future] = name

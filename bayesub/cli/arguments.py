@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
@@ -21,10 +22,10 @@ def _names(kind: str) -> Callable[..., list[CompletionItem]]:
     return complete
 
 
-EQUATIONS = {"metavar": "SET", "shell_complete": _names("equations")}
-VEHICLE = {"metavar": "VEHICLE", "shell_complete": _names("vehicles")}
-MANOEUVRE = {"metavar": "MANOEUVRE", "shell_complete": _names("manoeuvres")}
-KIND = {"metavar": "KIND", "type": click.Choice(list(toml_files.built_in("maps")))}
+EQUATIONS: dict[str, Any] = {"metavar": "SET", "shell_complete": _names("equations")}
+VEHICLE: dict[str, Any] = {"metavar": "VEHICLE", "shell_complete": _names("vehicles")}
+MANOEUVRE: dict[str, Any] = {"metavar": "MANOEUVRE", "shell_complete": _names("manoeuvres")}
+KIND: dict[str, Any] = {"metavar": "KIND", "type": click.Choice(list(toml_files.built_in("maps")))}
 
 subproblem = click.option(
     "--subproblem",
@@ -33,7 +34,7 @@ subproblem = click.option(
 )
 
 
-def plane(subproblem: str | None) -> dict[str, str | None]:
+def plane(subproblem: str | None) -> dict[str, Any]:
     """The option --subproblem as an argument of the simulator; left out, the manoeuvre decides."""
     return {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
 

@@ -2,12 +2,16 @@
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from bayesub.cli.arguments import PATH
 from bayesub.io import toml_files
 from bayesub.io.terminal import say
+
+if TYPE_CHECKING:
+    from bayesub.model.vehicles import Vehicle
 
 
 @click.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
@@ -25,7 +29,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     """
     from bayesub.study.before.check import draw_card, examine
 
-    vehicles = []
+    vehicles: list[Vehicle] = []
     findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
     for path in files:
         text, file_card = examine(built_in.get(str(path), path), vehicles)

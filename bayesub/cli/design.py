@@ -3,6 +3,7 @@
 import shlex
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -80,7 +81,7 @@ def design(
     resume: bool,
     force: bool,
     dask: str,
-    **asked: Path | str | int | tuple[str, ...] | None,
+    **asked: Any,
 ) -> None:
     """Design a trial of a VEHICLE (built-in name or TOML): the manoeuvre that tells most, within limits.
 

@@ -93,7 +93,7 @@ def predict(
     current_east_mps: float | None,
     pdf: bool,
     force: bool,
-    **asked: str | float | None,
+    **asked: Any,
 ) -> None:
     """Predict a manoeuvre that the run in the folder RUN has not seen, with bands of every state.
 
@@ -130,7 +130,7 @@ def predict(
     help="That all predict; if left out, that of the first run, or zigzag_20_20.",
 )
 @of_predictions
-def compare(runs: tuple[Path, ...], output: Path, **options: str | int | bool | None) -> None:
+def compare(runs: tuple[Path, ...], output: Path, **options: Any) -> None:
     """Set the posteriors of finished runs side by side: intervals, contractions, distances and predictions.
 
     The runs may be of other vehicles, manoeuvres, sensors, equation sets or versions of bayesub; coefficients are

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -46,9 +47,7 @@ from bayesub.io.terminal import FAILED, complain, console, say
     show_default=True,
     help="Of --sensors, --perturb and --disturbance.",
 )
-def simulate(
-    vehicle: str, manoeuvre: str, output: Path, subproblem: str | None, **options: float | str | Path | None
-) -> None:
+def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None, **options: Any) -> None:
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
 
     With --sensors the output is the log of a trial, controls and readings with noise, which a study reads as its data.

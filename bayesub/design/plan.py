@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -157,13 +158,18 @@ class Plan:
         list(self.mapped(cost, still))
         return (time.perf_counter() - began) / _TIMED
 
-    def search(self, kind: str, n_judgements: int, progress: Progress = SILENT, **start: object) -> Found:
+    def search(self, kind: str, n_judgements: int, progress: Progress = SILENT, **start: Any) -> Found:
         """Search a family, or continue its search, until so many manoeuvres are judged; more for ``search``."""
         rng = np.random.default_rng([self.seed, [*KINDS, REFINED].index(kind)])
         # costs of a search with one start are not those of another
         digest = f"_{hashlib.sha256(start['start'].tobytes()).hexdigest()[:8]}" if start else ""
         saved = self.folder / f"costs_{kind}{digest}.txt"
-        options = {"n_judgements": n_judgements, "mapped": self.mapped, "saved": saved, "progress": progress}
+        options: dict[str, Any] = {
+            "n_judgements": n_judgements,
+            "mapped": self.mapped,
+            "saved": saved,
+            "progress": progress,
+        }
         return search(self.cost(kind), rng, **options, **start)
 
     def stages(self, budget: Budget, progress: Progress = SILENT) -> Iterator[tuple[str, dict[str, Found]]]:
@@ -175,7 +181,7 @@ class Plan:
             If no family finds anything within the limits.
         """
         answers: dict[str, Found] = {}
-        fault = None
+        fault = InputError("design: there is no family", "missing", "--family")
         for kind in self.families:
             progress.stage(f"{kind}, briefly")
             try:

@@ -101,7 +101,7 @@ def unlocking(
     """
     names = information.names
     left = [k for k, name in enumerate(names) if candidates is None or name in candidates]
-    values = []
+    values: list[TankValue] = []
     while left and len(values) < n:
         sds = relative_sd * np.abs(information.values) / information.prior_sd
         gains = {k: gain(information.covariance, k, sds[k]) for k in left}

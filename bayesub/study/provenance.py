@@ -135,7 +135,7 @@ def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
 
 def settings(config: dict) -> dict:
     """The entries of a config in order, with the keys of tables written as ``table.key``."""
-    entries = {}
+    entries: dict[str, Any] = {}
     for key, value in config.items():
         entries |= {f"{key}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {key: value}
     return dict(sorted(entries.items()))

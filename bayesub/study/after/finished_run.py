@@ -142,7 +142,7 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
     folder = Path(folder)
     config = config_of_study(folder, "bayesub {} writes its page again")
     if "script_sha256" in config:
-        result = script.redraw(folder, config, study and Path(study), pdf=pdf)
+        result = script.redraw(folder, config, Path(study) if study else None, pdf=pdf)
     elif study is not None:
         raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study", "conflict", "--study")
     else:

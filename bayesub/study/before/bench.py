@@ -48,7 +48,7 @@ NOISES = {
 
 def shortest(*functions: Callable[[], object], seconds: float, least: int = 3) -> list[float]:
     """The shortest run (s) of each function, run in turn so that a slow moment of the machine falls on all alike."""
-    durations = []
+    durations: list[list[float]] = []
     while len(durations) < least or np.sum(durations) < seconds:
         durations.append([timeit.timeit(function, number=1) for function in functions])
     return np.min(durations, axis=0).tolist()
@@ -92,7 +92,7 @@ def growth(sizes: tuple[int, ...], seconds: float) -> dict[str, Any]:
         inputs = size * 8 * (len(vehicle.xi) + workspace.N_BODY + workspace.N_STATES)
         work = 8 * simulator.kernels.n_rows * workspace.LANES * numba.get_num_threads()
         memory = states.nbytes + status.nbytes + inputs + simulator._stages.nbytes + work
-        duration = shortest(lambda xi=xi: simulator.run(xi), seconds=seconds)[0]
+        duration = shortest(partial(simulator.run, xi), seconds=seconds)[0]
         batches.append({"size": size, "seconds": duration, "bytes": memory})
     some = vehicle.xi[None].repeat(64, axis=0)
     everything = np.where(some == 0.0, 1e-12, some)  # not zero, and without effect
@@ -100,7 +100,7 @@ def growth(sizes: tuple[int, ...], seconds: float) -> dict[str, Any]:
     for subproblem, xi in (("horizontal", everything), (None, some), (None, everything)):
         run = spiral(simulator.step, subproblem)
         used = int((run.dimensional(xi)[0] != 0.0).sum())
-        duration = shortest(lambda run=run, xi=xi: run.run(xi), seconds=seconds)[0]
+        duration = shortest(partial(run.run, xi), seconds=seconds)[0]
         pruned.append({"coefficients": used, "seconds": duration / 64})
     return {"threads": numba.get_num_threads(), "batches": batches, "non_zero": pruned}
 
@@ -128,12 +128,12 @@ def log_likelihoods(seconds: float) -> list[dict[str, Any]]:
     vehicle, manoeuvre = simulator.vehicle, simulator.manoeuvre
     sensor = Track(position_sd_m=0.5, attitude_sd_deg=0.1, interval_s=1.0, channels=("x", "y", "yaw"))
     record = observe(simulate(vehicle, manoeuvre), sensor, np.random.default_rng(0))
-    given = {"free": coefficients.HORIZONTAL, "prior": relative_normal(0.25)}
+    given: dict[str, Any] = {"free": coefficients.HORIZONTAL, "prior": relative_normal(0.25)}
     noises = [{channel.name: noise(channel.sd) for channel in record.channels} for noise in NOISES.values()]
     problems = [Problem(vehicle, manoeuvre, record, noise=noise, **given) for noise in noises]
     xi = perturbed(vehicle, BATCH)
     parameters = xi[:, problems[0].columns]
-    functions = [partial(problems[0].simulator.run, xi)]
+    functions: list[Callable[[], object]] = [partial(problems[0].simulator.run, xi)]
     functions += [partial(problem.log_likelihood, parameters) for problem in problems]
     rows = []
     for threads in each_number_of_threads():
@@ -163,7 +163,7 @@ def compilations() -> dict[str, float]:
         for name in UNITS:
             kernels.unit(name)
 
-    works = {}
+    works: dict[str, Callable[[], object]] = {}
     for name in toml_files.built_in("equations"):
         equations = load_equations(name)
         for plane in (None, *equations.subproblems) if equations.degrees_of_freedom == 6 else equations.subproblems:

@@ -59,7 +59,7 @@ def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:
     if path.suffix == ".py":
         from bayesub.study.run import script
 
-        return f"study script: {script.check(path)}", None
+        return f"study script: {script.question(path, functions=script.FUNCTIONS)}", None
     if path.name.lower().endswith((".csv", ".csv.gz")):
         return _log(path, vehicles)
     keys = toml_files.read_toml_table(path)

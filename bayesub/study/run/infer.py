@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from bayesub.io.terminal import Progress, duration
 from bayesub.logs import log_files
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
+from bayesub.problem.joint import JointProblem
+from bayesub.problem.problem import Problem
 from bayesub.report.report import write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
@@ -49,18 +51,12 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     seconds |= {estimate.method: estimate.seconds for estimate in estimates}
 
     progress.stage("sample the posterior")
-    sampler = setup.study.sampler
-    posterior = sample(
-        problem,
-        rng=setup.generator(seeds.SAMPLER),
-        n_ensembles=sampler.n_ensembles,
-        n_walkers=sampler.n_walkers,
-        max_steps=sampler.max_steps,
-        criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
-        checkpoint=folder / "chain",
-        progress=progress,
-        examine=partial(_examine, setup, context),
-    )
+    given: dict[str, Any] = {
+        "checkpoint": folder / "chain",
+        "progress": progress,
+        "examine": partial(_examine, setup, context),
+    }
+    posterior = sample_posterior(setup, problem, setup.generator(seeds.SAMPLER), **given)
     seconds["sampling"] = posterior.seconds
     posterior_file.save(posterior, folder / POSTERIOR)
     write_text(folder / ESTIMATES, json.dumps([estimate.to_json() for estimate in estimates], indent=1))
@@ -76,6 +72,21 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     progress.stage("predictions, figures and report")
     seconds["all before the report"] = progress.seconds
     return conclude(setup, context, estimates, posterior, check, seconds=seconds)
+
+
+def sample_posterior(
+    setup: Setup, problem: Problem | JointProblem, rng: np.random.Generator, **given: Any
+) -> Posterior:
+    """Draw the posterior of a problem as the study wants it; more as of :func:`bayesub.sample`."""
+    sampler = setup.study.sampler
+    sizes = {key: getattr(sampler, key) for key in ("n_ensembles", "n_walkers", "max_steps")}
+    return sample(problem, rng=rng, **sizes, criteria=criteria(setup), **given)
+
+
+def criteria(setup: Setup) -> Criteria:
+    """When a posterior of the study has converged."""
+    sampler = setup.study.sampler
+    return Criteria(sampler.rhat, sampler.ess, sampler.taus)
 
 
 def refuse_misread(setup: Setup, progress: Progress) -> None:
@@ -123,9 +134,10 @@ def _baselines(setup: Setup, progress: Progress) -> list[baselines.Estimate]:
         progress.stage("linear least squares")
         plain = problem.naive()
         systems = [linear_systems(truth, free=plain.names) for truth in truths]
-        systems = stacked(systems, plain.equations.names)
         guess = dict(zip(plain.names, plain.prior.guess, strict=True))
-        estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
+        estimates.append(
+            baselines.linear_least_squares(stacked(systems, plain.equations.names), guess).completed(guess)
+        )
     if n_starts := study.baselines.sqp_starts:
         progress.stage("SQP")
         plain = problem.searchable()

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, error_source, one_line
@@ -191,7 +191,12 @@ def _run_unless_done(file, folder, options, progress, executor) -> tuple[StudyRe
         force = is_other or (bool(stale) and not options["keep_stale"])
         if stale and not is_other and force:
             progress.remark(f"stale, run again: {stale}")
-    given = {"keep_stale": options["keep_stale"], "pdf": options["pdf"], "progress": progress, "executor": executor}
+    given: dict[str, Any] = {
+        "keep_stale": options["keep_stale"],
+        "pdf": options["pdf"],
+        "progress": progress,
+        "executor": executor,
+    }
     tasks = {
         "cross_check": cross_check,
         "leave_out": leave_out,

@@ -18,12 +18,13 @@ import importlib.util
 import json
 import operator
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
+from typing import Any
 
 from bayesub.campaign import beside, executors
 from bayesub.campaign.campaign import Files, Lines, as_json, complete, write_arrays
@@ -64,7 +65,11 @@ class Script:
 
     def config(self) -> dict:
         """What the result depends on."""
-        entries = {"name": self.name, "question": check(self.path), "script": self.path.as_posix()}
+        entries = {
+            "name": self.name,
+            "question": question(self.path, functions=FUNCTIONS),
+            "script": self.path.as_posix(),
+        }
         return entries | digests(self.path) | environment(quick=self.is_quick)
 
     def copies(self) -> dict[str, Path]:
@@ -72,40 +77,23 @@ class Script:
         return {}
 
 
-def question(path: Path) -> str:
+def question(path: Path, *, functions: Sequence[str] = ()) -> str:
     """The first line of a script's docstring; the script is read, not run.
 
-    InputError for a file that is not Python or has no docstring.
+    InputError for a file that is not Python, has no docstring, or lacks one of the functions.
     """
-    return _docstring(path, _parsed(path))
-
-
-def check(path: Path) -> str:
-    """As :func:`question`; InputError too for a file that lacks one of the functions of a study script."""
-    tree = _parsed(path)
-    names = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    names |= {name.asname or name.name for node in tree.body if isinstance(node, ast.ImportFrom) for name in node.names}
-    if missing := [name for name in FUNCTIONS if name not in names]:
-        verb = "is" if len(missing) == 1 else "are"
-        raise InputError(
-            f"{path}: a study script has the functions {', '.join(FUNCTIONS)}; {' and '.join(missing)} {verb} missing",
-            "missing",
-            ", ".join(missing),
-        )
-    return _docstring(path, tree)
-
-
-def _parsed(path: Path) -> ast.Module:
     try:
-        return ast.parse(toml_files.read_text(path))
+        tree = ast.parse(toml_files.read_text(path))
     except (SyntaxError, ValueError) as error:
         line = f"line {error.lineno}: " if isinstance(error, SyntaxError) else ""
         raise InputError(f"{path}: {line}is not valid Python: {getattr(error, 'msg', error)}", "format") from None
-
-
-def _docstring(path: Path, tree: ast.Module) -> str:
-    docstring = ast.get_docstring(tree)
-    if not docstring:
+    names = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    names |= {name.asname or name.name for node in tree.body if isinstance(node, ast.ImportFrom) for name in node.names}
+    if missing := [name for name in functions if name not in names]:
+        lacks = f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
+        text = f"{path}: a study script has the functions {', '.join(functions)}; {lacks}"
+        raise InputError(text, "missing", ", ".join(missing))
+    if not (docstring := ast.get_docstring(tree)):
         text = f"{path}: a study script begins with a docstring that states its question"
         raise InputError(text, "missing", "docstring")
     return docstring.splitlines()[0]
@@ -269,7 +257,8 @@ def load(path: Path) -> ModuleType:
 
 def run(script: Script, context: RunContext) -> StudyResult:
     """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
-    study = _script_run(script.name, context, quick=script.is_quick)
+    given: dict[str, Any] = {"progress": context.progress, "formats": context.formats, "executor": context.executor}
+    study = ScriptRun(script.name, context.folder, quick=script.is_quick, **given)
     module = load(script.path)
     text = as_json(_shortened(module.compute(study)), "compute()")
     write_text(context.folder / NUMBERS, text)
@@ -289,8 +278,8 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
         numbers = json.loads(toml_files.read_text(numbers_file))
     except ValueError as error:
         raise InputError(f"{numbers_file}: is damaged ({error}); run the study again", "format", NUMBERS) from None
-    study = _script_run(config["name"], RunContext(folder, pdf), quick=config["quick_run"])
-    return _conclude(load(path), study, numbers, check(path), config)
+    study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=RunContext(folder, pdf).formats)
+    return _conclude(load(path), study, numbers, question(path, functions=FUNCTIONS), config)
 
 
 def _script_of(folder: Path, config: dict) -> Path:
@@ -309,11 +298,6 @@ def _script_of(folder: Path, config: dict) -> Path:
         text = f"{changed}: has changed since the run; run the study again, or name a script with --study"
         raise InputError(text, "state", "--study")
     return path
-
-
-def _script_run(name: str, context: RunContext, *, quick: bool) -> ScriptRun:
-    given = {"progress": context.progress, "formats": context.formats, "executor": context.executor}
-    return ScriptRun(name, context.folder, quick=quick, **given)
 
 
 def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str, config: dict) -> StudyResult:

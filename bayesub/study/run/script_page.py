@@ -26,7 +26,7 @@ def write(
     :func:`bayesub.report.quoted.filled` takes them. Tables are lines of Markdown; `failed` is the sentence of the claim
     that failed.
     """
-    first, parts, rest = docstring_parts(module.__doc__)
+    first, parts, rest = docstring_parts(module.__doc__ or "")
     equations = getattr(module, "GLOSSARY", None)
     files = [file.name for file in sorted(folder.glob("*.png"))]
     page = StudyPage(
