@@ -33,7 +33,8 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
     for path in files:
         text, file_card = examine(built_in.get(str(path), path), vehicles)
-        vehicles += [file_card.vehicle] if hasattr(file_card, "vehicle") else []
+        if file_card is not None and hasattr(file_card, "vehicle"):
+            vehicles.append(file_card.vehicle)
         findings[str(path)] = (text, file_card)
         if not as_json:
             say(f"{path}: {text}")

@@ -164,13 +164,8 @@ class Plan:
         # costs of a search with one start are not those of another
         digest = f"_{hashlib.sha256(start['start'].tobytes()).hexdigest()[:8]}" if start else ""
         saved = self.folder / f"costs_{kind}{digest}.txt"
-        options: dict[str, Any] = {
-            "n_judgements": n_judgements,
-            "mapped": self.mapped,
-            "saved": saved,
-            "progress": progress,
-        }
-        return search(self.cost(kind), rng, **options, **start)
+        given: dict[str, Any] = {"mapped": self.mapped, "saved": saved, "progress": progress, **start}
+        return search(self.cost(kind), rng, n_judgements=n_judgements, **given)
 
     def stages(self, budget: Budget, progress: Progress = SILENT) -> Iterator[tuple[str, dict[str, Found]]]:
         """The searches by kind, when a first family has found something within the limits, and at the end.

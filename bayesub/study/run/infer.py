@@ -51,12 +51,8 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     seconds |= {estimate.method: estimate.seconds for estimate in estimates}
 
     progress.stage("sample the posterior")
-    given: dict[str, Any] = {
-        "checkpoint": folder / "chain",
-        "progress": progress,
-        "examine": partial(_examine, setup, context),
-    }
-    posterior = sample_posterior(setup, problem, setup.generator(seeds.SAMPLER), **given)
+    rng, examine = setup.generator(seeds.SAMPLER), partial(_examine, setup, context)
+    posterior = sample_posterior(setup, problem, rng, checkpoint=folder / "chain", progress=progress, examine=examine)
     seconds["sampling"] = posterior.seconds
     posterior_file.save(posterior, folder / POSTERIOR)
     write_text(folder / ESTIMATES, json.dumps([estimate.to_json() for estimate in estimates], indent=1))

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, error_source, one_line
@@ -166,7 +166,9 @@ def run_unless_done(
     return StudyResult(file.stem, "", FAILED, str(folder), text=text), f"FAILED: {text}"
 
 
-def _run_unless_done(file, folder, options, progress, executor) -> tuple[StudyResult, str]:
+def _run_unless_done(
+    file: Path, folder: Path, options: Mapping[str, bool], progress: Progress, executor: "Executor | None"
+) -> tuple[StudyResult, str]:
     study = read(file, quick=options["quick"])
     names = [name for name, *_ in study.each_trial()] if isinstance(study, Study) else []
     cross_check, leave_out = options["cross_check"] and bool(names), options["leave_out"] and len(names) > 1
@@ -191,19 +193,11 @@ def _run_unless_done(file, folder, options, progress, executor) -> tuple[StudyRe
         force = is_other or (bool(stale) and not options["keep_stale"])
         if stale and not is_other and force:
             progress.remark(f"stale, run again: {stale}")
-    given: dict[str, Any] = {
-        "keep_stale": options["keep_stale"],
-        "pdf": options["pdf"],
-        "progress": progress,
-        "executor": executor,
-    }
-    tasks = {
-        "cross_check": cross_check,
-        "leave_out": leave_out,
-        "force": force,
-        "resume": saved is not None and not force,
-    }
-    return run(study, folder, **tasks, **given), ""
+    tasks = {"cross_check": cross_check, "leave_out": leave_out}
+    kept = {key: options[key] for key in ("keep_stale", "pdf")}
+    resume = saved is not None and not force
+    result = run(study, folder, resume=resume, force=force, **kept, **tasks, progress=progress, executor=executor)
+    return result, ""
 
 
 @contextmanager
