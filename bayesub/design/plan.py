@@ -176,18 +176,18 @@ class Plan:
             If no family finds anything within the limits.
         """
         answers: dict[str, Found] = {}
-        fault = InputError("design: there is no family", "missing", "--family")
+        faults = []
         for kind in self.families:
             progress.stage(f"{kind}, briefly")
             try:
                 answers[kind] = self.search(kind, budget[0], progress)
             except InputError as error:
-                fault = error
+                faults.append(error)
             else:
                 if len(answers) == 1:
                     yield "first answer", dict(answers)
         if not answers:
-            raise fault
+            raise faults[-1]
         yield "answer", self.thorough(answers, budget[1], progress) if budget[1] else answers
 
     def thorough(self, answers: dict[str, Found], n_judgements: int, progress: Progress = SILENT) -> dict[str, Found]:
