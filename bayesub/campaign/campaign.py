@@ -85,12 +85,8 @@ def complete(
     if failed:
         causes = [f"{name} ({failure.cause})" for name, failure in list(failed.items())[:_SHOWN]]
         causes += [f"{len(failed) - _SHOWN} more"] if len(failed) > _SHOWN else []
-        raise InputError(
-            f"{len(failed)} of {len(pieces)} {unit} failed: {', '.join(causes)}; tracebacks are in {failures}, "
-            "what is done is saved, and --resume does these again",
-            "state",
-            next(iter(failed)),
-        )
+        what = f"{len(failed)} of {len(pieces)} {unit} failed: {', '.join(causes)}; tracebacks are in {failures}"
+        raise InputError(f"{what}, what is done is saved, and --resume does these again", "state", next(iter(failed)))
     return {name: store.results[name] for name in pieces}
 
 

@@ -41,11 +41,7 @@ from bayesub.io.terminal import FAILED, complain, console, say
 )
 @click.option("--disturbance", type=PATH, metavar="FILE", help="Fly with random forces that the equations leave out.")
 @click.option(
-    "--seed",
-    type=click.IntRange(0),
-    default=0,
-    show_default=True,
-    help="Of --sensors, --perturb and --disturbance.",
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of --sensors, --perturb and --disturbance."
 )
 def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None, **options: Any) -> None:
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).

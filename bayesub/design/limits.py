@@ -172,9 +172,5 @@ class Range:
         """InputError if even straight flight breaks a limit, but that of depth, which planes amidships do not hold."""
         for margin in self.margins(straight):
             if margin.excess[0] > 0.0 and margin.key != "depth_change_m":
-                raise InputError(
-                    f"limits: even straight flight at {self.vehicle.speed_mps:g} m/s reaches "
-                    f"{margin.reached[0]:.3g}, beyond {margin.key} = {margin.limit:g}; widen it",
-                    "conflict",
-                    margin.key,
-                )
+                what = f"limits: even straight flight at {self.vehicle.speed_mps:g} m/s reaches {margin.reached[0]:.3g}"
+                raise InputError(f"{what}, beyond {margin.key} = {margin.limit:g}; widen it", "conflict", margin.key)

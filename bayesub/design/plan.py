@@ -45,12 +45,8 @@ def kinds(limits: Limits, asked: Sequence[str] = ()) -> tuple[str, ...]:
             text = f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}"
             raise InputError(text, "unknown", "--family")
         if limits.orders_an_hour is not None and kind not in HELMSMAN:
-            raise InputError(
-                f"--family {kind} contradicts orders_an_hour of the limits, which a helmsman follows in steps; leave "
-                "one of them out",
-                "conflict",
-                "--family",
-            )
+            what = f"--family {kind} contradicts orders_an_hour of the limits, which a helmsman follows in steps"
+            raise InputError(f"{what}; leave one of them out", "conflict", "--family")
     return tuple(dict.fromkeys(asked)) or (AUTOPILOT if limits.orders_an_hour is None else HELMSMAN)
 
 

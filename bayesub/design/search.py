@@ -127,12 +127,8 @@ def search(
         if optimiser.should_stop():
             break
     if least >= OUTSIDE:
-        raise InputError(
-            f"design: none of {costs.n} manoeuvres keeps the limits for all boats that are asked to; widen the limits, "
-            "lower share_of_draws, or shorten the trial",
-            "conflict",
-            "limits",
-        )
+        what = f"design: none of {costs.n} manoeuvres keeps the limits for all boats that are asked to"
+        raise InputError(f"{what}; widen the limits, lower share_of_draws, or shorten the trial", "conflict", "limits")
     return Found(numbers, float(least), costs.n, np.array(history))
 
 

@@ -77,12 +77,7 @@ class TankValue:
 
 
 def unlocking(
-    information: Information,
-    relative_sd: float,
-    n: int,
-    *,
-    share: float = 0.1,
-    candidates: Sequence[str] | None = None,
+    information: Information, relative_sd: float, n: int, *, share: float = 0.1, candidates: Sequence[str] | None = None
 ) -> list[TankValue]:
     """The values that unlock most, greedily: each is the one with the largest gain after those before it.
 

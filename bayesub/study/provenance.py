@@ -120,12 +120,7 @@ def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
     for name in before.keys() & after.keys():
         if before[name] != after[name]:
             return f"{name} has changed since"
-    ignored = {
-        *ignored,
-        *CODE,
-        "quick",
-        "script",
-    }  # what [quick] changes stands in the other sections
+    ignored = {*ignored, *CODE, "quick", "script"}  # what [quick] changes stands in the other sections
     first, second = (
         {key: value for key, value in settings(c).items() if not {key, key.partition(".")[0]} & ignored}
         for c in (saved, config)

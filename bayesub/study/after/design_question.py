@@ -182,12 +182,8 @@ def goal_of(
     """The goal of what is asked for, what is asked for by name, and the goal in words."""
     criteria = [word for word in wanted if word in OPTIMALITY or word.startswith("known")]
     if criteria and len(wanted) > 1:
-        raise InputError(
-            f"--for {' --for '.join(wanted)}: contradict each other; give one criterion, or names of coefficients and "
-            "quantities",
-            "conflict",
-            "--for",
-        )
+        what = f"--for {' --for '.join(wanted)}: contradict each other"
+        raise InputError(f"{what}; give one criterion, or names of coefficients and quantities", "conflict", "--for")
     if not criteria:
         asked = tuple(_asked(name, judge) for name in dict.fromkeys(wanted))
         return goals.Sharpest([one.gradient for one in asked]), asked, ", ".join(one.name for one in asked)
@@ -224,20 +220,12 @@ def _asked(name: str, judge: Judge) -> Asked:
             name, vehicle.equations.term(name).unit or "", judge.values[place], np.eye(len(judge.names))[place]
         )
     if name in vehicle.equations.index:
-        raise InputError(
-            f"--for {name}: is not among the coefficients to infer of {vehicle.name}: it is zero, held, or has no part "
-            "in the motion",
-            "conflict",
-            "--for",
-        )
+        what = f"--for {name}: is not among the coefficients to infer of {vehicle.name}"
+        raise InputError(f"{what}: it is zero, held, or has no part in the motion", "conflict", "--for")
     if name not in quantities.QUANTITIES:
         valid = (DEFAULT, *OPTIMALITY, *judge.names, *quantities.QUANTITIES)
-        raise InputError(
-            f"--for {name}: is no criterion, coefficient or quantity{nearest(name, valid)}; quantities are "
-            f"{', '.join(quantities.QUANTITIES)}",
-            "unknown",
-            "--for",
-        )
+        what = f"--for {name}: is no criterion, coefficient or quantity{nearest(name, valid)}"
+        raise InputError(f"{what}; quantities are {', '.join(quantities.QUANTITIES)}", "unknown", "--for")
     quantity = quantities.QUANTITIES[name]
     if reason := quantity.reason(vehicle):
         raise InputError(f"--for {name}: {vehicle.name} has none: {reason}", "conflict", "--for")

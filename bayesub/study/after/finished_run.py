@@ -55,11 +55,8 @@ class FinishedRun:
         study = self.study.model_copy(update={"check": tuple(checks)})
         setup = prepare(study)
         if setup.problem.names != self.posterior.names:
-            raise InputError(
-                f"{self.folder}: was made by a version of bayesub that posed another problem of the same study; run "
-                "the study again",
-                "state",
-            )
+            what = f"{self.folder}: was made by a version of bayesub that posed another problem of the same study"
+            raise InputError(f"{what}; run the study again", "state")
         return setup
 
 

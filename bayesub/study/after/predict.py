@@ -194,12 +194,8 @@ def pose(run: FinishedRun, request: Request) -> PosedTrial:
             _check_current(trial, current_mps)
         return PosedTrial(setup, trial, False, _held(setup, trial), current_mps=current_mps)
     if current_mps is not None:
-        raise InputError(
-            f"{source}: --current-north-mps and --current-east-mps are of a manoeuvre; that of a log is unknown, and "
-            "its warm-up tells it",
-            "conflict",
-            "--current-north-mps",
-        )
+        what = f"{source}: --current-north-mps and --current-east-mps are of a manoeuvre; that of a log is unknown"
+        raise InputError(f"{what}, and its warm-up tells it", "conflict", "--current-north-mps")
     if request.sample_s is not None:
         text = f"{source}: --sample is of a manoeuvre; a log is predicted at the times of its readings"
         raise InputError(text, "conflict", "--sample")

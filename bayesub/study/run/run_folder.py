@@ -94,12 +94,8 @@ def _resumed(folder: Path, saved: dict | None, config: dict, keep_stale: bool) -
         raise InputError(f"{folder}: cannot be resumed: {change}; use --force to start afresh", "state", "--resume")
     change = code_change(saved, config)
     if change and not keep_stale:
-        raise InputError(
-            f"{folder}: cannot be resumed: {change}; use --force to start afresh, or --keep-stale to go on all the "
-            "same",
-            "state",
-            "--keep-stale",
-        )
+        what = f"{folder}: cannot be resumed: {change}; use --force to start afresh"
+        raise InputError(f"{what}, or --keep-stale to go on all the same", "state", "--keep-stale")
     others = {key: value for key, value in config.items() if key not in CODE}
     return others | {key: saved[key] for key in CODE if key in saved}
 
