@@ -89,8 +89,8 @@ def design(
     track, margins to the limits, what each coefficient will be known to, and what stays out of reach whatever is flown.
     A first answer is written within a minute.
     """
+    from bayesub.study.after.design import DEFAULT, MINUTES, Request
     from bayesub.study.after.design import design as design_trial
-    from bayesub.study.after.design_question import DEFAULT, MINUTES, Request
     from bayesub.study.run.run import RunInterrupted, executor_of
 
     if resume and force:
