@@ -16,9 +16,9 @@ from bayesub.design.families import Family
 from bayesub.design.information import Goal
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Range
-from bayesub.inference.interface import Progress
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
+from bayesub.io.terminal import Progress
 from bayesub.model.manoeuvres import Manoeuvre
 
 BEYOND = 100.0  # cost of a share of a limit beyond it
