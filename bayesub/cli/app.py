@@ -16,9 +16,9 @@ COMMANDS = {
     "list": "bayesub.cli.listing:list_",
     "new": "bayesub.cli.new:new",
     "convert": "bayesub.cli.convert:convert",
-    "check": "bayesub.cli.check:check",
-    "simulate": "bayesub.cli.simulate:simulate",
-    "rank": "bayesub.cli.simulate:rank",
+    "check": "bayesub.cli.before:check",
+    "simulate": "bayesub.cli.before:simulate",
+    "rank": "bayesub.cli.before:rank",
     "design": "bayesub.cli.design:design",
     "run": "bayesub.cli.run:run",
     "report": "bayesub.cli.finished:report",
@@ -26,7 +26,7 @@ COMMANDS = {
     "predict": "bayesub.cli.finished:predict",
     "compare": "bayesub.cli.finished:compare",
     "manual": "bayesub.cli.manual:manual",
-    "bench": "bayesub.cli.bench:bench",
+    "bench": "bayesub.cli.before:bench",
     "completion": "bayesub.cli.listing:completion",
 }
 

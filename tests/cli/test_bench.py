@@ -1,6 +1,6 @@
 """What `bayesub bench` measures, not how fast it is."""
 
-from bayesub.cli.bench import tables
+from bayesub.cli.before import tables
 from bayesub.study.before import bench
 
 

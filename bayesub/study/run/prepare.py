@@ -1,6 +1,6 @@
 """A study made ready: its trials simulated or read, the problem that they pose, and logs to predict."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,10 +15,13 @@ from bayesub.model.quantities import Quantity
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
+from bayesub.problem.distributions import Prior
 from bayesub.problem.joint import JointProblem
+from bayesub.problem.noise import Noise
 from bayesub.problem.nuisance import find
 from bayesub.problem.problem import Problem, channel_noises
 from bayesub.problem.unseen import UnseenTrial
+from bayesub.sensors import Channel
 from bayesub.study.provenance import file_digest
 from bayesub.study.schema.check_section import CheckSection
 from bayesub.study.schema.control_section import with_columns
@@ -152,7 +155,13 @@ def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, nois
     return replace(trial, nuisance=present(trial.nuisance, vehicle, trial.manoeuvre, channels, noises))
 
 
-def present(nuisance: dict, vehicle: Vehicle, manoeuvre: Manoeuvre, channels=(), noises=()) -> dict:
+def present(
+    nuisance: dict[str, Prior],
+    vehicle: Vehicle,
+    manoeuvre: Manoeuvre,
+    channels: Sequence[Channel] = (),
+    noises: Sequence[Noise] = (),
+) -> dict[str, Prior]:
     """Those of the nuisance parameters that a vehicle has on a manoeuvre, with channels and their noise models."""
     unknown = {}
     for name, prior in nuisance.items():

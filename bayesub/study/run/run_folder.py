@@ -39,7 +39,13 @@ def saved_config(folder: Path) -> dict | None:
 
 @contextmanager
 def open_folder(
-    folder: Path, config: dict, copies: dict[str, Path] | None = None, *, resume=False, force=False, keep_stale=False
+    folder: Path,
+    config: dict,
+    copies: dict[str, Path] | None = None,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    keep_stale: bool = False,
 ) -> Iterator[dict]:
     """Make the run folder and hold it for this process.
 
