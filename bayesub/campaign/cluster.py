@@ -194,9 +194,9 @@ def configured(settings: dict[str, Any], name: str) -> tuple[Any, float]:
     options |= {key.replace("-", "_"): value for key, value in given.items()}
     kind = f"{CLASSES[queue]}Cluster"
     try:
+        jobs = math.ceil(workers / options["cores"])
         cluster = attrgetter(kind)(dask_jobqueue)(**options | {"processes": options["cores"]})
     except (TypeError, ValueError, OSError, RuntimeError) as error:
         raise InputError(f"{name}: {kind} of dask-jobqueue does not start: {error}", "state", "jobqueue") from None
-    jobs = math.ceil(workers / options["cores"])
     cluster.adapt(minimum_jobs=jobs, maximum_jobs=jobs)  # a job that ends is submitted again
     return cluster, QUEUE_S
