@@ -7,7 +7,7 @@ sent to a worker holds the modules by value (:func:`by_value`), as far as they h
 import functools
 import io
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +27,9 @@ def importable(*places: str | Path) -> None:
     for folder in reversed([str(Path(place).resolve()) for place in places]):
         if _folders[:1] == [folder] and folder in sys.path:
             continue
-        for name in [name for name, home in _homes() if home != folder and _has(Path(folder), name)]:
-            del sys.modules[name]
+        for name, (top, home) in _modules().items():
+            if home != folder and (Path(folder, f"{top}.py").is_file() or Path(folder, top).is_dir()):
+                del sys.modules[name]
         for known in (_folders, sys.path):
             if folder in known:
                 known.remove(folder)
@@ -46,12 +47,12 @@ def by_value() -> Callable[[Any], bytes]:
         """Functions that keep what they have returned go by value too, without what they have kept."""
 
         def reducer_override(self, obj):
-            if isinstance(obj, functools._lru_cache_wrapper) and obj.__module__.partition(".")[0] in names:
+            if isinstance(obj, functools._lru_cache_wrapper) and obj.__module__.partition(".")[0] in tops:
                 return _cached, (obj.__wrapped__, obj.cache_parameters())
             return super().reducer_override(obj)
 
-    names = {name.partition(".")[0] for name, _ in _homes()}
-    modules = [sys.modules[name] for name in names if name in sys.modules]
+    tops = {top for top, _ in _modules().values()}
+    modules = [sys.modules[top] for top in tops if top in sys.modules]
 
     def pickled(content: Any) -> bytes:
         for module in modules:
@@ -71,17 +72,12 @@ def _cached(function, parameters):
     return functools.lru_cache(**parameters)(function)
 
 
-def _homes() -> Iterable[tuple[str, str]]:
-    """Name and folder of each imported module that lies in the folder of a study."""
+def _modules() -> dict[str, tuple[str, str]]:
+    """Name of each imported module that lies in the folder of a study -> its first name, and the folder."""
+    homes = {}
     for name, module in list(sys.modules.items()):
-        file = getattr(module, "__file__", None)
-        above = name.count(".") + Path(file or "").name.startswith("__init__.")
-        homes = [str(folder) for folder in Path(file or "").parents[above : above + 1]]
-        if name != "__main__" and homes and homes[0] in _folders:
-            yield name, homes[0]
-
-
-def _has(folder: Path, name: str) -> bool:
-    """Whether a folder has a module or package of this top-level name."""
-    top = name.partition(".")[0]
-    return (folder / f"{top}.py").is_file() or (folder / top).is_dir()
+        file = Path(getattr(module, "__file__", None) or "")
+        above = name.count(".") + file.name.startswith("__init__.")
+        if name != "__main__" and len(file.parents) > above and str(file.parents[above]) in _folders:
+            homes[name] = name.partition(".")[0], str(file.parents[above])
+    return homes

@@ -1,4 +1,4 @@
-"""What does the pieces of a campaign: this process, or a pool; that of a cluster has a module of its own."""
+"""What does the pieces of a campaign: this process, or other processes of this machine; :mod:`.cluster` has Dask's."""
 
 import atexit
 import pickle
@@ -6,12 +6,11 @@ import queue
 import signal
 import traceback
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping
 from concurrent import futures
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from bayesub.campaign import beside
 from bayesub.io.errors import InputError, one_line
@@ -30,18 +29,19 @@ def _end_pools() -> None:
         pool.shutdown(kill_workers=True)
 
 
-@dataclass(frozen=True)
-class Failure:
+class Failure(NamedTuple):
     """Why a piece has no result: the cause in one line, such as ``ValueError: negative depth``, and the traceback."""
 
     cause: str
     details: str
 
-    @classmethod
-    def of(cls, error: BaseException) -> "Failure":
-        """That of a piece that raised an error."""
-        cause = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-        return cls(one_line(cause), "".join(traceback.format_exception(error)))
+
+def _failure(error: BaseException) -> Failure:
+    cause = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+    return Failure(one_line(cause), "".join(traceback.format_exception(error)))
+
+
+Results = Generator[tuple[str, Any], None, None]  # name -> result or Failure of each piece
 
 
 class Misfit(InputError):
@@ -56,18 +56,13 @@ class Executor(ABC):
     """
 
     @abstractmethod
-    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-        """The name of each piece with what `work` returns for it or a :class:`Failure`, as they come.
+    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Results:
+        """The name of each piece with what `work` returns for its argument or a :class:`Failure`, as they come.
 
-        Parameters
-        ----------
-        work : callable
-            A function of one argument.
-        pieces : mapping
-            Name -> argument; those named first begin first.
+        Of the pieces, name -> argument, those named first begin first.
         """
 
-    def map(self, work: Callable[[Any], Any], items: Iterable) -> list:
+    def map(self, work: Callable[[Any], Any], items: Iterable[Any]) -> list[Any]:
         """What `work` returns for each item, in order; InputError if a piece fails."""
         pieces = {str(k): item for k, item in enumerate(items)}
         results = {}
@@ -78,41 +73,32 @@ class Executor(ABC):
                 results[name] = result
         return [results[name] for name in pieces]
 
-    def close(self) -> None:  # noqa: B027 - most have taken nothing
-        """Give back what the executor has taken."""
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
 
 class Serial(Executor):
     """One piece after the other in this process."""
 
-    def results(self, work, pieces):
-        """As :meth:`Executor.results`."""
+    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Results:
+        """Name and result, or :class:`Failure`, of each piece, in order."""
         for name, argument in pieces.items():
             try:
                 with one_thread(), interruptible():  # Ctrl-C that compiled code turned into another error ends all
                     result = work(argument)
             except Exception as error:
-                result = Failure.of(error)
+                result = _failure(error)
             yield name, result
 
 
 class Pool(Executor):
-    """Pieces go to an executor of :mod:`concurrent.futures`, all of them at once."""
+    """Pieces go to workers, all of them at once, and come back as futures of pickled results."""
 
-    patience: float | None = None  # seconds without a result after which the pool is looked at
-
-    @abstractmethod
-    def _begin(self, work: Callable[[Any], Any]) -> Callable[[Any], futures.Future]:
-        """What hands a piece over by its argument; the future is of a pickled result."""
+    patience: float | None = None  # seconds without a result after which the workers are looked at
 
     @abstractmethod
-    def _stop(self) -> None:
+    def _submitter(self, work: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """What hands a piece over by its argument and gives its future."""
+
+    @abstractmethod
+    def _stop(self, futures: Collection[Any]) -> None:
         """Call back what was handed over and is not done."""
 
     @abstractmethod
@@ -122,13 +108,15 @@ class Pool(Executor):
     def _look(self) -> None:
         """Raise InputError if nobody is left who does pieces."""
 
-    def results(self, work, pieces):
-        """As :meth:`Executor.results`."""
-        names: dict[futures.Future, str] = {}
-        arrived: queue.SimpleQueue[futures.Future] = queue.SimpleQueue()
-        n_lost = 0
+    def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Results:
+        """Name and result, or :class:`Failure`, of each piece as they come; InputError if the workers are lost."""
+        if not pieces:
+            return
+        names: dict[Any, str] = {}
+        arrived: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        is_lost = False
         try:
-            submit = self._begin(work) if pieces else None
+            submit = self._submitter(work)
             for name, argument in pieces.items():
                 future = submit(argument)
                 names[future] = name
@@ -143,19 +131,19 @@ class Pool(Executor):
                 try:
                     result = pickle.loads(future.result())
                 except (futures.CancelledError, futures.BrokenExecutor):
-                    n_lost += 1  # those that are done come as well
+                    is_lost = True  # those that are done come as well
                     continue
                 except Misfit:
                     raise
                 except Exception as error:
-                    result = Failure.of(error)
+                    result = _failure(error)
                 yield name, result
         except futures.BrokenExecutor:  # while pieces are handed over
-            n_lost += 1
+            is_lost = True
         finally:
-            if names or n_lost:
-                self._stop()
-        if n_lost:
+            if names or is_lost:
+                self._stop(names)
+        if is_lost:
             raise self._lost()
 
 
@@ -165,7 +153,7 @@ class Processes(Pool):
     def __init__(self, n: int):
         self.n = n
 
-    def _begin(self, work):
+    def _submitter(self, work):
         import cloudpickle
 
         if self.n not in _pools:
@@ -173,10 +161,10 @@ class Processes(Pool):
 
             threads = {f"{name}_NUM_THREADS": "1" for name in _THREADS}
             _pools[self.n] = ProcessPoolExecutor(self.n, timeout=_IDLE_S, initializer=ignore_interrupt, env=threads)
-        submit = partial(_pools[self.n].submit, done, beside.folders(), cloudpickle.dumps(work))
+        submit = partial(_pools[self.n].submit, pickled_result, beside.folders(), cloudpickle.dumps(work))
         return lambda argument: submit(cloudpickle.dumps(argument))
 
-    def _stop(self):
+    def _stop(self, futures):  # noqa: ARG002 - they end with their processes
         if self.n in _pools:
             _pools.pop(self.n).shutdown(kill_workers=True)
 
@@ -185,16 +173,23 @@ class Processes(Pool):
         return InputError(f"{text}; what is done is saved, and --resume does the rest", "state")
 
 
-def done(folders: tuple[str, ...], work: bytes, argument: bytes) -> bytes:
+def pickled_result(folders: tuple[str, ...] | None, work: bytes, argument: bytes) -> bytes:
     """What a function returns for an argument, all three pickled; the function is made afresh for each piece.
 
-    Modules are imported from the folders of studies, too.
+    Modules are imported from the folders of studies, too; there are none (None) where a coordinator may be on another
+    machine.
     """
     import cloudpickle
 
-    beside.importable(*folders)
+    _place["remote"] = folders is None
+    beside.importable(*(folders or ()))
     with one_thread():
         return cloudpickle.dumps(pickle.loads(work)(pickle.loads(argument)))
+
+
+def is_remote() -> bool:
+    """Whether this process works for a coordinator that may be on another machine, with other folders."""
+    return _place["remote"]
 
 
 @contextmanager
@@ -210,16 +205,6 @@ def one_thread() -> Iterator[None]:
             yield
     finally:
         numba.set_num_threads(before)
-
-
-def is_remote() -> bool:
-    """Whether this process works for a coordinator that may be on another machine, with other folders."""
-    return _place["remote"]
-
-
-def become_remote() -> None:
-    """Say that it does."""
-    _place["remote"] = True
 
 
 def ignore_interrupt() -> None:

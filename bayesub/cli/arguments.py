@@ -1,14 +1,13 @@
 """What the arguments of several commands share: paths, and completion of built-in names."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
 
 from bayesub.io import toml_files
-from bayesub.io.terminal import say
 
 PATH = click.Path(path_type=Path)
 
@@ -23,10 +22,10 @@ def _names(kind: str) -> Callable[..., list[CompletionItem]]:
     return complete
 
 
-EQUATIONS = {"metavar": "SET", "shell_complete": _names("equations")}
-VEHICLE = {"metavar": "VEHICLE", "shell_complete": _names("vehicles")}
-MANOEUVRE = {"metavar": "MANOEUVRE", "shell_complete": _names("manoeuvres")}
-KIND = {"metavar": "KIND", "type": click.Choice(list(toml_files.built_in("maps")))}
+EQUATIONS: dict[str, Any] = {"metavar": "SET", "shell_complete": _names("equations")}
+VEHICLE: dict[str, Any] = {"metavar": "VEHICLE", "shell_complete": _names("vehicles")}
+MANOEUVRE: dict[str, Any] = {"metavar": "MANOEUVRE", "shell_complete": _names("manoeuvres")}
+KIND: dict[str, Any] = {"metavar": "KIND", "type": click.Choice(list(toml_files.built_in("maps")))}
 
 subproblem = click.option(
     "--subproblem",
@@ -35,20 +34,13 @@ subproblem = click.option(
 )
 
 
-def plane(subproblem: str | None) -> dict[str, str | None]:
+def plane(subproblem: str | None) -> dict[str, Any]:
     """The option --subproblem as an argument of the simulator; left out, the manoeuvre decides."""
     return {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
 
 
 page_folder = click.option(
     "-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder for page, numbers and figures."
-)
-draws_option = click.option(
-    "--draws",
-    type=click.IntRange(40, 100_000),
-    default=800,
-    show_default=True,
-    help="Of each distribution, to predict by; fewer of what would fill the memory.",
 )
 seed_option = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of everything random.")
 pdf_option = click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
@@ -59,16 +51,15 @@ dask_option = click.option(
     metavar="CLUSTER",
     help="Do independent parts on a cluster: tcp://host:port, local:N or cluster.yaml; see the page 'cluster'.",
 )
+_draws_option = click.option(
+    "--draws",
+    type=click.IntRange(40, 100_000),
+    default=800,
+    show_default=True,
+    help="Of each distribution, to predict by; fewer of what would fill the memory.",
+)
 
 
-@contextmanager
-def executor_of(dask: str) -> Iterator:
-    """What does independent parts, as long as the block lasts; None for processes of this machine."""
-    if not dask:
-        yield None
-        return
-    from bayesub.campaign.connection import connect
-    from bayesub.study.provenance import code
-
-    with connect(dask, code, say) as executor:
-        yield executor
+def of_predictions(command: Callable[..., None]) -> Callable[..., None]:
+    """The options of a command that predicts into a folder: --draws, --seed, --pdf and --force."""
+    return _draws_option(seed_option(pdf_option(force_option(command))))

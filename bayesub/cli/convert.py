@@ -2,6 +2,7 @@
 
 import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -9,6 +10,10 @@ from bayesub.cli.arguments import KIND, PATH
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import say
+
+if TYPE_CHECKING:
+    from bayesub.logs.conversion import Conversion
+    from bayesub.logs.readers.signals import VehicleLog
 
 EPOCH = 1e8  # s; a clock beyond it counts from 1970
 
@@ -36,11 +41,8 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     if output is None:
         raise InputError("convert needs -o LOG, or --list", "missing", "-o")
     if map_file is None and not readers.KINDS[kind].map_is_fixed:
-        raise InputError(
-            f"convert {kind} needs --map MAP: bayesub new map {kind} -o map.toml writes one to be changed",
-            "missing",
-            "--map",
-        )
+        text = f"convert {kind} needs --map MAP: bayesub new map {kind} -o map.toml writes one to be changed"
+        raise InputError(text, "missing", "--map")
     if output.resolve() in {file.resolve() for file in files}:
         raise InputError(f"{output}: is the file that is read; choose another with -o", "conflict", "-o")
     from bayesub.logs import conversion
@@ -65,7 +67,7 @@ def _zero(zero: float) -> str:
     return f"0 s is {moment:%Y-%m-%d %H:%M:%S}.{moment.microsecond // 1000:03d} UTC"
 
 
-def column_lines(conversion) -> list[str]:
+def column_lines(conversion: "Conversion") -> list[str]:
     """A line for each column: cells, range, signal."""
     import numpy as np
 
@@ -77,7 +79,7 @@ def column_lines(conversion) -> list[str]:
     return lines
 
 
-def signal_lines(log) -> list[str]:
+def signal_lines(log: "VehicleLog") -> list[str]:
     """A line for each signal: unit, number, rate, times and range; and remarks."""
     import numpy as np
 

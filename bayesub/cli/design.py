@@ -1,11 +1,13 @@
 """The command `design`."""
 
 import shlex
+import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
-from bayesub.cli.arguments import PATH, VEHICLE, dask_option, executor_of, force_option, seed_option
+from bayesub.cli.arguments import PATH, VEHICLE, dask_option, force_option, seed_option
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
 
@@ -79,7 +81,7 @@ def design(
     resume: bool,
     force: bool,
     dask: str,
-    **asked: Path | str | int | tuple[str, ...] | None,
+    **asked: Any,
 ) -> None:
     """Design a trial of a VEHICLE (built-in name or TOML): the manoeuvre that tells most, within limits.
 
@@ -87,9 +89,9 @@ def design(
     track, margins to the limits, what each coefficient will be known to, and what stays out of reach whatever is flown.
     A first answer is written within a minute.
     """
+    from bayesub.study.after.design import DEFAULT, MINUTES, Request
     from bayesub.study.after.design import design as design_trial
-    from bayesub.study.after.design_question import DEFAULT, MINUTES, Request
-    from bayesub.study.run.run import RunInterrupted
+    from bayesub.study.run.run import RunInterrupted, executor_of
 
     if resume and force:
         raise InputError("--resume and --force exclude each other", "conflict", "--force")
@@ -101,13 +103,7 @@ def design(
         with executor_of(dask) as executor, Bars() as bars:
             design_trial(request, output, resume=resume, force=force, progress=bars, executor=executor)
     except RunInterrupted:
-        complain(f"interrupted; what is done is saved, continue with: {_again()}", INTERRUPTED)
+        words = [word for word in sys.argv[1:] if word not in ("--force", "--resume")]
+        again = shlex.join(["bayesub", *words, "--resume"])
+        complain(f"interrupted; what is done is saved, continue with: {again}", INTERRUPTED)
     say(f"page: {output / 'design.html'}")
-
-
-def _again() -> str:
-    """The command that continues this one."""
-    import sys
-
-    words = [word for word in sys.argv[1:] if word not in ("--force", "--resume")]
-    return shlex.join(["bayesub", *words, "--resume"])

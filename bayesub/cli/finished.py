@@ -1,23 +1,35 @@
-"""The commands that take up finished runs: `export`, `predict` and `compare`."""
+"""The commands that take up finished runs: `report`, `export`, `predict` and `compare`."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from bayesub.cli.arguments import (
-    MANOEUVRE,
-    PATH,
-    draws_option,
-    force_option,
-    page_folder,
-    pdf_option,
-    plane,
-    seed_option,
-)
+from bayesub.cli.arguments import MANOEUVRE, PATH, of_predictions, page_folder, pdf_option, plane
 from bayesub.cli.arguments import subproblem as subproblem_option
+from bayesub.cli.run import tell
 from bayesub.io.terminal import FAILED, Bars, say
 
 FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json", "pvs")
+
+
+@click.command(epilog="Example: bayesub report runs/quickstart --pdf")
+@click.argument("folder", type=PATH, metavar="DIR")
+@pdf_option
+@click.option(
+    "--study",
+    type=PATH,
+    metavar="FILE",
+    help="Script to draw with, for the run of a script that is not where it was, or has changed.",
+)
+def report(folder: Path, pdf: bool, study: Path | None) -> None:
+    """Draw figures and report of the run in DIR again, from what its folder keeps; it may be a copy from elsewhere."""
+    from bayesub.study.after.finished_run import redraw
+
+    result = redraw(folder, study=study, pdf=pdf)
+    tell(result)
+    if not result.good:
+        raise click.exceptions.Exit(FAILED)
 
 
 @click.command(epilog="Example: bayesub export runs/quickstart -o known.toml")
@@ -36,14 +48,14 @@ def export(run: Path, output: Path, wanted: str | None) -> None:
     Exit status 1 if the posterior has not converged.
     """
     from bayesub.study.after import export as exports
-    from bayesub.study.after import passed_on
+    from bayesub.study.after.knowledge import normality_of
 
     with Bars() as bars:
         bars.stage("read the run and write")
         finished = exports.export(run, output, wanted)
     kind = exports.FORMATS[exports.format_of(output, wanted)]
     say(f"{output}: {kind.meaning}, of {finished.vehicle.name} by the study '{finished.study.name}'")
-    say(passed_on.normality_of(finished).sentence)
+    say(normality_of(finished).sentence)
     for shortcoming in finished.posterior.shortcomings:
         say(f"NOT CONVERGED: {shortcoming}")
     if not finished.posterior.converged:
@@ -71,10 +83,7 @@ def export(run: Path, output: Path, wanted: str | None) -> None:
     "unknown, and its warm-up tells it.",
 )
 @click.option("--current-east-mps", type=float, metavar="C", help="The same to the east.")
-@draws_option
-@seed_option
-@pdf_option
-@force_option
+@of_predictions
 def predict(
     run: Path,
     manoeuvre: str,
@@ -84,7 +93,7 @@ def predict(
     current_east_mps: float | None,
     pdf: bool,
     force: bool,
-    **asked: str | float | None,
+    **asked: Any,
 ) -> None:
     """Predict a manoeuvre that the run in the folder RUN has not seen, with bands of every state.
 
@@ -103,9 +112,7 @@ def predict(
         numbers = predict_by_run(request, output, force=force, pdf=pdf, progress=bars)
     if numbers["unread_columns"]:
         say(f"not read: {', '.join(numbers['unread_columns'])}; the run has no sensor of these, --sensors names others")
-    for topic, sentence in numbers["sentences"].items():
-        say(f"{topic}: {sentence}")
-    say(f"page: {output / PAGE}")
+    _tell(numbers, output / PAGE)
     for shortcoming in numbers["shortcomings"]:
         say(f"NOT CONVERGED: {shortcoming}")
     predicts = numbers["motion"]["is_flown"] and all(log["predicts"] for log in numbers["predictions"])
@@ -122,13 +129,8 @@ def predict(
     shell_complete=MANOEUVRE["shell_complete"],
     help="That all predict; if left out, that of the first run, or zigzag_20_20.",
 )
-@draws_option
-@seed_option
-@pdf_option
-@force_option
-def compare(
-    runs: tuple[Path, ...], output: Path, manoeuvre: str | None, draws: int, seed: int, pdf: bool, force: bool
-) -> None:
+@of_predictions
+def compare(runs: tuple[Path, ...], output: Path, **options: Any) -> None:
     """Set the posteriors of finished runs side by side: intervals, contractions, distances and predictions.
 
     The runs may be of other vehicles, manoeuvres, sensors, equation sets or versions of bayesub; coefficients are
@@ -136,15 +138,20 @@ def compare(
 
     Exit status 1 if a posterior has not converged.
     """
-    from bayesub.study.after.compare import PAGE, Request
+    from bayesub.study.after.compare import PAGE
     from bayesub.study.after.compare import compare as compare_runs
 
     with Bars() as bars:
-        numbers = compare_runs(Request(runs, manoeuvre, draws, seed), output, force=force, pdf=pdf, progress=bars)
-    for topic, sentence in numbers["sentences"].items():
-        say(f"{topic}: {sentence}")
-    say(f"page: {output / PAGE}")
+        numbers = compare_runs(runs, output, **options, progress=bars)
+    _tell(numbers, output / PAGE)
     unconverged = [label for label, run in numbers["runs"].items() if not run["converged"]]
     if unconverged:
         say(f"NOT CONVERGED: {', '.join(unconverged)}")
         raise click.exceptions.Exit(FAILED)
+
+
+def _tell(numbers: dict[str, Any], page: Path) -> None:
+    """Say what a page says."""
+    for topic, sentence in numbers["sentences"].items():
+        say(f"{topic}: {sentence}")
+    say(f"page: {page}")

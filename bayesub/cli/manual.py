@@ -26,18 +26,10 @@ _COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
 
 @dataclass(frozen=True)
 class Page:
-    """A page of the manual. Its first line is a comment that says its kind and what it is about.
+    """A page of the manual. Its first line is a comment that says its kind and what it is about."""
 
-    Attributes
-    ----------
-    topic : name of the file without its suffix
-    kind : a key of KINDS
-    summary : one line
-    path : the file
-    """
-
-    topic: str
-    kind: str
+    topic: str  # name of the file without its suffix
+    kind: str  # a key of KINDS
     summary: str
     path: Path
 
@@ -75,11 +67,8 @@ def manual(topic: str, show_path: bool) -> None:
     """
     by_topic = pages()
     if topic and topic not in by_topic:
-        raise InputError(
-            f"the manual has no page '{topic}'{nearest(topic, by_topic)}; bayesub manual lists all {len(by_topic)}",
-            "unknown",
-            topic,
-        )
+        text = f"the manual has no page '{topic}'{nearest(topic, by_topic)}; bayesub manual lists all {len(by_topic)}"
+        raise InputError(text, "unknown", topic)
     if show_path:
         click.echo(by_topic[topic].path if topic else FOLDER)
     elif not topic:

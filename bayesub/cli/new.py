@@ -49,7 +49,7 @@ def vehicle(name: str, output: Path | None, source: str | None, geometry: Path |
     if source:
         text = files.copied_vehicle(name, source, path)
     else:
-        text = files.vehicle(name, geometry and load_hull(geometry), equations or DEFAULT, path)
+        text = files.vehicle(name, load_hull(geometry) if geometry else None, equations or DEFAULT, path)
     _write(path, text, "bayesub check says what it lacks")
 
 
@@ -89,12 +89,11 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
     from bayesub.study.new.study import of_log, simulated
 
     if (manoeuvre is None) == (data is None):
-        raise InputError(
-            "a study needs one of --manoeuvre and --data", "missing" if data is None else "conflict", "--data"
-        )
+        text = "a study needs one of --manoeuvre and --data"
+        raise InputError(text, "missing" if data is None else "conflict", "--data")
     path = output or Path(f"{name}.toml")
     boat = load_vehicle(vehicle)
-    if data is None:
+    if manoeuvre is not None:
         load_manoeuvre(manoeuvre, boat)
         text = simulated(name, path, vehicle, manoeuvre)
     else:

@@ -2,50 +2,17 @@
 
 import json
 import shlex
-from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from bayesub.cli.arguments import PATH, dask_option, executor_of, pdf_option
-from bayesub.io.errors import InputError, one_line
+from bayesub.cli.arguments import PATH, dask_option, pdf_option
+from bayesub.io.errors import InputError
 from bayesub.io.terminal import FAILED, INTERRUPTED, Bars, complain, console, duration, say
 
-
-@dataclass(frozen=True)
-class Options:
-    """Options of the command line.
-
-    Attributes
-    ----------
-    quick : bool
-        The small version.
-    resume, force, keep_stale, cross_check, leave_out, pdf : bool
-        As in :func:`bayesub.run`.
-    dask : str
-        What does independent parts (:func:`bayesub.campaign.connection.connect`); empty for this machine.
-    """
-
-    quick: bool = False
-    resume: bool = False
-    force: bool = False
-    keep_stale: bool = False
-    cross_check: bool = False
-    leave_out: bool = False
-    pdf: bool = False
-    dask: str = ""
-
-    def words(self) -> list[str]:
-        """The options with which a run is continued that was begun with these."""
-        options = {
-            "--quick": self.quick,
-            "--cross-check": self.cross_check,
-            "--leave-out": self.leave_out,
-            "--pdf": self.pdf,
-            "--keep-stale": self.keep_stale,
-        }
-        words = [word for word, is_given in options.items() if is_given]
-        return [*words, "--dask", self.dask] if self.dask else words
+if TYPE_CHECKING:
+    from bayesub.study.run.result import StudyResult
 
 
 @click.command(epilog="Example: bayesub run studies/quickstart.toml -o runs/quickstart")
@@ -69,7 +36,7 @@ class Options:
 @pdf_option
 @dask_option
 @click.option("--json", "as_json", is_flag=True, help="Only the results, as JSON.")
-def run(source: Path, output: Path | None, as_json: bool, **given: bool | str) -> None:
+def run(source: Path, output: Path | None, as_json: bool, dask: str, **options: bool) -> None:
     """Run a STUDY: TOML (simulate, fit, sample, report) or Python script (compute, draw, judge its claims).
 
     Given a FOLDER, run every study in it, each into a folder of its own under DIR. Those that are done and not stale
@@ -80,48 +47,42 @@ def run(source: Path, output: Path | None, as_json: bool, **given: bool | str) -
     Exit status 1 if a posterior has not converged, a cross-check does not agree, a log that was not fitted is not
     predicted, or a claim does not hold.
     """
-    options = Options(**given)
-    if options.force and (options.resume or options.keep_stale):
+    from bayesub.study.run.run import RunInterrupted, executor_of
+
+    if options["force"] and (options["resume"] or options["keep_stale"]):
         raise InputError("--force excludes --resume and --keep-stale", "conflict", "--force")
     console.quiet = as_json
-    with executor_of(options.dask) as executor:
-        if source.is_dir():
-            results = run_folder(source, output or Path("runs"), options, executor)
-        else:
-            results = [run_file(source, output, options, executor)]
+    try:
+        with executor_of(dask) as executor:
+            if source.is_dir():
+                results = _run_folder(source, output or Path("runs"), options, executor)
+            else:
+                results = [_run_file(source, output, options, executor)]
+    except RunInterrupted as error:
+        kept = ("quick", "cross_check", "leave_out", "pdf", "keep_stale")
+        words = [f"--{key.replace('_', '-')}" for key in kept if options[key]] + (["--dask", dask] if dask else [])
+        folder = str((output or Path("runs")) if source.is_dir() else error)
+        again = ["bayesub", "run", str(source), "-o", folder, *words, *([] if source.is_dir() else ["--resume"])]
+        complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
     if as_json:
         click.echo(json.dumps([result.to_json() for result in results], indent=2))
     if not all(result.good for result in results):
         raise click.exceptions.Exit(FAILED)
 
 
-def run_file(file: Path, output: Path | None, options: Options, executor=None):
+def _run_file(file: Path, output: Path | None, options: dict[str, bool], executor) -> "StudyResult":
     """Run a study into its folder, ``runs/NAME`` if none is given, and say what came of it."""
-    from bayesub.study.run.run import read
+    from bayesub.study.run.run import read, run
 
-    study = read(file, quick=options.quick)
-    folder = output or Path("runs") / study.name
-    again = ["bayesub", "run", str(file), "-o", str(folder), *options.words(), "--resume"]
-    return _run(study, folder, options, again, executor)
-
-
-def _run(study, folder: Path, options: Options, again: list[str], executor):
-    """Run a study with a bar for each stage; Ctrl-C ends it with the command that continues."""
-    from bayesub.study.run.run import RunInterrupted
-    from bayesub.study.run.run import run as run_study
-
-    flags = {"resume": options.resume, "force": options.force, "keep_stale": options.keep_stale, "pdf": options.pdf}
-    try:
-        with Bars() as bars:
-            tasks = {"cross_check": options.cross_check, "leave_out": options.leave_out}
-            result = run_study(study, folder, **flags, **tasks, progress=bars, executor=executor)
-    except RunInterrupted:
-        complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
+    study = read(file, quick=options["quick"])
+    with Bars() as bars:
+        given = {key: value for key, value in options.items() if key != "quick"}
+        result = run(study, output or Path("runs") / study.name, **given, progress=bars, executor=executor)
     tell(result)
     return result
 
 
-def tell(result) -> None:
+def tell(result: "StudyResult") -> None:
     """Say what came of a run; what was predicted and the verdict come last."""
     for shortcoming in result.shortcomings:
         say(f"not converged: {shortcoming}")
@@ -136,71 +97,26 @@ def tell(result) -> None:
     say(result.verdict.upper() + (f": {result.text}" if result.text else ""))
 
 
-def run_folder(source: Path, output: Path, options: Options, executor=None) -> list:
+def _run_folder(source: Path, output: Path, options: dict[str, bool], executor) -> list["StudyResult"]:
     """Run the studies of a folder, each into a folder of its own under `output`, and list them on a page there."""
-    from bayesub.study.run import runs
-
-    again = ["bayesub", "run", str(source), "-o", str(output), *options.words()]
-    folders, results = runs.folders(runs.studies_in(source), output), []
-    for n, (file, folder) in enumerate(folders.items(), start=1):
-        say(f"{n} of {len(folders)}: {file}")
-        results.append(_run_or_skip(file, folder, options, again, executor))
-        if output.is_dir():
-            runs.write_index(output, results)
-    _summarise(results, output)
-    return results
-
-
-def _run_or_skip(file: Path, folder: Path, options: Options, again: list[str], executor):
-    """The result of a study of a folder; one that fails says why and does not stop the others."""
-    from bayesub.study.run.result import FAILED, StudyResult
-
-    try:
-        return _run_unless_done(file, folder, options, again, executor)
-    except InputError as error:
-        text = str(error)
-    except Exception as error:
-        text = one_line(f"{file}: {type(error).__name__}: {error}")
-    say(f"FAILED: {text}")
-    return StudyResult(file.stem, "", FAILED, str(folder), text=text)
-
-
-def _run_unless_done(file: Path, folder: Path, options: Options, again: list[str], executor):
-    from bayesub.study.run import runs
-    from bayesub.study.run.leave_out import is_done
-    from bayesub.study.run.run import read
-    from bayesub.study.run.run_folder import CROSS_CHECK
-    from bayesub.study.schema.study_file import Study
-
-    study = read(file, quick=options.quick)
-    cross_check = options.cross_check and isinstance(study, Study)
-    state = runs.state(folder, study.config(), force=options.force)
-    is_checked = not cross_check or (folder / CROSS_CHECK).exists()
-    names = [name for name, *_ in study.each_trial()] if isinstance(study, Study) else []
-    leave_out = options.leave_out and len(names) > 1
-    is_checked = is_checked and (not leave_out or is_done(names, folder))
-    if state.is_done and is_checked:
-        say(f"done before: {state.result.verdict.upper()}")
-        return state.result
-    if state.stale and options.keep_stale and state.result:
-        say(f"left as it is, though stale ({state.stale}): {state.result.verdict.upper()}")
-        return state.result
-    force = state.is_other or (bool(state.stale) and not options.keep_stale)
-    if state.stale and not state.is_other and force:
-        say(f"stale, run again: {state.stale}")
-    resume = state.is_begun and not force
-    options = replace(options, resume=resume, force=force, cross_check=cross_check, leave_out=leave_out)
-    return _run(study, folder, options, again, executor)
-
-
-def _summarise(results: list, output: Path) -> None:
     from rich.table import Table
 
     from bayesub.study.run import runs
+    from bayesub.study.run.run import run_unless_done
 
+    folders, results = runs.folders(runs.studies_in(source), output), []
+    for n, (file, folder) in enumerate(folders.items(), start=1):
+        say(f"{n} of {len(folders)}: {file}")
+        with Bars() as bars:
+            result, sentence = run_unless_done(file, folder, options, bars, executor)
+        say(sentence) if sentence else tell(result)
+        results.append(result)
+        if output.is_dir():
+            runs.write_index(output, results)
     table = Table("verdict", "study", "time", "folder", box=None, pad_edge=False)
     for result in results:
         table.add_row(result.verdict.upper(), result.name, duration(result.seconds), result.folder)
     console.print(table)
     if (output / runs.INDEX).exists():
         say(f"index: {output / runs.INDEX}")
+    return results

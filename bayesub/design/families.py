@@ -30,23 +30,13 @@ RPM = "rpm"
 
 @dataclass(frozen=True)
 class Control:
-    """One control that may be moved.
+    """One control that may be moved; values are in SI units."""
 
-    Attributes
-    ----------
-    column : str
-        Of a log, ``rudder_deg`` or ``rpm``.
-    rest, lower, upper : float
-        SI units.
-    rate : float
-        Largest rate of change, 1/s.
-    """
-
-    column: str
+    column: str  # of a log, ``rudder_deg`` or ``rpm``
     rest: float
     lower: float
     upper: float
-    rate: float
+    rate: float  # largest rate of change, 1/s
 
     @property
     def unit(self) -> float:
@@ -67,26 +57,30 @@ class Control:
         change = values - self.centre
         return change / np.where(change < 0.0, self.centre - self.lower, self.upper - self.centre)
 
+    def followed(self, shape: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """(n,) values, from rest, that follow a shape (n,) at equal steps of time as fast as the control can."""
+        wanted, largest = self.values(shape), self.rate * (times[1] - times[0])
+        if not np.isfinite(largest):
+            return np.concatenate([[self.rest], wanted[1:]])
+        values, value = np.empty(len(wanted)), self.rest
+        for k, target in enumerate(wanted.tolist()):
+            value += min(max(target - value, -largest), largest) if k else 0.0
+            values[k] = value
+        return values
+
 
 def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
     """What may be moved on a vehicle: its actuators within the limits, and the propeller if its speed may change.
 
-    An actuator without a limit, be it of the vehicle or of the trial, stays at rest.
-
-    Raises
-    ------
-    InputError
-        For a limit of a control that the vehicle does not have.
+    An actuator without a limit, be it of the vehicle or of the trial, stays at rest. InputError for a limit of a
+    control that the vehicle does not have.
     """
     members = {m.column: m for m in vehicle.actuators.members if m.short in vehicle.inputs and m.column != RPM}
     given, expected = limits.of_controls, [f"{column}{rate}" for column in members for rate in ("", "ps")]
     for key in given:
         if key not in expected:
-            raise InputError(
-                f"limits: '{key}' is no limit and no control of '{vehicle.name}'{nearest(key, expected)}",
-                "unknown",
-                key,
-            )
+            text = f"limits: '{key}' is no limit and no control of '{vehicle.name}'{nearest(key, expected)}"
+            raise InputError(text, "unknown", key)
     moved = []
     for column, member in members.items():
         factor = log_files.si_factor(column)
@@ -104,26 +98,14 @@ def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
 
 @dataclass(frozen=True)
 class Family:
-    """Manoeuvres of one kind.
+    """Manoeuvres of one kind."""
 
-    Attributes
-    ----------
-    kind : str
-        A key of :data:`KINDS`.
-    vehicle : Vehicle
-    limits : Limits
-    controls : tuple of Control
-    subproblem : str or None
-    n_knots : int
-        Orders, knots or harmonics of each control.
-    """
-
-    kind: str
+    kind: str  # a key of :data:`KINDS`
     vehicle: Vehicle
     limits: Limits
     controls: tuple[Control, ...]
     subproblem: str | None = None
-    n_knots: int = 45
+    n_knots: int = 45  # orders, knots or harmonics of each control
 
     @property
     def duration(self) -> float:
@@ -151,7 +133,7 @@ class Family:
     def manoeuvre(self, numbers: np.ndarray, name: str = "design") -> Manoeuvre:
         """The manoeuvre of numbers (n_dims,); the controls follow as fast as they can."""
         shapes = self._kind[1](self, np.clip(numbers, -1.0, 1.0).reshape(len(self.controls), -1))
-        orders = {c.column: _within(c, shape, self.times) for c, shape in zip(self.controls, shapes, strict=True)}
+        orders = {c.column: c.followed(shape, self.times) for c, shape in zip(self.controls, shapes, strict=True)}
         return self._of(orders, name)
 
     def orders(self, numbers: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -179,22 +161,6 @@ class Family:
         return of_inputs(
             name, self.times, inputs, rpm, straight_and_level(vehicle), vehicle, subproblem=self.subproblem
         )
-
-
-def _within(control: Control, shape: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """(n,) values of a control, from rest, that follow a shape (n,) from -1 to 1 as fast as the control can."""
-    return _followed(control.values(shape), control.rest, control.rate * (times[1] - times[0]))
-
-
-def _followed(wanted, rest, largest):
-    """Values that approach what is wanted (n,) by at most `largest` a sample, from rest."""
-    if not np.isfinite(largest):
-        return np.concatenate([[rest], wanted[1:]])
-    values, value = np.empty(len(wanted)), rest
-    for k, target in enumerate(wanted.tolist()):
-        value += min(max(target - value, -largest), largest) if k else 0.0
-        values[k] = value
-    return values
 
 
 def _n_orders(family: Family) -> int:

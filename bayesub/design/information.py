@@ -1,42 +1,30 @@
-"""What a trial will tell of the coefficients, before it is flown: expected standard deviations and optimality criteria.
+"""What a trial will tell of the coefficients, before it is flown: expected standard deviations, criteria and goals.
 
 All matrices are in prior standard deviations of the coefficients, so that the prior precision is the identity unless an
 earlier trial has sharpened it. Criteria are those of optimal experiment design (Goodwin & Payne 1977, Morelli 2016).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy import linalg
 
+Goal = Callable[["Information"], float]  # of what makes it small, the least is the best
+SHARPNESS = 4.0  # with which the count of known coefficients falls about the share that is asked for
 SHARES = (0.05, 0.10, 0.25)  # of the value, to which coefficients are counted as known
 
 
 @dataclass(frozen=True)
 class Information:
-    """Expected information of readings on coefficients, in the normal approximation.
+    """Expected information of readings on coefficients, in the normal approximation."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        The n coefficients.
-    values : (n,) array
-        Where they were taken, in the units of their names.
-    prior_sd : (n,) array
-        The unit of all matrices.
-    precision : (n, n) array
-        Of the prior, the identity if it knows no correlation.
-    gram : (n, n) array
-        Fisher information of the readings, all else integrated out.
-    """
-
-    names: tuple[str, ...]
-    values: np.ndarray
-    prior_sd: np.ndarray
-    precision: np.ndarray
-    gram: np.ndarray
+    names: tuple[str, ...]  # the n coefficients
+    values: np.ndarray  # (n,), where they were taken, in the units of their names
+    prior_sd: np.ndarray  # (n,), the unit of all matrices
+    precision: np.ndarray  # (n, n), of the prior, the identity if it knows no correlation
+    gram: np.ndarray  # (n, n), Fisher information of the readings, all else integrated out
 
     def __add__(self, other: "Information") -> "Information":
         """What two independent trials of the same boat tell together."""
@@ -114,3 +102,48 @@ class Information:
         for k in members:
             precision[k, k] += (self.prior_sd[k] / (relative_sd * abs(self.values[k]))) ** 2
         return replace(self, precision=precision)
+
+
+class Known:
+    """Minus the number of coefficients known to a share of their value, smooth so that a search sees where it rises."""
+
+    def __init__(self, share: float):
+        self.share = share
+
+    def __call__(self, information: Information) -> float:
+        """Minus the sum of 1 / (1 + (sd / share)^4)."""
+        with np.errstate(over="ignore"):
+            ratio = information.relative_sd / self.share
+            return -float(np.sum(1.0 / (1.0 + ratio**SHARPNESS)))
+
+
+def d_optimality(information: Information) -> float:
+    """Logarithm of the volume of the posterior (:attr:`Information.d_optimality`)."""
+    return information.d_optimality
+
+
+def a_optimality(information: Information) -> float:
+    """Logarithm of the mean variance."""
+    return float(np.log(information.a_optimality))
+
+
+class EOptimality:
+    """Logarithm of the sd of the least known direction that is not null."""
+
+    def __init__(self, n_null: int):
+        self.n_null = n_null
+
+    def __call__(self, information: Information) -> float:
+        """Logarithm of :meth:`Information.e_optimality`."""
+        return float(np.log(information.e_optimality(self.n_null)))
+
+
+class Sharpest:
+    """Mean logarithm of the sds of some coefficients and quantities over those before the trial."""
+
+    def __init__(self, gradients: Sequence[np.ndarray]):
+        self.gradients = gradients
+
+    def __call__(self, information: Information) -> float:
+        """Mean of log(sd after / sd before)."""
+        return float(np.mean([np.log(information.sd_of(g) / information.prior_sd_of(g)) for g in self.gradients]))

@@ -39,21 +39,12 @@ class Judge:
 
     Attributes
     ----------
-    vehicle : Vehicle
-    sensors : tuple of Sensor
     free : tuple of str
         Coefficients to infer; those that are zero, or have no part in the sub-problem, are left out.
     prior : CoefficientPrior
         Of one trial and the next; by default a normal one with a quarter of the value.
     precision : (n, n) array or None
         Prior precision of :attr:`names` in prior sds, where an earlier trial knows more.
-    nuisance : dict of str to Prior
-        Nuisance parameters of each trial, integrated out.
-    noise : dict of str to Noise
-        As of :class:`bayesub.Problem`.
-    disturbance : UnknownDisturbance or None
-        Unmodelled forces, whose histories are integrated out.
-    subproblem : str or None
     draws : (n_draws, n_terms) array or None
         Coefficient sets over which a criterion is averaged, by default the values of the vehicle alone.
     step_s : float or None
@@ -65,9 +56,9 @@ class Judge:
     free: tuple[str, ...] = ()
     prior: CoefficientPrior = field(default_factory=lambda: relative_normal(0.25))
     precision: np.ndarray | None = None
-    nuisance: Mapping[str, Prior] = field(default_factory=dict)
-    noise: Mapping[str, Noise] = field(default_factory=dict)
-    disturbance: UnknownDisturbance | None = None
+    nuisance: Mapping[str, Prior] = field(default_factory=dict)  # nuisance parameters of each trial, integrated out
+    noise: Mapping[str, Noise] = field(default_factory=dict)  # as of :class:`bayesub.Problem`
+    disturbance: UnknownDisturbance | None = None  # unmodelled forces, whose histories are integrated out
     subproblem: str | None = None
     draws: np.ndarray | None = None
     step_s: float | None = None
@@ -81,11 +72,8 @@ class Judge:
         scale = self.prior.has_scale(columns, xi, equations)
         chosen = {equations.names[k] for k, has in zip(columns, scale, strict=True) if has} & set(active)
         if not chosen:
-            raise InputError(
-                f"{self.vehicle.name}: none of the coefficients asked for has a value and a part in the motion",
-                "conflict",
-                "free",
-            )
+            text = f"{self.vehicle.name}: none of the coefficients asked for has a value and a part in the motion"
+            raise InputError(text, "conflict", "free")
         return tuple(name for name in equations.names if name in chosen)
 
     @cached_property
@@ -151,19 +139,7 @@ class Judge:
 class Sensed:
     """The derivatives of the readings of one manoeuvre, of which any part may be taken for the information.
 
-    Parameters
-    ----------
-    judge : Judge
-    manoeuvre : Manoeuvre
-    step_s : float
-        Integration step.
-
-    Attributes
-    ----------
-    times : (n_readings,) array
-        s.
-    rows : dict of str to slice
-        Channel -> its readings.
+    ``times`` (n_readings,) are in s, and ``rows`` is channel -> slice of its readings. The integration step is in s.
     """
 
     def __init__(self, judge: Judge, manoeuvre: Manoeuvre, step_s: float):

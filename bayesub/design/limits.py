@@ -1,6 +1,5 @@
 """Limits of a trial: what the boat, its crew and the range allow, judged by simulation."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -35,16 +34,12 @@ class Limits(Section):
 
     Attributes
     ----------
-    duration_s : float or None
-        Length of the trial; by default 44 ship lengths travelled.
     min_rpm_percent, max_rpm_percent : float
         Of the propeller speed that self-propels; equal ones keep it.
     rpm_percentps : float or None
         Largest rate of change of the propeller speed, per cent of it a second; None if it may jump.
     orders_an_hour : float or None
         Orders to one control that a helmsman can follow; None for an autopilot, which follows any curve.
-    depth_change_m : float or None
-        Largest distance from the depth at the start.
     surface_m, bottom_m : float or None
         Smallest depth of the highest point of the hull, and largest of the lowest.
     pitch_deg, roll_deg : float or None
@@ -52,19 +47,17 @@ class Limits(Section):
         Surge velocity.
     range_north_m, range_east_m : float or None
         Size of the area.
-    share_of_draws : float
-        Share of the boats that the prior holds possible that must keep all limits too.
     """
 
     model_config = pydantic.ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Positive]
 
-    duration_s: Positive | None = None
+    duration_s: Positive | None = None  # length of the trial; by default 44 ship lengths travelled
     min_rpm_percent: Percent = 50.0
     max_rpm_percent: Percent = 100.0
     rpm_percentps: Positive | None = None
     orders_an_hour: Positive | None = None
-    depth_change_m: Positive | None = None
+    depth_change_m: Positive | None = None  # largest distance from the depth at the start
     surface_m: float | None = None
     bottom_m: float | None = None
     pitch_deg: Positive | None = None
@@ -73,7 +66,7 @@ class Limits(Section):
     max_speed_mps: Positive | None = None
     range_north_m: Positive | None = None
     range_east_m: Positive | None = None
-    share_of_draws: Share = 0.0
+    share_of_draws: Share = 0.0  # share of the boats that the prior holds possible that must keep all limits too
 
     @property
     def of_controls(self) -> dict[str, float]:
@@ -90,13 +83,7 @@ class Limits(Section):
 
 
 def load_limits(path: str | Path) -> Limits:
-    """Read a limits file.
-
-    Raises
-    ------
-    InputError
-        With file, key and remedy.
-    """
+    """Read a limits file; InputErrors have file, key and remedy."""
     return toml_files.read_toml(Path(path), Limits)
 
 
@@ -111,24 +98,12 @@ def usual_limits(vehicle: Vehicle) -> Limits:
 
 @dataclass(frozen=True)
 class Margin:
-    """How far a manoeuvre stays from one limit.
+    """How far a manoeuvre stays from one limit."""
 
-    Attributes
-    ----------
-    key : str
-        Of the limits file.
-    limit : float
-        In the unit of the key.
-    reached : (n_flights,) array
-        Extreme value of each flight, that of the vehicle itself first.
-    is_upper : bool
-        Whether the limit is the largest value rather than the smallest.
-    """
-
-    key: str
-    limit: float
-    reached: np.ndarray
-    is_upper: bool = True
+    key: str  # of the limits file
+    limit: float  # in the unit of the key
+    reached: np.ndarray  # (n_flights,), extreme value of each flight, that of the vehicle itself first
+    is_upper: bool = True  # whether the limit is the largest value rather than the smallest
 
     @property
     def excess(self) -> np.ndarray:
@@ -145,15 +120,7 @@ class Margin:
 class Range:
     """The limits of a vehicle, and the flights that show whether a manoeuvre keeps them.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-    limits : Limits
-    draws : (n_draws, n_terms) array
-        Coefficient sets that the prior holds possible.
-    subproblem : str or None
-    step_s : float
-        Integration step.
+    Draws (n_draws, n_terms) are coefficient sets that the prior holds possible; the integration step is in s.
     """
 
     def __init__(self, vehicle: Vehicle, limits: Limits, draws: np.ndarray, subproblem: str | None, step_s: float):
@@ -170,12 +137,6 @@ class Range:
     def margins(self, manoeuvre: Manoeuvre) -> list[Margin]:
         """The margin to each limit; that of a flight that failed is infinitely beyond."""
         _, states, whole = self.flown(manoeuvre)
-        return [
-            Margin(key, limit, np.where(whole, reached, np.inf if is_upper else -np.inf), is_upper)
-            for key, limit, reached, is_upper in self._extremes(states)
-        ]
-
-    def _extremes(self, states) -> Iterator[tuple[str, float, np.ndarray, bool]]:
         x, y, z, phi, theta, u = np.moveaxis(
             states[..., log_files.positions("x", "y", "z", "phi", "theta", "u")], -1, 0
         )
@@ -191,10 +152,12 @@ class Range:
             "range_north_m": (lambda: np.ptp(x, axis=1), True),
             "range_east_m": (lambda: np.ptp(y, axis=1), True),
         }
+        margins = []
         for key, (reached, is_upper) in extremes.items():
-            limit = getattr(self.limits, key)
-            if limit is not None:
-                yield key, limit, reached(), is_upper
+            if (limit := getattr(self.limits, key)) is not None:
+                worst = np.where(whole, reached(), np.inf if is_upper else -np.inf)
+                margins.append(Margin(key, limit, worst, is_upper))
+        return margins
 
     def penalty(self, margins: list[Margin]) -> float:
         """Zero within all limits; otherwise how far beyond, flights summed as far as they are asked for."""
@@ -209,9 +172,5 @@ class Range:
         """InputError if even straight flight breaks a limit, but that of depth, which planes amidships do not hold."""
         for margin in self.margins(straight):
             if margin.excess[0] > 0.0 and margin.key != "depth_change_m":
-                raise InputError(
-                    f"limits: even straight flight at {self.vehicle.speed_mps:g} m/s reaches "
-                    f"{margin.reached[0]:.3g}, beyond {margin.key} = {margin.limit:g}; widen it",
-                    "conflict",
-                    margin.key,
-                )
+                what = f"limits: even straight flight at {self.vehicle.speed_mps:g} m/s reaches {margin.reached[0]:.3g}"
+                raise InputError(f"{what}, beyond {margin.key} = {margin.limit:g}; widen it", "conflict", margin.key)

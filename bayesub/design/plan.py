@@ -10,11 +10,12 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bayesub.design.families import KINDS, RPM, Family, controls
-from bayesub.design.goals import Goal
+from bayesub.design.information import Goal
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range
 from bayesub.design.search import Cost, Found, search
@@ -35,25 +36,17 @@ _SHARE = 0.25  # of the judgements after the first answer, for the best family
 
 
 def kinds(limits: Limits, asked: Sequence[str] = ()) -> tuple[str, ...]:
-    """The families to search: those that are asked for, or those that a helmsman or an autopilot can follow.
+    """The families to search: those asked for (InputError for one that is unknown, or that a helmsman cannot follow).
 
-    Raises
-    ------
-    InputError
-        For an unknown family, and for one that a helmsman cannot follow.
+    Of none those that a helmsman or an autopilot can follow.
     """
     for kind in asked:
         if kind not in KINDS:
-            raise InputError(
-                f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}", "unknown", "--family"
-            )
+            text = f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}"
+            raise InputError(text, "unknown", "--family")
         if limits.orders_an_hour is not None and kind not in HELMSMAN:
-            raise InputError(
-                f"--family {kind} contradicts orders_an_hour of the limits, which a helmsman follows in steps; leave "
-                "one of them out",
-                "conflict",
-                "--family",
-            )
+            what = f"--family {kind} contradicts orders_an_hour of the limits, which a helmsman follows in steps"
+            raise InputError(f"{what}; leave one of them out", "conflict", "--family")
     return tuple(dict.fromkeys(asked)) or (AUTOPILOT if limits.orders_an_hour is None else HELMSMAN)
 
 
@@ -69,11 +62,8 @@ def families(
     }
     moved = tuple(control for control in controls(vehicle, limits) if control.column in (RPM, *acting))
     if not moved:
-        raise InputError(
-            f"{vehicle.name}: has no control that may move; give limits of one (bayesub new limits)",
-            "missing",
-            "limits",
-        )
+        text = f"{vehicle.name}: has no control that may move; give limits of one (bayesub new limits)"
+        raise InputError(text, "missing", "limits")
     return {kind: Family(kind, vehicle, limits, moved, subproblem) for kind in kinds(limits, asked)}
 
 
@@ -85,12 +75,7 @@ def tried(families: Iterable[Family], rng: np.random.Generator) -> list[Manoeuvr
 def refuse_uninformed(judge: Judge, manoeuvres: Sequence[Manoeuvre], gradients: dict[str, np.ndarray]) -> None:
     """InputError if the readings tell nothing of a quantity, or of any coefficient, whatever is flown of these.
 
-    Parameters
-    ----------
-    judge : Judge
-    manoeuvres : sequence of Manoeuvre
-    gradients : dict of str to (n,) array
-        Coefficient or quantity -> its gradient by the coefficients; empty for criteria of all coefficients.
+    Gradients (n,) of coefficients or quantities by the coefficients are given by name; none for criteria of all.
     """
     judged = [judge.information(manoeuvre)[0] for manoeuvre in manoeuvres]
     channels = ", ".join(sensor.column for sensor in judge.sensors)
@@ -111,32 +96,19 @@ def refuse_uninformed(judge: Judge, manoeuvres: Sequence[Manoeuvre], gradients: 
         )
 
 
-@dataclass(frozen=True)
-class Budget:
-    """How many manoeuvres are judged.
+Budget = tuple[int, int]  # manoeuvres judged of each family before the first answer, and of all after it
 
-    Attributes
-    ----------
-    brief : int
-        Of each family, before the first answer.
-    rest : int
-        After it.
-    """
 
-    brief: int
-    rest: int
+def of_total(n_judgements: int, n_families: int) -> Budget:
+    """A tenth for the first answer, shared among families."""
+    brief = max(_LEAST, n_judgements // (10 * n_families))
+    return brief, max(0, n_judgements - brief * n_families)
 
-    @classmethod
-    def of_total(cls, n_judgements: int, n_families: int) -> "Budget":
-        """A tenth for the first answer, shared among families."""
-        brief = max(_LEAST, n_judgements // (10 * n_families))
-        return cls(brief, max(0, n_judgements - brief * n_families))
 
-    @classmethod
-    def of_time(cls, seconds: float, first_s: float, pace_s: float, n_families: int) -> "Budget":
-        """What fits into a time of which so many seconds are for the first answer, at so many seconds a judgement."""
-        brief = max(_LEAST, int(min(first_s, seconds) / pace_s / n_families))
-        return cls(brief, max(0, int(seconds / pace_s) - brief * n_families))
+def of_time(seconds: float, first_s: float, pace_s: float, n_families: int) -> Budget:
+    """What fits into a time of which so many seconds are for the first answer, at so many seconds a judgement."""
+    brief = max(_LEAST, int(min(first_s, seconds) / pace_s / n_families))
+    return brief, max(0, int(seconds / pace_s) - brief * n_families)
 
 
 def at_knots(family: Family, manoeuvre: Manoeuvre) -> np.ndarray:
@@ -152,32 +124,16 @@ def at_knots(family: Family, manoeuvre: Manoeuvre) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be searched.
-
-    Attributes
-    ----------
-    judge : Judge
-    range : Range
-    families : dict of str to Family
-        By their kind.
-    goal : Goal
-    n_trials : int
-        Manoeuvres of the set.
-    seed : int
-    folder : Path
-        For the costs of each family, from which a search continues.
-    mapped : callable
-        As :func:`map`, possibly over processes.
-    """
+    """What is to be searched."""
 
     judge: Judge
     range: Range
-    families: dict[str, Family]
+    families: dict[str, Family]  # by their kind
     goal: Goal
-    n_trials: int
+    n_trials: int  # manoeuvres of the set
     seed: int
-    folder: Path
-    mapped: Mapped = map
+    folder: Path  # for the costs of each family, from which a search continues
+    mapped: Mapped = map  # as :func:`map`, possibly over processes
 
     def family(self, kind: str) -> Family:
         """The family of a kind, or the refined curves."""
@@ -198,32 +154,37 @@ class Plan:
         list(self.mapped(cost, still))
         return (time.perf_counter() - began) / _TIMED
 
-    def search(self, kind: str, n_judgements: int, progress: Progress = SILENT, **start: object) -> Found:
+    def search(self, kind: str, n_judgements: int, progress: Progress = SILENT, **start: Any) -> Found:
         """Search a family, or continue its search, until so many manoeuvres are judged; more for ``search``."""
         rng = np.random.default_rng([self.seed, [*KINDS, REFINED].index(kind)])
-        saved = self.folder / f"costs_{kind}{_digest(start)}.txt"
-        options = {"n_judgements": n_judgements, "mapped": self.mapped, "saved": saved, "progress": progress}
-        return search(self.cost(kind), rng, **options, **start)
+        # costs of a search with one start are not those of another
+        digest = f"_{hashlib.sha256(start['start'].tobytes()).hexdigest()[:8]}" if start else ""
+        saved = self.folder / f"costs_{kind}{digest}.txt"
+        given: dict[str, Any] = {"mapped": self.mapped, "saved": saved, "progress": progress, **start}
+        return search(self.cost(kind), rng, n_judgements=n_judgements, **given)
 
-    def brief(self, n_judgements: int, progress: Progress = SILENT) -> Iterator[dict[str, Found]]:
-        """Search each family briefly: kind -> its best, after each family that finds something within the limits.
+    def stages(self, budget: Budget, progress: Progress = SILENT) -> Iterator[tuple[str, dict[str, Found]]]:
+        """The searches by kind, when a first family has found something within the limits, and at the end.
 
         Raises
         ------
         InputError
             If no family finds anything within the limits.
         """
-        answers, fault = {}, None
+        answers: dict[str, Found] = {}
+        faults = []
         for kind in self.families:
             progress.stage(f"{kind}, briefly")
             try:
-                answers[kind] = self.search(kind, n_judgements, progress)
+                answers[kind] = self.search(kind, budget[0], progress)
             except InputError as error:
-                fault = error
+                faults.append(error)
             else:
-                yield dict(answers)
+                if len(answers) == 1:
+                    yield "first answer", dict(answers)
         if not answers:
-            raise fault
+            raise faults[-1]
+        yield "answer", self.thorough(answers, budget[1], progress) if budget[1] else answers
 
     def thorough(self, answers: dict[str, Found], n_judgements: int, progress: Progress = SILENT) -> dict[str, Found]:
         """The answers after more judgements: of the two best families, and of curves that begin as the best manoeuvres.
@@ -243,11 +204,6 @@ class Plan:
         manoeuvres = self.cost(kind).manoeuvres(answers[kind].numbers)
         start = np.concatenate([at_knots(self.family(REFINED), manoeuvre) for manoeuvre in manoeuvres])
         return answers | {REFINED: self.search(REFINED, n_refined, progress, start=start, sigma=_SIGMA)}
-
-
-def _digest(start: dict[str, object]) -> str:
-    """What tells the costs of a search with one start from those with another; empty for a random start."""
-    return f"_{hashlib.sha256(start['start'].tobytes()).hexdigest()[:8]}" if start else ""
 
 
 def best(answers: dict[str, Found]) -> str:

@@ -13,12 +13,12 @@ import numpy as np
 from cmaes import SepCMA
 
 from bayesub.design.families import Family
-from bayesub.design.goals import Goal
+from bayesub.design.information import Goal
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Range
-from bayesub.inference.interface import Progress
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
+from bayesub.io.terminal import Progress
 from bayesub.model.manoeuvres import Manoeuvre
 
 BEYOND = 100.0  # cost of a share of a limit beyond it
@@ -65,21 +65,12 @@ class Cost:
 
 @dataclass(frozen=True)
 class Found:
-    """The best of a search.
+    """The best of a search."""
 
-    Attributes
-    ----------
-    numbers : (n_dims,) array
-    cost : float
-    n_judgements : int
-    best : (n_generations,) array
-        Least cost after each generation, that of the start included.
-    """
-
-    numbers: np.ndarray
+    numbers: np.ndarray  # (n_dims,)
     cost: float
     n_judgements: int
-    best: np.ndarray
+    best: np.ndarray  # (n_generations,), least cost after each generation, that of the start included
 
 
 def search(
@@ -93,11 +84,10 @@ def search(
     saved: Path | None = None,
     progress: Progress | None = None,
 ) -> Found:
-    """Search for the least cost.
+    """Search for the least cost; InputError if no manoeuvre that was tried could be flown within the limits.
 
     Parameters
     ----------
-    cost : Cost
     rng : Generator
         Of the start, and of the seed of the optimiser.
     n_judgements : int
@@ -110,12 +100,6 @@ def search(
         As :func:`map`, possibly over processes.
     saved : Path, optional
         File of all costs so far, from which a search of the same seed continues.
-    progress : object with ``update(done, total, unit, note)``, optional
-
-    Raises
-    ------
-    InputError
-        If no manoeuvre that was tried could be flown within the limits.
     """
     seed = int(rng.integers(2**31))
     costs = _Costs(cost, mapped, saved)
@@ -143,12 +127,8 @@ def search(
         if optimiser.should_stop():
             break
     if least >= OUTSIDE:
-        raise InputError(
-            f"design: none of {costs.n} manoeuvres keeps the limits for all boats that are asked to; widen the limits, "
-            "lower share_of_draws, or shorten the trial",
-            "conflict",
-            "limits",
-        )
+        what = f"design: none of {costs.n} manoeuvres keeps the limits for all boats that are asked to"
+        raise InputError(f"{what}; widen the limits, lower share_of_draws, or shorten the trial", "conflict", "limits")
     return Found(numbers, float(least), costs.n, np.array(history))
 
 

@@ -1,12 +1,15 @@
-"""What each part of a trial brings: its minutes, its sensors, and sensors that the boat does not have yet.
+"""What each part of a trial brings: its minutes, its sensors, further sensors, and values from a towing tank.
 
-All are taken at the coefficients of the vehicle, from the derivatives of one flight as far as that goes.
+All are taken at the coefficients of the vehicle, from the derivatives of one flight as far as that goes. A value from a
+towing tank with the variance s^2 changes the covariance C of the coefficients to ``C - c c' / (C_kk + s^2)``, c its
+column.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import optimize
 
 from bayesub.design.information import Information
 from bayesub.design.judge import Judge, Sensed
@@ -14,21 +17,15 @@ from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.sensors import flat
 from bayesub.sensors.sensor import Sensor, channel_name
 
+WIDEST = 1e6  # of a bracket about the sd that half of the gain takes, over the sd that the coefficient has
+
 
 @dataclass(frozen=True)
 class SensorWorth:
-    """What one channel brings to a trial.
+    """What one channel brings to a trial."""
 
-    Attributes
-    ----------
-    without : Information
-        Of all other channels.
-    alone : Information
-        Of this channel only.
-    """
-
-    without: Information
-    alone: Information
+    without: Information  # of all other channels
+    alone: Information  # of this channel only
 
 
 def by_minute(judge: Judge, manoeuvre: Manoeuvre, minutes: Iterable[float]) -> dict[float, Information]:
@@ -51,15 +48,7 @@ def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, SensorWorth]:
 def further_sensors(
     judge: Judge, manoeuvre: Manoeuvre, extra: Mapping[str, Sensor | Iterable[Sensor]]
 ) -> dict[str, Information]:
-    """Name -> what the trial tells with one more sensor, which takes the place of one that reads the same.
-
-    Parameters
-    ----------
-    judge : Judge
-    manoeuvre : Manoeuvre
-    extra : dict of str to Sensor
-        Sensors by any name; an instrument of several counts as one.
-    """
+    """Name -> what the trial tells with one more sensor, or instrument, in place of those that read the same."""
     step = judge.step_s or judge.accurate_step(manoeuvre)
     worth = {}
     for name, sensors in extra.items():
@@ -73,3 +62,68 @@ def further_sensors(
 def _sensed(judge: Judge, manoeuvre: Manoeuvre) -> Sensed:
     judge = replace(judge, draws=None)
     return Sensed(judge, manoeuvre, judge.step_s or judge.accurate_step(manoeuvre))
+
+
+@dataclass(frozen=True)
+class TankValue:
+    """One coefficient measured in a towing tank, after those before it."""
+
+    name: str  # of the coefficient
+    gain: float  # mean over the other coefficients of the logarithm of the sd before over the sd after
+    information: Information  # of the trial, this value and those before it
+    n_known: int  # coefficients known to the share that was asked for
+    mean_log_sd: float  # mean logarithm of all relative sds
+    half_gain_sd: float  # relative sd of the value with which the gain is half of that of an exact one
+
+
+def unlocking(
+    information: Information, relative_sd: float, n: int, *, share: float = 0.1, candidates: Sequence[str] | None = None
+) -> list[TankValue]:
+    """The values that unlock most, greedily: each is the one with the largest gain after those before it.
+
+    Parameters
+    ----------
+    information : Information
+        Of a trial.
+    relative_sd : float
+        Of every value.
+    n : int
+        Number of values, as far as there are candidates.
+    share : float
+        Of a value, to which a coefficient counts as known.
+    candidates : sequence of str, optional
+        Coefficients that a towing tank can measure; by default all.
+    """
+    names = information.names
+    left = [k for k, name in enumerate(names) if candidates is None or name in candidates]
+    values: list[TankValue] = []
+    while left and len(values) < n:
+        sds = relative_sd * np.abs(information.values) / information.prior_sd
+        gains = {k: gain(information.covariance, k, sds[k]) for k in left}
+        k = max(gains, key=gains.__getitem__)
+        half = _half_gain(information, k)
+        information = information.with_known([k], relative_sd)
+        mean = float(np.mean(np.log(information.relative_sd)))
+        values.append(TankValue(names[k], gains[k], information, information.n_known(share), mean, half))
+        left.remove(k)
+    return values
+
+
+def gain(covariance: np.ndarray, k: int, sd: float) -> float:
+    """Mean logarithm of the sds of all but coefficient k, before over after k is measured with an sd."""
+    variances = np.diag(covariance)
+    shares = covariance[k] ** 2 / (variances * (variances[k] + sd**2))
+    return float(-0.5 * np.mean(np.log1p(-np.minimum(np.delete(shares, k), 1.0 - 1e-12))))
+
+
+def _half_gain(information: Information, k: int) -> float:
+    covariance = information.covariance
+    wanted, scale = 0.5 * gain(covariance, k, 0.0), np.sqrt(covariance[k, k])
+    if not wanted > 0.0:
+        return float("inf")
+    ends = scale / WIDEST, scale * WIDEST
+    excess = [gain(covariance, k, sd) - wanted for sd in ends]
+    if excess[0] <= 0.0 or excess[1] >= 0.0:
+        return float("nan")
+    sd = optimize.brentq(lambda log_sd: gain(covariance, k, np.exp(log_sd)) - wanted, *np.log(ends))
+    return float(np.exp(sd) * information.prior_sd[k] / abs(information.values[k]))

@@ -13,7 +13,7 @@ from bayesub.design.judge import Judge
 from bayesub.design.limits import Range
 from bayesub.design.plan import Plan
 from bayesub.design.search import Found
-from bayesub.design.towing_tank import TankValue, unlocking
+from bayesub.design.worth import TankValue, unlocking
 from bayesub.inference.identifiability import NullSpace, null_space
 from bayesub.io.errors import InputError
 from bayesub.logs.log_files import STATES

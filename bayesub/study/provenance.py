@@ -19,7 +19,7 @@ COMPUTED = (*CODE, "quick_run", "files_sha256")  # keys of config.toml that a st
 INPUTS = "inputs"
 
 _SOURCES = (".py", ".toml", ".html", ".json")
-_NO_INFLUENCE = ("cli", "manual")  # folders of the package from which no number or figure comes
+_NO_INFLUENCE = ("cli/", "manual/", "study/before/")  # folders of the package from which no number or figure comes
 
 
 def environment(*, quick: bool) -> dict:
@@ -32,14 +32,7 @@ def environment(*, quick: bool) -> dict:
 def of_request(kind: str, options: Mapping[str, Any], files: Mapping[str, Path]) -> dict:
     """The content of ``config.toml`` of what is asked of a vehicle or of finished runs.
 
-    Parameters
-    ----------
-    kind : str
-        Key under which the options stand.
-    options : mapping
-        Those of None are left out.
-    files : mapping of str to Path
-        Name -> file on which the answer depends.
+    Options stand under the key `kind`, but for those of None; files are those on which the answer depends, by name.
     """
     given = {key: _plain(value) for key, value in options.items() if value is not None}
     digests = {name: file_digest(path) for name, path in files.items()}
@@ -87,7 +80,7 @@ def sources_digest() -> str:
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*"), key=lambda path: path.relative_to(root).as_posix()):
         name = path.relative_to(root)
-        if path.suffix in _SOURCES and name.parts[0] not in _NO_INFLUENCE:
+        if path.suffix in _SOURCES and not name.as_posix().startswith(_NO_INFLUENCE):
             content = path.read_bytes().replace(b"\r\n", b"\n")
             digest.update(f"{name.as_posix()} {len(content)}\n".encode() + content)
     return digest.hexdigest()
@@ -117,14 +110,9 @@ def code_change(saved: dict, config: dict) -> str:
 
 
 def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
-    """The first difference between the studies of two configs; empty if there is none.
+    """The first difference between two configs, of a run folder and of the study now; empty if there is none.
 
-    Parameters
-    ----------
-    saved, config : dict
-        Of a run folder, and of the study now.
-    ignored : iterable of str
-        Keys that may differ, those of tables as ``table.key``.
+    Keys that are ignored may differ, those of tables are given as ``table.key``.
     """
     if "script_sha256" in saved and saved["script_sha256"] != config.get("script_sha256"):
         return "the script has changed since"
@@ -132,12 +120,7 @@ def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
     for name in before.keys() & after.keys():
         if before[name] != after[name]:
             return f"{name} has changed since"
-    ignored = {
-        *ignored,
-        *CODE,
-        "quick",
-        "script",
-    }  # what [quick] changes stands in the other sections
+    ignored = {*ignored, *CODE, "quick", "script"}  # what [quick] changes stands in the other sections
     first, second = (
         {key: value for key, value in settings(c).items() if not {key, key.partition(".")[0]} & ignored}
         for c in (saved, config)
@@ -147,7 +130,7 @@ def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
 
 def settings(config: dict) -> dict:
     """The entries of a config in order, with the keys of tables written as ``table.key``."""
-    entries = {}
+    entries: dict[str, Any] = {}
     for key, value in config.items():
         entries |= {f"{key}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {key: value}
     return dict(sorted(entries.items()))

@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.design.families import Family, controls
-from bayesub.design.goals import Known
-from bayesub.design.information import Information
+from bayesub.design.information import Information, Known
 from bayesub.design.judge import Judge, Sensed, expected_sd, is_sound
 from bayesub.design.limits import Range, usual_limits
 from bayesub.design.search import Cost, search
@@ -211,7 +210,7 @@ def random_chunk(vehicle: str, seed: int, size: int, k: int) -> dict:
     -------
     dict
         ``penalty``, and for each set of sensors ``n``, the coefficients that are known, ``cost``, of
-        :class:`bayesub.design.goals.Known`, and ``d``, the D-optimality; rounded to five digits.
+        :class:`bayesub.design.information.Known`, and ``d``, the D-optimality; rounded to five digits.
     """
     appraiser, goal = appraiser_of(vehicle), Known(SHARE)
     results = {"penalty": [], **{name: {"n": [], "cost": [], "d": []} for name in appraiser.sensors}}

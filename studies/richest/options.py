@@ -13,7 +13,7 @@ import numpy as np
 import pydantic
 
 from bayesub.design.families import RPM, Control, Family, controls
-from bayesub.design.goals import Known
+from bayesub.design.information import Known
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range, usual_limits
 from bayesub.design.search import Cost, Found, search

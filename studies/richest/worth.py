@@ -6,8 +6,7 @@ import numpy as np
 
 from bayesub.design.information import Information
 from bayesub.design.judge import Judge
-from bayesub.design.towing_tank import unlocking
-from bayesub.design.worth import by_minute, by_sensor, further_sensors
+from bayesub.design.worth import by_minute, by_sensor, further_sensors, unlocking
 from bayesub.sensors import DVL, INS, Pressure, Sensor, Track
 from richest import options
 from richest.appraisal import SHARE, appraiser_of

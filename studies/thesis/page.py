@@ -8,7 +8,7 @@ from bayesub.io import toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.report.markdown import table
-from bayesub.study.run import gallery
+from bayesub.study.run import runs
 from thesis import counterparts
 from thesis.counterparts import NONE, NOT_KEPT, NOT_RUN, NUMBERS, Row, TableSection
 
@@ -48,7 +48,7 @@ def page(folder: Path) -> str:
     sections = content.sections
     rows = {name: counterparts.rows(folder, name, section) for name, section in sections.items()}
     once = [row for name, some in rows.items() if not sections[name].of for row in some]
-    lines = [TITLE, "", INTRODUCTION, "", _count(once), "", "## All studies", "", *gallery.lines(folder)]
+    lines = [TITLE, "", INTRODUCTION, "", _count(once), "", "## All studies", "", *runs.gallery(folder)]
     for name, section in sections.items():
         lines += ["", f"## {section.title}", "", *_links(folder, section), *_table(rows[name])]
     drawn = [f"[{text}]({file})" for text, file in content.figures.items() if (folder / file).exists()]
@@ -79,7 +79,7 @@ def _links(folder: Path, section: TableSection) -> list[str]:
         return [f"Study {study}: {NOT_RUN}.", ""]
     files = {text: file if "/" in file else f"{study}/{file}" for text, file in section.figures.items()}
     drawn = [f"[{text}]({file})" for text, file in files.items() if (folder / file).exists()]
-    place = gallery.entry(folder / study).page or study
+    place = runs.entry(folder / study).page or study
     return [f"Study [{study}]({place})" + (f"; thesis {', '.join(drawn)}." if drawn else "."), ""]
 
 

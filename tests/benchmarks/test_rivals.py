@@ -10,9 +10,9 @@ from numba.core.runtime import _nrt_python, rtsys
 from support.refusals import refused
 
 from bayesub.campaign.executors import Serial
-from bayesub.cli.bench import perturbed, spiral
 from bayesub.io.errors import InputError
 from bayesub.kernels.workspace import BODY_ROWS, COEFFICIENTS, INVERSE_MASS, LANES, N_STATES, STATE
+from bayesub.study.before.bench import perturbed, spiral
 from rivals import cluster, comparison, cpp_simulator, jax_simulator, scalar_simulator
 from rivals.right_hand_side import PYTHON, written
 from rivals.tables import tables

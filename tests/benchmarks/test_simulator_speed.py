@@ -7,10 +7,10 @@ import numba
 import numpy as np
 import pytest
 
-from bayesub.cli.bench import spiral
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulator import STEP_TOLERANCE_M, Simulator
 from bayesub.model.vehicles import load_vehicle
+from bayesub.study.before.bench import spiral
 from rivals import arithmetic, scalar_simulator
 
 

@@ -11,11 +11,10 @@ from support.refusals import refused
 
 pytest.importorskip("distributed", reason="Dask is in pip install 'bayesub[cluster]'")
 
-from bayesub.campaign import connection
-from bayesub.campaign.campaign import complete
-from bayesub.campaign.cluster import RETRIES, remote
+from bayesub.campaign import cluster as clusters
+from bayesub.campaign.campaign import Lines, complete
+from bayesub.campaign.cluster import RETRIES, connect, remote
 from bayesub.campaign.executors import Failure, Misfit
-from bayesub.campaign.store import Lines
 from bayesub.io.errors import InputError
 from bayesub.study.provenance import code
 
@@ -37,7 +36,7 @@ def two(tmp_path_factory):
 @pytest.fixture
 def cluster(two):
     """The executor that a user gets for the address."""
-    with connection.connect(two.address, code, print) as executor:
+    with connect(two.address, code, print) as executor:
         executor.client.wait_for_workers(2)  # a test before may have killed one
         yield executor
 
@@ -115,12 +114,12 @@ def test_a_worker_that_does_not_fit_is_refused_by_name(two, cluster, other_sourc
 
 
 def test_a_scheduler_that_goes_is_one_line_and_what_is_done_is_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(connection, "ANSWER_S", 4.0)
+    monkeypatch.setattr(clusters, "ANSWER_S", 4.0)
     with machines(tmp_path, 2) as started:
         store, marks = Lines(tmp_path / "x.jsonl", NUMBERS), tmp_path / "marks"
         marks.mkdir()
         work = partial(pieces.counted, marks, 0.2)
-        with connection.connect(started.address, code, print) as executor:
+        with connect(started.address, code, print) as executor:
             results = executor.results(work, NUMBERS)
             for _ in range(4):
                 store.add(*next(results))
@@ -129,7 +128,7 @@ def test_a_scheduler_that_goes_is_one_line_and_what_is_done_is_kept(tmp_path, mo
                 list(results)
         started.scheduler()
         started.workers(2)
-        with connection.connect(started.address, code, print) as executor:
+        with connect(started.address, code, print) as executor:
             complete(executor, work, NUMBERS, store, failures=tmp_path / "x.txt")
     assert store.results == RESULTS
     assert len(list(marks.iterdir())) <= 12 + 2 * 2  # those under way once more
@@ -138,7 +137,7 @@ def test_a_scheduler_that_goes_is_one_line_and_what_is_done_is_kept(tmp_path, mo
 def test_workers_that_go_are_one_line(tmp_path):
     with machines(tmp_path, 0) as started:
         process = started.workers(1)
-        with connection.connect(started.address, code, print) as executor:
+        with connect(started.address, code, print) as executor:
             executor.patience = 20.0
             results = executor.results(partial(pieces.slow, 0.2), NUMBERS)
             next(results)
@@ -149,7 +148,7 @@ def test_workers_that_go_are_one_line(tmp_path):
 
 
 def test_no_worker_is_one_line_in_the_end(tmp_path):
-    with machines(tmp_path, 0) as started, connection.connect(started.address, code, print) as executor:
+    with machines(tmp_path, 0) as started, connect(started.address, code, print) as executor:
         executor.patience = 1.0
         with refused("state", "--dask"):
             dict(executor.results(pieces.number, NUMBERS))
@@ -173,17 +172,20 @@ def certificates(tmp_path):
     return {"ca_file": ca, "cert": cert, "key": key}
 
 
-def test_tls_by_the_security_object_of_dask(certificates, tmp_path, monkeypatch):
+def test_tls_by_the_configuration_of_dask(certificates, tmp_path, monkeypatch):
     """All connections are encrypted, and who has no certificate gets no answer."""
     words = [word for name, file in certificates.items() for word in (f"--tls-{name.replace('_', '-')}", file)]
     with machines(tmp_path, protocol="tls", certificates=words) as started:
-        keys = "".join(f"  {name}: {file}\n" for name, file in certificates.items())
-        (tmp_path / "cluster.yaml").write_text(f"scheduler: {started.address}\ntls:\n{keys}")
-        with connection.connect(str(tmp_path / "cluster.yaml"), code, print) as executor:
+        pair = f"{{cert: {certificates['cert']}, key: {certificates['key']}}}"
+        tls = f"{{ca-file: {certificates['ca_file']}, client: {pair}}}"
+        settings = f"distributed: {{comm: {{require-encryption: true, tls: {tls}}}}}"
+        (tmp_path / "cluster.yaml").write_text(f"scheduler-address: {started.address}\n{settings}\n")
+        with connect(str(tmp_path / "cluster.yaml"), code, print) as executor:
             assert executor.client.security.require_encryption
             assert dict(executor.results(pieces.number, NUMBERS)) == RESULTS
             assert all(worker.startswith("tls://") for worker in executor.client.nthreads())
-        monkeypatch.setattr(connection, "ANSWER_S", 1.0)
-        with pytest.raises(InputError, match=r"--dask tls://127.0.0.1:\d+: no scheduler answers there") as caught:
-            connection.connect(started.address, code, print)
+        monkeypatch.setattr(clusters, "ANSWER_S", 1.0)
+        failure = pytest.raises(InputError, match=r"--dask tls://127.0.0.1:\d+: no scheduler answers there")
+        with failure as caught, connect(started.address, code, print):
+            pass
         assert (caught.value.kind, caught.value.key) == ("state", "--dask")  # the rest of the sentence is Dask's

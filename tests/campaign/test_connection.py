@@ -8,21 +8,22 @@ from pathlib import Path
 import pytest
 from support import pieces, refusals
 
-from bayesub.campaign import connection
+from bayesub.campaign import cluster
 from bayesub.io.errors import InputError
 from bayesub.study.provenance import code
 
 pytestmark = pytest.mark.cluster
 
 SLURM = """
-queue: slurm
 workers: 64
-cores: 16
-memory: 32GB
-walltime: "04:00:00"
-partition: short
-setup: [module load python, source ~/venv/bin/activate]
-options: {job_extra_directives: ["--exclusive"]}
+jobqueue:
+  slurm:
+    cores: 16
+    memory: 32GB
+    walltime: "04:00:00"
+    queue: short
+    job-script-prologue: [module load python, source ~/venv/bin/activate]
+    job-extra-directives: ["--exclusive"]
 """
 STUDY = '''"""Are results those of one process?
 
@@ -123,37 +124,35 @@ def test_without_dask_the_command_says_what_to_install(bayesub, tmp_path, monkey
 @pytest.mark.parametrize("text", ["local", "local:0", "tcp://host", "http://host:1", "cluster.toml", "local:two"])
 def test_what_is_no_cluster_is_one_line(text):
     pytest.importorskip("distributed")
-    with refusals.refused("value", "--dask"):
-        connection.connect(text, code, print)
+    with refusals.refused("value", "--dask"), cluster.connect(text, code, print):
+        pass
 
 
 def test_a_scheduler_that_is_not_there_is_one_line(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(connection, "ANSWER_S", 0.3)
-    with pytest.raises(InputError, match=r"--dask tcp://127.0.0.1:9: no scheduler answers there") as caught:
-        connection.connect("tcp://127.0.0.1:9", code, print)
+    monkeypatch.setattr(cluster, "ANSWER_S", 0.3)
+    refused = pytest.raises(InputError, match=r"--dask tcp://127.0.0.1:9: no scheduler answers there")
+    with refused as caught, cluster.connect("tcp://127.0.0.1:9", code, print):
+        pass
     assert (caught.value.kind, caught.value.key) == ("state", "--dask")  # the rest of the sentence is Dask's
 
 
 @pytest.mark.parametrize(
     ("text", "kind", "key"),
     [
-        ("queue: slurm\nworker: 3", "unknown", "worker"),
-        ("queue: slurn\nworkers: 1\nmemory: 1GB", "value", "queue"),
-        ("queue: slurm\nworkers: many\nmemory: 1GB", "value", "workers"),
-        ("workers: 3", "conflict", ""),
-        ("queue: slurm", "missing", ""),
-        ("scheduler: host:8786", "value", ""),
+        ("worker: 3\njobqueue: {slurm: {}}", "missing", "workers"),
+        ("workers: many\njobqueue: {slurm: {}}", "missing", "workers"),
+        ("workers: 1\njobqueue: {slurn: {}}", "unknown", "jobqueue.slurn"),
+        ("workers: 3", "missing", "jobqueue"),
         ("- 1", "format", ""),
         ("a: [1", "format", ""),
-        ("scheduler: tls://h:1\ntls: {ca_file: a, cert: b}", "missing", "tls.key"),
     ],
 )
 def test_a_wrong_file_is_one_line_with_its_key(tmp_path, text, kind, key):
-    pytest.importorskip("yaml")
+    pytest.importorskip("distributed")
     (tmp_path / "c.yaml").write_text(text)
-    with refusals.refused(kind, key) as error:
-        connection.cluster_file(tmp_path / "c.yaml")
+    with refusals.refused(kind, key) as error, cluster.connect(str(tmp_path / "c.yaml"), code, print):
+        pass
     assert str(error.value).startswith(f"{tmp_path / 'c.yaml'}: ")
 
 
@@ -161,14 +160,14 @@ def test_a_wrong_file_is_one_line_with_its_key(tmp_path, text, kind, key):
 def test_jobs_of_slurm_have_what_the_file_says(tmp_path, monkeypatch):
     """The job script of dask-jobqueue, without a batch system to hand it to."""
     jobqueue = pytest.importorskip("dask_jobqueue")
-    (tmp_path / "slurm.yaml").write_text(SLURM)
+    yaml = pytest.importorskip("yaml")
     asked = []
     monkeypatch.setattr(jobqueue.SLURMCluster, "adapt", lambda _, **jobs: asked.append(jobs))
-    cluster, _, patience = connection._target(str(tmp_path / "slurm.yaml"))
-    script = cluster.job_script()
-    cluster.close()
+    jobs, patience = cluster.configured(yaml.safe_load(SLURM), "slurm.yaml")
+    script = jobs.job_script()
+    jobs.close()
     assert asked == [{"minimum_jobs": 4, "maximum_jobs": 4}]
-    assert patience == connection.QUEUE_S
+    assert patience == cluster.QUEUE_S
     for line in (
         "-p short",
         "-t 04:00:00",
@@ -181,10 +180,11 @@ def test_jobs_of_slurm_have_what_the_file_says(tmp_path, monkeypatch):
         assert line in script
     assert "--nthreads 1 " in script
     assert "--nworkers 16 " in script
-    (tmp_path / "slurm.yaml").write_text(SLURM.replace("job_extra_directives", "no_such_key"))
-    with pytest.raises(InputError, match=r"SLURMCluster of dask-jobqueue does not start: .*no_such_key") as caught:
-        connection.connect(str(tmp_path / "slurm.yaml"), code, print)
-    assert (caught.value.kind, caught.value.key) == ("state", "queue")  # the rest of the sentence is dask-jobqueue's
+    (tmp_path / "slurm.yaml").write_text(SLURM.replace("job-extra-directives", "no-such-key"))
+    refused = pytest.raises(InputError, match=r"SLURMCluster of dask-jobqueue does not start: .*no_such_key")
+    with refused as caught, cluster.connect(str(tmp_path / "slurm.yaml"), code, print):
+        pass
+    assert (caught.value.kind, caught.value.key) == ("state", "jobqueue")  # the rest of the sentence is dask-jobqueue's
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -194,6 +194,6 @@ def test_workers_of_a_batch_system_do_a_campaign(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     tests = Path(__file__).parents[1]
     monkeypatch.setenv("PYTHONPATH", f"{tests.parent}{os.pathsep}{tests}")  # where workers find package and pieces
-    (tmp_path / "jobs.yaml").write_text("queue: local\nworkers: 1\nmemory: 1GB\n")
-    with connection.connect("jobs.yaml", code, print) as executor:
+    (tmp_path / "jobs.yaml").write_text("workers: 1\njobqueue: {local: {memory: 1GB}}\n")
+    with cluster.connect("jobs.yaml", code, print) as executor:
         assert dict(executor.results(pieces.number, {"a": 1})) == {"a": pieces.number(1)}

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import bayesub as bs
-from bayesub.design import goals
+from bayesub.design import information as goals
 from bayesub.design.families import KINDS, LENGTHS, Family, controls
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range, load_limits

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.design import goals
+from bayesub.design import information as goals
 from bayesub.design.information import Information
 
 

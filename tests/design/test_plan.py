@@ -8,10 +8,10 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.design.families import Family
-from bayesub.design.goals import Known
+from bayesub.design.information import Known
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range
-from bayesub.design.plan import Budget, Plan, at_knots, best, families, kinds
+from bayesub.design.plan import Plan, at_knots, best, families, kinds, of_time, of_total
 from bayesub.sensors import DVL, INS, flat
 
 LIMITS = Limits(duration_s=40.0)
@@ -34,13 +34,13 @@ def plan(boat, tmp_path):
 @pytest.mark.parametrize("n_families", [1, 3])
 def test_a_budget_is_spent(n_families):
     """On a fast machine all of it; on a slow one no family has fewer than its starts and some generations."""
-    fast = Budget.of_time(600.0, 25.0, 0.01, n_families)
-    assert fast.brief * n_families == pytest.approx(2500, rel=0.01)
-    assert fast.brief * n_families + fast.rest == 60_000
-    slow = Budget.of_time(60.0, 25.0, 10.0, n_families)
-    assert (slow.brief, slow.rest) == (120, 0)
-    total = Budget.of_total(6000, n_families)
-    assert total.brief * n_families + total.rest == 6000
+    fast = of_time(600.0, 25.0, 0.01, n_families)
+    assert fast[0] * n_families == pytest.approx(2500, rel=0.01)
+    assert fast[0] * n_families + fast[1] == 60_000
+    slow = of_time(60.0, 25.0, 10.0, n_families)
+    assert slow == (120, 0)
+    total = of_total(6000, n_families)
+    assert total[0] * n_families + total[1] == 6000
 
 
 def test_a_helmsman_is_given_steps():
@@ -82,7 +82,7 @@ def test_a_search_goes_on_where_it_was(plan):
 @pytest.mark.slow
 def test_more_judgements_make_nothing_worse(plan):
     """Whether or not curves that begin as the best of the families become better than it."""
-    *_, answers = plan.brief(120)
+    *_, (_, answers) = plan.stages((120, 0))
     assert set(answers) == set(plan.families)
     thorough = plan.thorough(answers, 300)
     assert thorough[best(thorough)].cost <= answers[best(answers)].cost

@@ -9,7 +9,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.design import goals
+from bayesub.design import information as goals
 from bayesub.design.families import Family, controls
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range

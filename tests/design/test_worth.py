@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.design import towing_tank, worth
+from bayesub.design import worth
 from bayesub.design.information import Information
 from bayesub.design.judge import Judge
 from bayesub.sensors import DVL, Pressure, Track
@@ -74,7 +74,7 @@ def test_the_first_value_from_a_tank_is_the_one_that_unlocks_most():
     """A sum of a, b and c is known exactly, d by itself: any of a, b or c tells of the others, d of none."""
     row = np.array([1.0, 2.0, 1.0, 0.0])
     information = told(1e8 * np.outer(row, row) + np.diag([0.0, 0.0, 0.0, 9.0]))
-    first, second, *_ = towing_tank.unlocking(information, 1e-3, 4)
+    first, second, *_ = worth.unlocking(information, 1e-3, 4)
     gains = {}
     for k in range(4):
         rest = np.delete(np.arange(4), k)
@@ -91,17 +91,17 @@ def test_the_first_value_from_a_tank_is_the_one_that_unlocks_most():
 def test_half_of_the_gain_takes_the_relative_sd_that_is_said(rng):
     rows = rng.standard_normal((3, 6)) * 30.0
     information = told(rows.T @ rows)
-    (first,) = towing_tank.unlocking(information, 1e-4, 1)
+    (first,) = worth.unlocking(information, 1e-4, 1)
     k = information.names.index(first.name)
     sharp, half = (
-        towing_tank.unlocking(information, sd, 1, candidates=[first.name])[0].gain for sd in (1e-9, first.half_gain_sd)
+        worth.unlocking(information, sd, 1, candidates=[first.name])[0].gain for sd in (1e-9, first.half_gain_sd)
     )
     assert half == pytest.approx(0.5 * sharp, rel=1e-6)
-    assert towing_tank.gain(information.covariance, k, 1e3) == pytest.approx(0.0, abs=1e-5)
+    assert worth.gain(information.covariance, k, 1e3) == pytest.approx(0.0, abs=1e-5)
 
 
 def test_only_candidates_are_towed(rng):
     rows = rng.standard_normal((3, 6))
-    values = towing_tank.unlocking(told(rows.T @ rows), 0.01, 5, candidates=["b", "e"])
+    values = worth.unlocking(told(rows.T @ rows), 0.01, 5, candidates=["b", "e"])
     assert {value.name for value in values} == {"b", "e"}
     assert values[1].n_known >= values[0].n_known

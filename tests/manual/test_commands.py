@@ -17,7 +17,6 @@ from manual.pages import PAGES, ROOT, blocks
 from support import torpedo, vehicle_logs
 
 import bayesub as bs
-from bayesub.campaign.connection import cluster_file
 from bayesub.cli import manual
 from bayesub.io import toml_files
 from bayesub.study.schema.study_file import Study
@@ -73,10 +72,21 @@ def test_what_a_page_shows_runs(page, folder, bayesub):
         elif block.language == "toml":
             check_toml(block.run, folder)
         elif block.language == "yaml":
-            (folder / block.file).write_text(block.run)
-            cluster_file(folder / block.file)
+            check_dask(block.run)
         else:
             assert block.language in TEXT or block.text.startswith(SHELL), block.text
+
+
+def check_dask(text):
+    """Keys of batch jobs are those of dask-jobqueue."""
+    import dask.config
+    import dask_jobqueue  # noqa: F401 - whose keys it adds to Dask's
+    import yaml
+
+    settings = yaml.safe_load(text)
+    assert settings.keys() <= {"workers", "jobqueue", "scheduler-address", "distributed"}
+    for queue, options in settings.get("jobqueue", {}).items():
+        assert options.keys() <= dask.config.get(f"jobqueue.{queue}").keys()
 
 
 def logs_of_vehicles(folder, bayesub):

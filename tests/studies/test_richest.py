@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.design.goals import Known
+from bayesub.design.information import Known
 from bayesub.design.judge import Judge
 from richest import appraisal, floor, proof
 

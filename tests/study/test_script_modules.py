@@ -12,7 +12,7 @@ from support.refusals import refused
 import bayesub as bs
 from bayesub.campaign import beside
 from bayesub.campaign.executors import Processes
-from bayesub.study.run import script, script_modules
+from bayesub.study.run import script
 
 STUDY = '''"""Are modules found?
 
@@ -86,7 +86,7 @@ def study(tmp_path):
 
 def test_those_that_are_imported_and_data_of_their_packages_are_files_of_a_script(study):
     names = ["mine/__init__.py", "mine/deep.py", "mine/deeper.py", "mine/tables.py", "mine/words.toml", "squares.py"]
-    assert list(script_modules.files(study)) == names
+    assert list(script.modules(study)) == names
 
 
 @pytest.mark.parametrize("name", ["squares.py", "mine/deeper.py", "mine/words.toml"])

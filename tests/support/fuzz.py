@@ -28,11 +28,12 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # where `support` is, for wh
 from support import mutations
 
 import bayesub as bs
-from bayesub.cli import app, check
+from bayesub.cli import app
 from bayesub.io.errors import InputError
 from bayesub.logs import log_files
 from bayesub.model.equations import load_equations
 from bayesub.model.equations.generate import source
+from bayesub.study.before import check
 from bayesub.study.run.prepare import prepare
 from bayesub.study.schema.study_file import load_study
 

@@ -1,8 +1,8 @@
 """Several finished runs side by side, in a folder that explains itself."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,10 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.report import comparison_page
-from bayesub.study.after.answer import open_answer, write_answer
 from bayesub.study.after.finished_run import FinishedRun, finished_run
-from bayesub.study.after.predict import predicted_by
-from bayesub.study.after.unseen_manoeuvre import Asked, asked
-from bayesub.study.provenance import of_request, settings
+from bayesub.study.after.predict import PosedTrial, Request, pose, predicted_by, write_answer
+from bayesub.study.provenance import copies, of_request, settings
+from bayesub.study.run.run_folder import open_folder
 
 PAGE = "comparison.html"
 USUAL = "zigzag_20_20"  # manoeuvre, if the first run is of a log
@@ -25,95 +24,71 @@ _UNTOLD = ("begun", "question", "quick", "files_sha256", "name", "vehicle", "man
 _DIGITS = 12  # of digests
 
 
-@dataclass(frozen=True)
-class Request:
-    """What is asked of several runs.
+def compare(
+    folders: Sequence[Path],
+    output: Path,
+    *,
+    manoeuvre: str | None = None,
+    draws: int = N_DRAWS,
+    seed: int = 0,
+    force: bool = False,
+    pdf: bool = False,
+    progress: Progress = SILENT,
+) -> dict[str, Any]:
+    """Set finished runs side by side in a folder, which is made; gives the content of ``numbers.json``.
 
-    Attributes
+    The folder gets ``comparison.html``, ``numbers.json``, ``coefficients.csv``, ``distances.csv`` and figures (as PDF
+    too with `pdf`). With `force` what is there is replaced.
+
+    Parameters
     ----------
-    runs : tuple of Path
-        Their folders.
+    folders : sequence of Path
+        Of the runs.
+    output : Path
+        The folder to write.
     manoeuvre : str or None
         That all shall predict; by default that of the first run, or :data:`USUAL`.
     draws : int
         Of each posterior, for predictions.
-    seed : int
-    """
-
-    runs: tuple[Path, ...]
-    manoeuvre: str | None = None
-    draws: int = N_DRAWS
-    seed: int = 0
-
-    def config(self, manoeuvre: str, files: Mapping[str, Path]) -> dict:
-        """What the result depends on."""
-        return of_request("comparison", vars(self) | {"manoeuvre": manoeuvre}, files)
-
-
-def compare(
-    request: Request, folder: Path, *, force: bool = False, pdf: bool = False, progress: Progress = SILENT
-) -> dict:
-    """Set finished runs side by side in a folder.
-
-    It gets ``comparison.html``, ``numbers.json``, ``coefficients.csv``, ``distances.csv`` and figures.
-
-    Parameters
-    ----------
-    request : Request
-    folder : Path
-        It is made if it does not exist.
-    force : bool
-        Replace what is in the folder.
-    pdf : bool
-        Draw every figure as PDF too.
-    progress : Progress
-
-    Returns
-    -------
-    dict
-        The content of ``numbers.json``.
 
     Raises
     ------
     InputError
         For folders that are no finished runs, too few or too many, and for a folder that is not free.
     """
-    n, most = len(request.runs), comparison_page.MOST
+    n, most = len(folders), comparison_page.MOST
     if n < 2:
         raise InputError("give the folders of two runs at least", "missing", "runs")
     if n > most:
         raise InputError(f"{n} runs are more than can be told apart in figures; give at most {most}", "limit", "runs")
     progress.stage("read the runs")
-    runs = [finished_run(run) for run in request.runs]
-    manoeuvre, files = _manoeuvre(request, runs[0])
-    labels, source = _labels(request.runs), str(next(iter(files.values()), manoeuvre))
-    questions = [_asked(run, source) for run in runs]
-    refusals = [question for question in questions if isinstance(question, InputError)]
-    if request.manoeuvre is not None and len(refusals) == len(runs):
-        raise refusals[0]
-    config = request.config(manoeuvre, dict(pair for run in runs for pair in run.files.items()) | files)
-    with open_answer(folder, config, files, force=force):
-        compared = []
-        for label, run, question in zip(labels, runs, questions, strict=True):
-            progress.stage(f"{label} on {Path(manoeuvre).stem}")
-            compared.append(_compared(label, run, question, request))
-        comparison = Comparison(tuple(compared), Path(manoeuvre).stem)
-        progress.stage("figures and page")
-        numbers = comparison.numbers | {"seed": request.seed}
-        tables = {"coefficients.csv": comparison.coefficient_rows(), "distances.csv": comparison.distance_rows()}
-        sheet = comparison_page.sheet(comparison, commit=config["commit"], seed=request.seed)
-        write_answer(folder, PAGE, sheet, numbers, tables, pdf=pdf)
-    return numbers
-
-
-def _manoeuvre(request: Request, first: FinishedRun) -> tuple[str, dict[str, Path]]:
-    """The manoeuvre that all predict, and name -> its file if it is none that is built in."""
-    if request.manoeuvre is not None:
-        name, place = request.manoeuvre, request.manoeuvre
+    runs = [finished_run(run) for run in folders]
+    if manoeuvre is not None:
+        name = place = manoeuvre
     else:
-        name = next((trial.manoeuvre for _, trial, _ in first.study.each_trial() if trial.manoeuvre), USUAL)
-        place = first.study.path(name)
-    return name, {name: Path(place)} if toml_files.is_path(name) else {}
+        trials = [trial.manoeuvre for _, trial, _ in runs[0].study.each_trial() if trial.manoeuvre]
+        name = next(iter(trials), USUAL)
+        place = runs[0].study.path(name)
+    files = {name: Path(place)} if toml_files.is_path(name) else {}
+    labels, source = _labels(folders), str(next(iter(files.values()), name))
+    posed = [_posed(run, source) for run in runs]
+    refusals = [one for one in posed if isinstance(one, InputError)]
+    if manoeuvre is not None and len(refusals) == len(runs):
+        raise refusals[0]
+    asked = {"runs": tuple(folders), "manoeuvre": name, "draws": draws, "seed": seed}
+    config = of_request("comparison", asked, dict(pair for run in runs for pair in run.files.items()) | files)
+    with open_folder(output, config, copies(files, config["files_sha256"]), force=force):
+        compared = []
+        for label, run, trial in zip(labels, runs, posed, strict=True):
+            progress.stage(f"{label} on {Path(name).stem}")
+            compared.append(_compared(label, run, trial, draws, seed))
+        comparison = Comparison(tuple(compared), Path(name).stem)
+        progress.stage("figures and page")
+        numbers = comparison.numbers | {"seed": seed}
+        tables = {"coefficients.csv": comparison.coefficient_rows(), "distances.csv": comparison.distance_rows()}
+        sheet = comparison_page.sheet(comparison, commit=config["commit"], seed=seed)
+        write_answer(output, PAGE, sheet, numbers, tables, pdf=pdf)
+    return numbers
 
 
 def _labels(folders: Sequence[Path]) -> list[str]:
@@ -125,21 +100,20 @@ def _labels(folders: Sequence[Path]) -> list[str]:
     raise InputError(f"{folders[0]}: is given twice; a run is not compared with itself", "conflict", "runs")
 
 
-def _asked(run: FinishedRun, manoeuvre: str) -> Asked | InputError:
+def _posed(run: FinishedRun, manoeuvre: str) -> PosedTrial | InputError:
     """The manoeuvre posed to a run, or why it does not fit."""
     try:
-        return asked(run, manoeuvre)
+        return pose(run, Request(run.folder, manoeuvre))
     except InputError as error:
         return error
 
 
-def _compared(label: str, run: FinishedRun, question: Asked | InputError, request: Request) -> ComparedRun:
+def _compared(label: str, run: FinishedRun, posed: PosedTrial | InputError, draws: int, seed: int) -> ComparedRun:
     prediction, why_not = None, ""
-    if isinstance(question, InputError):
-        why_not = str(question)
+    if isinstance(posed, InputError):
+        why_not = str(posed)
     else:
-        rng = np.random.default_rng(request.seed)
-        prediction = predicted_by(run, question, rng, request.draws, by=(POSTERIOR,))
+        prediction = predicted_by(run, posed, np.random.default_rng(seed), draws, by=(POSTERIOR,))
         if not prediction.motions[POSTERIOR].is_flown:
             why_not = "with most draws the boat does not complete it"
     trials = [trial.manoeuvre or trial.data for _, trial, _ in run.study.each_trial()]

@@ -1,28 +1,283 @@
-"""A design goes one way: its question is posed, searched family by family, and answered with manoeuvres and a page."""
+"""A design goes one way: what is asked is posed as a question, searched family by family, and answered with a page."""
 
 import json
 import time
-from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from bayesub.campaign import executors
 from bayesub.campaign.executors import Executor
-from bayesub.design.plan import Budget, Plan, best
+from bayesub.design import information as goals
+from bayesub.design.families import Family
+from bayesub.design.judge import Judge
+from bayesub.design.limits import N_DRAWS, Limits, Range, load_limits, usual_limits
+from bayesub.design.plan import Plan, best, families, of_time, of_total, refuse_uninformed, tried
 from bayesub.design.search import Found
-from bayesub.findings.designed_trial import DesignedTrial
+from bayesub.findings.designed_trial import Asked, DesignedTrial, structural
+from bayesub.io import toml_files
 from bayesub.io.atomic import replacing, write_text
+from bayesub.io.errors import InputError, nearest
 from bayesub.io.terminal import SILENT, Progress, duration
 from bayesub.logs.log_files import write_log
-from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
+from bayesub.model import quantities
+from bayesub.model.manoeuvres import load_manoeuvre
+from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.report import design as report
-from bayesub.study.after.answer import open_answer
-from bayesub.study.after.design_question import Question, Request, pose
-from bayesub.study.provenance import CODE
+from bayesub.study.after.finished_run import finished_run
+from bayesub.study.after.knowledge import covariance_of_draws
+from bayesub.study.provenance import CODE, copies, of_request
+from bayesub.study.run.result import NOT_CONVERGED
 from bayesub.study.run.run import interruptions
+from bayesub.study.run.run_folder import open_folder
+from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors
 
+DEFAULT, MINUTES = "known:10", 10.0
+EXACT = 1e-4  # relative sd of a quantity, before any trial, below which it depends on nothing that is unknown
+OPTIMALITY = {
+    "D": "a small volume of the posterior (D-optimality)",
+    "A": "small variances on average (A-optimality)",
+    "E": "the least known direction that is not null known best (E-optimality)",
+}
 FIRST_S = 25.0  # of searches before the first answer
 COSTS, PACE = "costs", "pace.json"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked of a design.
+
+    Attributes
+    ----------
+    sensors, limits, after : Path or None
+        Files, and the folder of a run.
+    boats : int
+        Boats over which the goal is averaged: that of the vehicle file, and others that the prior holds possible.
+    """
+
+    vehicle: str  # built-in name or path
+    wanted: tuple[str, ...] = (DEFAULT,)  # ``known:10``, ``D``, ``A``, ``E``, coefficients or quantities
+    sensors: Path | None = None
+    limits: Path | None = None
+    after: Path | None = None
+    families: tuple[str, ...] = ()  # by default all that can be followed
+    trials: int = 1  # manoeuvres designed together
+    minutes: float = MINUTES  # of search
+    judgements: int | None = None  # manoeuvres to judge, in place of the minutes
+    seed: int = 0
+    subproblem: str | None = None
+    boats: int = 1
+
+    def config(self) -> dict:
+        """What the result depends on."""
+        return of_request("design", vars(self), self.files)
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """Name -> file of what is asked for, as far as it is files."""
+        vehicle = Path(self.vehicle) if toml_files.is_path(self.vehicle) else None
+        after = None if self.after is None else self.after / "posterior.nc"
+        return {str(file): file for file in (vehicle, self.sensors, self.limits, after) if file is not None}
+
+
+@dataclass(frozen=True)
+class KnownBefore:
+    """The posterior of the coefficients of a run."""
+
+    folder: Path  # of the run
+    names: tuple[str, ...]  # the coefficients, n of them
+    draws: np.ndarray  # (n_draws, n)
+
+    def vehicle(self, vehicle: Vehicle) -> Vehicle:
+        """The vehicle of the posterior means."""
+        xi = vehicle.xi.copy()
+        xi[vehicle.equations.columns(self.names)] = self.draws.mean(axis=0)
+        return replace(vehicle, xi=xi)
+
+    def judge(self, judge: Judge) -> Judge:
+        """The judge whose prior is the posterior; coefficients of the judge are among those of the posterior."""
+        places = [self.names.index(name) for name in judge.names]
+        prior_sd = judge.empty().prior_sd
+        covariance = covariance_of_draws(judge.names, self.draws[:, places])
+        return replace(judge, precision=np.linalg.inv(covariance / np.outer(prior_sd, prior_sd)))
+
+    def sets(self, vehicle: Vehicle, n: int, rng: np.random.Generator) -> np.ndarray:
+        """(n, n_terms) coefficient sets of draws."""
+        sets = np.tile(vehicle.xi, (n, 1))
+        sets[:, vehicle.equations.columns(self.names)] = self.draws[rng.choice(len(self.draws), n)]
+        return sets
+
+
+@dataclass(frozen=True)
+class Question:
+    """A design made ready to be searched."""
+
+    judge: Judge
+    range: Range
+    families: dict[str, Family]
+    goal: goals.Goal
+    asked: tuple[Asked, ...]  # by name
+    words: dict[str, str]  # goal, sensors, limits and prior
+
+
+def pose(request: Request) -> Question:
+    """Read all inputs and pose the question.
+
+    InputError for inputs that do not fit, that contradict each other, or that leave nothing to design.
+    """
+    vehicle = load_vehicle(request.vehicle)
+    subproblem = vehicle.equations.subproblem(request.subproblem)
+    known = None if request.after is None else known_before(request.after, vehicle)
+    vehicle = vehicle if known is None else known.vehicle(vehicle)
+    limits = usual_limits(vehicle) if request.limits is None else load_limits(request.limits)
+    file = usual_sensors(vehicle, subproblem) if request.sensors is None else read_design(request.sensors)
+    if known is not None and (file.prior is not None or file.free is not None):
+        text = f"{request.sensors}: [prior] and [free] contradict --after, whose posterior is the prior; leave them out"
+        raise InputError(text, "conflict", "--after")
+    of_kinds = families(vehicle, limits, request.families, subproblem)
+    random, draws = (np.random.default_rng(s) for s in np.random.SeedSequence(request.seed).spawn(2))
+    manoeuvres = tried(of_kinds.values(), random)
+    family = next(iter(of_kinds.values()))
+    judge = file.judge(vehicle, family, manoeuvres[0], request.sensors, () if known is None else known.names)
+    judge = judge if known is None else known.judge(judge)
+    judge = replace(judge, step_s=min(judge.accurate_step(one) for one in manoeuvres[:2]))
+    sets = drawn(judge, N_DRAWS, draws) if known is None else known.sets(judge.vehicle, N_DRAWS, draws)
+    if request.boats > 1:
+        judge = replace(judge, draws=np.vstack([judge.vehicle.xi, sets[: request.boats - 1]]))
+    flights = Range(judge.vehicle, limits, sets, subproblem, judge.step_s)
+    if request.limits is not None:
+        flights.refuse(family.straight())
+    goal, asked, meaning = goal_of(request.wanted, judge, flights, of_kinds)
+    refuse_uninformed(judge, manoeuvres, {one.name: one.gradient for one in asked})
+    words = {
+        "goal": meaning + (f", on average over {request.boats} boats of the prior" if request.boats > 1 else ""),
+        "sensors": _sensors(judge) + ("" if request.sensors else " (the usual ones, as none are given)"),
+        "limits": _limits(limits, request),
+        "prior": _prior(file, known, judge),
+    }
+    return Question(judge, flights, of_kinds, goal, asked, words)
+
+
+def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
+    """Read the posterior of a run of a study in TOML.
+
+    InputError for a folder that is no run, a run that has not finished or not converged, and one of another vehicle.
+    """
+    try:
+        run = finished_run(folder)
+    except InputError as error:
+        raise InputError(f"--after {error}", error.kind, error.key) from None
+    if run.verdict == NOT_CONVERGED:
+        raise InputError(
+            f"--after {folder}: the run has not converged, and its posterior may be wrong; raise max_steps of "
+            "[sampler] in its study and continue it with --resume",
+            "state",
+            "--after",
+        )
+    flown, posterior = run.vehicle, run.posterior
+    if flown.name != vehicle.name or flown.equations != vehicle.equations:
+        text = f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat"
+        raise InputError(text, "conflict", "--after")
+    names = tuple(name for name in posterior.names if name in vehicle.equations.index)
+    return KnownBefore(folder, names, posterior.draws[:, [posterior.names.index(name) for name in names]])
+
+
+def drawn(judge: Judge, n: int, rng: np.random.Generator) -> np.ndarray:
+    """(n, n_terms) coefficient sets that the prior of a judge holds possible."""
+    vehicle = judge.vehicle
+    sets = np.tile(vehicle.xi, (n, 1))
+    sets[:, judge.columns] = judge.prior.on(judge.columns, vehicle.xi, vehicle.equations).sample(rng, n)
+    return sets
+
+
+def goal_of(
+    wanted: tuple[str, ...], judge: Judge, flights: Range, of_kinds: dict[str, Family]
+) -> tuple[goals.Goal, tuple[Asked, ...], str]:
+    """The goal of what is asked for, what is asked for by name, and the goal in words."""
+    criteria = [word for word in wanted if word in OPTIMALITY or word.startswith("known")]
+    if criteria and len(wanted) > 1:
+        what = f"--for {' --for '.join(wanted)}: contradict each other"
+        raise InputError(f"{what}; give one criterion, or names of coefficients and quantities", "conflict", "--for")
+    if not criteria:
+        asked = tuple(_asked(name, judge) for name in dict.fromkeys(wanted))
+        return goals.Sharpest([one.gradient for one in asked]), asked, ", ".join(one.name for one in asked)
+    (word,) = criteria
+    if word == "D":
+        goal = goals.d_optimality
+    elif word == "A":
+        goal = goals.a_optimality
+    elif word == "E":
+        goal = goals.EOptimality(len(structural(judge, flights, of_kinds)))
+    else:
+        percent = _percent(word)
+        return goals.Known(0.01 * percent), (), f"as many coefficients as possible known to {percent:g} %"
+    return goal, (), OPTIMALITY[word]
+
+
+def _percent(word: str) -> float:
+    try:
+        percent = float(word.removeprefix("known:"))
+    except ValueError:
+        percent = 0.0
+    if not 0.0 < percent <= 100.0:
+        text = f"--for {word}: expected known: and per cent between 0 and 100, such as known:10"
+        raise InputError(text, "value", "--for")
+    return percent
+
+
+def _asked(name: str, judge: Judge) -> Asked:
+    """A coefficient or quantity of a judge by its name."""
+    vehicle = judge.vehicle
+    if name in judge.names:
+        place = judge.names.index(name)
+        return Asked(
+            name, vehicle.equations.term(name).unit or "", judge.values[place], np.eye(len(judge.names))[place]
+        )
+    if name in vehicle.equations.index:
+        what = f"--for {name}: is not among the coefficients to infer of {vehicle.name}"
+        raise InputError(f"{what}: it is zero, held, or has no part in the motion", "conflict", "--for")
+    if name not in quantities.QUANTITIES:
+        valid = (DEFAULT, *OPTIMALITY, *judge.names, *quantities.QUANTITIES)
+        what = f"--for {name}: is no criterion, coefficient or quantity{nearest(name, valid)}"
+        raise InputError(f"{what}; quantities are {', '.join(quantities.QUANTITIES)}", "unknown", "--for")
+    quantity = quantities.QUANTITIES[name]
+    if reason := quantity.reason(vehicle):
+        raise InputError(f"--for {name}: {vehicle.name} has none: {reason}", "conflict", "--for")
+    (value,) = quantity.values(vehicle, vehicle.xi)
+    gradient = quantities.gradient(vehicle, quantity, judge.columns)
+    if not (np.isfinite(value) and np.isfinite(gradient).all()):
+        raise InputError(f"--for {name}: {vehicle.name} does not reach it; ask for another quantity", "limit", "--for")
+    if judge.empty().prior_sd_of(gradient) <= EXACT * abs(value):
+        text = f"--for {name}: depends on none of the coefficients to infer; ask for another, or change [free]"
+        raise InputError(text, "conflict", "--for")
+    return Asked(name, quantity.unit, float(value), gradient)
+
+
+def _sensors(judge: Judge) -> str:
+    parts = []
+    for sensor in judge.sensors:
+        noise = [f"sd {sensor.sd:g}"] * bool(sensor.sd) + [f"rounded to {sensor.resolution:g}"] * bool(
+            sensor.resolution
+        )
+        parts.append(f"{sensor.column} {' '.join(noise)} every {sensor.interval_s:g} s")
+    return ", ".join(parts)
+
+
+def _limits(limits: Limits, request: Request) -> str:
+    parts = [f"{key} {value:.4g}" for key, value in limits.model_dump(exclude_none=True).items()]
+    return ", ".join(parts) + ("" if request.limits else " (the usual ones, as none are given)")
+
+
+def _prior(file, known: KnownBefore | None, judge: Judge) -> str:
+    n = len(judge.names)
+    if known is not None:
+        return f"the posterior of {known.folder} of {n} coefficients; the others are held"
+    text = f"{n} coefficients, " + (
+        f"each to {100 * PRIOR_SD:g} % of its value" if file.prior is None else f"prior {file.prior.kind}"
+    )
+    others = [*file.nuisance, *(() if file.disturbance is None else [f"forces on {' '.join(file.disturbance.axes)}"])]
+    return text + (f"; unknown besides: {', '.join(others)}" if others else "")
 
 
 def design(
@@ -34,28 +289,12 @@ def design(
     progress: Progress = SILENT,
     executor: Executor | None = None,
 ) -> dict:
-    """Design manoeuvres into a folder.
+    """Design manoeuvres into a folder, which is made; gives the content of ``design.json``.
 
     ``manoeuvre.csv`` (or ``manoeuvre_1.csv`` ..), ``design.json`` and ``design.html`` are written when a first family
-    of manoeuvres has been searched briefly, and again at the end.
-
-    Parameters
-    ----------
-    request : Request
-    folder : Path
-        It is made if it does not exist.
-    resume : bool
-        Continue an interrupted search, bit for bit; with more minutes, go on from the end of one.
-    force : bool
-        Replace what is in the folder.
-    progress : Progress
-    executor : Executor, optional
-        Of the judgements, by default processes of this machine.
-
-    Returns
-    -------
-    dict
-        The content of ``design.json``.
+    of manoeuvres has been searched briefly, and again at the end. With `resume` an interrupted search continues, bit
+    for bit, and with more minutes a finished one goes on; with `force` what is in the folder is replaced. The executor
+    is of the judgements, by default processes of this machine.
 
     Raises
     ------
@@ -68,40 +307,26 @@ def design(
     question, asked = pose(request), request.config()
     for key in ("goal", "sensors", "limits", "prior"):
         progress.remark(f"{key}: {question.words[key]}")
-    opened = open_answer(folder, asked, request.files, resume=resume, force=force)
+    opened = open_folder(folder, asked, copies(request.files, asked["files_sha256"]), resume=resume, force=force)
     with opened as config, interruptions(folder):
         (folder / COSTS).mkdir(exist_ok=True)
         judged = (question.judge, question.range, question.families, question.goal)
         plan = Plan(*judged, request.trials, request.seed, folder / COSTS, (executor or executors.local()).map)
-        budget = _budget(plan, request, folder, progress)
+        n_families, file = len(plan.families), folder / PACE
+        if request.judgements is not None:
+            budget = of_total(request.judgements, n_families)
+        else:
+            if not file.exists():  # the pace is measured once for all sessions of a folder
+                progress.stage("pace")
+                write_text(file, json.dumps({"seconds_a_judgement": plan.pace()}))
+            pace = json.loads(file.read_text(encoding="utf-8"))["seconds_a_judgement"]
+            budget = of_time(60.0 * request.minutes, FIRST_S, pace, n_families)
         content = {}
-        for stage, searches in _stages(plan, budget, progress):
+        for stage, searches in plan.stages(budget, progress):
             progress.stage(f"page of {stage}")
             content = _write(folder, question, plan, searches, config)
             progress.remark(f"{stage} after {duration(time.perf_counter() - began)}: {content['answer']}")
     return content
-
-
-def _stages(plan: Plan, budget: Budget, progress: Progress) -> Iterator[tuple[str, dict[str, Found]]]:
-    """The searches so far: when a first family has found something, and at the end."""
-    searches = {}
-    for answers in plan.brief(budget.brief, progress):
-        if not searches:
-            yield "first answer", answers
-        searches = answers
-    yield "answer", plan.thorough(searches, budget.rest, progress) if budget.rest else searches
-
-
-def _budget(plan: Plan, request: Request, folder: Path, progress: Progress) -> Budget:
-    """How many manoeuvres are judged; of a time by the pace, which is measured once for all sessions of a folder."""
-    if request.judgements is not None:
-        return Budget.of_total(request.judgements, len(plan.families))
-    file = folder / PACE
-    if not file.exists():
-        progress.stage("pace")
-        write_text(file, json.dumps({"seconds_a_judgement": plan.pace()}))
-    pace = json.loads(file.read_text(encoding="utf-8"))["seconds_a_judgement"]
-    return Budget.of_time(60.0 * request.minutes, FIRST_S, pace, len(plan.families))
 
 
 def _write(folder: Path, question: Question, plan: Plan, searches: dict[str, Found], config: dict) -> dict:
@@ -110,16 +335,13 @@ def _write(folder: Path, question: Question, plan: Plan, searches: dict[str, Fou
     manoeuvres = plan.cost(kind).manoeuvres(searches[kind].numbers)
     files = [f"manoeuvre_{k}.csv" if len(manoeuvres) > 1 else "manoeuvre.csv" for k in range(1, len(manoeuvres) + 1)]
     vehicle = question.judge.vehicle
-    written = tuple(_saved(one, folder / file, vehicle) for one, file in zip(manoeuvres, files, strict=True))
+    written = []
+    for manoeuvre, file in zip(manoeuvres, files, strict=True):
+        with replacing(folder / file) as partial:
+            write_log(partial, {"time": manoeuvre.times} | manoeuvre.log)
+        written.append(replace(load_manoeuvre(folder / file, vehicle), name=Path(file).stem))
     words = {f"{key}_in_words": question.words[key] for key in ("sensors", "limits", "prior")}
     code = {key: config[key] for key in CODE}
     inputs = {"design": config["design"], "files": files, "files_sha256": config["files_sha256"]} | words | code
-    trial = DesignedTrial(plan, searches, kind, written, question.words["goal"], inputs, question.asked)
+    trial = DesignedTrial(plan, searches, kind, tuple(written), question.words["goal"], inputs, question.asked)
     return report.write(folder, trial)
-
-
-def _saved(manoeuvre: Manoeuvre, file: Path, vehicle) -> Manoeuvre:
-    """Write a control history; the manoeuvre that is read back."""
-    with replacing(file) as partial:
-        write_log(partial, {"time": manoeuvre.times} | manoeuvre.log)
-    return replace(load_manoeuvre(file, vehicle), name=file.stem)

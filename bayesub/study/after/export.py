@@ -11,27 +11,17 @@ from bayesub.findings import simulator_conventions
 from bayesub.io.atomic import replacing, write_csv, write_text, writing
 from bayesub.io.errors import InputError, nearest
 from bayesub.report import parameter_tables
-from bayesub.study.after import passed_on
 from bayesub.study.after.finished_run import FinishedRun, finished_run
+from bayesub.study.after.knowledge import known, vehicle_file
 
 
 @dataclass(frozen=True)
 class Format:
-    """A way to write a posterior.
+    """A way to write a posterior."""
 
-    Attributes
-    ----------
-    suffix : str
-        Of the files that are written so.
-    meaning : str
-        In words.
-    write : callable
-        Writes the posterior of a run to a path.
-    """
-
-    suffix: str
-    meaning: str
-    write: Callable[[FinishedRun, Path], None]
+    suffix: str  # of the files that are written so
+    meaning: str  # in words
+    write: Callable[[FinishedRun, Path], None]  # writes the posterior of a run to a path
 
 
 def _text(made: Callable[[FinishedRun, Path], str]) -> Callable[[FinishedRun, Path], None]:
@@ -60,7 +50,7 @@ def _forces(run: FinishedRun) -> list[str]:
 
 def _simulator(made) -> Callable[[FinishedRun, Path], None]:
     """The writer of the coefficients that another simulator takes."""
-    return _text(lambda run, _: made(run.vehicle, passed_on.known(run), f"study '{run.study.name}'"))
+    return _text(lambda run, _: made(run.vehicle, known(run), f"study '{run.study.name}'"))
 
 
 def draws(run: FinishedRun) -> pd.DataFrame:
@@ -77,15 +67,14 @@ def _parquet(run: FinishedRun, path: Path) -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        raise InputError(
-            "Parquet needs pyarrow: pip install 'bayesub[parquet]', or choose CSV or NetCDF", "install", "pyarrow"
-        ) from None
+        text = "Parquet needs pyarrow: pip install 'bayesub[parquet]', or choose CSV or NetCDF"
+        raise InputError(text, "install", "pyarrow") from None
     with replacing(path) as partial, partial.open("wb") as file:
         draws(run).to_parquet(file, engine="pyarrow", index=False)
 
 
 FORMATS = {
-    "vehicle": Format(".toml", "vehicle file with sds and correlations, a prior", _text(passed_on.vehicle_file)),
+    "vehicle": Format(".toml", "vehicle file with sds and correlations, a prior", _text(vehicle_file)),
     "csv": Format(".csv", "draws", lambda run, path: write_csv(path, draws(run), digits=None)),
     "netcdf": Format(".nc", "draws and diagnostics, as ArviZ reads them", lambda run, path: run.posterior.save(path)),
     "parquet": Format(".parquet", "draws", _parquet),
@@ -98,25 +87,17 @@ FORMATS = {
 
 
 def format_of(path: Path, kind: str | None) -> str:
-    """The name of the format: the one that is wanted, or that of the suffix of the file.
-
-    Raises
-    ------
-    InputError
-        For a name or a suffix that is that of none.
-    """
+    """The name of the format that is wanted, or of the suffix of the file; InputError if it is that of none."""
     if kind is not None:
         if kind not in FORMATS:
-            raise InputError(
-                f"no format '{kind}'{nearest(kind, FORMATS)}; choose one of {', '.join(FORMATS)}", "unknown", "--as"
-            )
+            text = f"no format '{kind}'{nearest(kind, FORMATS)}; choose one of {', '.join(FORMATS)}"
+            raise InputError(text, "unknown", "--as")
         return kind
     suffixes = {one.suffix: name for name, one in FORMATS.items()}
     if path.suffix.lower() not in suffixes:
         what = f"no format is known by the suffix '{path.suffix}'{nearest(path.suffix, suffixes)}"
-        raise InputError(
-            f"{path}: {what}; end the name with one of {', '.join(suffixes)}, or give --as", "unknown", "--as"
-        )
+        text = f"{path}: {what}; end the name with one of {', '.join(suffixes)}, or give --as"
+        raise InputError(text, "unknown", "--as")
     return suffixes[path.suffix.lower()]
 
 
@@ -146,9 +127,8 @@ def export(folder: str | Path, path: str | Path, kind: str | None = None) -> Fin
     folder, path = Path(folder), Path(path)
     chosen = FORMATS[format_of(path, kind)]
     if folder.resolve() in path.resolve().parents:
-        raise InputError(
-            f"{path}: is in the folder of the run, whose files are its own; choose another -o", "conflict", "-o"
-        )
+        text = f"{path}: is in the folder of the run, whose files are its own; choose another -o"
+        raise InputError(text, "conflict", "-o")
     run = finished_run(folder)
     with writing(path):
         chosen.write(run, path)

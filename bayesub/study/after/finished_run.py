@@ -1,22 +1,23 @@
-"""A finished run of a study in TOML, as other commands take it up: its study, its posterior and its estimates."""
+"""A finished run, as other commands take it up: its study, posterior and estimates read back, its page made again."""
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
 from bayesub.inference.baselines import Estimate
-from bayesub.inference.sampling import Posterior, posterior_file
+from bayesub.inference.sampling import CrossCheck, Posterior, posterior_file
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.study.provenance import COMPUTED, copy_name, file_digest
-from bayesub.study.run.infer import ESTIMATES, POSTERIOR
+from bayesub.study.run import script
+from bayesub.study.run.infer import ESTIMATES, POSTERIOR, conclude
 from bayesub.study.run.prepare import Setup, prepare
-from bayesub.study.run.result import load_result
-from bayesub.study.run.run_folder import CONFIG, saved_config
+from bayesub.study.run.result import StudyResult, load_result
+from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_config
 from bayesub.study.schema.sensor_section import with_columns
 from bayesub.study.schema.study_file import Study
 from bayesub.study.schema.trial_section import CheckSection
@@ -27,28 +28,14 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """A run that came to its end.
-
-    Attributes
-    ----------
-    folder : Path
-    config : dict
-        The content of its ``config.toml``.
-    study : Study
-        Whose files are the copies in the folder.
-    verdict : str
-        On the run (:class:`bayesub.study.run.result.StudyResult`).
-    posterior : Posterior
-    estimates : tuple of Estimate
-        By the baselines.
-    """
+    """A run that came to its end."""
 
     folder: Path
-    config: dict
-    study: Study
-    verdict: str
+    config: dict  # the content of its ``config.toml``
+    study: Study  # whose files are the copies in the folder
+    verdict: str  # on the run (:class:`bayesub.study.run.result.StudyResult`)
     posterior: Posterior
-    estimates: tuple[Estimate, ...]
+    estimates: tuple[Estimate, ...]  # by the baselines
 
     @cached_property
     def vehicle(self) -> Vehicle:
@@ -63,29 +50,20 @@ class FinishedRun:
     def setup(self, checks: Sequence[CheckSection] = ()) -> Setup:
         """The study made ready again, with other logs to predict than it had.
 
-        Raises
-        ------
-        InputError
-            For a log that does not fit, and if the problem is not the one that the posterior is of.
+        InputError for a log that does not fit, and if the problem is not the one that the posterior is of.
         """
         study = self.study.model_copy(update={"check": tuple(checks)})
         setup = prepare(study)
         if setup.problem.names != self.posterior.names:
-            raise InputError(
-                f"{self.folder}: was made by a version of bayesub that posed another problem of the same study; run "
-                "the study again",
-                "state",
-            )
+            what = f"{self.folder}: was made by a version of bayesub that posed another problem of the same study"
+            raise InputError(f"{what}; run the study again", "state")
         return setup
 
 
 def finished_run(folder: str | Path) -> FinishedRun:
     """Read the run of a study in TOML; it may have been copied from elsewhere.
 
-    Raises
-    ------
-    InputError
-        For a folder that is no such run, a run that has not finished, and one that lacks its draws.
+    InputError for a folder that is no such run, a run that has not finished, and one that lacks its draws.
     """
     folder = Path(folder)
     config = config_of_study(folder)
@@ -105,18 +83,9 @@ def finished_run(folder: str | Path) -> FinishedRun:
 
 
 def config_of_study(folder: Path, advice: str = "give the folder of the run of a study") -> dict:
-    """The configuration of the run of a study.
+    """The configuration of the run of a study; InputError for a folder of something else, with advice on what to do.
 
-    Parameters
-    ----------
-    folder : Path
-    advice : str
-        What to do about a folder of something else, in which ``{}`` is the command that writes its page again.
-
-    Raises
-    ------
-    InputError
-        For a folder of something else.
+    In the advice ``{}`` is the command that writes the page of that folder again.
     """
     config = saved_config(folder)
     if config is None:
@@ -137,9 +106,8 @@ def read_back(file: Path, made: Callable[[Any], T]) -> T:
     try:
         return made(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(
-            f"{file.parent}: {file.name} is damaged ({error}); run the study again", "format", file.name
-        ) from None
+        text = f"{file.parent}: {file.name} is damaged ({error}); run the study again"
+        raise InputError(text, "format", file.name) from None
 
 
 def saved_study(folder: Path, config: dict) -> Study:
@@ -155,3 +123,46 @@ def saved_study(folder: Path, config: dict) -> Study:
         if file_digest(places[name]) != digest:
             raise InputError(f"{folder}: {places[name]} has changed since the run; run the study again", "state")
     return study.located(source, places, quick=config["quick_run"])
+
+
+def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = False) -> StudyResult:
+    """Draw figures and report of a finished run again; the folder may have been copied from elsewhere.
+
+    Of the run of a script `study` is the script to draw with, by default its own where it is unchanged. The result has
+    the seconds of the run.
+
+    Raises
+    ------
+    InputError
+        For a folder that lacks something, which it names, and for a file that has changed since the run.
+    """
+    folder = Path(folder)
+    config = config_of_study(folder, "bayesub {} writes its page again")
+    if "script_sha256" in config:
+        result = script.redraw(folder, config, Path(study) if study else None, pdf=pdf)
+    elif study is not None:
+        raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study", "conflict", "--study")
+    else:
+        result = _redraw(folder, config, pdf)
+    saved = load_result(folder)
+    return result if saved is None else replace(result, seconds=saved.seconds)
+
+
+def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
+    """The report of a study in TOML."""
+    if not (folder / "numbers.json").exists():
+        text = f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume"
+        raise InputError(text, "state", "numbers.json")
+    if not (folder / POSTERIOR).exists():
+        raise InputError(
+            f"{folder}: {POSTERIOR} is missing: without the draws neither figures nor report can be drawn again "
+            "(numbers.json and the figures that are there are those of the run); run the study again to have them",
+            "state",
+            POSTERIOR,
+        )
+    study = saved_study(folder, config)
+    posterior, estimates = posterior_file.load(folder / POSTERIOR), saved_estimates(folder)
+    seconds = read_back(folder / "numbers.json", lambda numbers: numbers["seconds"])
+    check = read_back(folder / CROSS_CHECK, CrossCheck.from_json) if (folder / CROSS_CHECK).exists() else None
+    context = RunContext(folder, pdf, commit=config["commit"])
+    return conclude(prepare(study), context, estimates, posterior, check, seconds=seconds)

@@ -1,35 +1,39 @@
-"""What is known of coefficients, as a mean and a covariance: what one trial passes on to the next.
+"""What is known of coefficients after a run, as a mean and a covariance, and the vehicle file that passes it on.
 
 The posterior of the coefficients, all other parameters integrated out, is taken as normal. A trial with this prior then
 ends at the posterior of both trials, if the posterior is normal and the trials share no other unknown.
 """
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
 
 import numpy as np
+import tomlkit
 
+from bayesub.inference.checks import normality
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError
+from bayesub.io.words import listed
+from bayesub.model.equations.files import beside
+from bayesub.problem.priors import CoefficientPrior, Given
+from bayesub.study.after.finished_run import FinishedRun
+from bayesub.study.new import files
 
 SMALLEST = 1e-12  # eigenvalue of a matrix of correlations that is written: below, rounding would make it indefinite
+UNTOUCHED = 0.9  # posterior sd over prior sd from which a coefficient is known by the prior alone
 
 
 @dataclass(frozen=True)
 class Knowledge:
-    """A normal distribution of coefficients.
+    """A normal distribution of coefficients."""
 
-    Attributes
-    ----------
-    names : (n,)
-    mean : (n,)
-    sd : (n,)
-    correlation : (n, n)
-    """
-
-    names: tuple[str, ...]
-    mean: np.ndarray
-    sd: np.ndarray
-    correlation: np.ndarray
+    names: tuple[str, ...]  # (n,)
+    mean: np.ndarray  # (n,)
+    sd: np.ndarray  # (n,)
+    correlation: np.ndarray  # (n, n)
 
     @property
     def covariance(self) -> np.ndarray:
@@ -46,12 +50,9 @@ class Knowledge:
 
         The trial has told nothing of the others directly: given the coefficients of `new` they are what they were, so
         that their means and covariances follow by regression.
-
-        Parameters
-        ----------
-        new : of some of these coefficients, the posterior of a trial whose prior was their part of this
         """
-        (a, b), names = self._split(new.names)
+        a = [self.names.index(name) for name in new.names]
+        b = [k for k in range(len(self.names)) if k not in a]
         before, covariance = self.part(new.names), self.covariance
         slopes = np.linalg.solve(before.covariance, covariance[np.ix_(a, b)]).T
         mean, result = self.mean.copy(), covariance.copy()
@@ -60,18 +61,23 @@ class Knowledge:
         result[np.ix_(b, a)] = slopes @ new.covariance
         result[np.ix_(a, b)] = result[np.ix_(b, a)].T
         result[np.ix_(b, b)] += slopes @ (new.covariance - before.covariance) @ slopes.T
-        return of_moments(names, mean, result)
-
-    def _split(self, names):
-        a = [self.names.index(name) for name in names]
-        return (a, [k for k in range(len(self.names)) if k not in a]), self.names
+        return of_moments(self.names, mean, result)
 
 
 def of_moments(names: Sequence[str], mean: np.ndarray, covariance: np.ndarray) -> Knowledge:
-    """That of a mean (n,) and a covariance (n, n)."""
+    """That of a mean (n,) and a covariance (n, n).
+
+    The correlation is symmetric with ones on its diagonal to the last bit, widened where rounding makes it singular.
+    """
     sd = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(sd, sd)
-    return Knowledge(tuple(names), np.asarray(mean), sd, _correlation(correlation))
+    matrix = covariance / np.outer(sd, sd)
+    matrix = 0.5 * (matrix + matrix.T)
+    lowest = np.linalg.eigvalsh(matrix)[0]
+    if lowest < SMALLEST:
+        matrix = matrix + (SMALLEST - lowest) * np.eye(len(matrix))
+        matrix = matrix / matrix[0, 0]
+    np.fill_diagonal(matrix, 1.0)
+    return Knowledge(tuple(names), np.asarray(mean), sd, matrix)
 
 
 def of_draws(names: Sequence[str], draws: np.ndarray) -> Knowledge:
@@ -93,12 +99,97 @@ def covariance_of_draws(names: Sequence[str], draws: np.ndarray) -> np.ndarray:
     return of_moments(names, draws.mean(axis=0), covariance).covariance
 
 
-def _correlation(matrix) -> np.ndarray:
-    """The matrix, symmetric with ones on its diagonal to the last bit, widened where it is singular to rounding."""
-    matrix = 0.5 * (matrix + matrix.T)
-    lowest = np.linalg.eigvalsh(matrix)[0]
-    if lowest < SMALLEST:
-        matrix = matrix + (SMALLEST - lowest) * np.eye(len(matrix))
-        matrix = matrix / matrix[0, 0]
-    np.fill_diagonal(matrix, 1.0)
-    return matrix
+def coefficients(run: FinishedRun) -> list[int]:
+    """Positions of the coefficients among the parameters of a posterior."""
+    index = run.vehicle.equations.index
+    return [k for k, name in enumerate(run.posterior.names) if name in index]
+
+
+def known(run: FinishedRun) -> Knowledge:
+    """The posterior of the coefficients of a run as a normal distribution, all other parameters integrated out.
+
+    Among them are those that its prior correlates with free ones and that have no part in its trials: what is said of
+    the free ones says something of them.
+    """
+    places = coefficients(run)
+    found = of_draws([run.posterior.names[k] for k in places], run.posterior.draws[:, places])
+    prior, _ = _prior(run)
+    pairs = prior.correlations if isinstance(prior, Given) else ()
+    related = {name for *pair, _ in pairs for name in pair if not set(pair).isdisjoint(found.names)}
+    if related <= set(found.names):
+        return found
+    equations = run.vehicle.equations
+    manoeuvres = [trial.manoeuvre for trial in run.setup().trials.values()]
+    active = {name for one in manoeuvres for name in equations.active(None, one, one.subproblem)}
+    members = set(found.names) | related - active
+    names = [name for name in equations.names if name in members]
+    before = prior.on(equations.columns(names), run.vehicle.xi, equations)
+    spread = before.chain(np.eye(len(names)), np.zeros(len(names)))
+    return of_moments(names, before.mean, spread @ spread.T).updated(found)
+
+
+def _prior(run: FinishedRun) -> tuple[CoefficientPrior, dict[str, float]]:
+    """The prior of the coefficients, and the values of those that are fixed."""
+    return run.study.prior.build(run.vehicle.xi, run.vehicle, run.study.path)
+
+
+def normality_of(run: FinishedRun) -> normality.Normality:
+    """How normal the posterior of the coefficients is."""
+    return normality.posterior_normality(run.posterior.part(np.array(coefficients(run))))
+
+
+def vehicle_file(run: FinishedRun, path: Path) -> str:
+    """The text of the vehicle file of a run, to be written to `path`: that of its boat with what is known now.
+
+    `[prior] kind = "vehicle"` of another study reads it back.
+    """
+    vehicle, study, knowledge = run.vehicle, run.study, known(run)
+    source = toml_files.find(study.path(study.vehicle), "vehicles")
+    document = tomlkit.parse(toml_files.read_text(source))
+    equations = document.get("equations")
+    if isinstance(equations, str) and toml_files.is_path(equations):
+        document["equations"] = files.relative(path, study.path(beside(study.vehicle, equations)))
+    origin = f"posterior of the study '{study.name}' by bayesub {metadata.version('bayesub')}"
+    document["reference"] = f"{vehicle.reference.rstrip('. ')}; {origin}" if vehicle.reference else origin
+    table, posterior = document["coefficients"], run.posterior
+    for name, value in _prior(run)[1].items():
+        table[name] = value
+    contraction = dict(zip(posterior.names, posterior.contraction.tolist(), strict=True))
+    for name, mean, sd in zip(knowledge.names, knowledge.mean.tolist(), knowledge.sd.tolist(), strict=True):
+        item = tomlkit.inline_table()
+        item.update({"value": mean, "sd": sd})
+        table[name] = item
+        table[name].comment(_remark(contraction.get(name)))
+    document.pop("correlations", None)
+    text = document.as_string().rstrip() + "\n"
+    if len(knowledge.names) > 1:
+        rows = "".join(f"    [{', '.join(map(repr, row))}],\n" for row in knowledge.correlation.tolist())
+        names = ", ".join(f'"{name}"' for name in knowledge.names)
+        text += f"\n[correlations]\ncoefficients = [{names}]\nmatrix = [\n{rows}]\n"
+    said = (line for sentence in _head(run, knowledge) for line in textwrap.wrap(sentence, 116))
+    return "".join(f"# {line}\n" for line in said) + text
+
+
+def _remark(contraction: float | None) -> str:
+    if contraction is None:
+        return "no part in the trial; by its correlations"
+    if contraction >= UNTOUCHED:
+        return f"by the prior alone: {contraction:.2g} of its sd"
+    return f"{contraction:.2g} of the prior's sd"
+
+
+def _head(run: FinishedRun, knowledge: Knowledge) -> list[str]:
+    """What the file says of itself."""
+    posterior = run.posterior
+    others = [name for name in posterior.names if name not in knowledge.names]
+    lines = [
+        f"The posterior of {len(knowledge.names)} coefficients by the study '{run.study.name}', taken as normal: "
+        '[prior] kind = "vehicle" of another study starts from it. The digits are needed, where combinations are known '
+        "far better than coefficients. What the trial could not tell is as wide here as its prior made it."
+    ]
+    if not posterior.converged:
+        lines.insert(0, f"NOT CONVERGED: {'; '.join(posterior.shortcomings)}")
+    if others:
+        some = listed([*others[:6], *([f"{len(others) - 6} more"] if len(others) > 6 else [])])
+        lines.append(f"Integrated out: {some}. What two trials share of these is not passed on: fit both together.")
+    return [*lines, normality_of(run).sentence]

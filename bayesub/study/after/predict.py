@@ -1,29 +1,45 @@
 """A finished run predicts a manoeuvre or a log that it has not seen, into a folder that explains itself."""
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bayesub.findings import unseen
-from bayesub.findings.predicted_motion import PredictedMotion, predicted_motion, table
+from bayesub.findings.predicted_motion import predicted_motion, table
 from bayesub.findings.predicted_trial import PredictedTrial, readings_table
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.checks.prediction import N_DRAWS, predict
 from bayesub.io import toml_files
+from bayesub.io.atomic import write_csv, write_text, writing
+from bayesub.io.errors import InputError, error_source
 from bayesub.io.terminal import SILENT, Progress
+from bayesub.logs import log_files
+from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulator import OF_MANOEUVRE
-from bayesub.problem.trial_problem import TrialProblem
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem.disturbances import of_process
+from bayesub.problem.nuisance import MOVING, of_boat
+from bayesub.problem.unseen import UnseenTrial
 from bayesub.report import prediction_page
+from bayesub.report.page import Sheet
+from bayesub.sensors import Channel, Record, flat
 from bayesub.sensors.current import over_ground
-from bayesub.study.after.answer import open_answer, write_answer
+from bayesub.sensors.sensor import MAX_READINGS
 from bayesub.study.after.finished_run import FinishedRun, finished_run
-from bayesub.study.after.unseen_manoeuvre import Asked, asked
-from bayesub.study.provenance import of_request
+from bayesub.study.provenance import copies, of_request
+from bayesub.study.run.prepare import Setup, present
+from bayesub.study.run.run_folder import open_folder
+from bayesub.study.schema.sensor_section import FAULTS
+from bayesub.study.schema.trial_section import CheckSection, TrialKeys, read_instruments
 
 PAGE = "prediction.html"
 BATCH = 100  # draws between two words of progress
+POSITION_SD_M, ATTITUDE_SD_DEG = 0.5, 1.0  # of the track to whose tenth the step of a manoeuvre is good
+SAMPLES = 500  # output times of a manoeuvre, about
 
 
 @dataclass(frozen=True)
@@ -35,15 +51,17 @@ class Request:
     run : Path
         Its folder.
     source : str
-        A manoeuvre or a log (:func:`bayesub.study.after.unseen_manoeuvre.asked`).
+        Built-in name of a manoeuvre or a log, a manoeuvre in TOML, a control history or a log in CSV. A CSV that has a
+        column besides time and controls is a log.
     sensors : str or None
-        Of the log.
+        Instruments of the log (:func:`bayesub.study.schema.trial_section.read_instruments`); by default those of the
+        first fitted trial all of whose columns it has.
     subproblem : str or None
-        Plane of the motion; by default that of the manoeuvre.
+        Plane of the motion; by default that of the manoeuvre, of a CSV that of the first fitted trial.
     sample_s : float or None
         Output interval of a manoeuvre.
     current_mps : (float, float) or None
-        North and east, in which a manoeuvre is flown; by default still water.
+        Known current of a manoeuvre, north and east; by default still water.
     draws : int
         Of posterior and prior.
     seed : int
@@ -58,40 +76,34 @@ class Request:
     draws: int = N_DRAWS
     seed: int = 0
 
-    def config(self, files: Mapping[str, Path]) -> dict:
-        """What the result depends on."""
-        return of_request("prediction", vars(self) | {"subproblem": self.subproblem or "none"}, files)
 
-    @property
-    def own_files(self) -> dict[str, Path]:
-        """Name -> file of the manoeuvre or log and its sensors, as far as they are files."""
-        names = [name for name in (self.source, self.sensors) if name is not None and toml_files.is_path(name)]
-        return {name: Path(name) for name in names}
+@dataclass(frozen=True)
+class PosedTrial:
+    """A trial to predict, and the run made ready for it.
+
+    Attributes
+    ----------
+    held : tuple of str
+        Coefficients that act on it and that the run does not infer, at the values of the vehicle file.
+    current_mps : (float, float) or None
+        North and east, that of a manoeuvre if it is known; None is still water, or what a log tells.
+    """
+
+    setup: Setup
+    trial: UnseenTrial
+    has_readings: bool  # whether it is a log, with readings by which the prediction is judged
+    held: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()  # columns of the log that no sensor of the run reads
+    current_mps: tuple[float, float] | None = None
 
 
 def predict_by_run(
     request: Request, folder: Path, *, force: bool = False, pdf: bool = False, progress: Progress = SILENT
 ) -> dict:
-    """Predict a manoeuvre or a log into a folder.
+    """Predict a manoeuvre or a log into a folder, which is made; gives the content of ``numbers.json``.
 
-    It gets ``prediction.html``, ``numbers.json``, ``states.csv`` with the bands of the states, figures, and of a log
-    ``readings.csv`` with those of the readings.
-
-    Parameters
-    ----------
-    request : Request
-    folder : Path
-        It is made if it does not exist.
-    force : bool
-        Replace what is in the folder.
-    pdf : bool
-        Draw every figure as PDF too.
-    progress : Progress
-
-    Returns
-    -------
-    dict
-        The content of ``numbers.json``.
+    The folder gets ``prediction.html``, ``numbers.json``, ``states.csv`` with the bands of the states, figures (as PDF
+    too with `pdf`), and of a log ``readings.csv`` with those of the readings. With `force` what is there is replaced.
 
     Raises
     ------
@@ -100,16 +112,19 @@ def predict_by_run(
     """
     progress.stage("read the run")
     run = finished_run(request.run)
-    options = {key: getattr(request, key) for key in ("sensors", "subproblem", "sample_s", "current_mps")}
-    question = asked(run, request.source, **options)
-    files = request.own_files
-    config = request.config(run.files | files)
-    with open_answer(folder, config, files, force=force):
+    posed = pose(run, request)
+    names = [name for name in (request.source, request.sensors) if name is not None and toml_files.is_path(name)]
+    files = {name: Path(name) for name in names}
+    asked = vars(request) | {"subproblem": request.subproblem or "none"}
+    config = of_request("prediction", asked, run.files | files)
+    with open_folder(folder, config, copies(files, config["files_sha256"]), force=force):
         rng = np.random.default_rng(request.seed)
-        trial = predicted_by(run, question, rng, request.draws, progress)
+        trial = predicted_by(run, posed, rng, request.draws, progress)
         progress.stage("figures and page")
-        numbers = trial.numbers | {"seed": request.seed, "unread_columns": list(question.unread)}
-        tables = {"states.csv": table(_with_bands(trial.motions), trial.states)}
+        numbers = trial.numbers | {"seed": request.seed, "unread_columns": list(posed.unread)}
+        chosen = {by: trial.motions[by] for by in (unseen.POSTERIOR, unseen.PRIOR, unseen.SQP) if by in trial.motions}
+        bands = {by: one for by, one in chosen.items() if one.is_flown or by == unseen.POSTERIOR}
+        tables = {"states.csv": table(bands, trial.states)}
         if trial.readings.predictions:
             tables["readings.csv"] = readings_table(trial.readings)
         sheet = prediction_page.sheet(trial, commit=config["commit"], seed=request.seed)
@@ -117,9 +132,20 @@ def predict_by_run(
     return numbers
 
 
+def write_answer(
+    folder: Path, page: str, sheet: Sheet, numbers: dict[str, Any], tables: Mapping[str, Any], *, pdf: bool
+) -> None:
+    """Write tables (name of the file -> what :func:`bayesub.io.atomic.write_csv` takes), numbers, figures and page."""
+    with writing(folder):
+        for name, content in tables.items():
+            write_csv(folder / name, content)
+        write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
+        sheet.write(folder / page, pdf=pdf)
+
+
 def predicted_by(
     run: FinishedRun,
-    question: Asked,
+    posed: PosedTrial,
     rng: np.random.Generator,
     draws: int = N_DRAWS,
     progress: Progress = SILENT,
@@ -127,20 +153,11 @@ def predicted_by(
 ) -> PredictedTrial:
     """What a run says of a trial: its motion, and of a log its readings.
 
-    Parameters
-    ----------
-    run : FinishedRun
-    question : Asked
-    rng : numpy.random.Generator
-        Chooses draws, and is the source of noise.
-    draws : int
-        Of posterior and prior.
-    progress : Progress
-    by : sequence of str, optional
-        By whom, the posterior among them; by default posterior, prior, their middles, and SQP.
+    So many draws of posterior and prior are chosen by `rng`, which is the source of noise too. `by` says by whom, the
+    posterior among them; by default posterior, prior, their middles, and SQP.
     """
-    fitted, posterior = question.setup.problem, run.posterior
-    trial = question.trial.with_fitted_noise(fitted, posterior.best)
+    fitted, posterior = posed.setup.problem, run.posterior
+    trial = posed.trial.with_fitted_noise(fitted, posterior.best)
     problem, motions, predictions = trial.problem, {}, {}
     n_numbers = max(len(problem.readings), 12 * len(problem.simulator.times))
     n = unseen.number_of_draws(n_numbers, draws)
@@ -150,23 +167,132 @@ def predicted_by(
         progress.stage(f"fly by the {name}")
         states = []
         for k in range(0, len(parameters), BATCH):
-            states.append(_over_ground(problem, parameters[k : k + BATCH], question.current_mps))
+            states.append(problem.motion(parameters[k : k + BATCH]))
             progress.update(min(k + BATCH, len(parameters)), len(parameters), "draws")
-        motions[name] = predicted_motion(problem.simulator.times, np.concatenate(states))
-        if question.has_readings:
+        motion, times = np.concatenate(states), problem.simulator.times
+        if posed.current_mps is not None:
+            motion = over_ground(motion, times, posed.current_mps)
+        motions[name] = predicted_motion(times, motion)
+        if posed.has_readings:
             predictions[name] = predict(problem, parameters, rng, warm_up=trial.warm_up_s).without_draws()
     readings = TrialPrediction(trial, predictions, posterior.converged)
-    about = question.held, tuple(posterior.shortcomings), question.current_mps
-    return PredictedTrial(run.study.name, question.setup.vehicle, motions, readings, *about)
+    about = posed.held, tuple(posterior.shortcomings), posed.current_mps
+    return PredictedTrial(run.study.name, posed.setup.vehicle, motions, readings, *about)
 
 
-def _over_ground(problem: TrialProblem, parameters: np.ndarray, current_mps: tuple[float, float] | None) -> np.ndarray:
-    """(n, n_times, 12) states over the ground, in a known current besides those of the parameters (n, n_params)."""
-    states = problem.motion(parameters)
-    return states if current_mps is None else over_ground(states, problem.simulator.times, current_mps)
+def pose(run: FinishedRun, request: Request) -> PosedTrial:
+    """Pose a manoeuvre or a log to a finished run; InputError for one that does not fit."""
+    source, current_mps = request.source, request.current_mps
+    columns = _read_columns(source, run.vehicle)
+    if columns is None:
+        if request.sensors is not None:
+            raise InputError(f"{source}: --sensors are of a log; a manoeuvre has no readings", "conflict", "--sensors")
+        setup = run.setup()
+        with error_source(source):
+            trial = _flown(setup, source, request.subproblem, request.sample_s)
+            _check_current(trial, current_mps)
+        return PosedTrial(setup, trial, False, _held(setup, trial), current_mps=current_mps)
+    if current_mps is not None:
+        what = f"{source}: --current-north-mps and --current-east-mps are of a manoeuvre; that of a log is unknown"
+        raise InputError(f"{what}, and its warm-up tells it", "conflict", "--current-north-mps")
+    if request.sample_s is not None:
+        text = f"{source}: --sample is of a manoeuvre; a log is predicted at the times of its readings"
+        raise InputError(text, "conflict", "--sample")
+    check, unread = _check(run, columns, request)
+    setup = run.setup([check])
+    (trial,) = setup.unseen
+    return PosedTrial(setup, trial, True, _held(setup, trial), unread)
 
 
-def _with_bands(motions: dict[str, PredictedMotion]) -> dict[str, PredictedMotion]:
-    """Those of posterior, prior and SQP that complete the motion; the posterior in any case, first."""
-    chosen = (unseen.POSTERIOR, unseen.PRIOR, unseen.SQP)
-    return {by: motions[by] for by in chosen if by in motions and (motions[by].is_flown or by == unseen.POSTERIOR)}
+def _read_columns(source: str, vehicle: Vehicle) -> list[str] | None:
+    """The columns of a log besides time and controls; None for what is a manoeuvre."""
+    path = toml_files.find_log(source)
+    if source in toml_files.built_in("manoeuvres") or not path.name.lower().endswith((".csv", ".csv.gz")):
+        return None
+    own = vehicle.actuators.log_columns
+    controls = {log_files.short_name(name) for name in (*log_files.CONTROL_COLUMNS, *own, "time_s")}
+    return [name for name in log_files.headers(path, own) if log_files.short_name(name) not in controls] or None
+
+
+def _check(run: FinishedRun, columns: list[str], request: Request) -> tuple[CheckSection, tuple[str, ...]]:
+    """The log as a [[check]] of the study, read like the fitted trial whose sensors it has; columns that are not read.
+
+    What is of that trial alone is not taken over: its window, its start, and faults of its sensors.
+    """
+    shorts = {log_files.short_name(name) for name in columns}
+
+    def reads(sections):
+        return [sensor.quantity for sensor in flat([section.build() for section in sections])]
+
+    trials = list(run.study.each_trial())
+    _, like, sections = next((one for one in trials if shorts.issuperset(reads(one[2]))), trials[0])
+    sections = sections if request.sensors is None else read_instruments(request.sensors).sensors
+    unread = tuple(name for name in columns if log_files.short_name(name) not in reads(sections))
+    plane = like.subproblem
+    if like.data is None:
+        plane = load_manoeuvre(run.study.path(like.manoeuvre), run.vehicle).subproblem
+    keys = {key: getattr(like, key) for key in TrialKeys.OF_DATA if key != "window_s"}
+    keys |= {"subproblem": plane if request.subproblem == OF_MANOEUVRE else request.subproblem, "ignore": unread}
+    name = request.source
+    name = name if name in toml_files.built_in("logs") else str(Path(name).resolve())
+    content = {key: value for key, value in keys.items() if value is not None}
+    check = CheckSection(data=name, **content)
+    nuisance = {} if like is run.study else CheckSection.nuisances(check, like.nuisance)
+    sections = tuple(map(_without_faults, sections))
+    return check.model_copy(update={"sensors": sections, "nuisance": nuisance}), unread
+
+
+def _without_faults(section):
+    """The section of a sensor that reads a log."""
+    fields = type(section).model_fields
+    return section.model_copy(update={key: fields[key].default for key in FAULTS if key in fields})
+
+
+def _flown(setup: Setup, source: str, subproblem: str | None, sample_s: float | None) -> UnseenTrial:
+    """A manoeuvre through the water, with the boat, its actuators and the disturbance of the run."""
+    manoeuvre = load_manoeuvre(source, setup.vehicle)
+    if subproblem == OF_MANOEUVRE and source.lower().endswith(".csv"):
+        _, fitted, _ = next(setup.problem.each_trial(setup.problem.prior.mean))
+        subproblem = fitted.manoeuvre.subproblem
+    if subproblem != OF_MANOEUVRE:
+        manoeuvre = replace(manoeuvre, subproblem=subproblem)
+    interval = manoeuvre.duration / SAMPLES if sample_s is None else sample_s
+    n = manoeuvre.duration / interval
+    if not 1.0 <= n <= MAX_READINGS:
+        text = f"--sample must be between {manoeuvre.duration / MAX_READINGS:.2g} s and the duration"
+        raise InputError(text, "value", "--sample")
+    times = np.minimum(np.arange(int(n * (1 + 1e-12)) + 1) * interval, manoeuvre.duration)
+    moving = MOVING.get(setup.vehicle.equations.subproblem(manoeuvre.subproblem), log_files.STATES)
+    sds = dict.fromkeys("xyz", POSITION_SD_M) | dict.fromkeys(log_files.ANGLES, np.radians(ATTITUDE_SD_DEG))
+    unread = np.full(len(times), np.nan)
+    record = Record(tuple(Channel(name, times, unread, sd) for name, sd in sds.items() if name in moving))
+    shared = {
+        name: prior
+        for name, prior in setup.problem.nuisance_priors.items()
+        if of_boat(name, setup.vehicle) and not of_process(name)
+    }
+    nuisance = present(shared, setup.vehicle, manoeuvre)
+    return UnseenTrial(manoeuvre.name, setup.pose(manoeuvre, record, nuisance=nuisance), 0.0)
+
+
+def _check_current(trial: UnseenTrial, current_mps: tuple[float, float] | None) -> None:
+    """InputError for a current that is too large, or that has no part in the plane of the motion."""
+    if current_mps is None:
+        return
+    most, problem = toml_files.largest("mps"), trial.problem
+    for towards, speed in zip(("north", "east"), current_mps, strict=True):
+        if not abs(speed) <= most:
+            text = f"--current-{towards}-mps must be between {-most:g} and {most:g}, found {speed:g}"
+            raise InputError(text, "value", f"--current-{towards}-mps")
+    plane = problem.vehicle.equations.subproblem(problem.manoeuvre.subproblem)
+    if current_mps[1] and "y" not in MOVING.get(plane, log_files.STATES):
+        text = f"--current-east-mps: has no part in the {plane} sub-problem; leave it out"
+        raise InputError(text, "conflict", "--current-east-mps")
+
+
+def _held(setup: Setup, trial: UnseenTrial) -> tuple[str, ...]:
+    """Coefficients that act on a trial and that neither a fitted trial nor this one infers, but for those of zero."""
+    problem, equations = trial.problem, setup.vehicle.equations
+    active = equations.active(None, problem.manoeuvre, problem.manoeuvre.subproblem)
+    inferred = {*setup.problem.names, *problem.names}
+    return tuple(name for name in active if name not in inferred and problem.xi[equations.index[name]])

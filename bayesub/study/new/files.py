@@ -67,21 +67,7 @@ def relative(path: Path, file: str | Path) -> str:
 
 
 def _copied(name: str, source: str, kind: str, path: Path, equations_key: str) -> str:
-    """The text of a built-in or own file under another name, to be written to `path`.
-
-    Parameters
-    ----------
-    name : str
-        The new name.
-    source : str
-        Built-in name or path.
-    kind : str
-        "vehicles" or "equations".
-    path : Path
-        From whose folder a path under `equations_key` is to be seen.
-    equations_key : str
-        The key that may name an equation file.
-    """
+    """The text of a file of a kind under another name; a path under `equations_key` is seen from `path`."""
     file = toml_files.find(source, kind)
     if "name" not in toml_files.read_toml_table(file):
         raise InputError(f"{source}: key 'name' is missing", "missing", "name")
@@ -108,26 +94,14 @@ def copied_equations(name: str, source: str, path: Path) -> str:
 def _check_set_name(name: str) -> None:
     """InputError for what cannot name an equation set."""
     if not re.fullmatch(SET_NAME, name):
-        raise InputError(
-            f"an equation set is named by letters, digits, '_' and '-', beginning with a letter, found '{name}'",
-            "value",
-            "name",
-        )
+        text = f"an equation set is named by letters, digits, '_' and '-', beginning with a letter, found '{name}'"
+        raise InputError(text, "value", "name")
 
 
 def vehicle(name: str, hull: Hull | None = None, equations: str = DEFAULT, path: Path = Path()) -> str:
-    """The text of a vehicle file with every key.
+    """The text of a vehicle file `path` with every key, with dimensions and estimates from a hull if there is one.
 
-    Parameters
-    ----------
-    name : str
-        Of the vehicle.
-    hull : Hull, optional
-        Gives its dimensions, and what is estimated from them.
-    equations : str
-        Built-in name, or path of an equation file.
-    path : Path
-        Of the new file, from whose folder an equation file is to be seen.
+    The equations are a built-in name or a path.
     """
     check_name(name)
     terms = load_equations(equations)
@@ -157,17 +131,7 @@ def limits(path: Path) -> str:
 
 
 def map_of(kind: str, path: Path, data: Path | None = None) -> str:
-    """The text of a map file `path` for `bayesub convert`: the example of a kind of log.
-
-    Parameters
-    ----------
-    kind : str
-        As :data:`bayesub.logs.readers.KINDS`.
-    path : Path
-        Where it will stand.
-    data : Path or None
-        A log whose signals are listed in it.
-    """
+    """The text of a map file `path` for `bayesub convert`: the example of a kind of log, with the signals of a log."""
     text = toml_files.read_text(toml_files.built_in("maps")[kind])
     signals = []
     if data is not None:

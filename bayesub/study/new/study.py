@@ -147,8 +147,7 @@ def _scatter(key, log, data) -> float:
         readings = np.unwrap(readings)
     steps = np.abs(np.diff(readings))
     if not steps.any():
-        raise InputError(
-            f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log", "data", header
-        )
+        text = f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log"
+        raise InputError(text, "data", header)
     scatter = np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0))
     return float(max(scatter, 0.5 * steps[steps > 0.0].min())) / log_files.si_factor(header)

@@ -4,12 +4,11 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bayesub.findings import log_card
 from bayesub.findings.mode_fit import fit_of_mode
-from bayesub.findings.suspect_columns import suspect
 from bayesub.findings.unseen import TrialPrediction, predicted_trial, predicts
 from bayesub.inference import baselines, identifiability
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
@@ -19,38 +18,25 @@ from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import Progress, duration
 from bayesub.logs import log_files
-from bayesub.logs.series import Finding
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
+from bayesub.problem.joint import JointProblem
+from bayesub.problem.problem import Problem
 from bayesub.report.report import write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
-from bayesub.study.run import leave_out as others
 from bayesub.study.run.prepare import Setup
 from bayesub.study.run.result import StudyResult, verdict_on
-from bayesub.study.run.run_folder import CROSS_CHECK, RunContext, saved_config
+from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
+
+if TYPE_CHECKING:
+    from bayesub.logs.series import Finding
 
 POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
 
 
 def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bool = False) -> StudyResult:
-    """Do the work of a study in an opened folder.
-
-    Parameters
-    ----------
-    setup : Setup
-        The study made ready.
-    context : RunContext
-        Of the run.
-    cross_check : bool
-        Sample with NUTS too and compare.
-    leave_out : bool
-        Fit all trials but one, for each of them, and predict it.
-
-    Returns
-    -------
-    StudyResult
-    """
+    """Do the work of a study in an opened folder, if wanted with a cross-check by NUTS and with trials left out."""
     folder, progress = context.folder, context.progress
     progress.stage("simulate or read the trials")
     refuse_misread(setup, progress)
@@ -65,18 +51,8 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     seconds |= {estimate.method: estimate.seconds for estimate in estimates}
 
     progress.stage("sample the posterior")
-    sampler = setup.study.sampler
-    posterior = sample(
-        problem,
-        rng=setup.generator(seeds.SAMPLER),
-        n_ensembles=sampler.n_ensembles,
-        n_walkers=sampler.n_walkers,
-        max_steps=sampler.max_steps,
-        criteria=Criteria(sampler.rhat, sampler.ess, sampler.taus),
-        checkpoint=folder / "chain",
-        progress=progress,
-        examine=partial(_examine, setup, context),
-    )
+    rng, examine = setup.generator(seeds.SAMPLER), partial(_examine, setup, context)
+    posterior = sample_posterior(setup, problem, rng, checkpoint=folder / "chain", progress=progress, examine=examine)
     seconds["sampling"] = posterior.seconds
     posterior_file.save(posterior, folder / POSTERIOR)
     write_text(folder / ESTIMATES, json.dumps([estimate.to_json() for estimate in estimates], indent=1))
@@ -86,34 +62,45 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
         check = compare_with_nuts(problem, posterior, rng=setup.generator(seeds.CROSS_CHECK), progress=progress)
         write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
     if leave_out:
+        from bayesub.study.run import leave_out as others
+
         others.fit(setup, context)
     progress.stage("predictions, figures and report")
     seconds["all before the report"] = progress.seconds
     return conclude(setup, context, estimates, posterior, check, seconds=seconds)
 
 
+def sample_posterior(
+    setup: Setup, problem: Problem | JointProblem, rng: np.random.Generator, **given: Any
+) -> Posterior:
+    """Draw the posterior of a problem as the study wants it; more as of :func:`bayesub.sample`."""
+    sampler = setup.study.sampler
+    sizes = {key: getattr(sampler, key) for key in ("n_ensembles", "n_walkers", "max_steps")}
+    return sample(problem, rng=rng, **sizes, criteria=criteria(setup), **given)
+
+
+def criteria(setup: Setup) -> Criteria:
+    """When a posterior of the study has converged."""
+    sampler = setup.study.sampler
+    return Criteria(sampler.rhat, sampler.ess, sampler.taus)
+
+
 def refuse_misread(setup: Setup, progress: Progress) -> None:
     """Say what contradicts what in the logs of a study, of the columns that it uses.
 
-    Raises
-    ------
-    InputError
-        If a column holds something else than its name says, and the trial does not say ``trust_log``.
+    InputError if a column holds something else than its name says, and the trial does not say ``trust_log``.
     """
     for path, is_trusted, findings in _logs(setup):
         misread = [finding for finding in findings if finding.misread]
         if misread and not is_trusted:
             others = f" ({len(misread) - 1} more: bayesub check {path})" if len(misread) > 1 else ""
-            raise InputError(
-                f"{path}: {misread[0].line()}{others}; if the log is right all the same, give trust_log = true",
-                "data",
-                ", ".join(misread[0].columns),
-            )
+            text = f"{path}: {misread[0].line()}{others}; if the log is right all the same, give trust_log = true"
+            raise InputError(text, "data", ", ".join(misread[0].columns))
         for finding in findings:
             progress.remark(f"{path}: {finding.line()}")
 
 
-def _logs(setup) -> Iterator[tuple[Path, bool, list[Finding]]]:
+def _logs(setup: Setup) -> "Iterator[tuple[Path, bool, list[Finding]]]":
     """Each log, whether it is trusted, and what is wrong with the columns that are used."""
     study, fins = setup.study, setup.vehicle.actuators.log_columns
     trials = [(section, setup.trials[name].record) for name, section, _ in study.each_trial()]
@@ -122,6 +109,8 @@ def _logs(setup) -> Iterator[tuple[Path, bool, list[Finding]]]:
     for section, record in trials:
         if section.data is None:
             continue
+        from bayesub.findings import log_card
+
         path = toml_files.find_log(study.path(section.data))
         log = log_files.read_log(path, fins, ascending=False)
         headers = [header for header in log_files.headers(path, fins) if header not in (section.ignore or ())]
@@ -141,9 +130,10 @@ def _baselines(setup: Setup, progress: Progress) -> list[baselines.Estimate]:
         progress.stage("linear least squares")
         plain = problem.naive()
         systems = [linear_systems(truth, free=plain.names) for truth in truths]
-        systems = stacked(systems, plain.equations.names)
         guess = dict(zip(plain.names, plain.prior.guess, strict=True))
-        estimates.append(baselines.linear_least_squares(systems, guess).completed(guess))
+        estimates.append(
+            baselines.linear_least_squares(stacked(systems, plain.equations.names), guess).completed(guess)
+        )
     if n_starts := study.baselines.sqp_starts:
         progress.stage("SQP")
         plain = problem.searchable()
@@ -163,6 +153,8 @@ def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
         gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
         context.progress.remark(f"{topic.replace('_', ' ')}:{gap}{sentence}")
     if fit.misfit > sampler.max_misfit:
+        from bayesub.findings.suspect_columns import suspect
+
         column = suspect(setup.problem, mode)
         likely = f"likely {column}; if not, " if column else ""
         raise InputError(
@@ -219,7 +211,10 @@ def _predictions(
     """Those of the logs that are not fitted, and of the trials that have been left out."""
     rng = setup.generator(seeds.PREDICTIONS)
     predictions = [predicted_trial(trial, setup.problem, posterior, estimates, rng) for trial in setup.unseen]
-    if left_out := others.posteriors(setup, folder):
+    if (folder / LEFT_OUT).is_dir():
+        from bayesub.study.run import leave_out as others
+
+        left_out = others.posteriors(setup, folder)
         trials = others.unseen_trials(setup)
         predictions += [predicted_trial(trials[name], *fit, [], rng) for name, fit in left_out.items()]
     return predictions

@@ -7,27 +7,23 @@ from pathlib import Path
 from bayesub.campaign import executors
 from bayesub.campaign.campaign import complete
 from bayesub.campaign.executors import is_remote
-from bayesub.inference.sampling import Criteria, Posterior, posterior_file, sample
+from bayesub.inference.sampling import Posterior, posterior_file
 from bayesub.io import seeds
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import Progress
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.unseen import UnseenTrial
+from bayesub.study.run.infer import criteria, sample_posterior
 from bayesub.study.run.prepare import Setup
-from bayesub.study.run.run_folder import RunContext
+from bayesub.study.run.run_folder import LEFT_OUT, RunContext
 from bayesub.study.schema.trial_section import warm_up
-
-LEFT_OUT = "left_out"
 
 
 def check(setup: Setup) -> None:
     """Raise InputError for a study of which no trial can be left out."""
     if len(setup.trials) < 2:
-        raise InputError(
-            "--leave-out is for studies of several trials; of one log, name a second one to predict in [[check]]",
-            "conflict",
-            "--leave-out",
-        )
+        text = "--leave-out is for studies of several trials; of one log, name a second one to predict in [[check]]"
+        raise InputError(text, "conflict", "--leave-out")
     unseen_trials(setup)
 
 
@@ -63,25 +59,13 @@ def fit(setup: Setup, context: RunContext) -> None:
     )
 
 
-def _criteria(setup: Setup) -> Criteria:
-    sampler = setup.study.sampler
-    return Criteria(sampler.rhat, sampler.ess, sampler.taus)
-
-
 def _without(setup: Setup, folder: Path, trial: tuple[int, str]) -> Posterior | str:
     """The posterior of all trials but one, whose number and name are given, or why there is none."""
     k, name = trial
-    sampler = setup.study.sampler
+    place = None if is_remote() else folder / LEFT_OUT / f"chain_{name}"
     try:
-        return sample(
-            setup.problem.without(name),
-            rng=setup.generator(seeds.LEFT_OUT, k),
-            n_ensembles=sampler.n_ensembles,
-            n_walkers=sampler.n_walkers,
-            max_steps=sampler.max_steps,
-            criteria=_criteria(setup),
-            checkpoint=None if is_remote() else folder / LEFT_OUT / f"chain_{name}",
-        )
+        problem, rng = setup.problem.without(name), setup.generator(seeds.LEFT_OUT, k)
+        return sample_posterior(setup, problem, rng, checkpoint=place)
     except InputError as error:
         return str(error)
 
@@ -96,7 +80,7 @@ class _Fits:
             if (
                 place.exists()
                 and (before := posterior_file.load(place)).converged
-                and before.criteria == _criteria(setup)
+                and before.criteria == criteria(setup)
             ):
                 self.results[name] = True
 

@@ -15,11 +15,13 @@ from bayesub.model.quantities import Quantity
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
-from bayesub.problem.disturbances import UnknownDisturbance
+from bayesub.problem.distributions import Prior
 from bayesub.problem.joint import JointProblem
+from bayesub.problem.noise import Noise
 from bayesub.problem.nuisance import find
 from bayesub.problem.problem import Problem, channel_noises
 from bayesub.problem.unseen import UnseenTrial
+from bayesub.sensors import Channel
 from bayesub.study.provenance import file_digest
 from bayesub.study.schema.prior_section import noise_models
 from bayesub.study.schema.sensor_section import with_columns
@@ -34,29 +36,17 @@ class Setup:
 
     Attributes
     ----------
-    study : Study
-        The study.
-    vehicle : Vehicle
-        The boat of its file.
-    trials : dict of str to Trial
-        By name, which is "" for the only one.
-    problem : Problem or JointProblem
-        What the trials pose.
-    unseen : tuple of UnseenTrial
-        Logs that are not fitted, which the posterior is to predict.
-    quantities : tuple of Quantity
-        Of the study's own, that follow from the coefficients.
     pose : callable
         Poses the problem of another trial of the boat, of a manoeuvre and a record: a Problem with its free
         coefficients, its prior and its disturbance.
     """
 
-    study: Study
-    vehicle: Vehicle
-    trials: dict[str, Trial]
-    problem: Problem | JointProblem
-    unseen: tuple[UnseenTrial, ...]
-    quantities: tuple[Quantity, ...]
+    study: Study  # the study
+    vehicle: Vehicle  # the boat of its file
+    trials: dict[str, Trial]  # by name, which is "" for the only one
+    problem: Problem | JointProblem  # what the trials pose
+    unseen: tuple[UnseenTrial, ...]  # logs that are not fitted, which the posterior is to predict
+    quantities: tuple[Quantity, ...]  # of the study's own, that follow from the coefficients
     pose: Callable[..., Problem]
 
     def generator(self, stream: int, *members: int) -> np.random.Generator:
@@ -64,43 +54,16 @@ class Setup:
         return seeds.generator(self.study.seed, stream, *members)
 
 
-def prepare(study: Study) -> Setup:
-    """Simulate the truth and measure it, or read the logs, and pose the problem.
-
-    The result is the same for the same study, bit for bit, on the same machine with the same versions.
-
-    Raises
-    ------
-    InputError
-        Begins with the study file.
-    """
-    with error_source(study.source):
-        return _prepare(study)
-
-
 @dataclass(frozen=True)
 class _Flight:
-    """A trial, or a log that is not fitted, on its way from its section to its problem.
-
-    Attributes
-    ----------
-    name : str
-    label : str
-        In error messages.
-    section : TrialKeys
-    sensors : tuple of SensorSection
-    trial : Trial
-        One that is simulated is not flown before it is posed.
-    problem : Problem or None
-        As soon as it is posed.
-    """
+    """A trial, or a log that is not fitted, on its way from its section to its problem."""
 
     name: str
-    label: str
+    label: str  # in error messages
     section: TrialKeys
     sensors: tuple
-    trial: Trial
-    problem: Problem | None = None
+    trial: Trial  # one that is simulated is not flown before it is posed
+    problem: Problem | None = None  # as soon as it is posed
 
     @property
     def is_fitted(self) -> bool:
@@ -122,64 +85,64 @@ class _Flight:
             return replace(self, trial=trial, problem=pose(trial.manoeuvre, trial.record, dt=dt, **given))
 
 
-def _prepare(study: Study) -> Setup:
-    data_rng = seeds.generator(study.seed, seeds.DATA)
-    vehicle = with_columns(load_vehicle(study.vehicle, study.path), study.controls)
-    quantities = tuple(section.build(vehicle, study.path) for section in study.derived)
-    flights = [*_fitted(study, vehicle), *_unfitted(study, vehicle)]
-    centre = vehicle.xi
-    if study.prior.centre == "perturbed":
-        guess_rng = seeds.generator(study.seed, seeds.GUESS)
-        centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
-    prior, fixed = study.prior.build(centre, vehicle, study.path)
-    xi = vehicle.xi.copy()
-    xi[vehicle.equations.columns(fixed)] = list(fixed.values())
-    free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
-    disturbance = _disturbance(study, vehicle, [flight.trial.manoeuvre for flight in flights if flight.is_fitted])
-    noises = noise_models(study.noise, [flight.trial.record.channels for flight in flights])
-    pose = partial(Problem, vehicle, free=free, prior=prior, xi=xi, disturbance=disturbance)
-    asked = zip(flights, noises, strict=True)
-    flights = [flight.posed(vehicle, pose, noise, study.dt_s, data_rng) for flight, noise in asked]
-    fitted = {flight.name: flight for flight in flights if flight.is_fitted}
-    problem = fitted[""].problem if study.trials is None else JointProblem({n: f.problem for n, f in fitted.items()})
-    unseen = []
-    for flight in flights[len(fitted) :]:
-        with error_source(flight.label):
-            unseen.append(flight.section.posed(flight.problem, problem))
-    trials = {name: flight.trial for name, flight in fitted.items()}
-    return Setup(study, vehicle, trials, problem, tuple(unseen), quantities, pose)
+def prepare(study: Study) -> Setup:
+    """Simulate the truth and measure it, or read the logs, and pose the problem; InputErrors begin with the study file.
+
+    The result is the same for the same study, bit for bit, on the same machine with the same versions.
+    """
+    with error_source(study.source):
+        data_rng = seeds.generator(study.seed, seeds.DATA)
+        vehicle = with_columns(load_vehicle(study.vehicle, study.path), study.controls)
+        quantities = tuple(section.build(vehicle, study.path) for section in study.derived)
+        flights = list(_flights(study, vehicle))
+        centre = vehicle.xi
+        if study.prior.centre == "perturbed":
+            guess_rng = seeds.generator(study.seed, seeds.GUESS)
+            centre = priors.perturbed(vehicle.xi, study.prior.perturbation_sd, guess_rng)
+        prior, fixed = study.prior.build(centre, vehicle, study.path)
+        xi = vehicle.xi.copy()
+        xi[vehicle.equations.columns(fixed)] = list(fixed.values())
+        free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
+        disturbance = None
+        if study.disturbance is not None:  # of which shares are of the forces of the hull in all trials
+            manoeuvres = [flight.trial.manoeuvre for flight in flights if flight.is_fitted]
+            disturbance = study.disturbance.build(
+                [Simulator(vehicle, m, np.zeros(1), dt=study.dt_s) for m in manoeuvres]
+            )
+        noises = noise_models(study.noise, [flight.trial.record.channels for flight in flights])
+        pose = partial(Problem, vehicle, free=free, prior=prior, xi=xi, disturbance=disturbance)
+        asked = zip(flights, noises, strict=True)
+        flights = [flight.posed(vehicle, pose, noise, study.dt_s, data_rng) for flight, noise in asked]
+        fitted = {flight.name: flight for flight in flights if flight.is_fitted}
+        problem = (
+            fitted[""].problem if study.trials is None else JointProblem({n: f.problem for n, f in fitted.items()})
+        )
+        unseen = []
+        for flight in flights[len(fitted) :]:
+            with error_source(flight.label):
+                unseen.append(flight.section.posed(flight.problem, problem))
+        trials = {name: flight.trial for name, flight in fitted.items()}
+        return Setup(study, vehicle, trials, problem, tuple(unseen), quantities, pose)
 
 
-def _fitted(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
-    """The trials of a study, not flown yet."""
+def _flights(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
+    """The trials of a study, and then the logs that are not fitted; InputError for one that is fitted too."""
     for name, section, sensors in study.each_trial():
         label = f"trial '{name}'" if name else ""
         with error_source(label):
             trial = section.build(vehicle, sensors, study.nuisance | section.nuisance, study.path)
         yield _Flight(name, label, section, sensors, trial)
-
-
-def _unfitted(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
-    """The logs that are not fitted; InputError for one that is fitted too."""
     for check, sensors in study.each_check():
         label = f"check '{check.name}'"
         with error_source(label):
-            _refuse_fitted(check, study)
+            for name, fitted, _ in study.each_trial() if check.data is not None else ():
+                logs = [section.data and file_digest(Path(study.path(section.data))) for section in (check, fitted)]
+                if logs[0] == logs[1]:
+                    where = f"is fitted in trial '{name}'" if name else "is fitted by this study"
+                    text = f"{check.data} {where} and says nothing about prediction; give a log that is not fitted"
+                    raise InputError(text, "conflict", "check.data")
             trial = check.build(vehicle, sensors, check.nuisances(study.nuisance), study.path)
         yield _Flight(check.name, label, check, sensors, trial)
-
-
-def _refuse_fitted(check: CheckSection, study: Study) -> None:
-    """InputError for a log that is fitted too."""
-    for name, fitted, _ in study.each_trial():
-        logs = [section.data and file_digest(Path(study.path(section.data))) for section in (check, fitted)]
-        if check.data is not None and logs[0] == logs[1]:
-            where = f"in trial '{name}'" if name else "by this study"
-            raise InputError(
-                f"{check.data} is fitted {where} and says nothing about prediction; give a log that is not fitted",
-                "conflict",
-                "check.data",
-            )
 
 
 def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, noise: dict) -> Trial:
@@ -191,7 +154,13 @@ def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, nois
     return replace(trial, nuisance=present(trial.nuisance, vehicle, trial.manoeuvre, channels, noises))
 
 
-def present(nuisance: dict, vehicle: Vehicle, manoeuvre: Manoeuvre, channels=(), noises=()) -> dict:
+def present(
+    nuisance: dict[str, Prior],
+    vehicle: Vehicle,
+    manoeuvre: Manoeuvre,
+    channels: Sequence[Channel] = (),
+    noises: Sequence[Noise] = (),
+) -> dict[str, Prior]:
     """Those of the nuisance parameters that a vehicle has on a manoeuvre, with channels and their noise models."""
     unknown = {}
     for name, prior in nuisance.items():
@@ -199,10 +168,3 @@ def present(nuisance: dict, vehicle: Vehicle, manoeuvre: Manoeuvre, channels=(),
             find(name, vehicle, manoeuvre, channels, noises)
             unknown[name] = prior
     return unknown
-
-
-def _disturbance(study: Study, vehicle: Vehicle, manoeuvres: Sequence[Manoeuvre]) -> UnknownDisturbance | None:
-    """The unmodelled forces that a study infers, of which shares are of the forces of the hull in all trials."""
-    if study.disturbance is None:
-        return None
-    return study.disturbance.build([Simulator(vehicle, one, np.zeros(1), dt=study.dt_s) for one in manoeuvres])

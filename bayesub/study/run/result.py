@@ -3,9 +3,12 @@
 import json
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bayesub.io.atomic import write_text
+
+if TYPE_CHECKING:
+    from bayesub.inference.sampling import CrossCheck, Posterior
 
 RESULT = "outcome.json"
 CONVERGED, NOT_CONVERGED, NOT_CONFIRMED = "converged", "not converged", "not confirmed"
@@ -81,7 +84,7 @@ def load_result(folder: Path) -> StudyResult | None:
         return None
 
 
-def verdict_on(posterior, check=None, *, predictions_hold: bool = True) -> str:
+def verdict_on(posterior: "Posterior", check: "CrossCheck | None" = None, *, predictions_hold: bool = True) -> str:
     """The verdict on a posterior, on its cross-check, if there was one, and on its predictions."""
     if not posterior.converged:
         return NOT_CONVERGED

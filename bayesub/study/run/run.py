@@ -1,23 +1,25 @@
 """A study goes one way: it is read, prepared once, run, and gives a result."""
 
 import errno
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from bayesub.campaign.executors import Executor
 from bayesub.io.atomic import reason
-from bayesub.io.errors import InputError, error_source
+from bayesub.io.errors import InputError, error_source, one_line
 from bayesub.io.interrupts import interruptible
-from bayesub.io.terminal import SILENT, Progress
-from bayesub.study.provenance import commit
-from bayesub.study.run import script
-from bayesub.study.run.result import RESULT, StudyResult
-from bayesub.study.run.run_folder import RunContext, TimedProgress, open_folder
-from bayesub.study.run.script import Script
+from bayesub.io.terminal import SILENT, Progress, say
+from bayesub.study.provenance import code, code_change, commit, study_change
+from bayesub.study.run.result import FAILED, RESULT, StudyResult, load_result
+from bayesub.study.run.run_folder import CROSS_CHECK, STOPPING, RunContext, TimedProgress, open_folder, saved_config
 from bayesub.study.schema.study_file import Study, load_study
+
+if TYPE_CHECKING:
+    from bayesub.campaign.executors import Executor
+    from bayesub.study.run.script import Script
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG)
 
@@ -26,14 +28,30 @@ class RunInterrupted(KeyboardInterrupt):
     """Ctrl-C during a run; what is done is saved, and the run can be resumed."""
 
 
-def read(path: str | Path, *, quick: bool = False) -> Study | Script:
+def read(path: str | Path, *, quick: bool = False) -> "Study | Script":
     """The study of a file, TOML or Python; with `quick` the small version."""
     path = Path(path)
-    return Script(path, quick) if path.suffix == ".py" else load_study(path, quick=quick)
+    if path.suffix != ".py":
+        return load_study(path, quick=quick)
+    from bayesub.study.run.script import Script
+
+    return Script(path, quick)
+
+
+@contextmanager
+def executor_of(dask: str) -> "Iterator[Executor | None]":
+    """What does independent parts on the cluster that ``--dask`` names; None without a name, for this machine."""
+    if not dask:
+        yield None
+        return
+    from bayesub.campaign.cluster import connect
+
+    with connect(dask, code, say) as executor:
+        yield executor
 
 
 def run(
-    study: Study | Script | str | Path,
+    study: "Study | Script | str | Path",
     folder: str | Path,
     *,
     resume: bool = False,
@@ -43,7 +61,7 @@ def run(
     leave_out: bool = False,
     pdf: bool = False,
     progress: Progress = SILENT,
-    executor: Executor | None = None,
+    executor: "Executor | None" = None,
 ) -> StudyResult:
     """Run a study into a folder that explains itself.
 
@@ -98,34 +116,88 @@ def run(
     return result
 
 
-def _work(study: Study | Script, cross_check: bool, leave_out: bool):
+def _work(study: "Study | Script", cross_check: bool, leave_out: bool) -> Callable[[RunContext], StudyResult]:
     """The work of a study, a function of its context."""
-    if isinstance(study, Script):
-        if cross_check:
-            raise InputError(
-                "--cross-check is for studies in TOML; a Python script says itself what it compares",
-                "conflict",
-                "--cross-check",
-            )
-        if leave_out:
-            raise InputError(
-                "--leave-out is for studies in TOML; a Python script says itself what it predicts",
-                "conflict",
-                "--leave-out",
-            )
+    if not isinstance(study, Study):
+        for is_given, option, what in (
+            (cross_check, "--cross-check", "compares"),
+            (leave_out, "--leave-out", "predicts"),
+        ):
+            if is_given:
+                text = f"{option} is for studies in TOML; a Python script says itself what it {what}"
+                raise InputError(text, "conflict", option)
+        from bayesub.study.run import script
+
         return partial(script.run, study)
-    from bayesub.inference.sampling.nuts import require_nutpie
-    from bayesub.study.run import leave_out as others
     from bayesub.study.run.infer import infer
     from bayesub.study.run.prepare import prepare
 
     if cross_check:
+        from bayesub.inference.sampling.nuts import require_nutpie
+
         require_nutpie()
     setup = prepare(study)
     if leave_out:
+        from bayesub.study.run import leave_out as others
+
         with error_source(study.source):
             others.check(setup)
     return partial(infer, setup, cross_check=cross_check, leave_out=leave_out)
+
+
+def run_unless_done(
+    file: Path,
+    folder: Path,
+    options: Mapping[str, bool],
+    progress: Progress = SILENT,
+    executor: "Executor | None" = None,
+) -> tuple[StudyResult, str]:
+    """The result of one of many studies, and what to say of it if it was not run now, or failed.
+
+    A run that is done is not done again, one that is stale is, and one that was interrupted is continued. The options
+    are those of :func:`run`, and ``quick``.
+    """
+    try:
+        return _run_unless_done(file, folder, options, progress, executor)
+    except InputError as error:
+        text = str(error)
+    except Exception as error:
+        text = one_line(f"{file}: {type(error).__name__}: {error}")
+    return StudyResult(file.stem, "", FAILED, str(folder), text=text), f"FAILED: {text}"
+
+
+def _run_unless_done(
+    file: Path, folder: Path, options: Mapping[str, bool], progress: Progress, executor: "Executor | None"
+) -> tuple[StudyResult, str]:
+    study = read(file, quick=options["quick"])
+    names = [name for name, *_ in study.each_trial()] if isinstance(study, Study) else []
+    cross_check, leave_out = options["cross_check"] and bool(names), options["leave_out"] and len(names) > 1
+    saved, config = saved_config(folder), study.config()
+    force = False
+    if saved is not None:
+        is_other = saved.get("quick_run") != config["quick_run"]
+        if is_other and not options["force"]:
+            kinds = {True: "the small version (--quick)", False: "the full version"}
+            wanted, present = kinds[config["quick_run"]], kinds[bool(saved.get("quick_run"))]
+            text = f"{folder}: holds {present}, not {wanted}; use --force to replace it, or another -o"
+            raise InputError(text, "state", "--quick")
+        result, change = load_result(folder), code_change(saved, config)
+        if result and not change and not study_change(saved, config):
+            from bayesub.study.run.leave_out import is_done
+
+            if (not cross_check or (folder / CROSS_CHECK).exists()) and (not leave_out or is_done(names, folder)):
+                return result, f"done before: {result.verdict.upper()}"
+        stale = change or study_change(saved, config, ignored=STOPPING)
+        if result and stale and options["keep_stale"]:
+            return result, f"left as it is, though stale ({stale}): {result.verdict.upper()}"
+        force = is_other or (bool(stale) and not options["keep_stale"])
+        if stale and not is_other and force:
+            progress.remark(f"stale, run again: {stale}")
+    tasks = {"cross_check": cross_check, "leave_out": leave_out}
+    kept = {key: options[key] for key in ("keep_stale", "pdf")}
+    resume = saved is not None and not force
+    result = run(study, folder, resume=resume, force=force, **kept, **tasks, progress=progress, executor=executor)
+    return result, ""
 
 
 @contextmanager
@@ -139,6 +211,5 @@ def interruptions(folder: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno not in _NO_ROOM:
             raise
-        raise InputError(
-            f"{folder}: {reason(error)}; what is done is saved, make room and use --resume", "file"
-        ) from None
+        text = f"{folder}: {reason(error)}; what is done is saved, make room and use --resume"
+        raise InputError(text, "file") from None

@@ -7,19 +7,23 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tomli_w
 
-from bayesub.campaign.executors import Executor
 from bayesub.io import toml_files
 from bayesub.io.atomic import LOCK, PARTIAL, locked, write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.provenance import CODE, code_change, study_change
 
+if TYPE_CHECKING:
+    from bayesub.campaign.executors import Executor
+
 CONFIG = "config.toml"
 SECONDS = "seconds.json"
 CROSS_CHECK = "cross_check.json"
+LEFT_OUT = "left_out"  # folder of the fits without one of the trials
 STOPPING = (  # may change before a run is resumed
     *(f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus")),
     *(f"design.{key}" for key in ("minutes", "judgements")),
@@ -35,20 +39,21 @@ def saved_config(folder: Path) -> dict | None:
 
 @contextmanager
 def open_folder(
-    folder: Path, config: dict, copies: dict[str, Path] | None = None, *, resume=False, force=False, keep_stale=False
+    folder: Path,
+    config: dict,
+    copies: dict[str, Path] | None = None,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    keep_stale: bool = False,
 ) -> Iterator[dict]:
     """Make the run folder and hold it for this process.
 
-    ``config.toml`` and copies of the files of the study are in it before any work starts.
+    ``config.toml``, what the result depends on, and copies of the files of the study (place in the folder -> file) are
+    in it before any work starts.
 
     Parameters
     ----------
-    folder : Path
-        The run folder.
-    config : dict
-        What the result depends on.
-    copies : dict of str to Path
-        Place in the folder -> file to copy there.
     resume : bool
         Continue a run of the same study (but for its stopping rule) by the same sources and versions.
     force : bool
@@ -95,12 +100,8 @@ def _resumed(folder: Path, saved: dict | None, config: dict, keep_stale: bool) -
         raise InputError(f"{folder}: cannot be resumed: {change}; use --force to start afresh", "state", "--resume")
     change = code_change(saved, config)
     if change and not keep_stale:
-        raise InputError(
-            f"{folder}: cannot be resumed: {change}; use --force to start afresh, or --keep-stale to go on all the "
-            "same",
-            "state",
-            "--keep-stale",
-        )
+        what = f"{folder}: cannot be resumed: {change}; use --force to start afresh"
+        raise InputError(f"{what}, or --keep-stale to go on all the same", "state", "--keep-stale")
     others = {key: value for key, value in config.items() if key not in CODE}
     return others | {key: saved[key] for key in CODE if key in saved}
 
@@ -120,15 +121,7 @@ def _content(folder: Path) -> list[Path]:
 
 
 class TimedProgress:
-    """Progress that counts the seconds of work on a run, over all its sessions, and keeps them in its folder.
-
-    Parameters
-    ----------
-    folder : Path
-        The run folder.
-    progress : Progress
-        To which stages and numbers are passed on.
-    """
+    """Progress that counts the seconds of work on a run, over all its sessions, and keeps them in its folder."""
 
     def __init__(self, folder: Path, progress: Progress):
         self.file, self.progress = folder / SECONDS, progress
@@ -163,27 +156,13 @@ class TimedProgress:
 
 @dataclass(frozen=True)
 class RunContext:
-    """What a run works with, whatever it asks: where it writes, to whom it reports, and who works for it.
+    """What a run works with, whatever it asks: where it writes, to whom it reports, and who works for it."""
 
-    Attributes
-    ----------
-    folder : Path
-        The run folder, opened.
-    pdf : bool
-        Whether every figure is drawn as PDF too.
-    progress : Progress
-        To report to; of a run that is not only drawn again it is a :class:`TimedProgress`.
-    executor : Executor or None
-        What does independent parts; None for processes of this machine.
-    commit : str
-        Of the sources that make the run, for the foot of its page.
-    """
-
-    folder: Path
-    pdf: bool = False
-    progress: Progress = SILENT
-    executor: Executor | None = None
-    commit: str = "unknown"
+    folder: Path  # the run folder, opened
+    pdf: bool = False  # whether every figure is drawn as PDF too
+    progress: Progress = SILENT  # to report to; of a run that is not only drawn again it is a :class:`TimedProgress`
+    executor: "Executor | None" = None  # what does independent parts; None for processes of this machine
+    commit: str = "unknown"  # of the sources that make the run, for the foot of its page
 
     @property
     def formats(self) -> tuple[str, ...]:

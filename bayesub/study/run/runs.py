@@ -1,5 +1,6 @@
-"""Runs of studies in a folder: which studies there are, which are done, and the page that lists them."""
+"""Runs of studies in a folder: which studies there are, which are done, and the pages that list them."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,69 +9,13 @@ from bayesub.io import templates, toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import duration
-from bayesub.study.provenance import code_change, study_change
-from bayesub.study.run import gallery
 from bayesub.study.run.result import FAILED, NOT_FINISHED, StudyResult, load_result
-from bayesub.study.run.run_folder import CONFIG, STOPPING, saved_config
+from bayesub.study.run.run_folder import CONFIG, saved_config
 
 INDEX = "index.html"
-
-
-@dataclass(frozen=True)
-class RunState:
-    """The state of a run folder with respect to a study.
-
-    Attributes
-    ----------
-    result : StudyResult or None
-        Of the run in the folder, if it came to its end.
-    is_begun : bool
-        Whether there is a run at all.
-    study_change : str
-        How the study differs from that of the run, its stopping rule aside; empty if it does not.
-    code_change : str
-        How the code differs from that of the run; empty if it does not.
-    is_done : bool
-        Whether the run came to its end by this very study.
-    is_other : bool
-        Whether it is the full version where the small one is wanted, or the other way round.
-    """
-
-    result: StudyResult | None = None
-    is_begun: bool = False
-    study_change: str = ""
-    code_change: str = ""
-    is_done: bool = False
-    is_other: bool = False
-
-    @property
-    def stale(self) -> str:
-        """Why the run is stale; empty if it is not."""
-        return self.code_change or self.study_change
-
-
-def state(folder: Path, config: dict, *, force: bool = False) -> RunState:
-    """The state of a run folder with respect to the study of this configuration.
-
-    Raises
-    ------
-    InputError
-        If the folder holds the full version and the small one is wanted, or the other way round, without `force`.
-    """
-    saved = saved_config(folder)
-    if saved is None:
-        return RunState()
-    is_other = saved.get("quick_run") != config["quick_run"]
-    if is_other and not force:
-        kinds = {True: "the small version (--quick)", False: "the full version"}
-        wanted, present = kinds[config["quick_run"]], kinds[bool(saved.get("quick_run"))]
-        raise InputError(
-            f"{folder}: holds {present}, not {wanted}; use --force to replace it, or another -o", "state", "--quick"
-        )
-    result, code = load_result(folder), code_change(saved, config)
-    change = study_change(saved, config, ignored=STOPPING)
-    is_done = result is not None and not code and not study_change(saved, config)
-    return RunState(result, True, change, code, is_done, is_other)
+COLUMNS = 3  # of the gallery
+_PICTURE = re.compile(r"!\[[^\]]*\]\(([^)]+\.png)\)")
+_ORDERS = "orders.png"  # what was done, not what was found
 
 
 def studies_in(folder: Path) -> list[Path]:
@@ -109,27 +54,56 @@ def folders(paths: Iterable[Path], output: Path) -> dict[Path, Path]:
 def write_index(output: Path, results: Iterable[StudyResult] = ()) -> Path:
     """Write ``index.html``, the page of the runs in `output` and of those `results` that failed; gives its path."""
     with writing(output):
-        places = [file.parent for file in output.glob(f"*/{CONFIG}")]
-        runs = {folder: load_result(folder) or _unfinished(folder) for folder in places}
+        shown = {file.parent: entry(file.parent) for file in output.glob(f"*/{CONFIG}")}
+        runs = {
+            folder: load_result(folder) or StudyResult(folder.name, study.question, NOT_FINISHED, str(folder))
+            for folder, study in shown.items()
+        }
         runs |= {Path(result.folder): result for result in results if result.verdict == FAILED}
-        rows = [_row(folder, runs[folder]) for folder in sorted(runs)]
+        rows = []
+        for folder, result in sorted(runs.items()):
+            study = shown.get(folder) or entry(folder)
+            page = f"{folder.name}/report.html" if result.report else study.page or f"{folder.name}/"
+            row = {"place": folder.name, "link": page if folder.is_dir() else "", "picture": study.picture}
+            rows.append(vars(result) | {"good": result.good} | row)
         write_text(output / INDEX, templates.fill("bayesub.study.run", INDEX, rows=rows, duration=duration))
     return output / INDEX
 
 
-def _unfinished(folder: Path) -> StudyResult:
-    return StudyResult(folder.name, _question(folder), NOT_FINISHED, str(folder))
+@dataclass(frozen=True)
+class Entry:
+    """A study of a folder of runs."""
+
+    name: str  # of its folder
+    question: str  # of the study
+    page: str  # its page in Markdown, from the folder of runs; empty if there is none
+    picture: str  # the first picture of the page that shows what was found; empty if there is none
 
 
-def _row(folder: Path, result: StudyResult) -> dict:
-    shown = gallery.entry(folder)
-    page = f"{folder.name}/report.html" if result.report else shown.page or f"{folder.name}/"
-    link = page if folder.is_dir() else ""
-    return vars(result) | {"good": result.good, "place": folder.name, "link": link, "picture": shown.picture}
-
-
-def _question(folder: Path) -> str:
+def entry(run: Path) -> Entry:
+    """The study of a run folder."""
     try:
-        return str((saved_config(folder) or {}).get("question", ""))
+        config = saved_config(run) or {}
     except InputError:
-        return ""
+        config = {}
+    files = [run / f"{config.get('name', run.name)}.md", run / "report.md"]
+    page = next((file for file in files if file.is_file()), None)
+    pictures = _PICTURE.findall(page.read_text(encoding="utf-8")) if page else []
+    picture = next((picture for picture in pictures if picture != _ORDERS and (run / picture).is_file()), "")
+    place = {"page": f"{run.name}/{page.name}" if page else "", "picture": f"{run.name}/{picture}" if picture else ""}
+    return Entry(run.name, str(config.get("question", "")), **place)
+
+
+def gallery(folder: Path) -> list[str]:
+    """The gallery of a folder of runs as a table in Markdown; studies without a page are left out."""
+    shown = [entry(file.parent) for file in sorted(folder.glob(f"*/{CONFIG}"))]
+    cells = [_cell(study) for study in shown if study.page]
+    rows = [cells[k : k + COLUMNS] for k in range(0, len(cells), COLUMNS)]
+    table = [f"|{' |' * COLUMNS}", f"|{' --- |' * COLUMNS}"]
+    return table + [f"| {' | '.join(row + [''] * (COLUMNS - len(row)))} |" for row in rows]
+
+
+def _cell(study: Entry) -> str:
+    picture = f'<img src="{study.picture}" width="270" alt="{study.name}"><br>' if study.picture else ""
+    question = study.question.replace("<", "&lt;").replace("|", "\\|")
+    return f"[{picture}**{study.name}**]({study.page})<br>{question}"

@@ -16,25 +16,25 @@
 import ast
 import importlib.util
 import json
+import operator
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
+from typing import Any
 
 from bayesub.campaign import beside, executors
-from bayesub.campaign.campaign import complete
+from bayesub.campaign.campaign import Files, Lines, as_json, complete, write_arrays
 from bayesub.campaign.executors import Executor, is_remote
-from bayesub.campaign.store import Files, Lines, as_json, write_arrays
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.provenance import environment, file_digest
-from bayesub.study.run import script_modules, script_page
+from bayesub.study.run import script_page
 from bayesub.study.run.result import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED, StudyResult
 from bayesub.study.run.run_folder import RunContext
 
@@ -48,18 +48,10 @@ class MissingArrays(InputError):
 
 @dataclass(frozen=True)
 class Script:
-    """A study script.
+    """A study script."""
 
-    Attributes
-    ----------
-    path : Path
-        The Python file.
-    is_quick : bool
-        Whether the small version is wanted.
-    """
-
-    path: Path
-    is_quick: bool = False
+    path: Path  # the Python file
+    is_quick: bool = False  # whether the small version is wanted
 
     @property
     def name(self) -> str:
@@ -73,7 +65,11 @@ class Script:
 
     def config(self) -> dict:
         """What the result depends on."""
-        entries = {"name": self.name, "question": check(self.path), "script": self.path.as_posix()}
+        entries = {
+            "name": self.name,
+            "question": question(self.path, functions=FUNCTIONS),
+            "script": self.path.as_posix(),
+        }
         return entries | digests(self.path) | environment(quick=self.is_quick)
 
     def copies(self) -> dict[str, Path]:
@@ -81,66 +77,79 @@ class Script:
         return {}
 
 
-def question(path: Path) -> str:
+def question(path: Path, *, functions: Sequence[str] = ()) -> str:
     """The first line of a script's docstring; the script is read, not run.
 
-    Raises
-    ------
-    InputError
-        For a file that is not Python or has no docstring.
+    InputError for a file that is not Python, has no docstring, or lacks one of the functions.
     """
-    return _docstring(path, _parsed(path))
-
-
-def check(path: Path) -> str:
-    """As :func:`question`; InputError too for a file that lacks one of the functions of a study script."""
-    tree = _parsed(path)
-    names = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    names |= {name.asname or name.name for node in tree.body if isinstance(node, ast.ImportFrom) for name in node.names}
-    if missing := [name for name in FUNCTIONS if name not in names]:
-        verb = "is" if len(missing) == 1 else "are"
-        raise InputError(
-            f"{path}: a study script has the functions {', '.join(FUNCTIONS)}; {' and '.join(missing)} {verb} missing",
-            "missing",
-            ", ".join(missing),
-        )
-    return _docstring(path, tree)
-
-
-def _parsed(path: Path) -> ast.Module:
     try:
-        return ast.parse(toml_files.read_text(path))
+        tree = ast.parse(toml_files.read_text(path))
     except (SyntaxError, ValueError) as error:
         line = f"line {error.lineno}: " if isinstance(error, SyntaxError) else ""
         raise InputError(f"{path}: {line}is not valid Python: {getattr(error, 'msg', error)}", "format") from None
-
-
-def _docstring(path: Path, tree: ast.Module) -> str:
-    docstring = ast.get_docstring(tree)
-    if not docstring:
-        raise InputError(
-            f"{path}: a study script begins with a docstring that states its question", "missing", "docstring"
-        )
+    names = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    names |= {name.asname or name.name for node in tree.body if isinstance(node, ast.ImportFrom) for name in node.names}
+    if missing := [name for name in functions if name not in names]:
+        lacks = f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
+        text = f"{path}: a study script has the functions {', '.join(functions)}; {lacks}"
+        raise InputError(text, "missing", ", ".join(missing))
+    if not (docstring := ast.get_docstring(tree)):
+        text = f"{path}: a study script begins with a docstring that states its question"
+        raise InputError(text, "missing", "docstring")
     return docstring.splitlines()[0]
 
 
-class ScriptRun:
-    """A run folder, as a study script sees it.
+def digests(path: Path) -> dict:
+    """Entries of ``config.toml``: the SHA-256 of a script, and of each file beside it of which it consists."""
+    files = {name: file_digest(file) for name, file in modules(path).items()}
+    return {"script_sha256": file_digest(path), "files_sha256": files}
 
-    Attributes
-    ----------
-    name : str
-        Of the study.
-    folder : Path
-        Where everything is written.
-    quick : bool
-        Whether the small version is wanted.
-    progress : Progress
-        To report to.
-    formats : tuple of str
-        Suffixes of figures.
-    executor : Executor
-        What does parts that are independent of each other.
+
+def modules(script: Path) -> dict[str, Path]:
+    """Name from the folder of the script -> file, of all modules that it imports directly or through others.
+
+    Of a package all data count, and of its modules those that are imported. Files are read, not run.
+    """
+    root, found, waiting = script.parent, set(), [script]
+    while waiting:
+        file = waiting.pop()
+        for other in _imported(file, root):
+            if other not in found:
+                found.add(other)
+                waiting.append(other)
+    folders = {module.parent for module in found} - {root}
+    found |= {file for folder in folders for file in folder.iterdir() if file.suffix in (".csv", ".json", ".toml")}
+    return {file.relative_to(root).as_posix(): file for file in sorted(found)}
+
+
+def _imported(file: Path, root: Path) -> Iterator[Path]:
+    """The modules below `root` that the imports of a file name, with the packages in which they are."""
+    try:
+        tree = ast.parse(toml_files.read_text(file))
+    except (SyntaxError, ValueError):  # of which the import will complain
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            package = file.parent.relative_to(root).parts
+            above = package[: len(package) - node.level + 1] if node.level else ()
+            module = ".".join([*above, *filter(None, [node.module])])
+            names = [module, *(f"{module}.{alias.name}".lstrip(".") for alias in node.names)]
+        else:
+            continue
+        for name in names:
+            parts = name.split(".")
+            for k in range(1, len(parts) + 1):
+                place = root.joinpath(*parts[:k])  # a package comes before a module of its name, as in an import
+                files = (place / "__init__.py", place.with_name(f"{place.name}.py"))
+                yield from [file for file in files if file.is_file()][:1]
+
+
+class ScriptRun:
+    """A run folder, as a study script sees it: ``name``, ``folder``, ``quick``, ``progress``, and what its methods do.
+
+    ``formats`` are the suffixes of figures; ``executor`` does parts that are independent of each other.
     """
 
     def __init__(
@@ -187,7 +196,7 @@ class ScriptRun:
         """
         store = Files({name: self.folder / _file_of(f"{stage} {name}") for name in makes})
         self.progress.stage(stage)
-        return self._complete(stage, partial(_made, makes), {name: name for name in makes}, store, "parts")
+        return self._complete(stage, operator.call, makes, store, "parts")
 
     @contextmanager
     def work_folder(self) -> Iterator[Path]:
@@ -217,8 +226,8 @@ class ScriptRun:
     def repeat(self, name: str, work: Callable[[int], dict], n: int) -> list[dict]:
         """What `work` returns for 0, 1, .., n - 1, pieces that are independent of each other.
 
-        ``<name>.jsonl`` has a line of JSON for each (:class:`bayesub.campaign.store.Lines`); those that are there are
-        not done again.
+        ``<name>.jsonl`` has a line of JSON for each (:class:`bayesub.campaign.campaign.Lines`); those that are there
+        are not done again.
         """
         numbers = {str(k): k for k in range(n)}
         store = Lines(self.folder / f"{name}.jsonl", numbers)
@@ -237,10 +246,6 @@ def _file_of(name: str) -> str:
     return re.sub(r"\W+", "_", name)
 
 
-def _made(makes: dict[str, Callable[[], dict]], name: str) -> dict:
-    return makes[name]()
-
-
 def load(path: Path) -> ModuleType:
     """The script as a module; it can import those that lie beside it."""
     beside.importable(path.parent)
@@ -252,7 +257,8 @@ def load(path: Path) -> ModuleType:
 
 def run(script: Script, context: RunContext) -> StudyResult:
     """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
-    study = _script_run(script.name, context, quick=script.is_quick)
+    given: dict[str, Any] = {"progress": context.progress, "formats": context.formats, "executor": context.executor}
+    study = ScriptRun(script.name, context.folder, quick=script.is_quick, **given)
     module = load(script.path)
     text = as_json(_shortened(module.compute(study)), "compute()")
     write_text(context.folder / NUMBERS, text)
@@ -261,41 +267,27 @@ def run(script: Script, context: RunContext) -> StudyResult:
 
 
 def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) -> StudyResult:
-    """Draw a finished run again and judge it, from its ``numbers.json``.
-
-    Parameters
-    ----------
-    folder : Path
-        The run folder.
-    config : dict
-        Of the run.
-    path : Path or None
-        The script to draw with; None for that of the run, where it is unchanged.
-    pdf : bool
-        Draw every figure as PDF too.
-    """
+    """Draw a finished run again and judge it, from its ``numbers.json``, by the script of the run or another."""
     if path is None:
         path = _script_of(folder, config)
     numbers_file = folder / NUMBERS
     if not numbers_file.exists():
-        raise InputError(
-            f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume", "state", NUMBERS
-        )
+        text = f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume"
+        raise InputError(text, "state", NUMBERS)
     try:
         numbers = json.loads(toml_files.read_text(numbers_file))
     except ValueError as error:
         raise InputError(f"{numbers_file}: is damaged ({error}); run the study again", "format", NUMBERS) from None
-    study = _script_run(config["name"], RunContext(folder, pdf), quick=config["quick_run"])
-    return _conclude(load(path), study, numbers, check(path), config)
+    study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=RunContext(folder, pdf).formats)
+    return _conclude(load(path), study, numbers, question(path, functions=FUNCTIONS), config)
 
 
 def _script_of(folder: Path, config: dict) -> Path:
     """The script of a run; InputError if it is not there any more or has changed since."""
     path = Path(config.get("script", f"studies/{config['name']}.py"))
     if not path.is_file():
-        raise InputError(
-            f"{folder}: there is no {path}, the script of the run; name the script with --study", "missing", "--study"
-        )
+        text = f"{folder}: there is no {path}, the script of the run; name the script with --study"
+        raise InputError(text, "missing", "--study")
     now, changed = digests(path), ""
     if now["script_sha256"] != config["script_sha256"]:
         changed = str(path)
@@ -303,33 +295,13 @@ def _script_of(folder: Path, config: dict) -> Path:
         saved = config.get("files_sha256", {})
         changed = next((name for name, digest in now["files_sha256"].items() if saved.get(name) != digest), "")
     if changed:
-        raise InputError(
-            f"{changed}: has changed since the run; run the study again, or name a script with --study",
-            "state",
-            "--study",
-        )
+        text = f"{changed}: has changed since the run; run the study again, or name a script with --study"
+        raise InputError(text, "state", "--study")
     return path
 
 
-def digests(path: Path) -> dict:
-    """Entries of ``config.toml``: the SHA-256 of a script, and of each file beside it of which it consists."""
-    files = {name: file_digest(file) for name, file in script_modules.files(path).items()}
-    return {"script_sha256": file_digest(path), "files_sha256": files}
-
-
-def _script_run(name: str, context: RunContext, *, quick: bool) -> ScriptRun:
-    given = {"progress": context.progress, "formats": context.formats, "executor": context.executor}
-    return ScriptRun(name, context.folder, quick=quick, **given)
-
-
 def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str, config: dict) -> StudyResult:
-    """Draw, judge, and write the page.
-
-    Raises
-    ------
-    MissingArrays
-        If figures cannot be drawn; the others are, and the page has been written.
-    """
+    """Draw, judge, and write the page; MissingArrays if figures cannot be drawn, after the others and the page."""
     if "skipped" in numbers:
         return StudyResult(study.name, question, SKIPPED, str(study.folder), text=numbers["skipped"])
     missing = None

@@ -19,26 +19,14 @@ PARTS = ("Question", "Claim", "Cost")  # of a docstring, each beginning a line
 def write(
     folder: Path, config: dict, module: ModuleType, numbers: dict, tables: Iterable[str], failed: str | None
 ) -> None:
-    """Write ``<name>.md``, the page of a run.
+    """Write ``<name>.md``, the page of a run, into its folder.
 
-    Parameters
-    ----------
-    folder : Path
-        The run folder.
-    config : dict
-        Of the run.
-    module : ModuleType
-        The script. ``FIGURES`` there is name or pattern -> caption, in the order of the page, ``GLOSSARY`` the equation
-        set whose coefficients the page explains, and ``ANSWER`` the answer in a sentence or two, with places for
-        numbers as :func:`bayesub.report.quoted.filled` takes them.
-    numbers : dict
-        Of the run.
-    tables : iterable of str
-        Lines of Markdown.
-    failed : str or None
-        The sentence of the claim that failed.
+    ``FIGURES`` of the script is name or pattern -> caption, in the order of the page, ``GLOSSARY`` the equation set
+    whose coefficients the page explains, and ``ANSWER`` the answer in a sentence or two, with places for numbers as
+    :func:`bayesub.report.quoted.filled` takes them. Tables are lines of Markdown; `failed` is the sentence of the claim
+    that failed.
     """
-    first, parts, rest = docstring_parts(module.__doc__)
+    first, parts, rest = docstring_parts(module.__doc__ or "")
     equations = getattr(module, "GLOSSARY", None)
     files = [file.name for file in sorted(folder.glob("*.png"))]
     page = StudyPage(

@@ -7,9 +7,9 @@ from pathlib import Path
 import click
 
 from bayesub.campaign import beside
-from bayesub.cli.arguments import executor_of
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import console
+from bayesub.study.run.run import executor_of
 
 HERE = Path(__file__).parents[1]
 sys.path[0] = str(HERE)

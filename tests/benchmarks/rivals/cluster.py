@@ -7,7 +7,7 @@ from functools import partial
 from rich.table import Table
 
 from bayesub.campaign.executors import Executor
-from bayesub.cli.bench import BATCH, perturbed, spiral
+from bayesub.study.before.bench import BATCH, perturbed, spiral
 
 LENGTHS = {0.1: 60, 1.0: 20, 5.0: 6}  # of a piece, s -> how many for each worker
 QUICK_LENGTHS = {0.1: 20, 1.0: 4}

@@ -12,12 +12,11 @@ import numba
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from bayesub.cli import bench
-from bayesub.cli.bench import BATCH, TIMES, perturbed, spiral
-from bayesub.cli.stopwatch import each_number_of_threads, shortest, with_python
 from bayesub.io.errors import InputError
 from bayesub.model import coefficients
 from bayesub.model.simulator import STEP_TOLERANCE_M, Simulator
+from bayesub.study.before import bench
+from bayesub.study.before.bench import BATCH, TIMES, each_number_of_threads, perturbed, shortest, spiral, with_python
 from rivals import arithmetic, cpp_simulator, jax_simulator, scalar_simulator
 from rivals.in_threads import in_threads
 

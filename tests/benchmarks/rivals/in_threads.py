@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-from bayesub.cli.stopwatch import shortest
+from bayesub.study.before.bench import shortest
 
 
 def in_threads(function: Callable, threads: int, seconds: float) -> float:

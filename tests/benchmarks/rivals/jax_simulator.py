@@ -12,12 +12,11 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.cli.bench import BATCH, perturbed, spiral
-from bayesub.cli.stopwatch import shortest
 from bayesub.kernels.dynamics import Boat, InverseMass, euler_derivative
 from bayesub.kernels.lanes import choose, sine_cosine, sqrt
 from bayesub.logs import log_files
 from bayesub.model.simulator import Simulator
+from bayesub.study.before.bench import BATCH, perturbed, shortest, spiral
 from rivals.in_threads import in_threads
 
 OUTPUTS = ("x", "y", "psi")  # of which derivatives are computed

@@ -12,11 +12,11 @@ import timeit
 import numba
 import numpy as np
 
-from bayesub.cli.bench import spiral
 from bayesub.kernels.mass import inverses, mass_matrices
 from bayesub.kernels.workspace import BODY_ROWS, COEFFICIENTS, INVERSE_MASS, LANES, N_STATES, STATE
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import load_vehicle
+from bayesub.study.before.bench import spiral
 from rivals.right_hand_side import PYTHON, written
 
 _jit = numba.njit(nogil=True, error_model="numpy", fastmath={"contract"})

@@ -10,9 +10,9 @@ from support.toys import Linear
 import bayesub as bs
 from bayesub.inference.identifiability import fisher
 from bayesub.problem.distributions import CorrelatedNormal, Normal
-from bayesub.study.after import passed_on
 from bayesub.study.after.finished_run import FinishedRun
-from bayesub.study.after.knowledge import of_draws, of_moments
+from bayesub.study.after.knowledge import known as known_after
+from bayesub.study.after.knowledge import of_draws, of_moments, vehicle_file
 from bayesub.study.run import infer
 from bayesub.study.run.prepare import prepare
 from bayesub.study.schema.study_file import load_study
@@ -71,7 +71,7 @@ def test_two_trials_in_two_steps_are_both_together(logs, rng):
     covariance = np.linalg.inv(jacobian.T @ jacobian + np.diag(problem.prior.sd**-2.0))
     first = run_of(study(logs, "one", ["first"], RELATIVE), at, covariance, rng)
     known = logs / "known.toml"
-    known.write_text(passed_on.vehicle_file(first, known))
+    known.write_text(vehicle_file(first, known))
     second = prepare(study(logs, "two", ["second"], FROM_FILE, vehicle=known)).problem
     assert second.names[:5] == FREE
     np.testing.assert_allclose(second.prior.sd[:5], np.sqrt(np.diag(covariance))[:5], rtol=1e-10)
@@ -137,7 +137,7 @@ def test_the_file_says_what_it_is(logs, rng):
     sds = problem.prior.sd[:5] * [0.01, 1.0, 0.5, 0.5, 0.97]
     run = run_of(first, problem.reference[:5], np.diag(sds**2), rng)
     path = logs / "said.toml"
-    path.write_text(passed_on.vehicle_file(run, path))
+    path.write_text(vehicle_file(run, path))
     vehicle, before = bs.load_vehicle(path), bs.load_vehicle("suboff")
     places = vehicle.equations.columns(FREE)
     np.testing.assert_allclose(vehicle.xi[places], run.posterior.mean[:5], rtol=1e-13)
@@ -168,7 +168,7 @@ def test_what_the_trial_does_not_move_follows_by_its_correlations(logs, rng, sub
     one = study(logs, "again", ["first"], FROM_FILE | {"sd": 0.2}, vehicle=boat, free=("Xuu", "Yuv"))
     mean, sds = np.array([-0.00105, -0.03]), np.array([2e-5, 1e-3])
     covariance = np.array([[1.0, -0.3], [-0.3, 1.0]]) * np.outer(sds, sds)
-    known = passed_on.known(run_of(one, mean, covariance, rng))
+    known = known_after(run_of(one, mean, covariance, rng))
     assert known.names == ("Xuu", "Yuv", "Zuw")  # Nuv moves the boat and was held: nothing new is known of it
     slope = 0.6 * 1e-3 / 1e-4
     expected = of_moments(known.names, [*mean, -0.018456 + slope * (mean[0] + 0.001)], np.array([

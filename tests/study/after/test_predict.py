@@ -15,7 +15,7 @@ import bayesub as bs
 from bayesub.model.simulator import OF_MANOEUVRE, Simulator
 from bayesub.report import drawings
 from bayesub.study.after.finished_run import finished_run
-from bayesub.study.after.unseen_manoeuvre import _flown
+from bayesub.study.after.predict import _flown
 from bayesub.study.run.prepare import prepare
 from bayesub.study.run.run_folder import open_folder
 

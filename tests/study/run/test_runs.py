@@ -15,8 +15,8 @@ import bayesub as bs
 from bayesub.cli import app
 from bayesub.io.terminal import SILENT
 from bayesub.study import provenance
-from bayesub.study.after.redraw import redraw
-from bayesub.study.run import gallery, runs
+from bayesub.study.after.finished_run import redraw
+from bayesub.study.run import runs
 from bayesub.study.run.result import load_result
 
 HOLDS = '''"""Does it hold?"""
@@ -190,7 +190,7 @@ def test_a_study_is_shown_by_what_was_found(tmp_path):
     (tmp_path / "report.md").write_text("![a](orders.png)\n![b](missing.png)\n![c](coefficients.png)\n")
     for name in ("orders.png", "coefficients.png"):
         (tmp_path / name).touch()
-    assert gallery.entry(tmp_path).picture == f"{tmp_path.name}/coefficients.png"
+    assert runs.entry(tmp_path).picture == f"{tmp_path.name}/coefficients.png"
 
 
 def test_the_index_shows_the_first_picture_of_a_page(studies, tmp_path):

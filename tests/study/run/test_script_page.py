@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 from support.refusals import refused
 
-from bayesub.study.run import gallery, script_page
+from bayesub.study.run import runs, script_page
 
 DOCSTRING = """Is it so?
 
@@ -77,7 +77,7 @@ def test_the_page_of_a_script_and_its_place_in_the_gallery(tmp_path):
     assert places == sorted(places)
     assert "<b>" not in text
     assert "<i>" not in text
-    lines = gallery.lines(tmp_path)
+    lines = runs.gallery(tmp_path)
     assert lines[2].startswith(
         '| [<img src="mine/b_picture.png" width="270" alt="mine"><br>**mine**](mine/mine.md)<br>Is it'
     )

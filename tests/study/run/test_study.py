@@ -18,8 +18,7 @@ from bayesub.inference.sampling import posterior_file
 from bayesub.io import toml_files
 from bayesub.io.terminal import Bars
 from bayesub.logs import log_files
-from bayesub.study.after.finished_run import saved_study
-from bayesub.study.after.redraw import redraw
+from bayesub.study.after.finished_run import redraw, saved_study
 from bayesub.study.run import infer
 from bayesub.study.run import prepare as preparation
 from bayesub.study.run.prepare import prepare

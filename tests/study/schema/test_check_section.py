@@ -12,8 +12,8 @@ import bayesub as bs
 from bayesub.campaign import executors
 from bayesub.inference.sampling import posterior_file
 from bayesub.logs import log_files
-from bayesub.study.after.redraw import redraw
-from bayesub.study.run import leave_out
+from bayesub.study.after.finished_run import redraw
+from bayesub.study.run import infer, leave_out
 from bayesub.study.run.prepare import prepare
 from bayesub.study.run.run_folder import RunContext
 from bayesub.study.schema.study_file import load_study
@@ -243,7 +243,7 @@ def test_a_fit_that_fails_without_a_trial_is_told_and_the_others_go_on(folder, m
             raise bs.InputError("no mode")
         return tuple(problem.problems)
 
-    monkeypatch.setattr(leave_out, "sample", sample)
+    monkeypatch.setattr(infer, "sample", sample)
     monkeypatch.setattr(leave_out.posterior_file, "save", lambda posterior, _: saved.append(posterior))
     leave_out.fit(setup, RunContext(folder, progress=progress, executor=executors.Serial()))
     assert remarks == ["without 'log': no mode"]

@@ -86,7 +86,7 @@ def test_a_run_keeps_the_function_and_draws_again_with_the_copy(tmp_path, few_fi
     study = _study(tmp_path, TABLE)
     result = bs.run(study, tmp_path / "run")
     (tmp_path / "own.py").unlink()
-    from bayesub.study.after.redraw import redraw
+    from bayesub.study.after.finished_run import redraw
 
     before = (tmp_path / "run" / "numbers.json").read_bytes()
     assert b'"my_heading_deg"' in before

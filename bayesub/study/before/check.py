@@ -1,23 +1,23 @@
-"""The command `check`: what an input file is, and the card of an equation set, a vehicle or the data of a study.
+"""What an input file is, and the card of an equation set, a vehicle or the data of a study.
 
 What a file needs to be validated is imported when a file of its kind turns up, so that a mistake in a file that need
 not fly shows at once.
 """
 
-import json
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-import click
-
-from bayesub.cli.arguments import PATH
-from bayesub.cli.simulate import drawing
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
-from bayesub.io.terminal import say
+
+if TYPE_CHECKING:
+    from bayesub.findings.data_card import DataCard
+    from bayesub.model.vehicles import Vehicle
+    from bayesub.study.run.prepare import Setup
 
 
 class Card(Protocol):
@@ -30,50 +30,36 @@ class Card(Protocol):
         """The card as JSON types."""
 
 
-@click.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
-@click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
-@click.option("--card", type=PATH, help="Draw the card of the one vehicle or study in the files into this PNG or PDF.")
-@click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")
-def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
-    """Validate equations, vehicles, geometries, maps, manoeuvres, studies (TOML, Python) and logs (CSV).
-
-    Of an equation set it prints terms, sub-problems and controls; of a vehicle a card: balance, stability, turning
-    circle, answer to the planes, mass matrix, and warnings with a remedy; of a study what it costs, and what each
-    channel of its data covers in time and informs; of a log which columns disagree with each other, and what mends
-    them. FILE may be the name of a built-in vehicle or equation set. A log with columns of a vehicle's own comes after
-    that vehicle.
-    """
-    vehicles = []
-    findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
-    for path in files:
-        text, file_card = examine(built_in.get(str(path), path), vehicles)
-        vehicles += [file_card.vehicle] if hasattr(file_card, "vehicle") else []
-        findings[str(path)] = (text, file_card)
-        if not as_json:
-            say(f"{path}: {text}")
-            for line in file_card.lines() if file_card else []:
-                say(line)
-    if as_json:
-        contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in findings.items()}
-        click.echo(json.dumps(contents, indent=2, allow_nan=False))
-    if card is not None:
-        from bayesub.report import cards  # here, since it imports matplotlib
-
-        drawn = [c for _, c in findings.values() if cards.is_drawn(c)]
-        if len(drawn) != 1:
-            raise InputError(
-                f"--card draws one vehicle or study, found {len(drawn)} among the files", "conflict", "--card"
-            )
-        with drawing(card):
-            cards.draw(drawn[0], card)
+Examined = tuple[str, Card | None]
 
 
-def examine(path: Path, vehicles: Sequence = ()) -> tuple[str, Card | None]:
+def draw_card(cards: Iterable[Card | None], path: Path) -> None:
+    """Draw the card of the one vehicle or study among those of files; InputError if there is none, or more."""
+    from bayesub.report import cards as drawn  # here, since it imports matplotlib
+
+    chosen = [card for card in cards if drawn.is_drawn(card)]
+    if len(chosen) != 1:
+        text = f"--card draws one vehicle or study, found {len(chosen)} among the files"
+        raise InputError(text, "conflict", "--card")
+    with drawing(path):
+        drawn.draw(chosen[0], path)
+
+
+@contextmanager
+def drawing(path: Path) -> Iterator[None]:
+    """A place or format that cannot be drawn to is an InputError."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be drawn: {' '.join(str(error).split())}", "file") from None
+
+
+def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:
     """What a file is, and its card, which not all kinds of files have; a log may be of the last of the vehicles."""
     if path.suffix == ".py":
         from bayesub.study.run import script
 
-        return f"study script: {script.check(path)}", None
+        return f"study script: {script.question(path, functions=script.FUNCTIONS)}", None
     if path.name.lower().endswith((".csv", ".csv.gz")):
         return _log(path, vehicles)
     keys = toml_files.read_toml_table(path)
@@ -88,7 +74,7 @@ def examine(path: Path, vehicles: Sequence = ()) -> tuple[str, Card | None]:
     )
 
 
-def _vehicle(path: Path):
+def _vehicle(path: Path) -> Examined:
     import numpy as np
 
     from bayesub.model.equations.files import DEFAULT
@@ -106,7 +92,7 @@ def _vehicle(path: Path):
     return text, vehicle_card.check(boat)
 
 
-def _equations(path: Path):
+def _equations(path: Path) -> Examined:
     from bayesub.findings.equation_card import EquationCard
     from bayesub.model.equations import load_equations
 
@@ -116,7 +102,7 @@ def _equations(path: Path):
     return text, EquationCard(equations)
 
 
-def _study(path: Path):
+def _study(path: Path) -> Examined:
     from bayesub.study.schema.study_file import load_study
 
     study = load_study(path)
@@ -126,21 +112,21 @@ def _study(path: Path):
     return _cost(setup), _data_card(path, setup)
 
 
-def _geometry(path: Path):
+def _geometry(path: Path) -> Examined:
     from bayesub.model.hulls import load_hull
 
     hull = load_hull(path)
     return f"geometry of a hull of {hull.file.hull.length_m:g} m that displaces {hull.mass_kg:.4g} kg", None
 
 
-def _manoeuvre(path: Path):
+def _manoeuvre(path: Path) -> Examined:
     from bayesub.model.manoeuvre_files import read_manoeuvre
 
     file = read_manoeuvre(path)
     return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s", None
 
 
-def _instruments(path: Path):
+def _instruments(path: Path) -> Examined:
     from bayesub.sensors import flat
     from bayesub.study.schema.trial_section import read_instruments
 
@@ -151,7 +137,7 @@ def _instruments(path: Path):
     return f"instruments that read {', '.join(sensor.column for sensor in channels)}", None
 
 
-def _map(path: Path):
+def _map(path: Path) -> Examined:
     from bayesub.logs.log_map import read_map
 
     log_map = read_map(path)
@@ -159,14 +145,14 @@ def _map(path: Path):
     return f"map of logs{kind} to {', '.join(log_map.columns)}", None
 
 
-def _limits(path: Path):
+def _limits(path: Path) -> Examined:
     from bayesub.design.limits import load_limits
 
     limits = load_limits(path).model_dump(exclude_none=True)
     return f"limits of a trial: {', '.join(f'{key} {value:g}' for key, value in limits.items())}", None
 
 
-def _disturbance_file(path: Path):
+def _disturbance_file(path: Path) -> Examined:
     from bayesub.study.schema.disturbance_section import read_disturbance
 
     section = read_disturbance(path)
@@ -175,7 +161,7 @@ def _disturbance_file(path: Path):
 
 # Key that only files of a kind have -> what a file of that kind is; a study has sensors and a
 # disturbance too, and comes before them.
-_KINDS = {
+_KINDS: dict[str, Callable[[Path], Examined]] = {
     "coefficients": _vehicle,
     "terms": _equations,
     "vehicle": _study,
@@ -191,7 +177,7 @@ _KINDS = {
 _OF_BOATS = re.compile(r"_command_\w+$|_(counts|percent|us)$|^(thrust_n|torque_nm)$")
 
 
-def _log(path: Path, vehicles):
+def _log(path: Path, vehicles: "Sequence[Vehicle]") -> Examined:
     from bayesub.findings import log_card
     from bayesub.logs import log_files
 
@@ -205,7 +191,7 @@ def _log(path: Path, vehicles):
     return text, log_card.check(log, headers, controls, vehicles[-1] if vehicles else None)
 
 
-def _data_card(path: Path, setup):
+def _data_card(path: Path, setup: "Setup") -> "DataCard | None":
     """The card of the data of a study; None if the boat of the prior means does not complete the trials."""
     import numpy as np
 
@@ -218,7 +204,7 @@ def _data_card(path: Path, setup):
         return data_card.check(problem, f"{setup.study.name}: {setup.vehicle.name}")
 
 
-def _cost(setup) -> str:
+def _cost(setup: "Setup") -> str:
     """Time a batch, and count on what the sampler usually needs."""
     import numpy as np
 
@@ -241,25 +227,22 @@ def _trial(name: str, problem, trial, centre) -> str:
     """A trial of a study in words, and whether it is possible at the prior means (n_params,)."""
     n_others = problem.n_params - problem.n_coefficients
     unknown = f"{problem.n_coefficients} free coefficients" + (f" and {n_others} other parameters" if n_others else "")
+    forces = None if trial.truth is None else trial.truth.simulator.forces
+    truth = "" if forces is None else f", truth disturbed on {' '.join(forces.axes)}"
     left_out = f" ({trial.n_left_out} outside the controls left out)" if trial.n_left_out else ""
     return (
         f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
-        f"step {problem.simulator.step:g} s{_truth(trial.truth)}{_failure(problem, centre)}"
+        f"step {problem.simulator.step:g} s{truth}{_failure(problem, centre)}"
     )
 
 
-def _unseen(setup) -> str:
+def _unseen(setup: "Setup") -> str:
     """The logs that are not fitted and are to be predicted, or nothing."""
     return "".join(
         f"to predict '{trial.name}': {int((trial.problem.times > trial.warm_up_s).sum())} readings after a warm-up of "
         f"{trial.warm_up_s:.4g} s{_failure(trial.problem, trial.problem.prior.mean)}; "
         for trial in setup.unseen
     )
-
-
-def _truth(truth) -> str:
-    forces = None if truth is None else truth.simulator.forces
-    return "" if forces is None else f", truth disturbed on {' '.join(forces.axes)}"
 
 
 def _disturbance(problem) -> str:

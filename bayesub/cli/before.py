@@ -1,0 +1,207 @@
+"""The commands that come before a run: `check`, `simulate`, `rank` and `bench`."""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.table import Table
+
+from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
+from bayesub.cli.arguments import subproblem as subproblem_option
+from bayesub.io import toml_files
+from bayesub.io.terminal import FAILED, complain, console, say
+
+if TYPE_CHECKING:
+    from bayesub.model.vehicles import Vehicle
+
+
+@click.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
+@click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
+@click.option("--card", type=PATH, help="Draw the card of the one vehicle or study in the files into this PNG or PDF.")
+@click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")
+def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
+    """Validate equations, vehicles, geometries, maps, manoeuvres, studies (TOML, Python) and logs (CSV).
+
+    Of an equation set it prints terms, sub-problems and controls; of a vehicle a card: balance, stability, turning
+    circle, answer to the planes, mass matrix, and warnings with a remedy; of a study what it costs, and what each
+    channel of its data covers in time and informs; of a log which columns disagree with each other, and what mends
+    them. FILE may be the name of a built-in vehicle or equation set. A log with columns of a vehicle's own comes after
+    that vehicle.
+    """
+    from bayesub.study.before.check import draw_card, examine
+
+    vehicles: list[Vehicle] = []
+    findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
+    for path in files:
+        text, file_card = examine(built_in.get(str(path), path), vehicles)
+        if file_card is not None and hasattr(file_card, "vehicle"):
+            vehicles.append(file_card.vehicle)
+        findings[str(path)] = (text, file_card)
+        if not as_json:
+            say(f"{path}: {text}")
+            for line in file_card.lines() if file_card else []:
+                say(line)
+    if as_json:
+        contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in findings.items()}
+        click.echo(json.dumps(contents, indent=2, allow_nan=False))
+    if card is not None:
+        draw_card([found for _, found in findings.values()], card)
+
+
+@click.command(epilog="Example: bayesub simulate suboff horizontal -o track.csv --plot track.png")
+@click.argument("vehicle", **VEHICLE)
+@click.argument("manoeuvre", **MANOEUVRE)
+@click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write.")
+@click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, a tenth of one good to 5 cm.")
+@click.option(
+    "--sample", type=float, metavar="S", help="Output interval in seconds; if left out, that of the controls."
+)
+@click.option(
+    "--controls",
+    type=click.Choice(["linear", "hold"]),
+    default="linear",
+    show_default=True,
+    help="Controls within a step: interpolated, or held as in the thesis.",
+)
+@subproblem_option
+@click.option(
+    "--attitude",
+    type=click.Choice(["euler", "quaternion"]),
+    default="euler",
+    show_default=True,
+    help="Integrate Euler angles, or a quaternion that flies through 90 degrees of pitch.",
+)
+@click.option("--plot", type=PATH, help="Also draw the track into this PNG or PDF.")
+@click.option("--sensors", metavar="NAME", help="Write what these instruments log instead: a preset, or a TOML file.")
+@click.option(
+    "--perturb", type=float, metavar="SD", help="Fly coefficients that are off by this, relative to the file."
+)
+@click.option("--disturbance", type=PATH, metavar="FILE", help="Fly with random forces that the equations leave out.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of --sensors, --perturb and --disturbance."
+)
+def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None, **options: Any) -> None:
+    """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
+
+    With --sensors the output is the log of a trial, controls and readings with noise, which a study reads as its data.
+    The file of --disturbance has a section [disturbance]: axes, sd (or sd_n and sd_nm, or share; of a
+    current sd_mps), correlation_time_s.
+    """
+    from bayesub.study.before.simulate import simulate
+
+    sentence, is_whole = simulate(vehicle, manoeuvre, output, **options, **plane(subproblem))
+    say(f"{output}: {sentence}")
+    if not is_whole:
+        raise click.exceptions.Exit(FAILED)
+
+
+@click.command(epilog="Example: bayesub rank suboff horizontal --json")
+@click.argument("vehicle", **VEHICLE)
+@click.argument("manoeuvre", **MANOEUVRE)
+@subproblem_option
+@click.option("--json", "as_json", is_flag=True, help="Ranks, singular values and null vectors as JSON.")
+def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) -> None:
+    """Say which coefficients of a VEHICLE a MANOEUVRE leaves open, axis by axis, if every motion is known exactly.
+
+    A direction at round-off is not unique: no instrument finds it. One above round-off but below a millionth of the
+    largest is ill-conditioned: unique in the equations, out of reach in a trial.
+    """
+    from bayesub.study.before.simulate import rank
+
+    ranked = rank(vehicle, manoeuvre, **plane(subproblem))
+    if not ranked.ranks:
+        complain(ranked.title, FAILED)
+    if as_json:
+        click.echo(json.dumps({axis: r.summary() for axis, r in ranked.ranks.items()}, indent=2))
+        return
+    table = Table("axis", "rank", "null", "weak", "condition", "round-off", "smallest", title=ranked.title)
+    for axis, r in ranked.ranks.items():
+        smallest = " ".join(f"{s:.0e}" for s in r.singular_values[max(0, r.rank - 2) :])
+        counts = (f"{r.rank}/{r.columns}", str(r.null_dimension), str(r.rank - r.practical_rank))
+        table.add_row(axis, *counts, f"{r.condition:.1e}", f"{r.threshold:.0e}", smallest)
+    console.print(table)
+    for line in ranked.lines:
+        say(line)
+
+
+@click.command(epilog="Example: bayesub bench --quick")
+@click.option("--quick", is_flag=True, help="Shorter, without the cold start and compilation; less exact.")
+@click.option("--json", "as_json", is_flag=True, help="The numbers as JSON: seconds and bytes.")
+def bench(quick: bool, as_json: bool) -> None:
+    """Measure the simulator on this machine: simulations, derivatives, densities, and what compiling costs."""
+    from bayesub.study.before import bench
+
+    console.quiet = as_json
+    numbers = bench.run(quick=quick)
+    if as_json:
+        click.echo(json.dumps(numbers, indent=2))
+        return
+    for table in tables(numbers):
+        console.print(table, soft_wrap=isinstance(table, str))
+
+
+def tables(numbers: dict[str, Any]) -> list[Table | str]:
+    """Tables and text of what :func:`bayesub.study.before.bench.run` returns."""
+    n, alone = numbers["batch"], {r["threads"]: r["seconds"] for r in numbers["log_likelihoods"] if r["noise"] is None}
+    shown: list[Table | str] = [
+        _table(
+            f"600 s spiral of suboff, steps of {numbers['step_s']:g} s, threads: {numbers['threads']}",
+            ("batch", "time", "per simulation", "simulations/s", "memory"),
+            [
+                (
+                    str(b["size"]),
+                    f"{1e3 * b['seconds']:.3g} ms",
+                    f"{1e6 * b['seconds'] / b['size']:.1f} us",
+                    f"{b['size'] / b['seconds']:,.0f}",
+                    f"{b['bytes'] / 1e6:.2f} MB",
+                )
+                for b in numbers["batches"]
+            ],
+        ),
+        _table(
+            "Number of coefficients, batch of 64",
+            ("coefficients not zero", "per simulation"),
+            [(str(row["coefficients"]), f"{1e6 * row['seconds']:.1f} us") for row in numbers["non_zero"]],
+        ),
+        _table(
+            "Exact sensitivities",
+            ("coefficients", "threads", "Jacobian", "simulations"),
+            [
+                (
+                    str(row["coefficients"]),
+                    str(row["threads"]),
+                    f"{1e3 * row['seconds']:.2f} ms",
+                    f"{row['seconds'] / alone[row['threads']] * n:.0f}",
+                )
+                for row in numbers["jacobians"]
+            ],
+        ),
+        _table(
+            f"Log likelihoods, batch of {n}",
+            ("noise", "threads", "batch", "over the simulations alone"),
+            [
+                (
+                    row["noise"] or "simulations alone",
+                    str(row["threads"]),
+                    f"{1e3 * row['seconds']:.2f} ms",
+                    f"{row['seconds'] / alone[row['threads']]:.2f}",
+                )
+                for row in numbers["log_likelihoods"]
+            ],
+        ),
+    ]
+    if "cold_s" in numbers:
+        shown.append(f"first simulation: {numbers['cold_s']:.1f} s with compilation, {numbers['warm_s']:.1f} s without")
+    if "compilation" in numbers:
+        seconds = [(name, f"{taken:.2f} s") for name, taken in numbers["compilation"].items()]
+        shown.append(_table("Compilation, from an empty cache", ("what", "processor time"), seconds))
+    return shown
+
+
+def _table(title: str, header: Iterable[str], rows: Iterable[Iterable[str]]) -> Table:
+    table = Table(*header, title=title)
+    for row in rows:
+        table.add_row(*row)
+    return table
