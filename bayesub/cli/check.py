@@ -57,7 +57,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
         contents = {path: {"found": text} | (c.to_json() if c else {}) for path, (text, c) in findings.items()}
         click.echo(json.dumps(contents, indent=2, allow_nan=False))
     if card is not None:
-        from bayesub.report import cards  # here, since it imports matplotlib
+        from bayesub.report.plots import cards  # here, since it imports matplotlib
 
         drawn = [c for _, c in findings.values() if cards.is_drawn(c)]
         if len(drawn) != 1:

@@ -103,7 +103,7 @@ def simulate(
         record = observe(trajectory, parts, rng, current_mps=instruments.truth.current_mps)
         record.save(output, trajectory)
     if plot is not None:
-        from bayesub.plots import track
+        from bayesub.report.plots import track
 
         with drawing(plot):
             track.draw_simulated(plot, trajectory, boat.name)

@@ -1,21 +1,68 @@
 """The examinations of a vehicle on paper: its mass matrix, and the sizes and signs of its coefficients."""
 
+from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
 
-from bayesub.findings.examination import CardWarning, Examination, number_and_unit
-from bayesub.findings.flights import number_or_none
 from bayesub.io import toml_files
-from bayesub.kernels import workspace
 from bayesub.logs.log_files import ACCELERATIONS, VELOCITIES
 from bayesub.model.equations import AXES, EquationSet, Term
+from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle, load_vehicle
 
 ASYMMETRY = 0.5  # of the larger of two added masses that are one in ideal fluid
 DECADE = 10.0  # either side of the built-in vehicles; most degrees for radians and wrong powers of length are outside
 RADII = (0.15, 0.35)  # radius of gyration in pitch and yaw; a homogeneous cylinder has 0.29, an ellipsoid 0.22
 AHEAD = {"u", "V", "U", "uc"}  # symbols that are positive in any flight ahead
+
+
+@dataclass(frozen=True)
+class CardWarning:
+    """What is unlike a boat.
+
+    Attributes
+    ----------
+    text : str
+        What is wrong, with the numbers that show it.
+    remedy : str
+        What to look at.
+    """
+
+    text: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class Examination:
+    """One part of a card.
+
+    Attributes
+    ----------
+    numbers : dict
+        Section of the card -> its content; None where there is none.
+    warnings : list of CardWarning
+        What is unlike a boat.
+    flights : dict of str to Trajectory
+        What was flown.
+    skipped : dict of str to str
+        Section -> why the equations of the vehicle leave it out.
+    """
+
+    numbers: dict
+    warnings: list[CardWarning] = field(default_factory=list)
+    flights: dict[str, Trajectory] = field(default_factory=dict)
+    skipped: dict[str, str] = field(default_factory=dict)
+
+
+def number_and_unit(value: float, term: Term) -> str:
+    """The value of a coefficient, with the unit of a dimensional one."""
+    return f"{value:.3g} {term.unit}" if term.unit else f"{value:.3g}"
+
+
+def number_or_none(value: float) -> float | None:
+    """A float, or None for what is not finite."""
+    return float(value) if np.isfinite(value) else None
 
 
 def pairs(equations: EquationSet) -> list[tuple[Term, Term]]:
@@ -29,7 +76,7 @@ def pairs(equations: EquationSet) -> list[tuple[Term, Term]]:
 
 def inertia(boat: Vehicle) -> Examination:
     """The mass matrix, symmetry of the added masses, and radii of gyration."""
-    body, warnings = dict(zip(workspace.BODY, map(float, boat.body), strict=True)), []
+    body, warnings = boat.rigid_body, []
     spatial = boat.equations.degrees_of_freedom == 6
     matrix = boat.mass_matrix if spatial else boat.mass_matrix[np.ix_([0, 1, 5], [0, 1, 5])]
     scale = np.sqrt(np.abs(np.diag(matrix)))
@@ -86,6 +133,12 @@ def inertia(boat: Vehicle) -> Examination:
     return Examination({"mass_matrix": numbers}, warnings)
 
 
+def built_in_values(equations: EquationSet) -> dict[str, np.ndarray]:
+    """Name of each built-in vehicle of a set -> (n_terms,) coefficients."""
+    vehicles = {name: load_vehicle(name) for name in toml_files.built_in("vehicles")}
+    return {name: boat.xi for name, boat in vehicles.items() if boat.equations == equations}
+
+
 def typical_ranges(equations: EquationSet) -> np.ndarray:
     """Smallest and largest size of each coefficient in the built-in vehicles of a set.
 
@@ -94,8 +147,7 @@ def typical_ranges(equations: EquationSet) -> np.ndarray:
     (n_terms, 2) array
         Not a number where all are zero, or no vehicle has these equations.
     """
-    vehicles = [load_vehicle(name) for name in toml_files.built_in("vehicles")]
-    sizes = np.abs([boat.xi for boat in vehicles if boat.equations == equations]).reshape(-1, len(equations.terms))
+    sizes = np.abs([*built_in_values(equations).values()]).reshape(-1, len(equations.terms))
     smallest = np.min(np.where(sizes > 0.0, sizes, np.inf), axis=0, initial=np.inf)
     largest = sizes.max(axis=0, initial=0.0)
     return np.where(np.isfinite(smallest)[:, None], np.stack([smallest, largest], axis=1), np.nan)

@@ -7,7 +7,6 @@ from functools import cached_property
 import numpy as np
 
 from bayesub.io.words import listed, rounded, with_unit
-from bayesub.kernels import workspace
 from bayesub.model.boats import Boats
 from bayesub.model.linear_motion import PLANES, roots
 from bayesub.model.quantities import QUANTITIES, Quantity, absence
@@ -114,7 +113,8 @@ def derive(
     reference, prior, posterior = (_boats(problem, some, in_six=None in flown) for some in samples)
     names = set(problem.names[: problem.n_coefficients])
     if prior.body_changes is not None:
-        names |= {key for key, changes in zip(workspace.BODY, prior.body_changes.T, strict=True) if changes.any()}
+        changes = zip(prior.vehicle.rigid_body, prior.body_changes.T, strict=True)
+        names |= {key for key, change in changes if change.any()}
     planes = {"": ""}
     for plane in prior.vehicle.equations.subproblems:
         confined = "" if flown & {None, plane} else CONFINED

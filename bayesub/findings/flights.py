@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.findings.coefficient_examinations import number_or_none
 from bayesub.logs.log_files import VELOCITIES, positions
 from bayesub.model.boats import Boats
 from bayesub.model.linear_motion import motion_matrix, stability_index
@@ -15,11 +16,6 @@ from bayesub.model.vehicles import Vehicle
 STEP = 0.02  # integration step in ship lengths travelled; a flight that fails is repeated with a tenth of it
 LONGEST_S = 1e9  # for a ship length; beyond it nothing is flown
 Y, U, V, R = positions("y", "u", "v", "r")
-
-
-def number_or_none(value) -> float | None:
-    """A float, or None for what is not finite."""
-    return float(value) if np.isfinite(value) else None
 
 
 def fly(vehicle: Vehicle, lengths: float, orders: dict[str, float], subproblem: str | None) -> Trajectory | None:

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayesub.findings import derived, disturbances, proposals, remedies, run_numbers, set_up, unseen
+from bayesub.findings import derived, disturbances, remedies, run_numbers, set_up, unseen
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import jumps
@@ -100,7 +100,7 @@ class Results:
     @cached_property
     def explanations(self) -> list[Explanation]:
         """Why residuals are correlated, best first; empty if they are not."""
-        return remedies.reasons(self.problem, self.criticism, self.posterior.best)
+        return remedies.explain(self.problem, self.criticism, self.posterior.best)
 
     @cached_property
     def null_space(self) -> NullSpace:
@@ -125,10 +125,10 @@ def numbers_of(results: Results) -> dict:
     trials = [trial for _, trial, _ in results.problem.each_trial(results.posterior.best)]
     n_logs = sum(trial.record.truth is None for trial in trials)
     numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs, len(trials)) | {
-        "fit": remedies.sentence(results.criticism, results.problem, reasons)
+        "fit": remedies.advise(results.criticism, results.problem, reasons)
     }
     if reasons:
-        numbers["verdict"]["lines_to_add"] = proposals.lines(reasons[0], results.problem)
+        numbers["verdict"]["lines_to_add"] = remedies.lines_to_add(reasons[0], results.problem)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | run_numbers.sentences(numbers)
     numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
     if not results.posterior.converged:

@@ -1,22 +1,25 @@
 """What a run found: every number that its report quotes, and the sentences that say what they mean."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bayesub.findings import conflicts, null_directions, sensitivities, set_up, zeros
+from bayesub.findings import conflicts, set_up, zeros
 from bayesub.findings.equation_card import glossary
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import normality
 from bayesub.inference.identifiability import NullSpace, Spectrum
 from bayesub.inference.sampling import Posterior
-from bayesub.io.words import counted, rounded
+from bayesub.io.words import counted, listed, rounded
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
 UNTOUCHED = 0.9  # posterior sd relative to the prior sd
 STRONG = 0.9  # correlation
 LISTED = 20  # strongest trade-offs among the numbers
 QUOTED = 8  # of them in a sentence
+LARGEST = 0.5  # relative change of the coefficient that changes most
+LEAST = 0.05  # relative change of what a sentence speaks of
+NAMED = 3  # coefficients in it beside that which changes most
 
 
 def collect(
@@ -40,7 +43,7 @@ def collect(
     summary = posterior.part(problem.others)
     trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
     n = problem.n_coefficients
-    rows = _parameters(problem, summary, sensitivities.power_scaling(problem, posterior, summary.bulk_ess))
+    rows = _parameters(problem, summary, conflicts.power_scaling(problem, posterior, summary.bulk_ess))
     coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
     return {
         "vehicle": problem.vehicle.name,
@@ -61,9 +64,7 @@ def collect(
             "n_sharpened": spectrum.n_informed,
         },
         "ranks": {axis: rank.summary() for axis, rank in null_space.ranks.items()},
-        "null_directions": null_directions.numbers(
-            null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))
-        ),
+        "null_directions": null_changes(null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))),
         "null_contraction": _null_contraction(spectrum, summary),
         "normality": normality.of_posterior(summary.part(np.arange(n))).to_json(),
         "trade_offs": coefficient_pairs,
@@ -264,7 +265,7 @@ def _knowledge(numbers) -> dict[str, str]:
 
 
 def _sensitivity(numbers) -> dict[str, str]:
-    text = sensitivities.sentence(numbers["parameters"])
+    text = conflicts.sensitivity_sentence(numbers["parameters"])
     return {"prior": text} if text else {}
 
 
@@ -277,7 +278,7 @@ def _directions(numbers) -> dict[str, str]:
         f"{n - n_sharpened - n_null} to the prior; {n_null} leave the motion exactly the same, so that no sensor on "
         "this manoeuvre can tell."
     }
-    if words := null_directions.sentence(numbers["null_directions"]):
+    if words := null_sentence(numbers["null_directions"]):
         pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
         result["null"] = (
             f"The motion stays the same with changes of {words} (of their values; any multiple does as little). "
@@ -353,3 +354,52 @@ def combination(vector: dict[str, float], least: float = 0.0) -> str:
     """A null vector in words, such as ``+1 Yv_absnu +0.43 Yvdot ..``, entries of at least `least` in size."""
     entries = [f"{value:+.2g} {name}" for name, value in vector.items() if abs(value) >= least]
     return " ".join(entries) + (" .." if len(entries) < len(vector) else "")
+
+
+def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dict]:
+    """Of each null direction its axis and the relative changes of its coefficients, the largest of them 50 %.
+
+    The motion stays the same to round-off: a null direction is one of the linear form of the equations, so that a step
+    along it may be of any length.
+
+    Parameters
+    ----------
+    null_space : NullSpace
+        Its vectors are in coefficients.
+    values : mapping
+        Coefficient -> value where the null space was taken.
+
+    Returns
+    -------
+    list of dict
+        ``axis``, and ``changes``: coefficient -> change over its value, largest first.
+    """
+    result = []
+    for axis, rank in null_space.ranks.items():
+        for vector in rank.null_vectors:
+            relative = {name: change / values[name] for name, change in vector.items() if values[name]}
+            order = sorted(relative, key=lambda name: -abs(relative[name]))
+            scale = LARGEST / relative[order[0]]
+            result.append({"axis": axis, "changes": {name: scale * relative[name] for name in order}})
+    return result
+
+
+def null_sentence(directions: list[dict]) -> str:
+    """What may change together; empty if nothing may."""
+    return "; ".join(f"{direction['axis']}: {_null_words(direction['changes'])}" for direction in directions)
+
+
+def _null_words(changes: Mapping[str, float]) -> str:
+    """Changes such as ``50 % of Yvdot with 21 % of Yuv and 4 others``, or of one by itself where others hardly move."""
+    some = [f"{percent(change)} of {name}" for name, change in changes.items() if abs(change) >= LEAST]
+    first, *others = some
+    if not others:
+        rest = counted(len(changes) - 1, "other")
+        return f"{first} with less than {percent(LEAST)} of {rest}" if len(changes) > 1 else first
+    named, more = others[:NAMED], len(others) - NAMED
+    return f"{first} with {listed([*named, *([counted(more, 'other')] if more > 0 else [])])}"
+
+
+def percent(share: float) -> str:
+    """A share such as -0.1342 as ``-13 %``: two digits."""
+    return f"{np.format_float_positional(100.0 * share, 2, fractional=False, trim='-')} %"

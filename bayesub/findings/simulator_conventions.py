@@ -14,7 +14,6 @@ from typing import Protocol
 import numpy as np
 
 from bayesub.io.errors import one_line
-from bayesub.kernels import workspace as at
 from bayesub.model import mass
 from bayesub.model.equations.equation_set import Term
 from bayesub.model.equations.regressors import parse
@@ -61,11 +60,6 @@ class Boat:
         self.rigid_mass = mass.mass_matrix(self.equations, none, vehicle.body)
         dimensional = self.xi * vehicle.dimensional_factors
         self.added_mass = mass.mass_matrix(self.equations, dimensional, vehicle.body) - self.rigid_mass
-
-    @property
-    def body(self) -> dict[str, float]:
-        """Entries of the rigid body by name."""
-        return dict(zip(at.BODY, self.vehicle.body.tolist(), strict=True))
 
     def term(self, axis: str, regressor: str) -> Term | None:
         """The term with a regressor, whose controls are dr, ds and db; None if the equations have none."""
@@ -132,7 +126,8 @@ def _head(boat: Boat, source: str) -> list[str]:
 
 
 def _scalars(boat: Boat) -> dict[str, float | list[float]]:
-    body, vehicle = boat.body, boat.vehicle
+    vehicle = boat.vehicle
+    body = vehicle.rigid_body
     return {
         "L": vehicle.length_m,
         "rho": vehicle.water_density_kgm3,

@@ -5,10 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.findings import actuator_examination
-from bayesub.findings.actuator_examination import actuators
-from bayesub.findings.coefficient_examinations import inertia, sizes_and_signs
-from bayesub.findings.examination import CardWarning
+from bayesub.findings.coefficient_examinations import (
+    CardWarning,
+    Examination,
+    built_in_values,
+    inertia,
+    sizes_and_signs,
+)
 from bayesub.findings.vehicle_examinations import (
     GROWTH,
     balance,
@@ -18,8 +21,44 @@ from bayesub.findings.vehicle_examinations import (
     straight_flight,
     turn,
 )
+from bayesub.model.actuator import Actuator
+from bayesub.model.equations import AXES
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
+
+_UNITS = {"deg": "deg", "n": "N", "nm": "N m", "rpm": "rpm", "counts": "counts", "percent": "%", "us": "us"}
+_UNITS |= {"m": "m", "cm3": "cm3", "kgm3": "kg/m3", "bar": "bar"}
+
+
+def actuators(boat: Vehicle) -> Examination:
+    """What a unit angle adds to the controls of the equations, and what propellers, thrusters and weights push.
+
+    A propeller pushes with the revolutions of its file at the speed of trials, all others with a unit of their column,
+    and a weight with the boat on even keel.
+    """
+    if boat.actuators.direct:
+        return Examination({})
+    return Examination({"actuators": {a.column: _actuator_numbers(boat, a) for a in boat.actuators.members}})
+
+
+def _actuator_numbers(boat: Vehicle, actuator: Actuator) -> dict:
+    factor = np.pi / 180.0 if actuator.unit == "deg" else 1.0
+    numbers = {"angle_deg": actuator.angle_deg} if actuator.angle_deg is not None else {}
+    if np.isfinite(actuator.limit):
+        numbers["limit"] = actuator.limit / factor
+    shares = zip(boat.equations.controls, actuator.mixing, strict=True)
+    degrees = 180.0 / np.pi * factor  # of a control, for a unit of the column
+    numbers["controls"] = {control.column: float(share * degrees) for control, share in shares if share}
+    value = 1.0 if actuator.is_linear else actuator.rest
+    push = actuator.force * value + actuator.force_of_square * value * abs(value)
+    push = push + actuator.force_of_speed * abs(value) * boat.speed_mps
+    weight, x, y, _ = actuator.weight * value
+    push = push + np.array([0.0, 0.0, weight, y, -x, 0.0])
+    if push.any():
+        numbers["at"] = value
+        numbers["forces"] = {axis: float(force) for axis, force in zip(AXES, push, strict=True) if force}
+    return numbers
+
 
 EXAMINATIONS = (balance, straight_flight, stability, turn, dive, inertia, hydrostatics, sizes_and_signs, actuators)
 
@@ -45,6 +84,12 @@ class VehicleCard:
     numbers: dict
     warnings: tuple[CardWarning, ...]
     flights: dict[str, Trajectory]
+
+    @property
+    def others(self) -> dict[str, np.ndarray]:
+        """Name of each other built-in vehicle of the same equations -> (n_terms,) coefficients."""
+        values = built_in_values(self.vehicle.equations)
+        return {name: xi for name, xi in values.items() if name != self.vehicle.name}
 
     def lines(self) -> list[str]:
         """The card in words: a line a subject, then the warnings, each with its remedy."""
@@ -86,7 +131,7 @@ def _lines(numbers: dict, warnings: Sequence[CardWarning]) -> list[str]:
         subject: f"not examined: {skipped[section]}" if section in skipped else line(numbers)
         for subject, (section, line) in sections.items()
     }
-    texts |= actuator_examination.lines(numbers)
+    texts |= {column: _actuator_line(column, parts) for column, parts in numbers.get("actuators", {}).items()}
     texts |= {f"zero in {axis}": " ".join(names) or "none" for axis, names in numbers["zero_coefficients"].items()}
     remedies = [f"  warning: {warning.text}; {warning.remedy}" for warning in warnings]
     return [*(f"  {subject:<17} {text}" for subject, text in texts.items()), *(remedies or ["  no warnings"])]
@@ -172,3 +217,15 @@ def _hydrostatics_line(numbers):
     return (
         f"buoyancy {percent} % of the weight, centre of gravity {_formatted(balance['BG_m'])} m below that of buoyancy"
     )
+
+
+def _actuator_line(column: str, parts: dict) -> str:
+    unit = _UNITS[column.rpartition("_")[2]]
+    texts = [f"at {parts['angle_deg']:g} deg from the top"] if "angle_deg" in parts else []
+    texts += [f"to {parts['limit']:.4g} {unit}"] if "limit" in parts else []
+    texts += [f"{share:+.3g} {control.removesuffix('_deg')}" for control, share in parts["controls"].items()]
+    forces = (
+        f"{axis} {force:.3g} {'N' if axis in 'XYZ' else 'N m'}" for axis, force in parts.get("forces", {}).items()
+    )
+    texts += [f"{parts['at']:g} {unit} make {', '.join(forces)}"] if "at" in parts else []
+    return ", ".join(texts)

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.findings.examination import CardWarning, Examination
-from bayesub.findings.flights import fly, growth, number_or_none, stability_indices, turning_circle
+from bayesub.findings.coefficient_examinations import CardWarning, Examination, number_or_none
+from bayesub.findings.flights import fly, growth, stability_indices, turning_circle
 from bayesub.findings.zeros import STEADY
 from bayesub.io.words import listed
-from bayesub.kernels import workspace
 from bayesub.logs import log_files
 from bayesub.logs.log_files import positions
 from bayesub.model.equations import AXES
@@ -84,7 +83,7 @@ def balance(boat: Vehicle) -> Examination:
 
     Propellers among the actuators push with the revolutions of their file.
     """
-    body = dict(zip(workspace.BODY, map(float, boat.body), strict=True))
+    body = boat.rigid_body
     pushed = boat.actuators.wrenches(boat.actuators.rest[None], None)[0, [0, 6]] @ [1.0, boat.speed_mps]
     thrusts = {
         " + ".join(branch): sum(body[key] for key in branch) * boat.speed_mps**2 + pushed
@@ -333,7 +332,7 @@ def hydrostatics(boat: Vehicle) -> Examination:
     """Buoyancy over weight, and the righting arm."""
     if boat.equations.degrees_of_freedom == 3:
         return Examination({"hydrostatics": None}, skipped={"hydrostatics": PLANAR})
-    body, warnings = dict(zip(workspace.BODY, map(float, boat.body), strict=True)), []
+    body, warnings = boat.rigid_body, []
     ratio, arm = body["buoyancy"] / body["weight"], body["zG"] - body["zB"]
     if abs(ratio - 1.0) > SPEED_TOLERANCE:
         warnings.append(

@@ -7,11 +7,10 @@ import numpy as np
 from bayesub.findings.comparison import Comparison
 from bayesub.findings.unseen import POSTERIOR
 from bayesub.io.words import cell, uncertain, with_unit
-from bayesub.plots import comparison as plots
-from bayesub.plots import motion as plots_of_motion
 from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
+from bayesub.report.plots import coefficients, motion
 
-MOST = len(plots.COLOURS)  # runs that can be told apart
+MOST = len(coefficients.RUNS)  # runs that can be told apart
 FURTHEST = 5  # parameters that are named of a pair
 _PRIOR_90 = 1.645  # sds of a normal prior from its mean
 
@@ -26,19 +25,19 @@ def figures(comparison: Comparison) -> list[ReportFigure]:
             "Left: 50 and 90 % of each posterior as ratios to the vehicle file of the first run that has the "
             "parameter; of what is zero there, one plus the distance to the prior mean in prior sds. Grey: 90 % of "
             "the prior, as a normal one. Right: posterior over prior sd, 1 where the data said nothing.",
-            lambda path: plots.draw(path, rows, labels),
+            lambda path: coefficients.draw_runs(path, rows, labels),
             title="Coefficients",
         )
     ]
     flown = [
         (run.label, colour, run.prediction)
-        for run, colour in zip(comparison.runs, plots.COLOURS, strict=False)
+        for run, colour in zip(comparison.runs, coefficients.RUNS, strict=False)
         if run.prediction is not None and run.prediction.motions[POSTERIOR].is_flown
     ]
     if flown:
         trials = [trial for *_, trial in flown]
         drawn = [
-            plots_of_motion.Drawn(label, colour, trial.motions[POSTERIOR], (0.9,), turn=(place, len(flown)))
+            motion.Drawn(label, colour, trial.motions[POSTERIOR], (0.9,), turn=(place, len(flown)))
             for place, (label, colour, trial) in enumerate(flown)
         ]
         orders = trials[0].readings.trial.problem.manoeuvre, trials[0].vehicle.actuators
@@ -48,14 +47,14 @@ def figures(comparison: Comparison) -> list[ReportFigure]:
                 "track",
                 "Median tracks, and where the boat is at each time with 90 % probability, by each posterior. All lines "
                 "but the first are dashed, so that each is seen where they are the same.",
-                lambda path: plots_of_motion.draw_track(path, drawn),
+                lambda path: motion.draw_track(path, drawn),
                 title=f"Where the boat is on {comparison.manoeuvre}",
             ),
             ReportFigure(
                 "states",
                 f"Medians and 90 % bands by each posterior, on the right less the median of {drawn[0].label}. Below: "
                 "the orders.",
-                lambda path: plots_of_motion.draw_states(path, drawn, drawn[0].label, states, *orders),
+                lambda path: motion.draw_states(path, drawn, drawn[0].label, states, *orders),
                 title=f"Every state on {comparison.manoeuvre}",
             ),
         ]
@@ -142,10 +141,10 @@ def _distances_table(comparison: Comparison) -> Table:
 def _predictions_table(comparison: Comparison) -> Table:
     flown = {label: p for label, p in comparison.numbers["predictions"].items() if p.get("is_flown")}
     rows = []
-    for label, motion in flown.items():
-        distance = motion["distance_m"][POSTERIOR]
+    for label, predicted in flown.items():
+        distance = predicted["distance_m"][POSTERIOR]
         rows += [[label, "place (m)", "", cell(distance["at_end"]), cell(distance["largest"])]]
-        for column, by in motion["states"].items():
+        for column, by in predicted["states"].items():
             values = by[POSTERIOR]
             halves_of = [cell(values[key]) for key in ("half_width_at_end", "half_width")]
             rows.append([label, with_unit(column), cell(values["median_at_end"], 4), *halves_of])

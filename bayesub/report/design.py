@@ -6,28 +6,26 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.findings import design_numbers
-from bayesub.findings.design_numbers import measure_label
-from bayesub.findings.designed_trial import DesignedTrial
+from bayesub.findings.designed_trial import SHARES, DesignedTrial, measure_label, numbers, searched
 from bayesub.findings.run_numbers import combination
 from bayesub.io.atomic import write_text, writing
-from bayesub.plots import design as plots
-from bayesub.plots.coefficients import labels
-from bayesub.report.page import ReportFigure, drawn, filled
+from bayesub.report.page import ReportFigure, draw_all, fill
+from bayesub.report.plots import design as plots
+from bayesub.report.plots.coefficients import labels
 
 
 def write(folder: Path, design: DesignedTrial) -> dict:
     """Write ``design.json``, the figures and ``design.html`` into a folder; gives the numbers."""
-    content = design_numbers.numbers(design)
+    content = numbers(design)
     with writing(folder):
         pictures = list(figures(design))
-        page = filled(
+        page = fill(
             "design.html",
-            drawn(pictures, folder),
+            draw_all(pictures, folder),
             titles={figure.name: figure.title for figure in pictures},
             numbers=content,
             out_of_reach=[combination(vector) for vector in content["out_of_reach"]],
-            searched=design_numbers.searched(design),
+            searched=searched(design),
         )
         write_text(folder / "design.json", json.dumps(content, indent=1))
         write_text(folder / "design.html", page)
@@ -56,7 +54,7 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
         "after this trial (blue) and after the standard manoeuvre (open circles). Dotted: 5, 10 and 25 %.",
         lambda path: plots.draw_sds(
             path, labels(names, design.judge.vehicle.equations), design.before.relative_sd, standard,
-            design.after.relative_sd,
+            design.after.relative_sd, SHARES,
         ),
         title="What each coefficient will be known to",
     )  # fmt: skip

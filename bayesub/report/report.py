@@ -6,10 +6,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import Protocol
 
-from bayesub.findings import derived, null_directions
+from bayesub.findings import derived
 from bayesub.findings.equation_card import glossary
 from bayesub.findings.results import AnyProblem, Quantity, Results, numbers_of
-from bayesub.findings.run_numbers import reference_word
+from bayesub.findings.run_numbers import percent, reference_word
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
@@ -102,7 +102,7 @@ def write_report(
     folder = Path(folder)
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        pictures = pages.drawn(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
+        pictures = pages.draw_all(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         live = widgets.content(results, numbers, reference, word)
         write_text(folder / "report.html", page(numbers, pictures, commit, live))
@@ -127,7 +127,7 @@ def page(
     live : dict, optional
         What :func:`bayesub.report.widgets.content` gives; without it the page has figures that stand still.
     """
-    text = pages.filled(
+    text = pages.fill(
         "report.html",
         pictures,
         numbers=numbers,
@@ -137,7 +137,7 @@ def page(
         rounded=rounded,
         uncertain=uncertain,
         powers=powers,
-        percent=null_directions.percent,
+        percent=percent,
         symbol=pages.symbol,
         commit=commit,
     )

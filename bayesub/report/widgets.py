@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from bayesub.io.words import with_unit
-from bayesub.plots import coefficients, posterior
-from bayesub.plots.track import STRAIGHT, X, Y, Z, labelled
 from bayesub.report import page
+from bayesub.report.plots import coefficients, posterior
+from bayesub.report.plots.track import STRAIGHT, X, Y, Z, labelled
 
 DRAWS = 400  # of the posterior, in the scatter of a pair
 READINGS = 30_000  # of all trials; of more, every second, third ..

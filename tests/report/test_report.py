@@ -17,12 +17,12 @@ from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks import fit as criticism
 from bayesub.inference.checks import jumps
 from bayesub.io.words import powers
-from bayesub.plots import fit as criticism_plot
-from bayesub.plots import ranks
 from bayesub.problem import likelihoods
 from bayesub.problem.joint import JointProblem
 from bayesub.report import report
 from bayesub.report.figures import figures
+from bayesub.report.plots import convergence
+from bayesub.report.plots import fit as criticism_plot
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr")
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=2.0, channels=("x", "y", "yaw"))
@@ -43,7 +43,7 @@ def sentence(problem, at=None):
     at = gauss_newton(problem).values if at is None else at
     residuals = problem.quantile_residuals(at, np.random.default_rng(2))
     times = {name: problem.channels[name][0].times for name in residuals}
-    return remedies.sentence(criticism.criticise(residuals, times), problem)
+    return remedies.advise(criticism.criticise(residuals, times), problem)
 
 
 @pytest.fixture(scope="module")
@@ -210,10 +210,10 @@ def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
     worst = max(sample.names, key=lambda name: sample.rhat[sample.names.index(name)])
     caption = captions_of(results)["ranks"]
     assert f"mix worst, {worst} (R-hat {sample.rhat.max():.4f})" in caption
-    assert 100 * ranks.outside(sample) < 2.0
-    assert f"{100 * ranks.outside(sample):.2g} % are beyond" in caption
+    assert 100 * convergence.outside(sample) < 2.0
+    assert f"{100 * convergence.outside(sample):.2g} % are beyond" in caption
     moved = sample.chain + sample.sd * np.array([2.0, 0.0, 0.0, 0.0])[:, None, None, None]
-    assert ranks.outside(dataclasses.replace(sample, chain=moved)) > 0.3
+    assert convergence.outside(dataclasses.replace(sample, chain=moved)) > 0.3
 
 
 def test_the_caption_of_the_fan_says_how_much_narrower_the_posterior_is(results):

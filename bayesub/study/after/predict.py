@@ -7,8 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.findings import unseen
-from bayesub.findings.predicted_motion import PredictedMotion, predicted_motion, table
-from bayesub.findings.predicted_trial import PredictedTrial, readings_table
+from bayesub.findings.predicted_trial import (
+    PredictedMotion,
+    PredictedTrial,
+    predicted_motion,
+    readings_table,
+)
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.checks.prediction import N_DRAWS, predict
 from bayesub.io import toml_files
@@ -109,7 +113,7 @@ def predict_by_run(
         trial = predicted_by(run, question, rng, request.draws, progress)
         progress.stage("figures and page")
         numbers = trial.numbers | {"seed": request.seed, "unread_columns": list(question.unread)}
-        tables = {"states.csv": table(_with_bands(trial.motions), trial.states)}
+        tables = {"states.csv": motion_table(_with_bands(trial.motions), trial.states)}
         if trial.readings.predictions:
             tables["readings.csv"] = readings_table(trial.readings)
         sheet = prediction_page.sheet(trial, commit=config["commit"], seed=request.seed)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.findings import log_card
-from bayesub.findings.mode_fit import fit_of_mode
+from bayesub.findings.remedies import fit_of_mode
 from bayesub.findings.suspect_columns import suspect
 from bayesub.findings.unseen import TrialPrediction, predicted_trial, predicts
 from bayesub.inference import baselines, identifiability
