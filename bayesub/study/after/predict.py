@@ -10,6 +10,7 @@ from bayesub.findings import unseen
 from bayesub.findings.predicted_trial import (
     PredictedMotion,
     PredictedTrial,
+    motion_table,
     predicted_motion,
     readings_table,
 )
