@@ -19,40 +19,24 @@ AHEAD = {"u", "V", "U", "uc"}  # symbols that are positive in any flight ahead
 
 @dataclass(frozen=True)
 class CardWarning:
-    """What is unlike a boat.
+    """What is unlike a boat."""
 
-    Attributes
-    ----------
-    text : str
-        What is wrong, with the numbers that show it.
-    remedy : str
-        What to look at.
-    """
-
-    text: str
-    remedy: str
+    text: str  # what is wrong, with the numbers that show it
+    remedy: str  # what to look at
 
 
 @dataclass(frozen=True)
 class Examination:
-    """One part of a card.
+    """One part of a card."""
 
-    Attributes
-    ----------
-    numbers : dict
-        Section of the card -> its content; None where there is none.
-    warnings : list of CardWarning
-        What is unlike a boat.
-    flights : dict of str to Trajectory
-        What was flown.
-    skipped : dict of str to str
-        Section -> why the equations of the vehicle leave it out.
-    """
+    numbers: dict  # section of the card -> its content; None where there is none
+    warnings: list[CardWarning] = field(default_factory=list)  # what is unlike a boat
+    flights: dict[str, Trajectory] = field(default_factory=dict)  # what was flown
+    skipped: dict[str, str] = field(default_factory=dict)  # section -> why the equations of the vehicle leave it out
 
-    numbers: dict
-    warnings: list[CardWarning] = field(default_factory=list)
-    flights: dict[str, Trajectory] = field(default_factory=dict)
-    skipped: dict[str, str] = field(default_factory=dict)
+    def warn(self, text: str, remedy: str) -> None:
+        """Add a warning."""
+        self.warnings.append(CardWarning(text, remedy))
 
 
 def number_and_unit(value: float, term: Term) -> str:
@@ -76,7 +60,7 @@ def pairs(equations: EquationSet) -> list[tuple[Term, Term]]:
 
 def inertia(boat: Vehicle) -> Examination:
     """The mass matrix, symmetry of the added masses, and radii of gyration."""
-    body, warnings = boat.rigid_body, []
+    body, found = boat.rigid_body, Examination({})
     spatial = boat.equations.degrees_of_freedom == 6
     matrix = boat.mass_matrix if spatial else boat.mass_matrix[np.ix_([0, 1, 5], [0, 1, 5])]
     scale = np.sqrt(np.abs(np.diag(matrix)))
@@ -91,11 +75,9 @@ def inertia(boat: Vehicle) -> Examination:
         differences[f"{one.name}-{other.name}"] = difference = abs(first - alike) / larger if larger else 0.0
         if difference > ASYMMETRY:
             values = f"{one.name} = {number_and_unit(first, one)}, {other.name} = {number_and_unit(second, other)}"
-            warnings.append(
-                CardWarning(
-                    f"the added-mass matrix is not symmetric: {values}",
-                    "in ideal fluid they are equal; use one for both, or their mean",
-                )
+            found.warn(
+                f"the added-mass matrix is not symmetric: {values}",
+                "in ideal fluid they are equal; use one for both, or their mean",
             )
     numbers = {
         "smallest_eigenvalue_scaled": number_or_none(smallest),
@@ -104,33 +86,28 @@ def inertia(boat: Vehicle) -> Examination:
     }
     if not smallest > 0.0:
         example = next((t.name for t in boat.equations.terms if (t.axis, t.regressor) == ("Y", "vdot")), "")
-        warnings.append(
-            CardWarning(
-                "the mass matrix is not positive definite: some push would accelerate the boat backwards",
-                f"added masses on the diagonal are negative{f' ({example} < 0)' if example else ''}; check the size of "
-                "inertias and couplings",
-            )
+        found.warn(
+            "the mass matrix is not positive definite: some push would accelerate the boat backwards",
+            f"added masses on the diagonal are negative{f' ({example} < 0)' if example else ''}; check the size of "
+            "inertias and couplings",
         )
     moments = sorted((body["Ixx"], body["Iyy"], body["Izz"]))
     if spatial and moments[0] + moments[1] < moments[2] * (1.0 - 1e-9):
-        warnings.append(
-            CardWarning(
-                "the moments of inertia are those of no body: one exceeds the sum of the others", "check their units"
-            )
+        found.warn(
+            "the moments of inertia are those of no body: one exceeds the sum of the others", "check their units"
         )
     rotations = ("Iyy", "Izz") if spatial else ("Izz",)
     radii = {key: np.sqrt(body[key] / body["mass"]) / boat.length_m for key in rotations}
     numbers["radii_of_gyration_lengths"] = {key: number_or_none(r) for key, r in radii.items()}
     for key, radius in radii.items():
         if not RADII[0] <= radius <= RADII[1]:
-            warnings.append(
-                CardWarning(
-                    f"{key} is that of a radius of gyration of {radius:.2g} ship lengths, where hulls have "
-                    f"{RADII[0]:g} to {RADII[1]:g}",
-                    f"check mass_kg, length_m and {key} (kg m2)",
-                )
+            found.warn(
+                f"{key} is that of a radius of gyration of {radius:.2g} ship lengths, where hulls have "
+                f"{RADII[0]:g} to {RADII[1]:g}",
+                f"check mass_kg, length_m and {key} (kg m2)",
             )
-    return Examination({"mass_matrix": numbers}, warnings)
+    found.numbers["mass_matrix"] = numbers
+    return found
 
 
 def built_in_values(equations: EquationSet) -> dict[str, np.ndarray]:
@@ -195,7 +172,7 @@ def _is_diagonal_added_mass(term: Term) -> bool:
 
 def sizes_and_signs(boat: Vehicle) -> Examination:
     """Coefficients that are zero, of an unusual size, or of the wrong sign."""
-    equations, warnings = boat.equations, []
+    equations, found = boat.equations, Examination({})
     values = dict(zip(equations.names, boat.xi.tolist(), strict=True))
     axes = [axis for axis in AXES if equations.names_of_axis(axis)]
     zeros = {axis: [name for name in equations.names_of_axis(axis) if not values[name]] for axis in axes}
@@ -207,29 +184,24 @@ def sizes_and_signs(boat: Vehicle) -> Examination:
     for k in outside:
         term, (low, high) = equations.terms[k], ranges[k]
         scale = f"in {term.unit}" if term.unit else f"non-dimensional on {term.scale}"
-        warnings.append(
-            CardWarning(
-                f"{term.name} = {number_and_unit(values[term.name], term)} is out of the ordinary: built-in boats have "
-                f"{low:.2g} to {high:.2g}",
-                f"check that it is {scale}, and per radian",
-            )
+        found.warn(
+            f"{term.name} = {number_and_unit(values[term.name], term)} is out of the ordinary: built-in boats have "
+            f"{low:.2g} to {high:.2g}",
+            f"check that it is {scale}, and per radian",
         )
     kinds = negative(equations)
     for what, names in kinds.items():
         wrong = [name for name in names if values[name] > 0.0]
         if wrong:
-            warnings.append(
-                CardWarning(
-                    f"{what} has the wrong sign: {', '.join(wrong)} positive", "it takes energy from the boat: negative"
-                )
+            found.warn(
+                f"{what} has the wrong sign: {', '.join(wrong)} positive", "it takes energy from the boat: negative"
             )
     needed = [name for name in kinds["added mass"] if not values[name]]
     if needed:
-        warnings.append(
-            CardWarning(
-                f"no added mass: {', '.join(needed)} zero",
-                "estimate it: bayesub new vehicle NAME --geometry HULL",
-            )
+        found.warn(
+            f"no added mass: {', '.join(needed)} zero",
+            "estimate it: bayesub new vehicle NAME --geometry HULL",
         )
-    names = [equations.names[k] for k in outside]
-    return Examination({"zero_coefficients": zeros, "outside_typical_range": names}, warnings)
+    found.numbers["zero_coefficients"] = zeros
+    found.numbers["outside_typical_range"] = [equations.names[k] for k in outside]
+    return found

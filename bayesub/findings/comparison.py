@@ -22,31 +22,15 @@ LONGEST = 200  # characters of a setting in a table
 
 @dataclass(frozen=True)
 class ComparedRun:
-    """A run among others.
+    """A run among others."""
 
-    Attributes
-    ----------
-    label : str
-        Unlike that of the others.
-    vehicle : Vehicle
-    posterior : Posterior
-    about : dict of str to str or float
-        What there is to say of the run: study, trial, equations, version.
-    settings : dict
-        The entries of its configuration by which runs may differ.
-    prediction : PredictedTrial or None
-        Of the common manoeuvre.
-    why_not : str
-        Why there is no prediction.
-    """
-
-    label: str
+    label: str  # unlike that of the others
     vehicle: Vehicle
     posterior: Posterior
-    about: dict
-    settings: dict
-    prediction: PredictedTrial | None = None
-    why_not: str = ""
+    about: dict  # what there is to say of the run: study, trial, equations, version
+    settings: dict  # the entries of its configuration by which runs may differ
+    prediction: PredictedTrial | None = None  # of the common manoeuvre
+    why_not: str = ""  # why there is no prediction
 
     @cached_property
     def places(self) -> dict[tuple, int]:
@@ -91,18 +75,10 @@ class ComparedRun:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Several posteriors.
+    """Several posteriors."""
 
-    Attributes
-    ----------
-    runs : tuple of ComparedRun
-        Two at least.
-    manoeuvre : str
-        That all predict.
-    """
-
-    runs: tuple[ComparedRun, ...]
-    manoeuvre: str
+    runs: tuple[ComparedRun, ...]  # two at least
+    manoeuvre: str  # that all predict
 
     @cached_property
     def parameters(self) -> dict[str, dict[str, int]]:

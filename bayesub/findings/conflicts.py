@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.conflict import find_conflict
 from bayesub.inference.checks.prior_sensitivity import SENSITIVE, noise, sensitivity
+from bayesub.inference.sampling import Posterior
 from bayesub.problem.distributions import Joint
 from bayesub.problem.shared_scale import SharedScale
 
@@ -14,7 +16,7 @@ PRIOR, LIKELIHOOD, BOTH = "prior", "likelihood", "both"
 _EDGES = (0.05, 0.95)  # of the intervals that are quoted
 
 
-def numbers(problem, posterior) -> dict:
+def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
     """What is found, as JSON types.
 
     Parameters
@@ -105,7 +107,7 @@ def _scale(row, many) -> str:
     )
 
 
-def power_scaling(problem, posterior, n_effective: np.ndarray) -> dict[str, np.ndarray]:
+def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.ndarray) -> dict[str, np.ndarray]:
     """Sensitivities to prior and likelihood, and what each parameter hangs on, forces at knots left out.
 
     The prior is scaled where it is standard normal, so that a uniform one is bent and has a sensitivity too. Of forces

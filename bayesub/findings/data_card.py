@@ -1,10 +1,12 @@
 """The card of a study's data: what every channel covers in time, what looks wrong in it, and what it informs."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bayesub.findings import zeros
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks import convergence
 from bayesub.inference.identifiability.fisher import correlation_factor, integrated_out
 from bayesub.io.errors import InputError
@@ -18,38 +20,20 @@ NAMED = 5  # coefficients that a line names
 
 @dataclass(frozen=True)
 class ChannelCard:
-    """One channel of one trial.
+    """One channel of one trial."""
 
-    Attributes
-    ----------
-    name : str
-        That of the channel, with the trial in brackets if there are several.
-    column : str
-        In its file.
-    times : ndarray of shape (n,)
-        s.
-    interval_s : float
-        The median between two readings.
-    gaps : tuple of (float, float)
-        Start and end in s of each time without readings.
-    outliers : ndarray
-        Times in s of readings unlike their neighbours.
-    n_directions : int
-        Of parameter space in which this channel alone is sharper than the prior.
-    contraction : ndarray of shape (n_params,)
-        Posterior sd over prior sd by this channel alone, as the Fisher information at the prior centre has it.
-    """
-
-    name: str
-    column: str
-    times: np.ndarray
-    interval_s: float
-    gaps: tuple[tuple[float, float], ...]
-    outliers: np.ndarray
-    n_directions: int
+    name: str  # that of the channel, with the trial in brackets if there are several
+    column: str  # in its file
+    times: np.ndarray  # (n,), s
+    interval_s: float  # the median between two readings
+    gaps: tuple[tuple[float, float], ...]  # start and end in s of each time without readings
+    outliers: np.ndarray  # times in s of readings unlike their neighbours
+    n_directions: int  # of parameter space in which this channel alone is sharper than the prior
+    # (n_params,), posterior sd over prior sd by this channel alone, as the Fisher information at the prior centre has
+    # it
     contraction: np.ndarray
 
-    def line(self, names) -> str:
+    def line(self, names: Sequence[str]) -> str:
         """The card of the channel in words, with the names (n_params,) of the parameters."""
         gaps = ", ".join(f"{start:.4g} to {end:.4g}" for start, end in self.gaps[:3]) + (" .." if self.gaps[3:] else "")
         faults = [f"{len(self.gaps)} gap{'s'[: len(self.gaps) != 1]}" + (f" ({gaps} s)" if gaps else "")]
@@ -68,42 +52,19 @@ class ChannelCard:
 
 @dataclass(frozen=True)
 class DataCard:
-    """What the data of a study are like.
+    """What the data of a study are like."""
 
-    Attributes
-    ----------
-    title : str
-        Study and vehicle.
-    equations : EquationSet
-        Of the vehicle.
-    names : tuple of str
-        The n_params parameters, forces at knots not among them.
-    n_coefficients : int
-        How many of them are coefficients; they come first.
-    channels : tuple of ChannelCard
-        Of all trials.
-    durations : dict of str to float
-        Name of a trial ("" for the only one) -> seconds covered by its controls.
-    n_directions : int
-        As that of a channel, by all of them together.
-    contraction : ndarray of shape (n_params,)
-        As that of a channel, by all of them together.
-    zeros : list of dict
-        Coefficients that are known only with zeros of actuators, as of :func:`bayesub.findings.zeros.together`.
-    advice : str
-        What the study should infer besides; empty if nothing.
-    """
-
-    title: str
-    equations: EquationSet
-    names: tuple[str, ...]
-    n_coefficients: int
-    channels: tuple[ChannelCard, ...]
-    durations: dict[str, float]
-    n_directions: int
-    contraction: np.ndarray
+    title: str  # study and vehicle
+    equations: EquationSet  # of the vehicle
+    names: tuple[str, ...]  # the n_params parameters, forces at knots not among them
+    n_coefficients: int  # how many of them are coefficients; they come first
+    channels: tuple[ChannelCard, ...]  # of all trials
+    durations: dict[str, float]  # name of a trial ("" for the only one) -> seconds covered by its controls
+    n_directions: int  # as that of a channel, by all of them together
+    contraction: np.ndarray  # (n_params,), as that of a channel, by all of them together
+    # Coefficients that are known only with zeros of actuators, as of :func:`bayesub.findings.zeros.together`
     zeros: list[dict]
-    advice: str
+    advice: str  # what the study should infer besides; empty if nothing
 
     def lines(self) -> list[str]:
         """The card in words, a line a channel, and what trades off with zeros of actuators."""
@@ -134,7 +95,7 @@ class DataCard:
         return {"channels": channels, "n_directions": self.n_directions, "contraction": together} | of_zeros
 
 
-def check(problem, title: str) -> DataCard:
+def check(problem: AnyProblem, title: str) -> DataCard:
     """The card of a problem of one trial or several, at the centre of its prior.
 
     Parameters
@@ -206,7 +167,7 @@ def _information(whitened, factor) -> tuple[int, np.ndarray]:
     return int(np.count_nonzero(s > 1.0)), np.sqrt(np.clip(1.0 - gained.sum(axis=0), 0.0, 1.0))
 
 
-def outlier_candidates(times, values, sd: float) -> np.ndarray:
+def outlier_candidates(times: np.ndarray, values: np.ndarray, sd: float) -> np.ndarray:
     """Positions of single readings that are far from the cubic through the two on either side.
 
     Far is beyond what normal noise does once in a hundred channels, in standard deviations of `sd` or of the robust

@@ -6,13 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
+from bayesub.findings.set_up import AnyProblem
 from bayesub.io.words import listed, rounded, with_unit
 from bayesub.model.boats import Boats
 from bayesub.model.linear_motion import PLANES, roots
 from bayesub.model.quantities import QUANTITIES, Quantity, absence
 from bayesub.model.standard_manoeuvres import RUDDER, spiral_curve
-from bayesub.problem.joint import JointProblem
-from bayesub.problem.problem import Problem
 
 N_DRAWS = 400  # from the prior, and from the posterior
 QUANTILES = {"q5": 0.05, "q25": 0.25, "median": 0.5, "q75": 0.75, "q95": 0.95}
@@ -24,23 +23,13 @@ STABILITIES = {"straight_line_stability": "on a straight course", "vertical_stab
 
 @dataclass(frozen=True)
 class Derived:
-    """Boats of a prior and of a posterior, and what is measured of them.
+    """Boats of a prior and of a posterior, and what is measured of them."""
 
-    Attributes
-    ----------
-    reference, prior, posterior : Boats
-        The boat that ratios of coefficients refer to, and draws.
-    quantities : tuple of Quantity
-        The built-in ones, and after them those of a study.
-    planes : dict of str to str
-        Plane, or "" of quantities without one -> why nothing is measured there, or an empty text.
-    """
-
-    reference: Boats
-    prior: Boats
-    posterior: Boats
-    quantities: tuple[Quantity, ...]
-    planes: dict[str, str]
+    reference: Boats  # the boat that ratios of coefficients refer to
+    prior: Boats  # draws
+    posterior: Boats  # draws
+    quantities: tuple[Quantity, ...]  # the built-in ones, and after them those of a study
+    planes: dict[str, str]  # plane, or "" of quantities without one -> why nothing is measured there, or an empty text
 
     @cached_property
     def absent(self) -> dict[str, str]:
@@ -85,7 +74,7 @@ class Derived:
 
 
 def derive(
-    problem: Problem | JointProblem,
+    problem: AnyProblem,
     draws: np.ndarray,
     rng: np.random.Generator,
     quantities: Sequence[Quantity] = (),
@@ -98,8 +87,6 @@ def derive(
 
     Parameters
     ----------
-    problem : Problem or JointProblem
-        What was solved.
     draws : (n, n_params) array
         From the posterior.
     rng : numpy.random.Generator

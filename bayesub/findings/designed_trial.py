@@ -47,51 +47,25 @@ _SEED = 101  # of these manoeuvres
 
 @dataclass(frozen=True)
 class Asked:
-    """A coefficient or quantity that was asked for by name.
-
-    Attributes
-    ----------
-    name, unit : str
-    value : float
-        At the coefficients of the vehicle.
-    gradient : (n,) array
-        By the coefficients.
-    """
+    """A coefficient or quantity that was asked for by name."""
 
     name: str
     unit: str
-    value: float
-    gradient: np.ndarray
+    value: float  # at the coefficients of the vehicle
+    gradient: np.ndarray  # (n,), by the coefficients
 
 
 @dataclass(frozen=True)
 class DesignedTrial:
-    """A set of manoeuvres, judged.
+    """A set of manoeuvres, judged."""
 
-    Attributes
-    ----------
-    plan : Plan
-        What was searched.
-    searches : dict of str to Found
-        Family -> its search.
-    kind : str
-        The family of the manoeuvres.
-    manoeuvres : tuple of Manoeuvre
-    goal : str
-        What was asked for, in words.
-    inputs : dict
-        Everything that the design depends on, as JSON types.
-    asked : tuple of Asked
-        By name.
-    """
-
-    plan: Plan
-    searches: dict[str, Found]
-    kind: str
+    plan: Plan  # what was searched
+    searches: dict[str, Found]  # family -> its search
+    kind: str  # the family of the manoeuvres
     manoeuvres: tuple[Manoeuvre, ...]
-    goal: str
-    inputs: dict
-    asked: tuple[Asked, ...] = ()
+    goal: str  # what was asked for, in words
+    inputs: dict  # everything that the design depends on, as JSON types
+    asked: tuple[Asked, ...] = ()  # by name
 
     @property
     def judge(self) -> Judge:

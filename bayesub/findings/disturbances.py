@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayesub.findings.missing_terms import FALSE_ALARMS, FollowedRegressor, followed, scores
+from bayesub.findings.set_up import AnyProblem
 from bayesub.logs.log_files import ANGLES, positions
 from bayesub.model.disturbance import CURRENTS, DISTURBED, unit
 from bayesub.model.equations import AXES
@@ -28,39 +29,21 @@ _QUANTILES = {"q5": 0.05, "median": 0.5, "q95": 0.95}
 
 @dataclass(frozen=True)
 class InferredForces:
-    """The histories of one trial.
+    """The histories of one trial."""
 
-    Attributes
-    ----------
-    trial : str
-        Its name; "" for the only one.
-    times : (n_knots,) array
-        s.
-    axes : tuple of str
-    draws : (n_draws, n_axes, n_knots) array
-        N, N m, and m/s of a current.
-    factors : (n_axes, n_knots, n_knots) array
-        Of the process at the posterior mean, N and N m; a random history is a factor times a standard normal one.
-    truth : (n_axes, n_knots) array or None
-        The forces that a simulated boat felt, linear between the same knots.
-    fine_times : (n_fine,) array
-        s.
-    hull : (n_axes, n_fine) array
-        Along the posterior mean of the motion: forces of the hull, N and N m; for a current the velocity of the boat in
-        the water to the same side, m/s.
-    turning : (n_fine,) array of bool
-        Whether the boat turns faster than half of the time.
-    """
-
-    trial: str
-    times: np.ndarray
+    trial: str  # its name; "" for the only one
+    times: np.ndarray  # (n_knots,), s
     axes: tuple[str, ...]
-    draws: np.ndarray
+    draws: np.ndarray  # (n_draws, n_axes, n_knots), N, N m, and m/s of a current
+    # (n_axes, n_knots, n_knots) of the process at the posterior mean, N and N m; a random history is a factor times a
+    # standard normal one
     factors: np.ndarray
-    truth: np.ndarray | None
-    fine_times: np.ndarray
+    truth: np.ndarray | None  # (n_axes, n_knots), the forces that a simulated boat felt, linear between the same knots
+    fine_times: np.ndarray  # (n_fine,), s
+    # (n_axes, n_fine), along the posterior mean of the motion: forces of the hull, N and N m; for a current the
+    # velocity of the boat in the water to the same side, m/s
     hull: np.ndarray
-    turning: np.ndarray
+    turning: np.ndarray  # (n_fine,), whether the boat turns faster than half of the time
 
     @property
     def hull_rms(self) -> np.ndarray:
@@ -95,7 +78,7 @@ def rms(lines: np.ndarray) -> np.ndarray:
     return np.sqrt(squares(lines).mean(axis=-1))
 
 
-def inferred_forces(problem, draws: np.ndarray) -> Iterator[InferredForces]:
+def inferred_forces(problem: AnyProblem, draws: np.ndarray) -> Iterator[InferredForces]:
     """The histories of each trial that has them, of draws (n_draws, n_params) from a posterior."""
     draws = _spread(draws, _DRAWS)
     for name, trial, values in problem.each_trial(draws):
@@ -130,7 +113,7 @@ def _spread(draws, n) -> np.ndarray:
     return draws[np.linspace(0, len(draws) - 1, min(n, len(draws))).astype(int)]
 
 
-def numbers(problem, draws: np.ndarray, forces: list[InferredForces]) -> dict:
+def numbers(problem: AnyProblem, draws: np.ndarray, forces: list[InferredForces]) -> dict:
     """Everything that a report says of unmodelled forces, as JSON types; empty for a problem without any.
 
     Parameters

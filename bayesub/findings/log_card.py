@@ -11,15 +11,9 @@ from bayesub.model.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class LogCard:
-    """Which columns of a log disagree.
+    """Which columns of a log disagree."""
 
-    Attributes
-    ----------
-    findings : tuple of Finding
-        One for each disagreement.
-    """
-
-    findings: tuple[consistency.Finding, ...]
+    findings: tuple[consistency.Finding, ...]  # one for each disagreement
 
     def lines(self) -> list[str]:
         """The card in words, a line a finding."""

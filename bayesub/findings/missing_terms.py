@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
+from bayesub.findings.set_up import AnyProblem
 from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.equations import AXES, Term
 
@@ -36,49 +37,25 @@ _DRAWS = 20_000  # of the largest score of random histories
 
 @dataclass(frozen=True)
 class Candidate:
-    """A regressor that the force on an axis may follow.
-
-    Attributes
-    ----------
-    axis : str
-    regressor : str
-        As the equations write it.
-    term : Term or None
-        Of the equations on this axis.
-    free : bool
-        Whether the coefficient of the term is inferred.
-    """
+    """A regressor that the force on an axis may follow."""
 
     axis: str
-    regressor: str
-    term: Term | None
-    free: bool = False
+    regressor: str  # as the equations write it
+    term: Term | None  # of the equations on this axis
+    free: bool = False  # whether the coefficient of the term is inferred
 
 
 @dataclass(frozen=True)
 class Scores:
-    """How well each candidate explains the histories.
+    """How well each candidate explains the histories."""
 
-    Attributes
-    ----------
-    candidates : tuple of Candidate
-        n of them.
-    values : (n,) array
-        Derivatives of the log density of the readings by the factor of each regressor.
-    information : (n, n) array
-        Of the factors.
-    covariance : (n, n) array
-        Of the values if histories are random: the information, more if what a regressor leaves of the history of its
-        axis is larger than the process, and the Monte Carlo error.
-    rms : (n,) array
-        Of each regressor along the motion, N and N m for a unit of its factor.
-    """
-
-    candidates: tuple[Candidate, ...]
-    values: np.ndarray
-    information: np.ndarray
+    candidates: tuple[Candidate, ...]  # n of them
+    values: np.ndarray  # (n,), derivatives of the log density of the readings by the factor of each regressor
+    information: np.ndarray  # (n, n) of the factors
+    # (n, n) of the values if histories are random: the information, more if what a regressor leaves of the history of
+    # its axis is larger than the process, and the Monte Carlo error
     covariance: np.ndarray
-    rms: np.ndarray
+    rms: np.ndarray  # (n,) of each regressor along the motion, N and N m for a unit of its factor
 
     @property
     def z(self) -> np.ndarray:
@@ -117,25 +94,14 @@ class Scores:
 
 @dataclass(frozen=True)
 class FollowedRegressor:
-    """A regressor that a history follows, with those that the motion does not tell apart from it.
+    """A regressor that a history follows, with those that the motion does not tell apart from it."""
 
-    Attributes
-    ----------
-    candidates : tuple of Candidate
-        Terms of the axis first, those that are held before those that are inferred, the best of them first.
-    factors, sds : tuple of float
-        By how much the coefficient of each would be off if it were the one, and the standard deviation of that.
-    rms : float
-        Of the force of the first, N or N m.
-    p_value : float
-        Probability that random histories follow any regressor so closely.
-    """
-
+    # Terms of the axis first, those that are held before those that are inferred, the best of them first
     candidates: tuple[Candidate, ...]
-    factors: tuple[float, ...]
-    sds: tuple[float, ...]
-    rms: float
-    p_value: float
+    factors: tuple[float, ...]  # by how much the coefficient of each would be off if it were the one
+    sds: tuple[float, ...]  # standard deviations of the factors
+    rms: float  # of the force of the first, N or N m
+    p_value: float  # probability that random histories follow any regressor so closely
 
 
 def followed(scores: Scores) -> list[FollowedRegressor]:
@@ -156,7 +122,7 @@ def followed(scores: Scores) -> list[FollowedRegressor]:
     return results
 
 
-def scores(problem, draws: np.ndarray) -> Scores:
+def scores(problem: AnyProblem, draws: np.ndarray) -> Scores:
     """The scores of all regressors of the equations that move.
 
     Parameters

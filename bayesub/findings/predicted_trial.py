@@ -22,49 +22,26 @@ _LEAST_SD = 1e-9  # m; along which all draws are in one place
 
 @dataclass(frozen=True)
 class Region:
-    """Ellipses, one at each time, each of which holds the same share of the draws.
+    """Ellipses, one at each time, each of which holds the same share of the draws."""
 
-    Attributes
-    ----------
-    centres : (n_times, 2) array
-        m.
-    roots : (n_times, 2, 2) array
-        ``centre + root @ (cos t, sin t)`` is the ellipse, m. They are symmetric, so that t stays in its place from one
-        ellipse to the next.
-    """
-
-    centres: np.ndarray
+    centres: np.ndarray  # (n_times, 2), m
+    # (n_times, 2, 2), ``centre + root @ (cos t, sin t)`` is the ellipse, m. They are symmetric, so that t stays in its
+    # place from one ellipse to the next
     roots: np.ndarray
 
 
 @dataclass(frozen=True)
 class PredictedMotion:
-    """What draws say of a motion.
+    """What draws say of a motion."""
 
-    Attributes
-    ----------
-    times : (n_times,) array
-        s.
-    median : (n_times, 12) array
-        Of the states over the ground, SI units.
-    bands : dict of float to (2, n_times, 12) array
-        Probability -> ends of the central intervals.
-    above, aside : dict of float to Region
-        Probability -> of east and north, and of north and depth.
-    distance : (n_times,) array
-        From the mean place, within which nine of ten draws are, m.
-    n_flown, n_failed : int
-        Draws that complete the motion, of which all this is, and that do not.
-    """
-
-    times: np.ndarray
-    median: np.ndarray
-    bands: dict[float, np.ndarray]
-    above: dict[float, Region]
-    aside: dict[float, Region]
-    distance: np.ndarray
-    n_flown: int
-    n_failed: int
+    times: np.ndarray  # (n_times,), s
+    median: np.ndarray  # (n_times, 12) of the states over the ground, SI units
+    bands: dict[float, np.ndarray]  # (2, n_times, 12), probability -> ends of the central intervals
+    above: dict[float, Region]  # probability -> of east and north
+    aside: dict[float, Region]  # probability -> of north and depth
+    distance: np.ndarray  # (n_times,) from the mean place, within which nine of ten draws are, m
+    n_flown: int  # draws that complete the motion, of which all this is
+    n_failed: int  # draws that do not
 
     @property
     def is_flown(self) -> bool:
@@ -169,32 +146,15 @@ def motion_numbers(
 
 @dataclass(frozen=True)
 class PredictedTrial:
-    """A manoeuvre or a log as a run predicts it.
+    """A manoeuvre or a log as a run predicts it."""
 
-    Attributes
-    ----------
-    run : str
-        Name of the study.
-    vehicle : Vehicle
-    motions : dict of str to PredictedMotion
-        By whom; the posterior first.
-    readings : TrialPrediction
-        The trial; of a manoeuvre without predictions.
-    held : tuple of str
-        Coefficients that act and that the run does not infer.
-    shortcomings : tuple of str
-        Why the posterior has not converged; empty if it has.
-    current_mps : (float, float) or None
-        North and east, if it was given.
-    """
-
-    run: str
+    run: str  # name of the study
     vehicle: Vehicle
-    motions: dict[str, PredictedMotion]
-    readings: TrialPrediction
-    held: tuple[str, ...] = ()
-    shortcomings: tuple[str, ...] = ()
-    current_mps: tuple[float, float] | None = None
+    motions: dict[str, PredictedMotion]  # by whom; the posterior first
+    readings: TrialPrediction  # the trial; of a manoeuvre without predictions
+    held: tuple[str, ...] = ()  # coefficients that act and that the run does not infer
+    shortcomings: tuple[str, ...] = ()  # why the posterior has not converged; empty if it has
+    current_mps: tuple[float, float] | None = None  # north and east, if it was given
 
     @property
     def name(self) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.explanations import Explanation, explanations
 from bayesub.inference.checks.fit import OUTLIER, Criticism, criticise, expected_outliers
 from bayesub.inference.sampling.sampler import SMOOTH
@@ -29,7 +30,7 @@ _NAMES = {
 _LISTED = 6  # channels in a sentence
 
 
-def explain(problem, criticism: Criticism, parameters: np.ndarray) -> list[Explanation]:
+def explain(problem: AnyProblem, criticism: Criticism, parameters: np.ndarray) -> list[Explanation]:
     """Why the residuals of a problem are correlated at parameters (n_params,), best first; empty if they are not."""
     if not any("correlated" in check.faults for check in criticism.suspects.values()):
         return []
@@ -37,12 +38,11 @@ def explain(problem, criticism: Criticism, parameters: np.ndarray) -> list[Expla
     return explanations(LeftOut(smooth), smooth.prior.standard(parameters))
 
 
-def advise(criticism: Criticism, problem, explained: Sequence[Explanation] = ()) -> str:
+def advise(criticism: Criticism, problem: AnyProblem, explained: Sequence[Explanation] = ()) -> str:
     """Whether the model of a problem fits, and if not what is wrong with which channels and what to do about it.
 
     Parameters
     ----------
-    criticism : Criticism
     problem : Problem or JointProblem
     explained : sequence of Explanation
         Of correlated residuals, best first.
@@ -176,7 +176,7 @@ def _enumerated(names) -> str:
     return " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
 
 
-def lines_to_add(explanation: Explanation, problem) -> str:
+def lines_to_add(explanation: Explanation, problem: AnyProblem) -> str:
     """The lines of a study file that infer what an explanation is about.
 
     Sections that the study has already are to be joined with them.
@@ -245,21 +245,13 @@ _LINES = {
 
 @dataclass(frozen=True)
 class ModeFit:
-    """How the posterior mode fits.
+    """How the posterior mode fits."""
 
-    Attributes
-    ----------
-    misfit : float
-        Median size of the residuals over that of their noise, of the worst channel; one if the mode fits. A few
-        outliers leave it alone.
-    channel : str
-        The worst channel; empty if no channel has residuals.
-    sentences : dict of str to str
-        What is wrong and what to try, by topic as in a report; empty if nothing is.
-    """
-
+    # Median size of the residuals over that of their noise, of the worst channel; one if the mode fits. A few outliers
+    # leave it alone
     misfit: float = 1.0
-    channel: str = ""
+    channel: str = ""  # the worst channel; empty if no channel has residuals
+    # What is wrong and what to try, by topic as in a report; empty if nothing is
     sentences: dict[str, str] = field(default_factory=dict)
 
     def to_json(self) -> dict:
@@ -267,7 +259,7 @@ class ModeFit:
         return {"misfit": self.misfit, "channel": self.channel, "sentences": self.sentences}
 
 
-def fit_of_mode(problem, mode: np.ndarray, rng: np.random.Generator) -> ModeFit:
+def fit_of_mode(problem: AnyProblem, mode: np.ndarray, rng: np.random.Generator) -> ModeFit:
     """The tests of the residuals at the posterior mode (n_params,), and why they are correlated if they are.
 
     Parameters

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from bayesub.findings import derived, disturbances, remedies, run_numbers, set_up, unseen
+from bayesub.findings.set_up import AnyProblem
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import jumps
@@ -15,46 +16,24 @@ from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.inference.identifiability import NullSpace, Spectrum, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.model.quantities import Quantity
-from bayesub.problem.joint import JointProblem
-from bayesub.problem.problem import Problem
 
 PREDICTIVE_DRAWS = 100
-AnyProblem = Problem | JointProblem
 
 
 @dataclass(frozen=True)
 class Results:
-    """Everything that a report is about.
+    """Everything that a report is about."""
 
-    Attributes
-    ----------
-    problem : Problem or JointProblem
-        What was solved.
-    estimates : sequence of Estimate
-        By the baselines.
-    spectrum : Spectrum
-        With its null directions last.
-    posterior : Posterior
-        What was sampled.
-    check : CrossCheck or None
-        The comparison with another sampler.
-    predictions : sequence of TrialPrediction
-        Of trials that were not fitted.
-    rng : numpy.random.Generator
-        Chooses the draws at which motions and residuals are looked at, and boats of the prior; nothing else in a report
-        is random.
-    quantities : sequence of Quantity
-        That follow from the coefficients, besides the built-in ones.
-    """
-
-    problem: AnyProblem
-    estimates: Sequence[Estimate]
-    spectrum: Spectrum
-    posterior: Posterior
-    check: CrossCheck | None
+    problem: AnyProblem  # what was solved
+    estimates: Sequence[Estimate]  # by the baselines
+    spectrum: Spectrum  # with its null directions last
+    posterior: Posterior  # what was sampled
+    check: CrossCheck | None  # the comparison with another sampler
+    # Chooses the draws at which motions and residuals are looked at, and boats of the prior; nothing else in a report
+    # is random
     rng: np.random.Generator
-    predictions: Sequence[TrialPrediction] = ()
-    quantities: Sequence[Quantity] = ()
+    predictions: Sequence[TrialPrediction] = ()  # of trials that were not fitted
+    quantities: Sequence[Quantity] = ()  # that follow from the coefficients, besides the built-in ones
 
     @cached_property
     def summary(self) -> Posterior:

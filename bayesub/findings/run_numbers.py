@@ -6,6 +6,7 @@ import numpy as np
 
 from bayesub.findings import conflicts, set_up, zeros
 from bayesub.findings.equation_card import glossary
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import normality
 from bayesub.inference.identifiability import NullSpace, Spectrum
@@ -23,7 +24,11 @@ NAMED = 3  # coefficients in it beside that which changes most
 
 
 def collect(
-    problem, estimates: Sequence[Estimate], spectrum: Spectrum, posterior: Posterior, null_space: NullSpace
+    problem: AnyProblem,
+    estimates: Sequence[Estimate],
+    spectrum: Spectrum,
+    posterior: Posterior,
+    null_space: NullSpace,
 ) -> dict:
     """Every number that the report quotes, as JSON types.
 
@@ -31,12 +36,8 @@ def collect(
     ----------
     problem : Problem or JointProblem
         What was solved.
-    estimates : sequence of Estimate
-        By the baselines.
     spectrum : Spectrum
         With its null directions last.
-    posterior : Posterior
-        What was sampled.
     null_space : NullSpace
         That of the spectrum, axis by axis.
     """

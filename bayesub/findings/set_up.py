@@ -10,10 +10,13 @@ from bayesub.io.words import powers, with_unit
 from bayesub.logs import log_files
 from bayesub.problem import likelihoods
 from bayesub.problem.distributions import WHITE, LogNormal, Normal, Prior, Uniform
+from bayesub.problem.joint import JointProblem
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, Given, Spread
+from bayesub.problem.problem import Problem
 from bayesub.sensors.record import Channel
 
+AnyProblem = Problem | JointProblem
 _NOISES = {
     likelihoods.StudentT: "Student t",
     likelihoods.AR1: "first-order autoregressive",
@@ -21,8 +24,8 @@ _NOISES = {
 }
 
 
-def rows(problem) -> dict[str, str]:
-    """The rows of the box that a problem (Problem or JointProblem) has by itself: title -> text."""
+def rows(problem: AnyProblem) -> dict[str, str]:
+    """The rows of the box that a problem has by itself: title -> text."""
     trials = {name: trial for name, trial, _ in problem.each_trial(problem.prior.mean)}
     first, vehicle = next(iter(trials.values())), problem.vehicle
     equations, one = problem.equations, len(trials) == 1
@@ -172,7 +175,7 @@ def _disturbance(trial) -> str:
     )
 
 
-def dimensional(problem) -> list[dict]:
+def dimensional(problem: AnyProblem) -> list[dict]:
     """Of each free coefficient the ``factor`` that makes it dimensional, SI, and the ``si_unit`` that it then has."""
     factors, names = problem.vehicle.dimensional_factors[problem.columns], problem.names[: problem.n_coefficients]
     units = [powers(problem.equations.unit(name)) for name in names]

@@ -145,7 +145,6 @@ def mss(vehicle: Vehicle, known: Known, source: str) -> str:
 
     Parameters
     ----------
-    vehicle : Vehicle
     known : Known
         Of some of its coefficients; the others have the values of the vehicle.
     source : str

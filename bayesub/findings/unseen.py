@@ -5,13 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks.prediction import FALSE_ALARMS, INTERVALS, N_DRAWS, Prediction, given_warm_up, predict
 from bayesub.inference.sampling import Posterior
 from bayesub.io.words import with_unit
 from bayesub.logs import log_files
-from bayesub.problem.joint import JointProblem
-from bayesub.problem.problem import Problem
 from bayesub.problem.unseen import UnseenTrial
 
 POSTERIOR, MODE, SQP, PRIOR, PRIOR_MEAN = "posterior", "posterior mode", "SQP", "prior", "prior mean"
@@ -22,20 +21,11 @@ FEW = 0.7  # of the readings within 90 % bands, below which a log that is predic
 
 @dataclass(frozen=True)
 class TrialPrediction:
-    """An unseen trial as it is predicted.
-
-    Attributes
-    ----------
-    trial : UnseenTrial
-    predictions : dict of str to Prediction
-        By whom: the posterior, and what it is compared with.
-    converged : bool
-        Whether the posterior is.
-    """
+    """An unseen trial as it is predicted."""
 
     trial: UnseenTrial
-    predictions: dict[str, Prediction]
-    converged: bool
+    predictions: dict[str, Prediction]  # by whom: the posterior, and what it is compared with
+    converged: bool  # whether the posterior is
 
     @property
     def posterior(self) -> Prediction:
@@ -45,7 +35,7 @@ class TrialPrediction:
 
 def predicted_trial(
     trial: UnseenTrial,
-    fitted: Problem | JointProblem,
+    fitted: AnyProblem,
     posterior: Posterior,
     estimates: Sequence[Estimate],
     rng: np.random.Generator,
@@ -56,7 +46,6 @@ def predicted_trial(
 
     Parameters
     ----------
-    trial : UnseenTrial
     fitted : Problem or JointProblem
         Of the trials that were fitted.
     posterior : Posterior
@@ -81,7 +70,7 @@ def number_of_draws(n_numbers: int, most: int = N_DRAWS) -> int:
 
 
 def drawn(
-    fitted: Problem | JointProblem,
+    fitted: AnyProblem,
     posterior: Posterior,
     estimates: Sequence[Estimate],
     rng: np.random.Generator,
@@ -103,7 +92,7 @@ def drawn(
 
 
 def flown(
-    trial: UnseenTrial, fitted: Problem | JointProblem, draws: Mapping[str, np.ndarray], rng: np.random.Generator
+    trial: UnseenTrial, fitted: AnyProblem, draws: Mapping[str, np.ndarray], rng: np.random.Generator
 ) -> Iterator[tuple[str, np.ndarray]]:
     """By whom, and parameters (.., n_params) of a trial: what draws do not tell is drawn given its warm-up."""
     not_fitted = trial.own(fitted)

@@ -65,25 +65,14 @@ EXAMINATIONS = (balance, straight_flight, stability, turn, dive, inertia, hydros
 
 @dataclass(frozen=True)
 class VehicleCard:
-    """Balance, stability and first answers to the planes of a vehicle, in the field's words.
+    """Balance, stability and first answers to the planes of a vehicle, in the field's words."""
 
-    Attributes
-    ----------
-    vehicle : Vehicle
-        Of the file.
-    numbers : dict
-        Section -> name -> number (None where there is none), word or list; the unit is in the name. The section
-        "skipped" says why the equations of the vehicle leave others out.
-    warnings : tuple of CardWarning
-        What is unlike a boat.
-    flights : dict of str to Trajectory
-        "straight", "turn", "dive", as far as the vehicle can be flown.
-    """
-
-    vehicle: Vehicle
+    vehicle: Vehicle  # of the file
+    # Section -> name -> number (None where there is none), word or list; the unit is in the name. The section "skipped"
+    # says why the equations of the vehicle leave others out
     numbers: dict
-    warnings: tuple[CardWarning, ...]
-    flights: dict[str, Trajectory]
+    warnings: tuple[CardWarning, ...]  # what is unlike a boat
+    flights: dict[str, Trajectory]  # "straight", "turn", "dive", as far as the vehicle can be flown
 
     @property
     def others(self) -> dict[str, np.ndarray]:

@@ -4,7 +4,10 @@ A rudder that stands a degree off, and coefficients such as Yuu and Nuu, push a 
 than their sum, which a study says that infers both, and may take the one for the other if it infers one of them only.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +15,9 @@ from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.simulator import Simulator
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
+
+if TYPE_CHECKING:  # a vehicle is checked without problems
+    from bayesub.findings.set_up import AnyProblem
 
 STEADY = frozenset({"u", "V", "U", "du", "uc", "duc"})  # symbols of the speed of boat and propeller
 TOGETHER = 2.0  # how many times better a coefficient is known if the zeros are held: then they trade off
@@ -110,7 +116,6 @@ def together(names: Sequence[str], covariance: np.ndarray, vehicle: Vehicle) -> 
         n_params parameters, those of a trial's own with its name in brackets.
     covariance : (n_params, n_params) array
         Of the posterior.
-    vehicle : Vehicle
 
     Returns
     -------
@@ -143,7 +148,7 @@ def sentence(rows: Sequence[Mapping]) -> str:
     return f"Known only together with the zeros of actuators: {', '.join(texts)}."
 
 
-def advice(problem) -> str:
+def advice(problem: AnyProblem) -> str:
     """What a study of logs should infer besides steady coefficients; empty if nothing.
 
     Parameters

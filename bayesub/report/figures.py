@@ -2,17 +2,20 @@
 
 from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from bayesub.findings import derived
 from bayesub.findings.disturbances import InferredForces
+from bayesub.findings.results import AnyProblem, Results
 from bayesub.findings.run_numbers import UNTOUCHED
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import counted, listed, rounded
 from bayesub.report.page import ReportFigure
 from bayesub.report.plots import coefficients, convergence, corner, fit, posterior, prediction, spectrum, track
 from bayesub.report.plots import derived as derived_plot
+from bayesub.report.plots.style import Paths
 
 TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
@@ -23,13 +26,11 @@ BASELINES = {
 }
 
 
-def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[ReportFigure]:
+def figures(results: Results, reference: np.ndarray, word: str, baselines: list[dict]) -> Iterator[ReportFigure]:
     """The figures of a report, in no order that matters: the page says where each stands.
 
     Parameters
     ----------
-    results : bayesub.findings.results.Results
-        Everything that a report is about.
     reference : ndarray of shape (n_others,)
         Values that ratios refer to, histories of forces left out.
     word : str
@@ -220,7 +221,7 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
     return ReportFigure("derived", "".join(parts).strip(), lambda path: draw_derived(path, boats, found, word))
 
 
-def draw_derived(path, boats: derived.Derived, found: dict, word: str) -> None:
+def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) -> None:
     """Draw quantities that follow from the coefficients, of which the numbers are `found`."""
     rows = [
         row
@@ -241,7 +242,7 @@ def _fit(baseline: dict) -> str:
     return f", which do not all fit the track (chi-square per reading {lowest:.3g} to {highest:.3g})"
 
 
-def orders_figure(problem, parameters) -> ReportFigure:
+def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
     """What each trial was told to do."""
     trials = {name: (trial.manoeuvre, problem.vehicle.actuators) for name, trial, _ in problem.each_trial(parameters)}
     some = f" of the first {track.MOST_ORDERS} of {len(trials)} trials" if len(trials) > track.MOST_ORDERS else ""
@@ -249,7 +250,7 @@ def orders_figure(problem, parameters) -> ReportFigure:
     return ReportFigure("orders", f"The orders{some}, {source}.", partial(track.draw_orders, trials=trials))
 
 
-def track_figure(name: str, problem, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
+def track_figure(name: str, problem: Any, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
     """The track of a trial of name "" or several."""
 
     def draw(path):
@@ -278,7 +279,7 @@ def _band(problem, draws: np.ndarray) -> str:
     )
 
 
-def fan_figure(name: str, problem, before: np.ndarray, after: np.ndarray) -> Iterator[ReportFigure]:
+def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -> Iterator[ReportFigure]:
     """A trial by draws from before and after it; no figure if most draws of the prior do not complete it."""
     prior, posterior = problem.predicted(before), problem.predicted(after)
     flown = np.isfinite(prior).all(axis=1)

@@ -51,49 +51,22 @@ def named(results: dict[str, dict]) -> list[dict]:
 
 @dataclass(frozen=True)
 class StudyPage:
-    """What stands on the page of a study; what is empty is left out.
+    """What stands on the page of a study; what is empty is left out."""
 
-    Attributes
-    ----------
-    name : str
-        Of the study.
-    question : str
-        In one line.
-    background : str
-        Where the question comes from.
-    claim : str
-        What the study asserts.
-    verdict : str
-        What became of the claim, or of the convergence.
-    answer : str
-        With the numbers of the run.
-    pictures : mapping of str to str
-        File in the folder of the page -> caption.
-    tables : sequence of str
-        Lines of Markdown.
-    method : str
-        How the answer was found.
-    coefficients : sequence of mappings
-        What the page explains those of them by that it names: name, label, regressor and meaning of each, as
-        :func:`bayesub.findings.equation_card.glossary` has them.
-    cost : str
-        What the study takes.
-    code : str
-        What made the numbers.
-    """
-
-    name: str
-    question: str
-    background: str = ""
-    claim: str = ""
-    verdict: str = ""
-    answer: str = ""
-    pictures: Mapping[str, str] = field(default_factory=dict)
-    tables: Iterable[str] = ()
-    method: str = ""
+    name: str  # of the study
+    question: str  # in one line
+    background: str = ""  # where the question comes from
+    claim: str = ""  # what the study asserts
+    verdict: str = ""  # what became of the claim, or of the convergence
+    answer: str = ""  # with the numbers of the run
+    pictures: Mapping[str, str] = field(default_factory=dict)  # file in the folder of the page -> caption
+    tables: Iterable[str] = ()  # lines of Markdown
+    method: str = ""  # how the answer was found
+    # What the page explains those of them by that it names: name, label, regressor and meaning of each, as
+    # :func:`bayesub.findings.equation_card.glossary` has them:
     coefficients: Sequence[Mapping[str, str]] = ()
-    cost: str = ""
-    code: str = ""
+    cost: str = ""  # what the study takes
+    code: str = ""  # what made the numbers
 
     def text(self) -> str:
         """The page."""
@@ -154,8 +127,6 @@ def evaluate(numbers: dict, what: str) -> str:
 
     Parameters
     ----------
-    numbers : dict
-        Of the study.
     what : str
         Path, operations and format, apart by semicolons. Operations reduce all numbers (``min``, ``max``, ``mean``,
         ``median``, ``sum``, ``count``), or those of each path (``each median``, ``each share below 1e-3``), change them

@@ -35,24 +35,12 @@ _DENSER = 5.0  # an SVG of matplotlib's over what is left of it here, at most
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """One figure of a page.
+    """One figure of a page."""
 
-    Attributes
-    ----------
-    name : str
-        Of its files, without suffix.
-    caption : str
-        What it shows, in sentences of which the first stands for the figure where it cannot be seen.
-    draw : callable
-        Draws it to one path or a list of paths.
-    title : str
-        What stands above it; empty where the page says it.
-    """
-
-    name: str
-    caption: str
-    draw: Callable[[Path | list[Path]], None]
-    title: str = ""
+    name: str  # of its files, without suffix
+    caption: str  # what it shows, in sentences of which the first stands for the figure where it cannot be seen
+    draw: Callable[[Path | list[Path]], None]  # draws it to one path or a list of paths
+    title: str = ""  # what stands above it; empty where the page says it
 
 
 def draw_all(figures: Iterable[ReportFigure], folder: Path, *, pdf: bool = False) -> dict[str, tuple[str, bytes]]:
@@ -96,51 +84,25 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a page.
-
-    Attributes
-    ----------
-    title : str
-    heads : sequence of str
-        n of them.
-    rows : sequence
-        Of n texts each.
-    words : sequence of str
-        Heads of the columns that are words, not numbers.
-    text : str
-        What stands above it.
-    """
+    """A table of a page."""
 
     title: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    words: Sequence[str] = ()
-    text: str = ""
+    heads: Sequence[str]  # n of them
+    rows: Sequence[Sequence[str]]  # of n texts each
+    words: Sequence[str] = ()  # heads of the columns that are words, not numbers
+    text: str = ""  # what stands above it
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A page.
-
-    Attributes
-    ----------
-    title, question : str
-    verdicts : sequence of Verdict
-    facts : mapping of str to str
-        Word -> sentence; empty ones are left out.
-    parts : sequence of ReportFigure or Table
-        In the order of the page.
-    commit : str
-        Of the sources.
-    seed : int
-    """
+    """A page."""
 
     title: str
     question: str
     verdicts: Sequence[Verdict]
-    facts: Mapping[str, str] = field(default_factory=dict)
-    parts: Sequence[ReportFigure | Table] = ()
-    commit: str = "unknown"
+    facts: Mapping[str, str] = field(default_factory=dict)  # word -> sentence; empty ones are left out
+    parts: Sequence[ReportFigure | Table] = ()  # in the order of the page
+    commit: str = "unknown"  # of the sources
     seed: int = 0
 
     def write(self, file: Path, *, pdf: bool = False) -> None:

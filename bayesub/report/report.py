@@ -2,9 +2,9 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
-from typing import Protocol
 
 from bayesub.findings import derived
 from bayesub.findings.equation_card import glossary
@@ -23,12 +23,17 @@ from bayesub.report.figures import figures
 from bayesub.report.markdown import StudyPage, table
 
 
-class ReportedStudy(Protocol):
+@dataclass(frozen=True)
+class ReportedStudy:
     """What a report says of the study that asked."""
 
     name: str
     question: str
-    seed: int
+    seed: int = 0
+    seconds: Mapping[str, float] = field(default_factory=dict)  # stage -> wall time, for the table of costs
+    commit: str | None = None  # of the sources, for the foot of the page
+    # What made the run, such as versions and date, for the set-up at the top of the page: title -> text
+    origin: Mapping[str, str] = field(default_factory=dict)
 
 
 def write_report(
@@ -39,13 +44,10 @@ def write_report(
     posterior: Posterior,
     *,
     study: ReportedStudy | None = None,
-    seconds: Mapping[str, float] | None = None,
     check: CrossCheck | None = None,
     predictions: Sequence[TrialPrediction] = (),
     quantities: Sequence[Quantity] = (),
     pdf: bool = False,
-    commit: str | None = None,
-    origin: Mapping[str, str] | None = None,
 ) -> dict:
     """Write ``numbers.json``, the figures, ``report.html`` and ``report.md`` into a folder.
 
@@ -64,10 +66,8 @@ def write_report(
         From :func:`bayesub.inference.identifiability.fisher`.
     posterior : Posterior
         From :func:`bayesub.sample`.
-    study : object with name, question and seed, optional
+    study : ReportedStudy, optional
         The study that asked.
-    seconds : mapping, optional
-        Stage -> wall time, for the table of costs.
     check : CrossCheck, optional
         From :func:`bayesub.cross_check`.
     predictions : sequence of TrialPrediction
@@ -76,10 +76,6 @@ def write_report(
         That follow from the coefficients, besides the built-in ones (:mod:`bayesub.model.quantities`).
     pdf : bool
         Whether every figure is saved as PDF too, beside the PNG.
-    commit : str, optional
-        Of the sources, for the foot of the page.
-    origin : mapping, optional
-        What made the run, for the set-up at the top of the page, such as versions and date: title -> text.
 
     Returns
     -------
@@ -91,13 +87,12 @@ def write_report(
     InputError
         If the folder cannot be written to.
     """
-    rng = seeds.generator(study.seed if study else 0, seeds.REPORT)
+    asked = study or ReportedStudy(problem.vehicle.name, "")
+    rng = seeds.generator(asked.seed, seeds.REPORT)
     results = Results(problem, estimates, spectrum, posterior, check, rng, predictions, quantities)
     numbers = numbers_of(results)
-    numbers["name"] = study.name if study else problem.vehicle.name
-    numbers["question"] = study.question if study else ""
-    numbers["seconds"] = dict(seconds or {})
-    numbers["set_up"] |= ({"seed": str(study.seed)} if study else {}) | dict(origin or {})
+    numbers |= {"name": asked.name, "question": asked.question, "seconds": dict(asked.seconds)}
+    numbers["set_up"] |= ({"seed": str(asked.seed)} if study else {}) | dict(asked.origin)
     reference, word = problem.reference[problem.others], reference_word(numbers)
     folder = Path(folder)
     with writing(folder):
@@ -105,9 +100,9 @@ def write_report(
         pictures = pages.draw_all(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         live = widgets.content(results, numbers, reference, word)
-        write_text(folder / "report.html", page(numbers, pictures, commit, live))
+        write_text(folder / "report.html", page(numbers, pictures, asked.commit, live))
         captions = {f"{name}.png": caption for name, (caption, _) in pictures.items()}
-        write_text(folder / "report.md", markdown_page(numbers, captions, glossary(problem.equations), commit))
+        write_text(folder / "report.md", markdown_page(numbers, captions, glossary(problem.equations), asked.commit))
     return numbers
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bayesub.findings.results import Results
 from bayesub.io.words import with_unit
 from bayesub.report import page
 from bayesub.report.plots import coefficients, posterior
@@ -16,15 +17,11 @@ TRACKS, PLACES = 10, 250  # draws whose track is drawn, and points of each
 _DIGITS = 7  # of numbers
 
 
-def content(results, numbers: dict, reference, word: str) -> dict:
+def content(results: Results, numbers: dict, reference: np.ndarray, word: str) -> dict:
     """What the scripts of a page read.
 
     Parameters
     ----------
-    results : bayesub.findings.results.Results
-        Everything that the report is about.
-    numbers : dict
-        The content of ``numbers.json``.
     reference : ndarray of shape (n_others,)
         Values that ratios refer to, histories of forces left out.
     word : str
@@ -38,7 +35,7 @@ def content(results, numbers: dict, reference, word: str) -> dict:
     }
 
 
-def packed(values, kind: str = "u2") -> dict:
+def packed(values: np.ndarray, kind: str = "u2") -> dict:
     """Values (n,) as unsigned integers of a `kind`, from the least to the largest, in base64; the last code is nan.
 
     An error of rounding is at most the range over 131,068, or with ``u4`` over 8.6e9.

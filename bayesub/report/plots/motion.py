@@ -26,26 +26,15 @@ _TRACK, _EDGE, _LEAST = (7.0, 5.0), 0.9, 3.8  # inches: largest figure of a trac
 
 @dataclass(frozen=True)
 class Drawn:
-    """A motion as it is drawn.
-
-    Attributes
-    ----------
-    label, colour : str
-    motion : PredictedMotion
-    probabilities : tuple of float
-        Of its bands, widest first; of none it is a line.
-    is_framed : bool
-        Whether differences are shown, and whole. Of others only lines are, cut where these end.
-    turn : (int, int)
-        Place of its line among so many. All but the first are dashed, each in its turn, so that all are seen where they
-        are the same.
-    """
+    """A motion as it is drawn."""
 
     label: str
     colour: str
     motion: PredictedMotion
-    probabilities: tuple[float, ...] = (0.9, 0.5)
-    is_framed: bool = True
+    probabilities: tuple[float, ...] = (0.9, 0.5)  # of its bands, widest first; of none it is a line
+    is_framed: bool = True  # whether differences are shown, and whole. Of others only lines are, cut where these end
+    # Place of its line among so many. All but the first are dashed, each in its turn, so that all are seen where they
+    # are the same:
     turn: tuple[int, int] = (0, 1)
 
     @property

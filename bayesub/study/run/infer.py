@@ -22,7 +22,7 @@ from bayesub.logs import log_files
 from bayesub.logs.finding import Finding
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
-from bayesub.report.report import write_report
+from bayesub.report.report import ReportedStudy, write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
 from bayesub.study.run import leave_out as others
@@ -188,20 +188,18 @@ def conclude(
     predictions = _predictions(setup, folder, estimates, posterior)
     spectrum = identifiability.fisher(setup.problem, posterior.best)
     taken = seconds.get("all before the report", sum(seconds.values()))
+    made = origin(saved_config(folder) or {}) | {"time taken": duration(taken)}
     numbers = write_report(
         folder,
         setup.problem,
         estimates,
         spectrum,
         posterior,
-        study=study,
-        seconds=seconds,
+        study=ReportedStudy(study.name, study.question, study.seed, seconds, context.commit, made),
         check=check,
         predictions=predictions,
         quantities=setup.quantities,
         pdf=context.pdf,
-        commit=context.commit,
-        origin=origin(saved_config(folder) or {}) | {"time taken": duration(taken)},
     )
     return StudyResult(
         name=study.name,
