@@ -19,11 +19,7 @@ _EDGES = (0.05, 0.95)  # of the intervals that are quoted
 def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
     """What is found, as JSON types.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-    posterior : Posterior
-        Of the parameters that are not white coordinates of histories.
+    `posterior`: of the parameters that are not white coordinates of histories.
 
     Returns
     -------
@@ -113,14 +109,8 @@ def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.nda
     The prior is scaled where it is standard normal, so that a uniform one is bent and has a sensitivity too. Of forces
     with unknown histories it is that of the process: the forces at the knots are no conclusions.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        What was solved.
-    posterior : Posterior
-        Of all its parameters.
-    n_effective : (n_others,) array
-        Effective draws of each parameter that is no force at a knot.
+    `posterior`: of all its parameters; `n_effective` (n_others,): effective draws of each parameter that is no force at
+    a knot.
 
     Returns
     -------

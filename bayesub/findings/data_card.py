@@ -98,12 +98,7 @@ class DataCard:
 def check(problem: AnyProblem, title: str) -> DataCard:
     """The card of a problem of one trial or several, at the centre of its prior.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        With its readings.
-    title : str
-        Study and vehicle.
+    `title`: study and vehicle.
 
     Raises
     ------
@@ -175,14 +170,7 @@ def outlier_candidates(times: np.ndarray, values: np.ndarray, sd: float) -> np.n
     the farthest counts. Where readings are missing none is a candidate. Motion that bends between readings,
     as after a step of the rudder, makes candidates too if the sensor is that good.
 
-    Parameters
-    ----------
-    times : ndarray of shape (n,)
-        s, ascending.
-    values : ndarray of shape (n,)
-        Readings.
-    sd : float
-        Of their noise, in their unit.
+    `times` (n,): s, ascending; `values` (n,): readings; `sd`: of their noise, in their unit.
 
     Returns
     -------

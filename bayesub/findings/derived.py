@@ -85,14 +85,8 @@ def derive(
     which are those of its file; an order is what a log would have. What is inferred of sensors, water and starts is not
     of the boat and is left out.
 
-    Parameters
-    ----------
-    draws : (n, n_params) array
-        From the posterior.
-    rng : numpy.random.Generator
-        Of the draws from the prior, and of the choice among those of the posterior.
-    quantities : sequence of Quantity
-        Besides the built-in ones.
+    `draws` (n, n_params): from the posterior; `rng`: of the draws from the prior, and of the choice among those of the
+    posterior; `quantities`: besides the built-in ones.
     """
     flown = {trial.simulator.subproblem for _, trial, _ in problem.each_trial(draws[:1])}
     chosen = draws[rng.choice(len(draws), N_DRAWS)]

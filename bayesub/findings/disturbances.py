@@ -116,14 +116,7 @@ def _spread(draws, n) -> np.ndarray:
 def numbers(problem: AnyProblem, draws: np.ndarray, forces: list[InferredForces]) -> dict:
     """Everything that a report says of unmodelled forces, as JSON types; empty for a problem without any.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        What was solved.
-    draws : (n_draws, n_params) array
-        From its posterior.
-    forces : list of InferredForces
-        Of each trial.
+    `draws` (n_draws, n_params): from its posterior; `forces`: of each trial.
     """
     if not forces:
         return {}

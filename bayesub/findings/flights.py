@@ -23,16 +23,8 @@ def fly(vehicle: Vehicle, lengths: float, orders: dict[str, float], subproblem: 
 
     A flight that fails is repeated with a tenth of the step, since it may be the step that failed.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        At its trial speed.
-    lengths : float
-        How far, in ship lengths travelled at that speed.
-    orders : dict of str to float
-        Column of a control -> SI units.
-    subproblem : str or None
-        Plane to which the motion is confined.
+    `vehicle`: at its trial speed; `lengths`: how far, in ship lengths travelled at that speed; `orders`: column of a
+    control -> SI units; `subproblem`: plane to which the motion is confined.
 
     Returns
     -------
@@ -90,14 +82,7 @@ def growth(vehicle: Vehicle) -> float:
 def turning_circle(vehicle: Vehicle, states: np.ndarray, rudder: float) -> dict:
     """Measures of a turn: steady ones from its end, the tactical diameter at 180 deg of heading.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        For its length and speed.
-    states : ndarray of shape (n, 12)
-        Of the turn.
-    rudder : float
-        deg.
+    `vehicle`: for its length and speed; `states` (n, 12): of the turn; `rudder`: deg.
     """
     end, length = states[-1], vehicle.length_m
     speed, rate = np.linalg.norm(end[[U, V]]), end[R]

@@ -125,12 +125,7 @@ def followed(scores: Scores) -> list[FollowedRegressor]:
 def scores(problem: AnyProblem, draws: np.ndarray) -> Scores:
     """The scores of all regressors of the equations that move.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        With histories.
-    draws : (n_draws, n_params) array
-        From its posterior, about independent.
+    `problem`: with histories; `draws` (n_draws, n_params): from its posterior, about independent.
     """
     mean, t = draws.mean(axis=0), problem.prior.standard(draws)
     chained = problem.prior.chain(problem.jacobian(mean), problem.prior.standard(mean))

@@ -41,11 +41,7 @@ def explain(problem: AnyProblem, criticism: Criticism, parameters: np.ndarray) -
 def advise(criticism: Criticism, problem: AnyProblem, explained: Sequence[Explanation] = ()) -> str:
     """Whether the model of a problem fits, and if not what is wrong with which channels and what to do about it.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-    explained : sequence of Explanation
-        Of correlated residuals, best first.
+    `explained`: of correlated residuals, best first.
     """
     if not criticism.checks:
         return "Readings without noise have no residuals to judge the model by."
@@ -262,12 +258,7 @@ class ModeFit:
 def fit_of_mode(problem: AnyProblem, mode: np.ndarray, rng: np.random.Generator) -> ModeFit:
     """The tests of the residuals at the posterior mode (n_params,), and why they are correlated if they are.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-    mode : (n_params,) array
-    rng : numpy.random.Generator
-        Of what is random in quantile residuals: where in its rounding interval a reading was.
+    `mode` (n_params,); `rng`: of what is random in quantile residuals: where in its rounding interval a reading was.
     """
     residuals = problem.quantile_residuals(mode[None], rng)
     channels = problem.channels

@@ -32,14 +32,7 @@ def collect(
 ) -> dict:
     """Every number that the report quotes, as JSON types.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        What was solved.
-    spectrum : Spectrum
-        With its null directions last.
-    null_space : NullSpace
-        That of the spectrum, axis by axis.
+    `spectrum`: with its null directions last; `null_space`: that of the spectrum, axis by axis.
     """
     summary = posterior.part(problem.others)
     trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
@@ -363,12 +356,7 @@ def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dic
     The motion stays the same to round-off: a null direction is one of the linear form of the equations, so that a step
     along it may be of any length.
 
-    Parameters
-    ----------
-    null_space : NullSpace
-        Its vectors are in coefficients.
-    values : mapping
-        Coefficient -> value where the null space was taken.
+    `null_space`: its vectors are in coefficients; `values`: coefficient -> value where the null space was taken.
 
     Returns
     -------

@@ -44,11 +44,7 @@ class Known(Protocol):
 class Boat:
     """The numbers of a boat with means and sds of its coefficients.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-    known : Known
-        Of some coefficients; the others have the values of the vehicle.
+    `known`: of some coefficients; the others have the values of the vehicle.
     """
 
     def __init__(self, vehicle: Vehicle, known: Known):
@@ -143,12 +139,8 @@ def _scalars(boat: Boat) -> dict[str, float | list[float]]:
 def mss(vehicle: Vehicle, known: Known, source: str) -> str:
     """A Matlab script that makes a struct `vehicle` with the names of npsauv.m.
 
-    Parameters
-    ----------
-    known : Known
-        Of some of its coefficients; the others have the values of the vehicle.
-    source : str
-        Where they come from, in words.
+    `known`: of some of its coefficients; the others have the values of the vehicle; `source`: where they come from, in
+    words.
     """
     boat = Boat(vehicle, known)
     rows, others = _counterparts(boat)

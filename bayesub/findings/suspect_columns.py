@@ -34,11 +34,7 @@ def suspect(problem: AnyProblem, mode: np.ndarray) -> str:
     Of columns the boat of the prior means is the judge, and of clocks a mode that is searched anew: a clock that is
     seconds off moves readings by less than the prior is wide.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-    mode : (n_params,) array
-        Its mode, which does not fit.
+    `mode` (n_params,): its mode, which does not fit.
 
     Returns
     -------

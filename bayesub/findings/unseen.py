@@ -44,16 +44,8 @@ def predicted_trial(
 
     What the fitted trials do not tell is drawn given the warm-up of the trial, by each of them for itself.
 
-    Parameters
-    ----------
-    fitted : Problem or JointProblem
-        Of the trials that were fitted.
-    posterior : Posterior
-        Of their parameters.
-    estimates : sequence of Estimate
-        Of the same trials; SQP is looked for among them.
-    rng : numpy.random.Generator
-        Chooses draws, and is the source of noise.
+    `fitted`: of the trials that were fitted; `posterior`: of their parameters; `estimates`: of the same trials; SQP is
+    looked for among them; `rng`: chooses draws, and is the source of noise.
     """
     trial = trial.with_fitted_noise(fitted, posterior.best)
     draws = drawn(fitted, posterior, estimates, rng, number_of_draws(len(trial.problem.readings)))
@@ -168,14 +160,8 @@ def predicts(trials: Sequence[dict]) -> bool:
 def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str, str]:
     """What is to be said of prediction, by topic: of what was predicted, or that nothing was.
 
-    Parameters
-    ----------
-    trials : sequence of dict
-        Of :func:`numbers`.
-    n_logs : int
-        Number of logs among the fitted trials; of simulated ones nothing need be said.
-    n_trials : int
-        Number of fitted trials.
+    `trials`: of :func:`numbers`; `n_logs`: number of logs among the fitted trials; of simulated ones nothing need be
+    said; `n_trials`: number of fitted trials.
     """
     if trials:
         text = " ".join(trial["sentence"] for trial in sorted(trials, key=lambda trial: trial["predicts"]))

@@ -47,12 +47,7 @@ def biases(vehicle: Vehicle, subproblem: str | None) -> dict[str, frozenset[str]
 def equivalents(trajectory: Trajectory, parameter: str) -> tuple[dict[str, float], float]:
     """The steady coefficients that push along a motion as a unit of the bias of an actuator does.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-        Its first member.
-    parameter : str
-        Such as "bias_rudder_deg".
+    `trajectory`: its first member; `parameter`: such as "bias_rudder_deg".
 
     Returns
     -------
@@ -110,12 +105,8 @@ def rank_lines(trajectory: Trajectory) -> list[str]:
 def together(names: Sequence[str], covariance: np.ndarray, vehicle: Vehicle) -> list[dict]:
     """Steady coefficients that are known only with zeros of actuators.
 
-    Parameters
-    ----------
-    names : sequence of str
-        n_params parameters, those of a trial's own with its name in brackets.
-    covariance : (n_params, n_params) array
-        Of the posterior.
+    `names`: n_params parameters, those of a trial's own with its name in brackets; `covariance` (n_params, n_params):
+    of the posterior.
 
     Returns
     -------
@@ -149,12 +140,7 @@ def sentence(rows: Sequence[Mapping]) -> str:
 
 
 def advice(problem: AnyProblem) -> str:
-    """What a study of logs should infer besides steady coefficients; empty if nothing.
-
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-    """
+    """What a study of logs should infer besides steady coefficients; empty if nothing."""
     trials = [trial for _, trial, _ in problem.each_trial(problem.prior.mean)]
     free = {name: axis for name, axis in steady(problem.equations).items() if name in problem.names}
     if not free or any(trial.record.truth is not None for trial in trials):

@@ -29,14 +29,8 @@ BASELINES = {
 def figures(results: Results, reference: np.ndarray, word: str, baselines: list[dict]) -> Iterator[ReportFigure]:
     """The figures of a report, in no order that matters: the page says where each stands.
 
-    Parameters
-    ----------
-    reference : ndarray of shape (n_others,)
-        Values that ratios refer to, histories of forces left out.
-    word : str
-        What they are.
-    baselines : list of dict
-        Numbers of the baselines, for what the captions say of them.
+    `reference` (n_others,): values that ratios refer to, histories of forces left out; `word`: what they are;
+    `baselines`: numbers of the baselines, for what the captions say of them.
     """
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
     equations, prior = problem.equations, problem.prior_of_others

@@ -20,12 +20,7 @@ _DIGITS = 7  # of numbers
 def content(results: Results, numbers: dict, reference: np.ndarray, word: str) -> dict:
     """What the scripts of a page read.
 
-    Parameters
-    ----------
-    reference : ndarray of shape (n_others,)
-        Values that ratios refer to, histories of forces left out.
-    word : str
-        What they are.
+    `reference` (n_others,): values that ratios refer to, histories of forces left out; `word`: what they are.
     """
     return {
         "word": word,

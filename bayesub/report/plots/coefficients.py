@@ -68,14 +68,8 @@ def draw(
 ) -> None:
     """Prior band, posterior intervals and the solutions of the baselines.
 
-    Parameters
-    ----------
-    posterior, prior
-        Of n_params parameters.
-    reference
-        (n_coefficients,) values that count as one, of the first n_coefficients parameters of the posterior.
-    estimates
-        Their coefficients may stand in another order.
+    `posterior` and `prior`: of n_params parameters; `reference`: (n_coefficients,) values that count as one, of the
+    first n_coefficients parameters of the posterior; `estimates`: their coefficients may stand in another order.
     """
     n = len(reference)
     n_panels = -(-n // ROWS)
@@ -139,16 +133,9 @@ def intervals(
 ) -> tuple[float, float]:
     """Draw prior band and posterior intervals; the lowest and highest ratio of them.
 
-    Parameters
-    ----------
-    columns
-        (n,) positions of the parameters, and where they are drawn.
-    quantiles
-        (5, n_params) of the posterior, those of QUANTILES.
-    reference
-        (n_coefficients,) values that count as one.
-    lying
-        Whether ratios go to the right and not upwards.
+    `columns`: (n,) positions of the parameters, and where they are drawn; `quantiles`: (5, n_params) of the posterior,
+    those of QUANTILES; `reference`: (n_coefficients,) values that count as one; `lying`: whether ratios go to the right
+    and not upwards.
     """
 
     def ratio(values):
@@ -172,13 +159,8 @@ def intervals(
 def draw_runs(path: Paths, rows: Sequence[tuple[str, Mapping[str, dict]]], runs: Sequence[str]) -> None:
     """A row for each coefficient: 50 and 90 % of each posterior, as ratios, and beside it posterior over prior sd.
 
-    Parameters
-    ----------
-    rows
-        Name of a coefficient, and label of a run -> its numbers: ``ratios`` (the five quantiles), ``prior_ratios`` (5
-        and 95 %) and ``contraction``.
-    runs
-        Their labels.
+    `rows`: name of a coefficient, and label of a run -> its numbers: ``ratios`` (the five quantiles), ``prior_ratios``
+    (5 and 95 %) and ``contraction``; `runs`: their labels.
     """
     n_panels = -(-len(rows) // ROWS)
     length = -(-len(rows) // n_panels)

@@ -90,18 +90,9 @@ def draw(
 ) -> None:
     """Joint marginals of coefficients as ratios to `reference` (n_coefficients,), by every so many draws.
 
-    Parameters
-    ----------
-    reference
-        (n_coefficients,) values that count as one.
-    chosen
-        (n,) positions; by default those of :func:`trade_off_parameters`.
-    sets
-        Label -> (n_sets, n_coefficients) values to draw as points.
-    null
-        Null directions, each coefficient -> change: lines through the posterior mean.
-    word
-        What the reference is.
+    `reference`: (n_coefficients,) values that count as one; `chosen`: (n,) positions; by default those of
+    :func:`trade_off_parameters`; `sets`: label -> (n_sets, n_coefficients) values to draw as points; `null`: Null
+    directions, each coefficient -> change: lines through the posterior mean; `word`: what the reference is.
     """
     chosen = trade_off_parameters(posterior, len(reference), null) if chosen is None else chosen
     n, names = len(chosen), np.array(posterior.names)[chosen]
@@ -146,14 +137,8 @@ def draw_directions(
 ) -> None:
     """Joint marginals along directions of the spectrum, all on one scale: prior standard deviations.
 
-    Parameters
-    ----------
-    posterior
-        Of the parameters of the spectrum, with the means and standard deviations of their prior.
-    reference
-        (n_params,) the truth, if it is known.
-    sets
-        Label -> (n_sets, n_params) values to draw as points.
+    `posterior`: of the parameters of the spectrum, with the means and standard deviations of their prior; `reference`:
+    (n_params,) the truth, if it is known; `sets`: label -> (n_sets, n_params) values to draw as points.
     """
     kinds = chosen_directions(spectrum)
     chosen = [k for _, _, members in kinds for k in members]

@@ -23,17 +23,10 @@ def draw(
 ) -> None:
     """Intervals above, a row a quantity, each from 5 to 95 % of the prior; below them the spiral curve and roots.
 
-    Parameters
-    ----------
-    rows
-        Of each label, words of the posterior's interval, prior_words of the ends of the prior's, reference or
-        None, and quantiles q5 q25 median q75 q95 of the prior and the posterior.
-    spiral
-        Rates of turn (m,), rad/s, and by "reference", "prior" and "posterior" the rudder (n, m), rad; or None.
-    roots
-        Plane -> by the same names roots (n, k), 1/s.
-    word
-        What the reference is.
+    `rows`: of each label, words of the posterior's interval, prior_words of the ends of the prior's, reference or None,
+    and quantiles q5 q25 median q75 q95 of the prior and the posterior; `spiral`: rates of turn (m,), rad/s, and by
+    "reference", "prior" and "posterior" the rudder (n, m), rad; or None; `roots`: plane -> by the same names roots (n,
+    k), 1/s; `word`: what the reference is.
     """
     panels = ([] if spiral is None else ["spiral"]) + list(roots)
     heights = [0.26 * len(rows) + 0.5] * bool(rows) + [2.7] * bool(panels)

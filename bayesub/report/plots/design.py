@@ -26,17 +26,9 @@ def draw_manoeuvre(
 ) -> None:
     """The track from above and the depth of all flights, and the orders.
 
-    Parameters
-    ----------
-    times
-        (n,) of the orders, s.
-    orders
-        Column of a log -> (n,) what is ordered, in its unit.
-    flights
-        Times (n_times,) and states (n_flights, n_times, 12), those of the vehicle itself first; not a number where a
-        flight ended.
-    band
-        Depths between which the boat must stay, m.
+    `times`: (n,) of the orders, s; `orders`: column of a log -> (n,) what is ordered, in its unit; `flights`: times
+    (n_times,) and states (n_flights, n_times, 12), those of the vehicle itself first; not a number where a flight
+    ended; `band`: depths between which the boat must stay, m.
     """
     at, states = flights
     columns = list(orders)
@@ -85,14 +77,8 @@ def draw_sds(
 ) -> None:
     """Expected sd of each coefficient over its size, per cent, best known first, in two columns.
 
-    Parameters
-    ----------
-    labels
-        Of the n coefficients.
-    before, standard, after
-        (n,) relative sds before the trial, after the standard manoeuvre if it is flown, and after the trial.
-    shares
-        Of a value, where lines are drawn.
+    `labels`: of the n coefficients; `before` and `standard` and `after`: (n,) relative sds before the trial, after the
+    standard manoeuvre if it is flown, and after the trial; `shares`: of a value, where lines are drawn.
     """
     order, n_rows = np.argsort(after, kind="stable"), -(-len(labels) // 2)
     per_cent = [None if sds is None else 100.0 * np.asarray(sds)[order] for sds in (before, standard, after)]
@@ -170,16 +156,8 @@ def draw_worth(
 ) -> None:
     """What more time and each sensor bring.
 
-    Parameters
-    ----------
-    minutes, again
-        Length of the trial, min -> the measure; of the trial, and if it is flown a second time.
-    sensors
-        What is changed -> the measure with it.
-    now
-        The measure of the design.
-    label
-        What is measured.
+    `minutes` and `again`: length of the trial, min -> the measure; of the trial, and if it is flown a second time;
+    `sensors`: what is changed -> the measure with it; `now`: the measure of the design; `label`: what is measured.
     """
     with style.figure(path, 9.0, max(2.8, 1.0 + 0.24 * len(sensors))) as figure:
         left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.1])

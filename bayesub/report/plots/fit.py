@@ -19,13 +19,8 @@ def draw(
 ) -> None:
     """A row for each channel: residuals against time, their correlations, and a histogram of their probabilities.
 
-    Parameters
-    ----------
-    residuals
-        Channel -> quantile residuals (n_draws, n_readings); the first draw is drawn against time, the histogram is of
-        all.
-    times
-        Channel -> times (n_readings,) of its residuals, s.
+    `residuals`: channel -> quantile residuals (n_draws, n_readings); the first draw is drawn against time, the
+    histogram is of all; `times`: channel -> times (n_readings,) of its residuals, s.
     """
     names = list(residuals)
     with style.figure(path, 9.0, 0.9 + 1.15 * len(names), (0.75, 0.15, 0.5, 0.3)) as figure:

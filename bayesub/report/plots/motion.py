@@ -61,18 +61,9 @@ def draw_states(
 ) -> None:
     """A row for each state: its bands, and these less the median of one of `drawn`; the orders below.
 
-    Parameters
-    ----------
-    drawn
-        What lies on top last.
-    of
-        Label of the one from whose median differences are.
-    states
-        Short names.
-    manoeuvre, actuators
-        Whose orders are drawn.
-    warm_up
-        s; shaded, and what is uncertain there is no reason for the range of differences.
+    `drawn`: what lies on top last; `of`: label of the one from whose median differences are; `states`: short names;
+    `manoeuvre` and `actuators`: whose orders are drawn; `warm_up`: s; shaded, and what is uncertain there is no reason
+    for the range of differences.
     """
     base = next(one.motion for one in drawn if one.label == of)
     with style.figure(path, 9.0, 1.6 + 1.25 * (len(states) + 1)) as figure:

@@ -20,14 +20,9 @@ def draw_fan(
 ) -> None:
     """The track of draws from the prior and from the posterior, and bands of both of every channel.
 
-    Parameters
-    ----------
-    channels
-        Of the record, in the order of the readings.
-    prior, posterior
-        (n_draws, n_readings) noise-free readings of draws, SI units.
-    tracks
-        (n_prior, n_times, 12) and (n_posterior, n_times, 12) states over the ground of some draws.
+    `channels`: of the record, in the order of the readings; `prior` and `posterior`: (n_draws, n_readings) noise-free
+    readings of draws, SI units; `tracks`: (n_prior, n_times, 12) and (n_posterior, n_times, 12) states over the ground
+    of some draws.
     """
     ends = np.cumsum([len(channel.times) for channel in channels])
     with style.figure(path, 9.0, max(3.6, 1.25 * len(channels))) as figure:
@@ -77,15 +72,9 @@ def _draw_tracks(axis, prior, posterior) -> None:
 def draw_unseen(path: Paths, channels: Sequence, predictions: Mapping[str, Prediction], warm_up: float) -> None:
     """A row for each channel: readings within bands, and readings less the mean prediction of the posterior.
 
-    Parameters
-    ----------
-    channels
-        Of the record, in the order of the readings.
-    predictions
-        By whom -> :class:`bayesub.inference.checks.prediction.Prediction`; "posterior" among them. Those that failed
-        are left out.
-    warm_up
-        s; shaded.
+    `channels`: of the record, in the order of the readings; `predictions`: by whom ->
+    :class:`bayesub.inference.checks.prediction.Prediction`; "posterior" among them. Those that failed are left out;
+    `warm_up`: s; shaded.
     """
     posterior = predictions["posterior"]
     bands = posterior.bands

@@ -32,16 +32,9 @@ def draw(
 ) -> None:
     """Track from above, and below it from aside if the boat dives; the residual of every channel against time.
 
-    Parameters
-    ----------
-    record
-        The readings.
-    predicted
-        (n_draws, n_readings) noise-free readings of draws from the posterior, SI units.
-    tracks
-        (n_draws, n_times, 12) states over the ground of some draws.
-    truth
-        True readings (n_readings,) and states (n_times, 12), or None.
+    `record`: the readings; `predicted`: (n_draws, n_readings) noise-free readings of draws from the posterior, SI
+    units; `tracks`: (n_draws, n_times, 12) states over the ground of some draws; `truth`: true readings (n_readings,)
+    and states (n_times, 12), or None.
     """
     channels = record.channels
     true_readings, true_track = truth if truth is not None else (None, None)
@@ -157,16 +150,8 @@ def draw_actuators(
 ) -> None:
     """The actuators that move: angles in degrees; forces and revolutions as parts of their largest, on the right.
 
-    Parameters
-    ----------
-    actuators
-        Of the vehicle.
-    manoeuvre
-        Says which histories are commands.
-    times
-        (n,) s.
-    log
-        Short name -> (n,) history, SI units.
+    `actuators`: of the vehicle; `manoeuvre`: says which histories are commands; `times`: (n,) s; `log`: short name ->
+    (n,) history, SI units.
     """
     colours = cycle(style.CYCLE)
     histories = [log[manoeuvre.logged(short)] for short in actuators.shorts]
