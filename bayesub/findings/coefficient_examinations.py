@@ -198,10 +198,7 @@ def sizes_and_signs(boat: Vehicle) -> Examination:
             )
     needed = [name for name in kinds["added mass"] if not values[name]]
     if needed:
-        found.warn(
-            f"no added mass: {', '.join(needed)} zero",
-            "estimate it: bayesub new vehicle NAME --geometry HULL",
-        )
+        found.warn(f"no added mass: {', '.join(needed)} zero", "estimate it: bayesub new vehicle NAME --geometry HULL")
     found.numbers["zero_coefficients"] = zeros
     found.numbers["outside_typical_range"] = [equations.names[k] for k in outside]
     return found

@@ -29,9 +29,7 @@ class ChannelCard:
     gaps: tuple[tuple[float, float], ...]  # start and end in s of each time without readings
     outliers: np.ndarray  # times in s of readings unlike their neighbours
     n_directions: int  # of parameter space in which this channel alone is sharper than the prior
-    # (n_params,), posterior sd over prior sd by this channel alone, as the Fisher information at the prior centre has
-    # it
-    contraction: np.ndarray
+    contraction: np.ndarray  # (n_params,), posterior over prior sd by its Fisher information at the prior centre alone
 
     def line(self, names: Sequence[str]) -> str:
         """The card of the channel in words, with the names (n_params,) of the parameters."""
@@ -62,8 +60,7 @@ class DataCard:
     durations: dict[str, float]  # name of a trial ("" for the only one) -> seconds covered by its controls
     n_directions: int  # as that of a channel, by all of them together
     contraction: np.ndarray  # (n_params,), as that of a channel, by all of them together
-    # Coefficients that are known only with zeros of actuators, as of :func:`bayesub.findings.zeros.together`
-    zeros: list[dict]
+    zeros: list[dict]  # coefficients that are known only with zeros of actuators, by zeros.together
     advice: str  # what the study should infer besides; empty if nothing
 
     def lines(self) -> list[str]:

@@ -74,10 +74,7 @@ class Derived:
 
 
 def derive(
-    problem: AnyProblem,
-    draws: np.ndarray,
-    rng: np.random.Generator,
-    quantities: Sequence[Quantity] = (),
+    problem: AnyProblem, draws: np.ndarray, rng: np.random.Generator, quantities: Sequence[Quantity] = ()
 ) -> Derived:
     """The boats of a problem's prior and of its posterior, from which quantities follow.
 

@@ -361,7 +361,7 @@ def searched(design: DesignedTrial) -> list[str]:
     lost = [kind for kind in plan.families if kind not in design.searches]
     sentences = [
         f"{total} manoeuvres of {family.duration:.4g} s were judged: {parts}. The best is of {FAMILIES[design.kind]}, "
-        f"with {design.searches[design.kind].numbers.size} numbers (controls: {moved}).",
+        f"with {design.searches[design.kind].numbers.size} numbers (controls: {moved})."
     ]
     if lost:
         sentences.append(f"Nothing within the limits was found among {', '.join(FAMILIES[kind] for kind in lost)}.")

@@ -210,13 +210,9 @@ def sentences(numbers: dict) -> dict[str, str]:
     """The sentences of :func:`numbers`, by topic; without numbers there is none."""
     if not numbers:
         return {}
-    parts = [_trial_sentence(trial) for trial in numbers["trials"]]
+    texts = [(trial["name"], "; ".join(map(_axis_text, trial["axes"]))) for trial in numbers["trials"]]
+    parts = [f"{name}: {text}." if name else f"{text}." for name, text in texts]
     return {"disturbance": " ".join([*parts, _process_sentence(numbers)]), "missing_terms": _terms_sentence(numbers)}
-
-
-def _trial_sentence(trial) -> str:
-    texts = [_axis_text(row) for row in trial["axes"]]
-    return f"{trial['name'] + ': ' if trial['name'] else ''}{'; '.join(texts)}."
 
 
 def _axis_text(row) -> str:

@@ -5,6 +5,7 @@ Of correlated residuals there are explanations, and lines that let a run infer w
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.explanations import Explanation, explanations
 from bayesub.inference.checks.fit import OUTLIER, Criticism, criticise, expected_outliers
 from bayesub.inference.sampling.sampler import SMOOTH
+from bayesub.io.words import listed
 from bayesub.logs import log_files
 from bayesub.problem import likelihoods
 from bayesub.problem.alternatives import LeftOut
@@ -69,10 +71,10 @@ def _neighbours(checks):
 
 def _correlated(checks, problem):
     remedies = []
-    currents = [name for name in CURRENTS if not _inferred(name, problem)]
+    currents = [name for name in CURRENTS if not _is_free(name, problem)]
     if currents and any(problem.channels[name][0].over_ground for name in checks):
         remedies.append(f"a current ({_nuisance(currents)})")
-    biases = [f"bias_{column}" for column in _columns(checks, problem) if not _inferred(f"bias_{column}", problem)]
+    biases = [f"bias_{column}" for column in _columns(checks, problem) if not _is_free(f"bias_{column}", problem)]
     if biases:
         remedies.append(f"a bias ({_nuisance(biases)})")
     remedies.append("a coefficient held at a wrong value")
@@ -93,16 +95,10 @@ def _outliers(checks, problem):
     return f"Outliers beyond {OUTLIER:g} sd: {_listed(counts)}; give {remedy}."
 
 
-def _large(checks, problem):
-    return (
-        f"Residuals over their noise: {_sizes(checks)}; raise the sd, or give {_noise('unknown_sd', checks, problem)}."
-    )
-
-
-def _small(checks, problem):
-    return (
-        f"Residuals under their noise: {_sizes(checks)}; lower the sd, or give {_noise('unknown_sd', checks, problem)}."
-    )
+def _wrong_sd(side, remedy, checks, problem):
+    sizes = _listed({name: f"{check.chi_square_per_reading**0.5:.2g} times" for name, check in checks.items()})
+    noise = _noise("unknown_sd", checks, problem)
+    return f"Residuals {side} their noise: {sizes}; {remedy} the sd, or give {noise}."
 
 
 def _shape(checks, problem):
@@ -112,11 +108,13 @@ def _shape(checks, problem):
     )
 
 
-_SENTENCES = {"correlated": _correlated, "outliers": _outliers, "large": _large, "small": _small, "shape": _shape}
-
-
-def _sizes(checks) -> str:
-    return _listed({name: f"{check.chi_square_per_reading**0.5:.2g} times" for name, check in checks.items()})
+_SENTENCES = {
+    "correlated": _correlated,
+    "outliers": _outliers,
+    "large": partial(_wrong_sd, "over", "raise"),
+    "small": partial(_wrong_sd, "under", "lower"),
+    "shape": _shape,
+}
 
 
 def _listed(values: dict) -> str:
@@ -129,7 +127,7 @@ def _columns(names, problem) -> list[str]:
     return list(dict.fromkeys(log_files.HEADERS[problem.channels[name][0].quantity] for name in names))
 
 
-def _inferred(nuisance, problem) -> bool:
+def _is_free(nuisance, problem) -> bool:
     """Whether a problem infers a nuisance parameter, or that of any of its trials."""
     return any(name.partition("[")[0] == nuisance for name in problem.names)
 
@@ -158,7 +156,7 @@ def look_like(explanations: Sequence[Explanation]) -> str:
 
 
 def _words(explanation) -> str:
-    names = _enumerated(list(explanation.sizes))
+    names = listed(list(explanation.sizes))
     return {
         "bias": f"{names} were missing",
         "current": "a current were missing",
@@ -166,10 +164,6 @@ def _words(explanation) -> str:
         "disturbance": f"forces on {names} were missing",
         "slow noise": f"the noise of {names} were slow",
     }[explanation.kind]
-
-
-def _enumerated(names) -> str:
-    return " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
 
 
 def lines_to_add(explanation: Explanation, problem: AnyProblem) -> str:
@@ -258,7 +252,7 @@ class ModeFit:
 def fit_of_mode(problem: AnyProblem, mode: np.ndarray, rng: np.random.Generator) -> ModeFit:
     """The tests of the residuals at the posterior mode (n_params,), and why they are correlated if they are.
 
-    `mode` (n_params,); `rng`: of what is random in quantile residuals: where in its rounding interval a reading was.
+    `mode` has n_params values; `rng` says where in its rounding interval a reading was.
     """
     residuals = problem.quantile_residuals(mode[None], rng)
     channels = problem.channels

@@ -24,11 +24,7 @@ NAMED = 3  # coefficients in it beside that which changes most
 
 
 def collect(
-    problem: AnyProblem,
-    estimates: Sequence[Estimate],
-    spectrum: Spectrum,
-    posterior: Posterior,
-    null_space: NullSpace,
+    problem: AnyProblem, estimates: Sequence[Estimate], spectrum: Spectrum, posterior: Posterior, null_space: NullSpace
 ) -> dict:
     """Every number that the report quotes, as JSON types.
 
@@ -37,11 +33,12 @@ def collect(
     summary = posterior.part(problem.others)
     trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
     n = problem.n_coefficients
+    dimensional = any(term.unit for term in problem.equations.terms)
     rows = _parameters(problem, summary, conflicts.power_scaling(problem, posterior, summary.bulk_ess))
     coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
     return {
         "vehicle": problem.vehicle.name,
-        "coefficients": _units(problem.equations),
+        "coefficients": "coefficients in their units" if dimensional else "non-dimensional coefficients",
         "glossary": glossary(problem.equations, posterior.names[:n]),
         "manoeuvre": ", ".join(trial["manoeuvre"] for trial in trials),
         "reference_is_truth": all(trial.record.truth is not None for _, trial, _ in problem.each_trial(posterior.best)),
@@ -69,12 +66,6 @@ def collect(
         "advice": zeros.advice(problem),
         "conflict": conflicts.numbers(problem, summary),
     }
-
-
-def _units(equations) -> str:
-    """What the coefficients of a set are called as a whole."""
-    dimensional = any(term.unit for term in equations.terms)
-    return "coefficients in their units" if dimensional else "non-dimensional coefficients"
 
 
 def _parameters(problem, posterior, sensitivity) -> list[dict]:
@@ -204,25 +195,22 @@ def _baseline(problem, estimate) -> dict:
 
 def sentences(numbers: dict) -> dict[str, str]:
     """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
-    return (
-        _answer(numbers)
-        | conflicts.sentences(numbers)
-        | _knowledge(numbers)
-        | _sensitivity(numbers)
-        | _directions(numbers)
-        | _strong_trade_offs(numbers)
-        | _normality(numbers)
-        | _zeros(numbers)
-        | _nuisance(numbers)
-        | _search(numbers)
-    )
-
-
-def _zeros(numbers) -> dict[str, str]:
+    result = _answer(numbers) | conflicts.sentences(numbers) | _knowledge(numbers)
+    if text := conflicts.sensitivity_sentence(numbers["parameters"]):
+        result["prior"] = text
+    result |= _directions(numbers) | _strong_trade_offs(numbers)
+    normal = numbers["normality"]
+    result["normality"] = f"{normal['sentence']} A vehicle file by bayesub export, which is a normal distribution, "
+    result["normality"] += "holds it." if normal["close"] else "loses that: fit the next trial together with this one."
     parts = [zeros.sentence(numbers["zeros"])] if numbers["zeros"] else []
-    if numbers["advice"]:
-        parts.append(f"{numbers['advice']}.")
-    return {"zeros": " ".join(parts)} if parts else {}
+    parts += [f"{numbers['advice']}."] if numbers["advice"] else []
+    if parts:
+        result["zeros"] = " ".join(parts)
+    if rows := numbers["nuisance"]:
+        ends = ((row["name"], *(rounded(row[q], row["sd"]) for q in ("q5", "q95"))) for row in rows)
+        intervals = ", ".join(f"{name} {low} to {high}" for name, low, high in ends)
+        result["nuisance"] = f"{intervals} (90 % intervals)."
+    return result | _search(numbers)
 
 
 def _answer(numbers) -> dict[str, str]:
@@ -258,11 +246,6 @@ def _knowledge(numbers) -> dict[str, str]:
     return result
 
 
-def _sensitivity(numbers) -> dict[str, str]:
-    text = conflicts.sensitivity_sentence(numbers["parameters"])
-    return {"prior": text} if text else {}
-
-
 def _directions(numbers) -> dict[str, str]:
     n = len(numbers["parameters"]) + len(numbers["nuisance"])
     n_null, n_sharpened = map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
@@ -279,22 +262,6 @@ def _directions(numbers) -> dict[str, str]:
             f"Holding {', '.join(pivots)} fixed makes the rest unique."
         )
     return result
-
-
-def _normality(numbers) -> dict[str, str]:
-    """How normal the posterior of the coefficients is, and what of it the next trial can start from."""
-    found = numbers["normality"]
-    passed_on = "A vehicle file by bayesub export, which is a normal distribution, "
-    passed_on += "holds it." if found["close"] else "loses that: fit the next trial together with this one."
-    return {"normality": f"{found['sentence']} {passed_on}"}
-
-
-def _nuisance(numbers) -> dict[str, str]:
-    intervals = [
-        f"{row['name']} {rounded(row['q5'], row['sd'])} to {rounded(row['q95'], row['sd'])}"
-        for row in numbers["nuisance"]
-    ]
-    return {"nuisance": f"{', '.join(intervals)} (90 % intervals)."} if intervals else {}
 
 
 def _strong_trade_offs(numbers) -> dict[str, str]:
@@ -320,6 +287,7 @@ def _search(numbers) -> dict[str, str]:
         return {}
     search = searches[-1]
     fits = sorted({f"{fit:.3f}" for fit in search["chi_square_per_reading"]}, key=float)
+    further = [f"{end(search['further_than_guess'])}" for end in (min, max)]
     held = ""
     if names := search.get("nuisance"):
         held = f", which searches {', '.join(names)} with their priors as readings,"
@@ -330,7 +298,7 @@ def _search(numbers) -> dict[str, str]:
     return {
         "sqp": f"SQP{held} from {counted(search['n_starts'], 'start')} reaches a chi-square per reading of "
         f"{' to '.join(dict.fromkeys((fits[0], fits[-1])))}, the best draw of the posterior "
-        f"{numbers['chi_square_per_reading']:.3f}; {_range(search['further_than_guess'])} of its {search['n_params']} "
+        f"{numbers['chi_square_per_reading']:.3f}; {' to '.join(dict.fromkeys(further))} of its {search['n_params']} "
         f"coefficients end further from the {reference_word(numbers)} than the guess was."
     }
 
@@ -338,10 +306,6 @@ def _search(numbers) -> dict[str, str]:
 def reference_word(numbers: dict) -> str:
     """What ratios refer to."""
     return "truth" if numbers["reference_is_truth"] else "vehicle file"
-
-
-def _range(values) -> str:
-    return f"{min(values)}" if min(values) == max(values) else f"{min(values)} to {max(values)}"
 
 
 def combination(vector: dict[str, float], least: float = 0.0) -> str:

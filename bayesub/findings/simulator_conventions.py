@@ -91,9 +91,8 @@ def _counterparts(boat: Boat) -> tuple[list[dict], list[Term]]:
     if drag is not None:
         value, sd, power = boat.prime(drag)
         taken.add(drag.name)
-        rows.append(
-            {"name": "Cd0", "value": -value, "sd": sd, "scale": f"r{power}", "regressor": "-u*u", "from": drag.name}
-        )
+        row = {"name": "Cd0", "value": -value, "sd": sd, "scale": f"r{power}", "regressor": "-u*u", "from": drag.name}
+        rows.append(row)
     others = [t for k, t in enumerate(boat.equations.terms) if t.name not in taken and boat.xi[k] != 0.0]
     return rows, others
 
@@ -111,12 +110,11 @@ def _why_not(term: Term) -> str:
 
 
 def _head(boat: Boat, source: str) -> list[str]:
-    in_coefficients = boat.equations.rigid_body_terms == "in_coefficients"
     lines = [
         f"{one_line(boat.vehicle.name)}, {source}: posterior means, bayesub {metadata.version('bayesub')}",
         f"Equations '{boat.equations.name}' of bayesub; axes of SNAME, angles in rad, SI units.",
     ]
-    if in_coefficients:
+    if boat.equations.rigid_body_terms == "in_coefficients":
         lines.append("The velocity terms of the rigid body are part of these coefficients: leave them out elsewhere.")
     return lines
 
@@ -236,18 +234,5 @@ def pvs(vehicle: Vehicle, known: Known, source: str) -> str:
     ]
     body = [f"    {line}" for line in lines]
     rest = ["", "# Without counterpart in remus100.py:", *comments] if comments else []
-    return (
-        "\n".join(
-            [
-                *(f"# {line}".rstrip() for line in head),
-                "",
-                "import numpy as np",
-                "",
-                "",
-                "def apply(vehicle):",
-                *body,
-                *rest,
-            ]
-        )
-        + "\n"
-    )
+    imports = ["", "import numpy as np", "", "", "def apply(vehicle):"]
+    return "\n".join([*(f"# {line}".rstrip() for line in head), *imports, *body, *rest]) + "\n"

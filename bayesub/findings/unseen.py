@@ -62,17 +62,10 @@ def number_of_draws(n_numbers: int, most: int = N_DRAWS) -> int:
 
 
 def drawn(
-    fitted: AnyProblem,
-    posterior: Posterior,
-    estimates: Sequence[Estimate],
-    rng: np.random.Generator,
-    n: int,
+    fitted: AnyProblem, posterior: Posterior, estimates: Sequence[Estimate], rng: np.random.Generator, n: int
 ) -> dict[str, np.ndarray]:
     """By whom -> draws (.., n_fitted) of the fitted parameters, `n` of posterior and prior; the others are points."""
-    draws = {
-        POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)],
-        PRIOR: fitted.prior.sample(rng, n),
-    }
+    draws = {POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)], PRIOR: fitted.prior.sample(rng, n)}
     points = {MODE: posterior.best, PRIOR_MEAN: fitted.prior.mean}
     for estimate in estimates:
         if estimate.method == SQP:

@@ -1,6 +1,5 @@
 """The card of a vehicle, which says whether its file describes a boat."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,15 +11,7 @@ from bayesub.findings.coefficient_examinations import (
     inertia,
     sizes_and_signs,
 )
-from bayesub.findings.vehicle_examinations import (
-    GROWTH,
-    balance,
-    dive,
-    hydrostatics,
-    stability,
-    straight_flight,
-    turn,
-)
+from bayesub.findings.vehicle_examinations import GROWTH, balance, dive, hydrostatics, stability, straight_flight, turn
 from bayesub.model.actuator import Actuator
 from bayesub.model.equations import AXES
 from bayesub.model.trajectory import Trajectory
@@ -82,7 +73,26 @@ class VehicleCard:
 
     def lines(self) -> list[str]:
         """The card in words: a line a subject, then the warnings, each with its remedy."""
-        return _lines(self.numbers, self.warnings)
+        sections = {
+            "thrust": ("thrust_over_drag", _thrust_line),
+            "straight flight": ("straight_flight", _straight_line),
+            "stability": ("stability", _stability_line),
+            "turning circle": ("turning_circle", _turn_line),
+            "stern planes": ("stern_plane", _dive_line),
+            "mass matrix": ("mass_matrix", _mass_line),
+            "hydrostatics": ("hydrostatics", _hydrostatics_line),
+        }
+        skipped = self.numbers.get("skipped", {})
+        texts = {
+            subject: f"not examined: {skipped[section]}" if section in skipped else line(self.numbers)
+            for subject, (section, line) in sections.items()
+        }
+        texts |= {column: _actuator_line(column, parts) for column, parts in self.numbers.get("actuators", {}).items()}
+        texts |= {
+            f"zero in {axis}": " ".join(names) or "none" for axis, names in self.numbers["zero_coefficients"].items()
+        }
+        remedies = [f"  warning: {warning.text}; {warning.remedy}" for warning in self.warnings]
+        return [*(f"  {subject:<17} {text}" for subject, text in texts.items()), *(remedies or ["  no warnings"])]
 
     def to_json(self) -> dict:
         """Numbers and warnings as JSON types."""
@@ -102,28 +112,6 @@ def check(vehicle: Vehicle) -> VehicleCard:
         tuple(warning for e in examinations for warning in e.warnings),
         {name: trajectory for e in examinations for name, trajectory in e.flights.items()},
     )
-
-
-def _lines(numbers: dict, warnings: Sequence[CardWarning]) -> list[str]:
-    """The card as text: a line a subject, then the warnings, each with its remedy."""
-    sections = {
-        "thrust": ("thrust_over_drag", _thrust_line),
-        "straight flight": ("straight_flight", _straight_line),
-        "stability": ("stability", _stability_line),
-        "turning circle": ("turning_circle", _turn_line),
-        "stern planes": ("stern_plane", _dive_line),
-        "mass matrix": ("mass_matrix", _mass_line),
-        "hydrostatics": ("hydrostatics", _hydrostatics_line),
-    }
-    skipped = numbers.get("skipped", {})
-    texts = {
-        subject: f"not examined: {skipped[section]}" if section in skipped else line(numbers)
-        for subject, (section, line) in sections.items()
-    }
-    texts |= {column: _actuator_line(column, parts) for column, parts in numbers.get("actuators", {}).items()}
-    texts |= {f"zero in {axis}": " ".join(names) or "none" for axis, names in numbers["zero_coefficients"].items()}
-    remedies = [f"  warning: {warning.text}; {warning.remedy}" for warning in warnings]
-    return [*(f"  {subject:<17} {text}" for subject, text in texts.items()), *(remedies or ["  no warnings"])]
 
 
 def _formatted(value: float | None, form: str = "z.3g") -> str:

@@ -313,8 +313,7 @@ def hydrostatics(boat: Vehicle) -> Examination:
     found = Examination({"hydrostatics": numbers})
     if abs(ratio - 1.0) > SPEED_TOLERANCE:
         found.warn(
-            f"buoyancy is {100 * ratio:.4g} % of the weight",
-            "check buoyancy_n; neutrally_buoyant = true equals both",
+            f"buoyancy is {100 * ratio:.4g} % of the weight", "check buoyancy_n; neutrally_buoyant = true equals both"
         )
     if not arm > 0.0:
         height = f"{-arm:.3g} m above" if arm else "at the height of"

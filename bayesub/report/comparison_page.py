@@ -93,12 +93,20 @@ def sheet(comparison: Comparison, **about) -> Sheet:
             0, Verdict(False, "NOT CONVERGED:", f"{', '.join(unconverged)}. What is said of it may be wrong.")
         )
     coefficients, *others = figures(comparison)
-    differences = [_differences_table(comparison)] if comparison.differences else []
+    differences = []
+    if comparison.differences:
+        rows = [[key, *values.values()] for key, values in comparison.differences.items()]
+        differences = [Table("What differs between the studies and the code", ["setting", *labels], rows, labels)]
     parts: list[ReportFigure | Table] = [_runs_table(comparison), *differences, coefficients]
     parts += [_distances_table(comparison), *others]
     if others:
         parts.append(_predictions_table(comparison))
-    parts.append(_parameters_table(comparison))
+    rows = [
+        [name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}"]
+        for name, runs in numbers["parameters"].items()
+        for label, one in runs.items()
+    ]
+    parts.append(Table("Every parameter", ["parameter", "run", "mean ± sd", "posterior / prior sd"], rows, ["run"]))
     title = " and ".join([", ".join(labels[:-1]), labels[-1]])
     question = "What do these posteriors say of the same coefficients, and of the same manoeuvre?"
     facts = {"Differences": "" if differences else "None between the studies and the code."}
@@ -113,12 +121,6 @@ def _runs_table(comparison: Comparison) -> Table:
     rows.append(["converged", *("yes" if run["converged"] else "NO" for run in runs.values())])
     rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
     return Table("Runs", ["run", *runs], rows, list(runs))
-
-
-def _differences_table(comparison: Comparison) -> Table:
-    labels = [run.label for run in comparison.runs]
-    rows = [[key, *values.values()] for key, values in comparison.differences.items()]
-    return Table("What differs between the studies and the code", ["setting", *labels], rows, labels)
 
 
 def _distances_table(comparison: Comparison) -> Table:
@@ -150,15 +152,6 @@ def _predictions_table(comparison: Comparison) -> Table:
             rows.append([label, with_unit(column), cell(values["median_at_end"], 4), *halves_of])
     heads = ["run", "state", "median at the end", "half of 90 % band there", "at its widest"]
     return Table(f"Predictions of {comparison.manoeuvre}", heads, rows, ["state"])
-
-
-def _parameters_table(comparison: Comparison) -> Table:
-    rows = [
-        [name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}"]
-        for name, runs in comparison.numbers["parameters"].items()
-        for label, one in runs.items()
-    ]
-    return Table("Every parameter", ["parameter", "run", "mean ± sd", "posterior / prior sd"], rows, ["run"])
 
 
 def _shown(value) -> str:

@@ -114,7 +114,8 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
     """Joint marginals: of the coefficients that trade off, and of directions from stiff to null."""
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
     equations, spectrum, null = problem.equations, results.spectrum, results.null_space.vectors
-    sets = {_legend(estimate): _placed(estimate, sample) for estimate in sorted(results.estimates, key=_is_no_search)}
+    estimates = sorted(results.estimates, key=lambda estimate: estimate.method != "SQP")  # searches first
+    sets = {_legend(estimate): _placed(estimate, sample) for estimate in estimates}
     points = "".join(f" {mark.capitalize()}: {label}." for mark, label in zip(corner.MARKS, sets, strict=False))
     chosen = corner.trade_off_parameters(sample, n, null)
     lines = f"Pink lines: null directions, {len(null)} in all, along which the motion stays the same. " if null else ""
@@ -177,11 +178,6 @@ def _null_words(n_null: int) -> str:
     return f"{group} by the equations of motion: the motion stays the same, and only the prior speaks."
 
 
-def _is_no_search(estimate) -> bool:
-    """The order of the baselines: searches first."""
-    return estimate.method != "SQP"
-
-
 def _legend(estimate) -> str:
     starts = counted(len(estimate.solutions), "start")
     return f"SQP from {starts}" if estimate.method == "SQP" else f"{estimate.method}, no noise"
@@ -240,7 +236,8 @@ def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
     """What each trial was told to do."""
     trials = {name: (trial.manoeuvre, problem.vehicle.actuators) for name, trial, _ in problem.each_trial(parameters)}
     some = f" of the first {track.MOST_ORDERS} of {len(trials)} trials" if len(trials) > track.MOST_ORDERS else ""
-    source = "as the actuators follow them" if _synthetic(problem, parameters) else "as the log has them"
+    synthetic = all(trial.record.truth is not None for _, trial, _ in problem.each_trial(parameters))
+    source = "as the actuators follow them" if synthetic else "as the log has them"
     return ReportFigure("orders", f"The orders{some}, {source}.", partial(track.draw_orders, trials=trials))
 
 
@@ -335,7 +332,3 @@ def prediction_figure(unseen: TrialPrediction) -> ReportFigure:
             warm_up=trial.warm_up_s,
         ),
     )
-
-
-def _synthetic(problem, parameters) -> bool:
-    return all(trial.record.truth is not None for _, trial, _ in problem.each_trial(parameters))

@@ -111,16 +111,9 @@ def page(
 ) -> str:
     """The page of a report, HTML.
 
-    Parameters
-    ----------
-    numbers : dict
-        The content of ``numbers.json``.
-    pictures : mapping
-        Name of a figure -> its caption and its PNG or SVG.
-    commit : str, optional
-        Of the sources, for the foot of the page.
-    live : dict, optional
-        What :func:`bayesub.report.widgets.content` gives; without it the page has figures that stand still.
+    `numbers`: the content of ``numbers.json``; `pictures`: name of a figure -> its caption and its PNG or SVG;
+    `commit`: of the sources, for the foot of the page; `live`: what :func:`bayesub.report.widgets.content` gives,
+    without which the page has figures that stand still.
     """
     text = pages.fill(
         "report.html",
@@ -140,42 +133,17 @@ def page(
 
 
 def markdown_page(
-    numbers: dict,
-    captions: Mapping[str, str],
-    coefficients: Sequence[Mapping[str, str]],
-    commit: str | None = None,
+    numbers: dict, captions: Mapping[str, str], coefficients: Sequence[Mapping[str, str]], commit: str | None = None
 ) -> str:
     """The short page of a report, Markdown, for folders that are read where HTML is not shown.
 
-    Parameters
-    ----------
-    numbers : dict
-        The content of ``numbers.json``.
-    captions : mapping
-        File of a figure -> caption.
-    coefficients : sequence of mappings
-        Of the equation set, as :func:`bayesub.findings.equation_card.glossary` has them.
-    commit : str, optional
-        Of the sources.
+    `numbers`: the content of ``numbers.json``; `captions`: file of a figure -> caption; `coefficients`: of the equation
+    set, as :func:`bayesub.findings.equation_card.glossary` has them; `commit`: of the sources.
     """
     verdict, convergence, cost = numbers["verdict"], numbers["convergence"], numbers["cost"]
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
-    topics = (
-        "jumps",
-        "prediction",
-        "derived",
-        "conflict",
-        "guess",
-        "disturbance",
-        "prior",
-        "directions",
-        "null",
-        "trade_offs",
-        "normality",
-        "sqp",
-        "cross_check",
-    )
+    topics = "jumps prediction derived conflict guess disturbance prior directions null trade_offs normality sqp"
     rows = [
         (
             f"`{row['name']}`",
@@ -203,7 +171,7 @@ def markdown_page(
         answer=verdict["answer"],
         pictures=captions,
         tables=[*table(("set-up", ""), numbers["set_up"].items()), "", *table(heads, rows)],
-        method="\n\n".join(verdict[topic] for topic in topics if verdict.get(topic)),
+        method="\n\n".join(verdict[topic] for topic in (*topics.split(), "cross_check") if verdict.get(topic)),
         coefficients=coefficients,
         cost=f"{cost['evaluations']} simulations, {cost['jacobians']} Jacobians, {cost['sampling_seconds']:.0f} s.",
         code=f"Made by bayesub {metadata.version('bayesub')}{f', commit {commit}' if commit else ''}.",

@@ -91,7 +91,7 @@ def draw(
     """Joint marginals of coefficients as ratios to `reference` (n_coefficients,), by every so many draws.
 
     `reference`: (n_coefficients,) values that count as one; `chosen`: (n,) positions; by default those of
-    :func:`trade_off_parameters`; `sets`: label -> (n_sets, n_coefficients) values to draw as points; `null`: Null
+    :func:`trade_off_parameters`; `sets`: label -> (n_sets, n_coefficients) values to draw as points; `null`: null
     directions, each coefficient -> change: lines through the posterior mean; `word`: what the reference is.
     """
     chosen = trade_off_parameters(posterior, len(reference), null) if chosen is None else chosen
