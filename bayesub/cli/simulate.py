@@ -106,7 +106,7 @@ def simulate(
         from bayesub.report.plots import track
 
         with drawing(plot):
-            track.draw_simulated(plot, trajectory, boat.name)
+            track.draw_simulated(plot, trajectory)
     status = trajectory.status[0]
     kind = trajectory.simulator.subproblem or "six degrees of freedom"
     say(

@@ -104,8 +104,17 @@ class Comparison:
     @cached_property
     def numbers(self) -> dict:
         """Everything there is to say, as JSON types."""
+        runs = {}
+        for run in self.runs:
+            apart = halves(run.posterior.chain[..., list(run.places.values())])
+            runs[run.label] = run.about | {
+                "converged": run.posterior.converged,
+                "shortcomings": list(run.posterior.shortcomings),
+                "n_parameters": len(run.places),
+                "halves": apart if np.isfinite(apart) else None,
+            }
         result = {
-            "runs": {run.label: self._of_run(run) for run in self.runs},
+            "runs": runs,
             "differences": self.differences,
             "parameters": {
                 name: {run.label: run.numbers(places[run.label]) for run in self.runs if run.label in places}
@@ -120,16 +129,6 @@ class Comparison:
         }
         result["sentences"] = self._sentences(result)
         return result
-
-    def _of_run(self, run: ComparedRun) -> dict:
-        chain = run.posterior.chain[..., list(run.places.values())]
-        apart = halves(chain)
-        return run.about | {
-            "converged": run.posterior.converged,
-            "shortcomings": list(run.posterior.shortcomings),
-            "n_parameters": len(run.places),
-            "halves": apart if np.isfinite(apart) else None,
-        }
 
     @cached_property
     def differences(self) -> dict[str, dict[str, str]]:

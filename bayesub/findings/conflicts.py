@@ -69,7 +69,15 @@ def sentences(numbers: dict) -> dict[str, str]:
     found = numbers["conflict"]
     result = {"conflict": f"{_named(found)}{_REMEDY}"} if found["found"] else {}
     if found["scales"]:
-        result["guess"] = " ".join(_scale(row, len(found["scales"]) > 1) for row in found["scales"])
+        texts = []
+        for row in found["scales"]:
+            low, high, first, last = (100.0 * edge for edge in (*row["interval"], *row["prior"]))
+            of_which = f" of {', '.join(row['names'])}" if len(found["scales"]) > 1 else ""
+            texts.append(
+                f"The guesses{of_which} are off by {100.0 * row['median']:.0f} % (sd of the logarithm, 90 % interval "
+                f"{low:.0f} to {high:.0f} %), where the prior said {first:.0f} to {last:.0f} %."
+            )
+        result["guess"] = " ".join(texts)
     return result
 
 
@@ -91,16 +99,6 @@ def _named(found) -> str:
         for row in found["named"]
     ]
     return f"Prior and data disagree on {', '.join(rows)}, 90 % intervals."
-
-
-def _scale(row, many) -> str:
-    low, high = (100.0 * edge for edge in row["interval"])
-    first, last = (100.0 * edge for edge in row["prior"])
-    of_which = f" of {', '.join(row['names'])}" if many else ""
-    return (
-        f"The guesses{of_which} are off by {100.0 * row['median']:.0f} % (sd of the logarithm, 90 % interval {low:.0f} "
-        f"to {high:.0f} %), where the prior said {first:.0f} to {last:.0f} %."
-    )
 
 
 def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.ndarray) -> dict[str, np.ndarray]:

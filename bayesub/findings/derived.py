@@ -121,6 +121,8 @@ def numbers(derived: Derived) -> dict:
             continue
         values = derived.values[quantity.name]
         intervals = {name: _interval(values[name]) for name in ("prior", "posterior")}
+        before, after = intervals["prior"], intervals["posterior"]
+        width = None if before["q5"] is None else before["q95"] - before["q5"] or None  # none if it has no spread
         spreads = [np.ptp(some[np.isfinite(some)]) for some in values.values() if np.isfinite(some).any()]
         (reference,) = values["reference"].tolist()
         if spreads and max(spreads) <= SAME * abs(reference) and intervals["posterior"]["share"] == 1.0:
@@ -135,7 +137,7 @@ def numbers(derived: Derived) -> dict:
                 "none": quantity.none,
                 "reference": reference if np.isfinite(reference) else None,
                 **intervals,
-                "width_ratio": _width_ratio(**intervals),
+                "width_ratio": None if width is None or after["q5"] is None else (after["q95"] - after["q5"]) / width,
             }
         )
     reasons, labels = derived.absent | same, {quantity.name: label(quantity) for quantity in derived.quantities}
@@ -170,13 +172,6 @@ def _interval(values) -> dict:
     finite = values[np.isfinite(values)]
     quantiles = np.quantile(finite, list(QUANTILES.values())).tolist() if finite.size else [None] * len(QUANTILES)
     return dict(zip(QUANTILES, quantiles, strict=True)) | {"share": finite.size / len(values)}
-
-
-def _width_ratio(prior, posterior) -> float | None:
-    """Width of the posterior's 90 % over that of the prior's."""
-    if prior["q5"] is None or posterior["q5"] is None or prior["q95"] == prior["q5"]:
-        return None
-    return (posterior["q95"] - posterior["q5"]) / (prior["q95"] - prior["q5"])
 
 
 def _quantile(values, probability) -> np.ndarray:

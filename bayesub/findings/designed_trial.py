@@ -352,7 +352,7 @@ def boats_within(design: DesignedTrial) -> tuple[int, int]:
     return len(excess), int(np.count_nonzero(excess <= 0.0))
 
 
-def searched(design: DesignedTrial) -> list[str]:
+def search_sentences(design: DesignedTrial) -> list[str]:
     """What was searched and what was not, in sentences."""
     plan, family = design.plan, design.plan.family(design.kind)
     total = sum(one.n_judgements for one in design.searches.values())

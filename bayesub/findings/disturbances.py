@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.findings.missing_terms import FALSE_ALARMS, FollowedRegressor, followed, scores
+from bayesub.findings.missing_terms import FALSE_ALARMS, FollowedRegressor, find_followed, scores
 from bayesub.findings.set_up import AnyProblem
 from bayesub.logs.log_files import ANGLES, positions
 from bayesub.model.disturbance import CURRENTS, DISTURBED, unit
@@ -142,7 +142,7 @@ def numbers(problem: AnyProblem, draws: np.ndarray, forces: list[InferredForces]
         "trials": [{"name": one.trial, "axes": _axes(one)} for one in forces],
         "regressors_tried": len(all_scores.candidates),
         "false_alarms": FALSE_ALARMS,
-        "followed": [_followed(problem, one) for one in followed(all_scores)],
+        "followed": [_followed(problem, one) for one in find_followed(all_scores)],
         "p_value": all_scores.p_value(),
     }
 

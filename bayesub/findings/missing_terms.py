@@ -104,7 +104,7 @@ class FollowedRegressor:
     p_value: float  # probability that random histories follow any regressor so closely
 
 
-def followed(scores: Scores) -> list[FollowedRegressor]:
+def find_followed(scores: Scores) -> list[FollowedRegressor]:
     """The regressors that histories follow, the clearest first, each given those before it."""
     results = []
     while scores.candidates and len(results) < _MOST and (p_value := scores.p_value()) <= FALSE_ALARMS:

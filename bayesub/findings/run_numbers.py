@@ -31,7 +31,17 @@ def collect(
     `spectrum`: with its null directions last; `null_space`: that of the spectrum, axis by axis.
     """
     summary = posterior.part(problem.others)
-    trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
+    trials = [
+        {
+            "name": name,
+            "manoeuvre": trial.manoeuvre.name,
+            "duration_s": trial.manoeuvre.duration,
+            "n_readings": trial.record.n_readings,
+            "step_s": trial.simulator.step,
+            "chi_square_per_reading": _chi_squares(trial, best[None])[0],
+        }
+        for name, trial, best in problem.each_trial(posterior.best)
+    ]
     n = problem.n_coefficients
     dimensional = any(term.unit for term in problem.equations.terms)
     rows = _parameters(problem, summary, conflicts.power_scaling(problem, posterior, summary.bulk_ess))
@@ -94,17 +104,6 @@ def _parameters(problem, posterior, sensitivity) -> list[dict]:
         {"name": name, "unit": units.get(name)} | dict(zip(columns, row, strict=True))
         for name, row in zip(posterior.names, values, strict=True)
     ]
-
-
-def _trial(name, problem, best) -> dict:
-    return {
-        "name": name,
-        "manoeuvre": problem.manoeuvre.name,
-        "duration_s": problem.manoeuvre.duration,
-        "n_readings": problem.record.n_readings,
-        "step_s": problem.simulator.step,
-        "chi_square_per_reading": _chi_squares(problem, best[None])[0],
-    }
 
 
 def _convergence(posterior) -> dict:

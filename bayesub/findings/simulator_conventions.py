@@ -145,7 +145,9 @@ def mss(vehicle: Vehicle, known: Known, source: str) -> str:
     lines = [f"% {line}" for line in _head(boat, source)]
     lines += ["% Names and scales of npsauv.m in MSS: r2 = rho/2 L^2 .. r5 = rho/2 L^5; what is not here is zero.", ""]
     lines.append(f"vehicle.name = '{one_line(vehicle.name).replace(chr(39), chr(39) * 2)}';")
-    lines += [f"vehicle.{key} = {_matlab(value)};" for key, value in _scalars(boat).items()]
+    for key, value in _scalars(boat).items():
+        text = f"[{' '.join(map(_number, value))}]" if isinstance(value, list) else _number(value)
+        lines.append(f"vehicle.{key} = {text};")
     for key, matrix in (("MRB", boat.rigid_mass), ("MA", boat.added_mass)):
         lines += [f"vehicle.{key} = [", *(f"    {' '.join(map(_number, row))}" for row in matrix.tolist()), "];"]
     lines.append("")
@@ -159,10 +161,6 @@ def mss(vehicle: Vehicle, known: Known, source: str) -> str:
         k = boat.equations.index[term.name]
         lines.append(f"% {term.name} = {_number(boat.xi[k])} on {term.scale} {term.regressor}: {_why_not(term)}")
     return "\n".join(lines) + "\n"
-
-
-def _matlab(value) -> str:
-    return f"[{' '.join(map(_number, value))}]" if isinstance(value, list) else _number(value)
 
 
 def _number(value: float) -> str:

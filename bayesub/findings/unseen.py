@@ -48,10 +48,10 @@ def predicted_trial(
     looked for among them; `rng`: chooses draws, and is the source of noise.
     """
     trial = trial.with_fitted_noise(fitted, posterior.best)
-    draws = drawn(fitted, posterior, estimates, rng, number_of_draws(len(trial.problem.readings)))
+    draws = draws_by_whom(fitted, posterior, estimates, rng, number_of_draws(len(trial.problem.readings)))
     predictions = {
         name: predict(trial.problem, parameters, rng, warm_up=trial.warm_up_s).without_draws()
-        for name, parameters in flown(trial, fitted, draws, rng)
+        for name, parameters in transfer(trial, fitted, draws, rng)
     }
     return TrialPrediction(trial, predictions, posterior.converged)
 
@@ -61,7 +61,7 @@ def number_of_draws(n_numbers: int, most: int = N_DRAWS) -> int:
     return int(np.clip(MOST_READINGS // n_numbers, min(N_OTHERS, most), most))
 
 
-def drawn(
+def draws_by_whom(
     fitted: AnyProblem, posterior: Posterior, estimates: Sequence[Estimate], rng: np.random.Generator, n: int
 ) -> dict[str, np.ndarray]:
     """By whom -> draws (.., n_fitted) of the fitted parameters, `n` of posterior and prior; the others are points."""
@@ -76,7 +76,7 @@ def drawn(
     return draws | {name: np.repeat(point[None], N_OTHERS, axis=0) for name, point in points.items()}
 
 
-def flown(
+def transfer(
     trial: UnseenTrial, fitted: AnyProblem, draws: Mapping[str, np.ndarray], rng: np.random.Generator
 ) -> Iterator[tuple[str, np.ndarray]]:
     """By whom, and parameters (.., n_params) of a trial: what draws do not tell is drawn given its warm-up."""

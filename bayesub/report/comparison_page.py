@@ -116,7 +116,10 @@ def sheet(comparison: Comparison, **about) -> Sheet:
 def _runs_table(comparison: Comparison) -> Table:
     runs = comparison.numbers["runs"]
     about = dict.fromkeys(key for run in comparison.runs for key in run.about)
-    rows = [[key, *(_shown(run.get(key)) for run in runs.values())] for key in about]
+    rows = []
+    for key in about:
+        values = ("" if run.get(key) is None else run[key] for run in runs.values())
+        rows.append([key, *(cell(value, 4) if isinstance(value, float) else str(value) for value in values)])
     rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
     rows.append(["converged", *("yes" if run["converged"] else "NO" for run in runs.values())])
     rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
@@ -152,7 +155,3 @@ def _predictions_table(comparison: Comparison) -> Table:
             rows.append([label, with_unit(column), cell(values["median_at_end"], 4), *halves_of])
     heads = ["run", "state", "median at the end", "half of 90 % band there", "at its widest"]
     return Table(f"Predictions of {comparison.manoeuvre}", heads, rows, ["state"])
-
-
-def _shown(value) -> str:
-    return cell(value, 4) if isinstance(value, float) else "" if value is None else str(value)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.findings.designed_trial import SHARES, DesignedTrial, measure_label, numbers, searched
+from bayesub.findings.designed_trial import SHARES, DesignedTrial, measure_label, numbers, search_sentences
 from bayesub.findings.run_numbers import combination
 from bayesub.io.atomic import write_text, writing
 from bayesub.report.page import ReportFigure, draw_all, fill
@@ -25,7 +25,7 @@ def write(folder: Path, design: DesignedTrial) -> dict:
             titles={figure.name: figure.title for figure in pictures},
             numbers=content,
             out_of_reach=[combination(vector) for vector in content["out_of_reach"]],
-            searched=searched(design),
+            searched=search_sentences(design),
         )
         write_text(folder / "design.json", json.dumps(content, indent=1))
         write_text(folder / "design.html", page)
@@ -65,6 +65,9 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
         lambda path: _draw_worth(path, design),
         title="What more time and other sensors would bring",
     )
+    is_count = hasattr(design.plan.goal, "share")
+    cost = f"minus a smooth count of\n{measure_label(design)}" if is_count else "cost of the best"
+    cost = "mean log of sd over that before" if design.asked else cost
     yield ReportFigure(
         "search",
         "The best of each family by the number of manoeuvres that were judged so far; the lower the better.",
@@ -72,17 +75,10 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
             path,
             {kind: found.best for kind, found in design.searches.items()},
             {kind: found.n_judgements // max(1, len(found.best)) for kind, found in design.searches.items()},
-            _cost_label(design),
+            cost,
         ),
         title="What was searched",
     )
-
-
-def _cost_label(design) -> str:
-    if design.asked:
-        return "mean log of sd over that before"
-    is_count = hasattr(design.plan.goal, "share")
-    return f"minus a smooth count of\n{measure_label(design)}" if is_count else "cost of the best"
 
 
 def _draw_worth(path, design) -> None:

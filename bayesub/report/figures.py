@@ -283,7 +283,8 @@ def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -
     ends = np.cumsum([len(channel.times) for channel in record.channels]) - 1
     bands = (np.quantile(draws[:, ends], [0.05, 0.95], axis=0) for draws in (prior[flown], posterior))
     sizes = [0.5 * np.ptp(band, axis=0) for band in bands]
-    words = [_shrinks(*track.labelled(channel), *pair) for channel, *pair in zip(record.channels, *sizes, strict=True)]
+    channels = zip(record.channels, *sizes, strict=True)
+    words = [_shrinks(*track.axis_label(channel), *pair) for channel, *pair in channels]
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
         f"The trial {f'{name} ' if name else ''}as the prior foretold it (grey) and as the posterior has it (blue): "

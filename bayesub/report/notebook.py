@@ -122,13 +122,9 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence]) -> Markup:
     return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
 
 
-def _name(flown: Any) -> str:
-    return flown.simulator.vehicle.name
-
-
 DISPLAYS = {
     "Vehicle": Display(vehicle, lambda shown, path: cards.draw(check(shown), path)),
-    "Trajectory": Display(trajectory, lambda shown, path: track.draw_simulated(path, shown, _name(shown))),
+    "Trajectory": Display(trajectory, lambda shown, path: track.draw_simulated(path, shown)),
     "Spectrum": Display(directions, lambda shown, path: spectrum.draw(path, shown)),
     "Estimate": Display(estimate, lambda shown, path: posterior.draw_estimate(path, shown)),
     "Posterior": Display(intervals, lambda shown, path: posterior.draw_intervals(path, shown)),

@@ -9,7 +9,7 @@ from bayesub.findings.results import Results
 from bayesub.io.words import with_unit
 from bayesub.report import page
 from bayesub.report.plots import coefficients, posterior
-from bayesub.report.plots.track import STRAIGHT, X, Y, Z, labelled
+from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label
 
 DRAWS = 400  # of the posterior, in the scatter of a pair
 READINGS = 30_000  # of all trials; of more, every second, third ..
@@ -30,7 +30,7 @@ def content(results: Results, numbers: dict, reference: np.ndarray, word: str) -
     }
 
 
-def packed(values: np.ndarray, kind: str = "u2") -> dict:
+def pack(values: np.ndarray, kind: str = "u2") -> dict:
     """Values (n,) as unsigned integers of a `kind`, from the least to the largest, in base64; the last code is nan.
 
     An error of rounding is at most the range over 131,068, or with ``u4`` over 8.6e9.
@@ -107,7 +107,7 @@ def _pairs(results, reference, word: str) -> dict:
         "hundredths": np.rint(100 * sample.correlation[rows, columns]).astype(int).tolist(),
         "reference": _rounded(reference / divisors),
         "prior": _rounded(np.sort(prior)),
-        "draws": [packed(values) for values in (sample.draws[some] / divisors).T],
+        "draws": [pack(values) for values in (sample.draws[some] / divisors).T],
     }
 
 
@@ -134,7 +134,7 @@ def _trials(results, *, synthetic: bool) -> Iterator[dict]:
 
 def _channel(channel, predicted, truth, part, stride: int) -> dict:
     """Readings minus posterior mean, the posterior's own band and the truth, in the unit of the axis."""
-    label, factor = labelled(channel)
+    label, factor = axis_label(channel)
     predicted = factor * predicted[:, part][:, ::stride]
     centre = predicted.mean(axis=0)
     low, high = np.quantile(predicted - centre, [0.05, 0.95], axis=0)
@@ -144,8 +144,8 @@ def _channel(channel, predicted, truth, part, stride: int) -> dict:
     return {
         "label": label,
         "sd": float(factor * channel.total_sd),
-        "times": packed(channel.times[::stride], "u4"),
-        "lines": {name: packed(values) for name, values in lines.items()},
+        "times": pack(channel.times[::stride], "u4"),
+        "lines": {name: pack(values) for name, values in lines.items()},
     }
 
 
@@ -159,11 +159,11 @@ def _path(record, tracks, truth) -> dict:
     readings = None
     if set(wanted) <= by_state.keys():
         _, *both = np.intersect1d(*(by_state[state].times for state in wanted), return_indices=True)
-        readings = [packed(by_state[s].values[k]) for s, k in zip(wanted, both, strict=True)]
+        readings = [pack(by_state[s].values[k]) for s, k in zip(wanted, both, strict=True)]
     return {
         "labels": names,
         "downwards": not above,
-        "draws": [[packed(track[some, column]) for column in (across, up)] for track in tracks],
+        "draws": [[pack(track[some, column]) for column in (across, up)] for track in tracks],
         "readings": readings,
-        "truth": None if truth is None else [packed(truth[some, column]) for column in (across, up)],
+        "truth": None if truth is None else [pack(truth[some, column]) for column in (across, up)],
     }

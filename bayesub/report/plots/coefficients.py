@@ -51,7 +51,7 @@ def prior_density(quantiles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (quantiles[1:] + quantiles[:-1]), np.diff(PRIOR_PROBABILITIES) / np.diff(quantiles)
 
 
-def starred(names: Sequence[str], reference: np.ndarray, equations: Equations) -> list[str]:
+def star(names: Sequence[str], reference: np.ndarray, equations: Equations) -> list[str]:
     """Labels of coefficients (n,), with a star where the reference (n,) is zero."""
     stars = ("*" if zero else "" for zero in reference == 0.0)
     return [label + star for label, star in zip(labels(names, equations), stars, strict=True)]
@@ -88,16 +88,16 @@ def draw(
             for estimate, some in zip(estimates, values, strict=True):
                 _draw_estimate(panel, rows, estimate, some[:, rows], (low, high))
             names = posterior.names[rows[0] : rows[-1] + 1]
-            symbols = starred(names, reference[rows], equations)
+            symbols = star(names, reference[rows], equations)
             panel.set_yticks(rows, [f"{name}   {symbol}" for name, symbol in zip(names, symbols, strict=True)])
             relative = posterior.sd[rows] / np.abs(posterior.mean[rows])
             words = [f"{100 * value:.2g} %" if value < 1.0 else "> 100 %" for value in relative]
             style.write_beside(panel, rows, words, "posterior sd over mean")
             for k in borders(names, equations):
                 panel.axhline(rows[0] + k - 0.5, color=style.TRUTH, lw=0.5, ls=":")
-            star = "" if np.all(reference) else "; * zero there: 1 + value / prior sd"
+            note = "" if np.all(reference) else "; * zero there: 1 + value / prior sd"
             panel.set(xlim=(low, high), ylim=(rows[0] + length - 0.4, rows[0] - 0.6))
-            panel.set_xlabel(f"ratio to {reference_word}{star}")
+            panel.set_xlabel(f"ratio to {reference_word}{note}")
             panel.grid(axis="y", visible=False)
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8.5)
 

@@ -23,7 +23,7 @@ from scipy import special
 
 from bayesub.io.words import uncertain
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import PRIOR_PROBABILITIES, labels, prior_density, ratios, starred
+from bayesub.report.plots.coefficients import PRIOR_PROBABILITIES, labels, prior_density, ratios, star
 from bayesub.report.plots.style import Equations, Paths, Prior
 
 if TYPE_CHECKING:  # they load a sampler
@@ -122,7 +122,7 @@ def draw(
             f"{name}\n{uncertain(value, sd)}"
             for name, value, sd in zip(names, draws.mean(axis=0), draws.std(axis=0), strict=True)
         ]
-        _label(axis, panels, starred(names, reference[chosen], equations), titles)
+        _label(axis, panels, star(names, reference[chosen], equations), titles)
         _add_legend(axis, n, points, word, null=bool(null))
 
 
@@ -140,7 +140,7 @@ def draw_directions(
     `posterior`: of the parameters of the spectrum, with the means and standard deviations of their prior; `reference`:
     (n_params,) the truth, if it is known; `sets`: label -> (n_sets, n_params) values to draw as points.
     """
-    kinds = chosen_directions(spectrum)
+    kinds = choose_directions(spectrum)
     chosen = [k for _, _, members in kinds for k in members]
     n, coordinates = len(chosen), spectrum.coordinates[chosen]
 
@@ -168,7 +168,7 @@ def draw_directions(
         _add_legend(axis, n, points, "" if reference is None else "truth", null=False)
 
 
-def chosen_directions(spectrum: Spectrum) -> list[tuple[str, str, list[int]]]:
+def choose_directions(spectrum: Spectrum) -> list[tuple[str, str, list[int]]]:
     """Kind, colour and positions of directions: of each kind the first and the last."""
     n, n_null, n_stiff = len(spectrum.names), spectrum.n_null, spectrum.n_informed
     bounds = (

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 
 from bayesub.findings.predicted_trial import PredictedMotion
 from bayesub.io.words import with_unit
@@ -121,16 +122,20 @@ def draw_track(path: Paths, drawn: Sequence[Drawn]) -> None:
         axis = figure.subplots()
         for one in sorted(drawn, key=lambda one: -one.motion.distance.max()):  # the narrow ones lie on top
             regions = one.motion.above if turns else one.motion.aside
+            own = np.array(to_rgb(one.colour))
             for probability, label in zip(one.probabilities, one.labels, strict=False):
-                _draw_region(axis, regions[probability], _shaded(one.colour, _SHADE[probability]), label)
+                colour = tuple(own + _SHADE[probability] * (1.0 - own))
+                _draw_region(axis, regions[probability], colour, label)
         across, along = (Y, X) if turns else (X, Z)
         for one in drawn:
             label = None if one.probabilities else one.label
             axis.plot(*one.motion.median[:, [across, along]].T, **one.line, label=label)
         axis.plot(*states[0, [across, along]], "o", color=style.TRUTH, ms=4)
         if turns:
-            sides = _size(*(np.ptp(ends) for ends in (axis.get_xlim(), axis.get_ylim())))
-            figure.set_size_inches(np.maximum(sides, (style.legend_column(labels), 0.0)))
+            size = np.array([np.ptp(ends) for ends in (axis.get_xlim(), axis.get_ylim())])  # m
+            scale = np.min((np.array(_TRACK) - _EDGE) / size)
+            least = _LEAST, style.legend_column(labels)
+            figure.set_size_inches(np.maximum(scale * size + _EDGE, (max(least), _LEAST)))
             axis.set_aspect("equal", adjustable="datalim")
         else:
             axis.invert_yaxis()
@@ -140,13 +145,6 @@ def draw_track(path: Paths, drawn: Sequence[Drawn]) -> None:
         handles = [by_label[label] for label in labels]
         columns = style.legend_columns(labels, figure.get_figwidth())
         figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8)
-
-
-def _size(east: float, north: float) -> tuple[float, float]:
-    """Width and height, inches, of a figure of a track of that size, m."""
-    width, height = _TRACK
-    scale = min((width - _EDGE) / east, (height - _EDGE) / north)
-    return max(_LEAST, scale * east + _EDGE), max(_LEAST, scale * north + _EDGE)
 
 
 def _draw_region(axis, region, colour, label) -> None:
@@ -159,9 +157,3 @@ def _draw_region(axis, region, colour, label) -> None:
     axis.add_collection(PolyCollection(corners, **look, label=label))
     axis.add_collection(PolyCollection(swept, **look))
     axis.autoscale_view()
-
-
-def _shaded(colour: str, share: float) -> tuple[float, ...]:
-    """A colour mixed with a share of white."""
-    channels = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
-    return tuple(channels + share * (1.0 - channels))

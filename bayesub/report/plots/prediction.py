@@ -9,7 +9,7 @@ from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.report.plots import style
 from bayesub.report.plots.style import Paths
-from bayesub.report.plots.track import STRAIGHT, X, Y, Z, labelled, without_gaps
+from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label, without_gaps
 
 _FAN = ((0.05, 0.95, 0.45), (0.25, 0.75, 0.9))  # lower and upper quantile, opacity
 _BANDS = {0.9: 0.3, 0.5: 0.45}  # probability, opacity
@@ -38,7 +38,7 @@ def draw_fan(
 
 
 def _draw_channel(axis, channel, prior, posterior, part) -> None:
-    label, factor = labelled(channel)
+    label, factor = axis_label(channel)
     for k, some in enumerate(without_gaps(channel.times)):
         times = channel.times[some]
         for low, high, alpha in _FAN:

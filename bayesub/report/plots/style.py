@@ -159,11 +159,11 @@ def save(drawing: Figure, path: Paths) -> None:
             renderer = canvas.get_renderer()
             renderer.mathtext_parser = _PARSERS.setdefault("agg", renderer.mathtext_parser)
             canvas.draw()
-            quantised(Image.fromarray(np.asarray(canvas.buffer_rgba()))).save(file, compress_level=_COMPRESSION)
+            quantise(Image.fromarray(np.asarray(canvas.buffer_rgba()))).save(file, compress_level=_COMPRESSION)
         drawing.set_layout_engine("none")  # the other formats keep the places
 
 
-def quantised(picture: Image.Image) -> Image.Image:
+def quantise(picture: Image.Image) -> Image.Image:
     """A picture with a palette of 256 colours, a third of the size of one in full colour.
 
     The commonest colours keep their value. The others are divided by how much they differ and not by how common they

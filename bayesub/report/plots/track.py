@@ -53,7 +53,7 @@ def draw(
         ends = np.cumsum([len(channel.times) for channel in channels])
         for channel, end in zip(channels, ends, strict=True):
             part = slice(end - len(channel.times), end)
-            name, factor = labelled(channel)
+            name, factor = axis_label(channel)
             axis, centre = axes[channel.name], predicted[:, part].mean(axis=0)
             sd = factor * channel.total_sd
             axis.axhspan(-2 * sd, 2 * sd, color=style.PRIOR, alpha=0.4, lw=0)
@@ -85,7 +85,7 @@ def without_gaps(times: np.ndarray) -> list[slice]:
     return [slice(a, b) for a, b in pairwise([0, *ends, len(times)])]
 
 
-def labelled(channel: Any) -> tuple[str, float]:
+def axis_label(channel: Any) -> tuple[str, float]:
     """Name and unit for an axis, and the factor from SI to the unit."""
     header = log_files.HEADERS[channel.quantity]
     label = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
@@ -115,7 +115,7 @@ def _draw_depth(axis, tracks, truth):
     axis.set_ylabel("depth (m)")
 
 
-def draw_simulated(path: Paths, trajectory: Any, name: str) -> None:
+def draw_simulated(path: Paths, trajectory: Any) -> None:
     """One simulated trial: the track from above, depth and pitch, speed, the controls, and unmodelled forces if any."""
     times, states = trajectory.times, trajectory.states[0]
     forces = trajectory.simulator.forces
@@ -124,7 +124,7 @@ def draw_simulated(path: Paths, trajectory: Any, name: str) -> None:
         axes = figure.subplot_mosaic([["track", panel] for panel in panels], width_ratios=[1.0, 1.2])
         axes["track"].plot(states[:, Y], states[:, X], color=style.POSTERIOR)
         style.look_from_above(axes["track"], states[0, [Y, X]])
-        axes["track"].set_title(f"{style.plain(name)}: track from above")
+        axes["track"].set_title(f"{style.plain(trajectory.simulator.vehicle.name)}: track from above")
         axes["depth"].plot(times, states[:, Z], color=style.POSTERIOR)
         axes["depth"].set_ylabel("depth (m)")
         axes["depth"].invert_yaxis()

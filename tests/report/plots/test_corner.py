@@ -62,13 +62,13 @@ def test_directions_of_each_kind():
     """The first and the last; a kind without directions is left out."""
     values = np.array([1e4, 1e3, 1e2, 10.0, 2.0, 0.5, 0.1, 1e-14])
     some = Spectrum(tuple("abcdefgh"), values, np.eye(8), np.ones(8), 1, np.ones(8))
-    assert [(kind, places) for kind, _, places in corner.chosen_directions(some)] == [
+    assert [(kind, places) for kind, _, places in corner.choose_directions(some)] == [
         ("stiff", [0, 4]),
         ("sloppy", [5, 6]),
         ("null", [7]),
     ]
     all_stiff = Spectrum(("a", "b"), np.array([9.0, 3.0]), np.eye(2), np.ones(2), 0, np.ones(2))
-    assert [(kind, places) for kind, _, places in corner.chosen_directions(all_stiff)] == [("stiff", [0, 1])]
+    assert [(kind, places) for kind, _, places in corner.choose_directions(all_stiff)] == [("stiff", [0, 1])]
 
 
 def test_a_null_direction_is_a_line_through_the_posterior_mean(tmp_path, monkeypatch):

@@ -252,7 +252,7 @@ def test_tracks(tmp_path, drawings, spiral_track):
     assert len(drawings[0].axes) == track.MOST_ORDERS
     check(drawings, tmp_path, ("plane (deg)", "time (s)"))
     drawings.clear()
-    track.draw_simulated(paths, spiral_track, "spiral")
+    track.draw_simulated(paths, spiral_track)
     check(drawings, tmp_path, ("east (m)", "north (m)", "depth (m)", "angle (deg)", "speed (m/s)", "plane (deg)"))
 
 
@@ -264,9 +264,10 @@ def test_actuators_of_any_boat_are_drawn(n, tmp_path, drawings, spiral_track):
     log = dict(zip(columns, histories[-n - 1 :], strict=True))
     actuators = SimpleNamespace(columns=columns, shorts=columns)
     manoeuvre = SimpleNamespace(logged=str)
-    simulator = SimpleNamespace(vehicle=SimpleNamespace(actuators=actuators), manoeuvre=manoeuvre, forces=None)
+    boat = SimpleNamespace(name="boat", actuators=actuators)
+    simulator = SimpleNamespace(vehicle=boat, manoeuvre=manoeuvre, forces=None)
     parts = {"times": spiral_track.times, "states": spiral_track.states}
-    track.draw_simulated(tmp_path / "figure.png", SimpleNamespace(simulator=simulator, log=log, **parts), "boat")
+    track.draw_simulated(tmp_path / "figure.png", SimpleNamespace(simulator=simulator, log=log, **parts))
     (drawing,) = drawings
     (planes,) = (axis for axis in drawing.axes if axis.get_ylabel() == "plane (deg)")
     words = [text.get_text() for text in planes.get_legend().get_texts()]
@@ -282,6 +283,6 @@ def test_a_palette_keeps_common_colours_and_gradients():
     ramp = np.linspace(0, 255, 500)
     pixels[-2] = np.stack([ramp, ramp[::-1], np.full(500, 80.0)], axis=1)
     pixels[-1] = np.stack([ramp, 0.5 * ramp, np.full(500, 160.0)], axis=1)
-    result = np.asarray(style.quantised(Image.fromarray(pixels)).convert("RGB")).astype(int)
+    result = np.asarray(style.quantise(Image.fromarray(pixels)).convert("RGB")).astype(int)
     np.testing.assert_array_equal(result[:-2], pixels[:-2])
     assert np.abs(result[-2:] - pixels[-2:]).max() <= 12
