@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,7 @@ def number_and_unit(value: float, term: Term) -> str:
     return f"{value:.3g} {term.unit}" if term.unit else f"{value:.3g}"
 
 
-def number_or_none(value: float) -> float | None:
+def number_or_none(value: Any) -> float | None:
     """A float, or None for what is not finite."""
     return float(value) if np.isfinite(value) else None
 
@@ -119,10 +120,7 @@ def built_in_values(equations: EquationSet) -> dict[str, np.ndarray]:
 def typical_ranges(equations: EquationSet) -> np.ndarray:
     """Smallest and largest size of each coefficient in the built-in vehicles of a set.
 
-    Returns
-    -------
-    (n_terms, 2) array
-        Not a number where all are zero, or no vehicle has these equations.
+    They are (n_terms, 2), not a number where all are zero, or no vehicle has these equations.
     """
     sizes = np.abs([*built_in_values(equations).values()]).reshape(-1, len(equations.terms))
     smallest = np.min(np.where(sizes > 0.0, sizes, np.inf), axis=0, initial=np.inf)

@@ -21,11 +21,8 @@ def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
 
     `posterior`: of the parameters that are not white coordinates of histories.
 
-    Returns
-    -------
-    dict
-        "named", a row for each parameter about which they disagree; the "probability" of directions that are further
-        off, of "n_directions"; and "scales", a row for each unknown scale of the prior.
+    Returns "named", a row for each parameter about which they disagree; the "probability" of directions that are
+    further off, of "n_directions"; and "scales", a row for each unknown scale of the prior.
     """
     prior, names = problem.prior_of_others, posterior.names
     conflict = find_conflict(prior, posterior.draws, names)
@@ -110,11 +107,8 @@ def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.nda
     `posterior`: of all its parameters; `n_effective` (n_others,): effective draws of each parameter that is no force at
     a knot.
 
-    Returns
-    -------
-    dict
-        "prior_sensitivity" and "likelihood_sensitivity", (n_others,) numbers, and "hangs_on", (n_others,) words: prior,
-        likelihood, both, or none.
+    Returns "prior_sensitivity" and "likelihood_sensitivity", (n_others,) numbers, and "hangs_on", (n_others,) words:
+    prior, likelihood, both, or none.
     """
     n = len(posterior.draws)
     some = np.arange(0, n, max(1, n // (FLOWN_DRAWS if problem.histories else DRAWS)))

@@ -169,10 +169,7 @@ def outlier_candidates(times: np.ndarray, values: np.ndarray, sd: float) -> np.n
 
     `times` (n,): s, ascending; `values` (n,): readings; `sd`: of their noise, in their unit.
 
-    Returns
-    -------
-    ndarray of int
-        Positions among the readings.
+    Returns positions among the readings.
     """
     if len(times) < 5:
         return np.empty(0, dtype=int)

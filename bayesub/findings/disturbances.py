@@ -168,7 +168,7 @@ def _axes(forces: InferredForces) -> list[dict]:
     columns = zip(forces.axes, forces.hull_rms.tolist(), forces.posterior_over_prior.tolist(), strict=True)
     for k, (axis, hull, contraction) in enumerate(columns):
         sizes, suffix = rms(forces.draws[:, k]), _suffix(axis)
-        row = {"axis": axis, f"rms_{suffix}": _quantiles(sizes)}
+        row: dict = {"axis": axis, f"rms_{suffix}": _quantiles(sizes)}
         row[f"{'boat' if axis in CURRENTS else 'hull'}_rms_{suffix}"] = hull
         row["share"] = _quantiles(sizes / hull) if hull > 0.0 and axis in AXES else None
         row["posterior_over_prior_sd"] = contraction
@@ -196,7 +196,7 @@ def _followed(problem, one: FollowedRegressor) -> dict:
     first = one.candidates[0]
     terms = []
     for candidate, factor, sd in zip(one.candidates, one.factors, one.sds, strict=True):
-        entry = {"regressor": candidate.regressor, "name": None}
+        entry: dict = {"regressor": candidate.regressor, "name": None}
         if candidate.term is not None:
             name, k = candidate.term.name, problem.equations.index[candidate.term.name]
             free = name in problem.names

@@ -26,10 +26,7 @@ def fly(vehicle: Vehicle, lengths: float, orders: dict[str, float], subproblem: 
     `vehicle`: at its trial speed; `lengths`: how far, in ship lengths travelled at that speed; `orders`: column of a
     control -> SI units; `subproblem`: plane to which the motion is confined.
 
-    Returns
-    -------
-    Trajectory or None
-        None if a ship length takes so long or short that times or steps are no numbers.
+    None if a ship length takes so long or short that times or steps are no numbers.
     """
     scale = np.float64(vehicle.length_m) / vehicle.speed_mps
     rpm = np.float64(vehicle.rpm_per_mps) * vehicle.speed_mps

@@ -106,7 +106,7 @@ class FollowedRegressor:
 
 def find_followed(scores: Scores) -> list[FollowedRegressor]:
     """The regressors that histories follow, the clearest first, each given those before it."""
-    results = []
+    results: list[FollowedRegressor] = []
     while scores.candidates and len(results) < _MOST and (p_value := scores.p_value()) <= FALSE_ALARMS:
         best = int(np.argmax(np.abs(scores.z)))
         alike = [k for k in np.argsort(-np.abs(scores.z)) if scores.alike[best, k]]
@@ -132,7 +132,9 @@ def scores(problem: AnyProblem, draws: np.ndarray) -> Scores:
     _, sizes, directions = np.linalg.svd(chained)
     sizes = np.pad(sizes, (0, problem.n_params - len(sizes)))
     trials = [(trial, values) for _, trial, values in problem.each_trial(mean) if trial.histories]
-    effects, squares, members = {}, {}, {}
+    effects: dict[Candidate, np.ndarray] = {}
+    squares: dict[Candidate, list] = {}
+    members: dict[str, np.ndarray] = {}
     for history, (trial, values) in zip(problem.histories, trials, strict=True):
         knots, (factors,) = history.disturbances.knots, history.factors(mean[None])
         columns = history.columns.reshape(len(knots.axes), -1)

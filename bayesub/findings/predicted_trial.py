@@ -117,7 +117,7 @@ def motion_numbers(
     also half of the 90 % band, at the end and at its widest, and the same of :attr:`PredictedMotion.distance`.
     """
     main = motions[of]
-    result = {
+    result: dict = {
         "last_s": float(main.times[-1]),
         "draws": {by: motion.n_flown for by, motion in motions.items()},
         "failed_draws": {by: motion.n_failed for by, motion in motions.items()},

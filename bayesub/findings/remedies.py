@@ -3,7 +3,7 @@
 Of correlated residuals there are explanations, and lines that let a run infer what explains them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -50,7 +50,7 @@ def advise(criticism: Criticism, problem: AnyProblem, explained: Sequence[Explan
     chance = f"{criticism.n_tests} tests, {100 * criticism.false_alarms:g} % false alarms in all"
     if criticism.fits:
         return f"The residuals of every channel look like its noise model ({chance})."
-    suspects = {}
+    suspects: dict[str, dict] = {}
     for name, check in criticism.suspects.items():
         suspects.setdefault(check.faults[0], {})[name] = check  # the others may follow from the first
     conclusion = "The noise is smaller than its model says, and the intervals are too wide"
@@ -108,7 +108,7 @@ def _shape(checks, problem):
     )
 
 
-_SENTENCES = {
+_SENTENCES: dict[str, Callable] = {
     "correlated": _correlated,
     "outliers": _outliers,
     "large": partial(_wrong_sd, "over", "raise"),
@@ -185,7 +185,7 @@ def _disturbance_lines(explanation, problem):  # noqa: ARG001
 
 
 def _slow_noise_lines(explanation, problem):
-    columns = {}
+    columns: dict[str, tuple] = {}
     for name, size in explanation.sizes.items():
         channel, _ = problem.channels[name]
         column = log_files.HEADERS[channel.quantity]

@@ -321,10 +321,7 @@ def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dic
 
     `null_space`: its vectors are in coefficients; `values`: coefficient -> value where the null space was taken.
 
-    Returns
-    -------
-    list of dict
-        ``axis``, and ``changes``: coefficient -> change over its value, largest first.
+    Returns ``axis``, and ``changes``: coefficient -> change over its value, largest first.
     """
     result = []
     for axis, rank in null_space.ranks.items():

@@ -9,7 +9,7 @@ by its regressor; one that has no counterpart is said so in a comment of the fil
 
 import json
 from importlib import metadata
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -119,7 +119,7 @@ def _head(boat: Boat, source: str) -> list[str]:
     return lines
 
 
-def _scalars(boat: Boat) -> dict[str, float | list[float]]:
+def _scalars(boat: Boat) -> dict[str, Any]:
     vehicle = boat.vehicle
     body = vehicle.rigid_body
     return {
@@ -174,7 +174,8 @@ def mss_json(vehicle: Vehicle, known: Known, source: str) -> str:
     rows, others = _counterparts(boat)
     for row in rows:
         row["sd"] = row["sd"] if np.isfinite(row["sd"]) else None
-    content = {"convention": "MSS, npsauv.m: r2 = rho/2 L^2 .. r5 = rho/2 L^5", "about": _head(boat, source)}
+    content: dict[str, Any] = {"convention": "MSS, npsauv.m: r2 = rho/2 L^2 .. r5 = rho/2 L^5"}
+    content["about"] = _head(boat, source)
     content |= {"name": vehicle.name} | _scalars(boat)
     content |= {"MRB": boat.rigid_mass.tolist(), "MA": boat.added_mass.tolist(), "coefficients": rows}
     content["without_counterpart"] = [

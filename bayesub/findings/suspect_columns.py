@@ -36,11 +36,8 @@ def suspect(problem: AnyProblem, mode: np.ndarray) -> str:
 
     `mode` (n_params,): its mode, which does not fit.
 
-    Returns
-    -------
-    str
-        Empty if no single change makes the difference at least three times as small, and of columns less than half the
-        motion.
+    Empty if no single change makes the difference at least three times as small, and of columns less than half
+    the motion.
     """
     return _column(problem) or _clock(problem, mode)
 

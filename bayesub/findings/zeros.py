@@ -49,12 +49,8 @@ def equivalents(trajectory: Trajectory, parameter: str) -> tuple[dict[str, float
 
     `trajectory`: its first member; `parameter`: such as "bias_rudder_deg".
 
-    Returns
-    -------
-    changes : dict of str to float
-        Coefficient -> change that is like the bias, by least squares of the forces on each axis.
-    rest : float
-        Share of the force that the coefficients do not make, root mean square, on the axis where it is largest.
+    Returns `changes`: coefficient -> change that is like the bias, by least squares of the forces on each axis; `rest`:
+    share of the force that the coefficients do not make, root mean square, on the axis where it is largest.
     """
     simulator = trajectory.simulator
     vehicle, equations = simulator.vehicle, simulator.vehicle.equations
@@ -72,7 +68,8 @@ def equivalents(trajectory: Trajectory, parameter: str) -> tuple[dict[str, float
         simulator.dimensional(trajectory.xi[0])[0],
         set(equations.active(None, None, simulator.subproblem)),
     )
-    changes, rest = {}, 0.0
+    changes: dict[str, float] = {}
+    rest = 0.0
     columns = steady(equations)
     for axis in AXES[1:]:
         of_axis = equations.columns(equations.names_of_axis(axis))
@@ -108,11 +105,8 @@ def together(names: Sequence[str], covariance: np.ndarray, vehicle: Vehicle) -> 
     `names`: n_params parameters, those of a trial's own with its name in brackets; `covariance` (n_params, n_params):
     of the posterior.
 
-    Returns
-    -------
-    list of dict
-        For each such coefficient: "coefficient"; "with", zero -> factor, such that the coefficient plus the factors
-        times the zeros is known to "sd"; "alone", the sd of the coefficient itself.
+    Returns for each such coefficient: "coefficient"; "with", zero -> factor, such that the coefficient plus the factors
+    times the zeros is known to "sd"; "alone", the sd of the coefficient itself.
     """
     axes, of_terms, rows = biases(vehicle, None), steady(vehicle.equations), []
     for k, name in enumerate(names):

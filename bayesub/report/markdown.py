@@ -16,8 +16,15 @@ from typing import Any
 
 _ROLE = re.compile(r":\w+:`~?([^`]+)`")
 _WORD = re.compile(r"\w+")
-_REDUCE = {"min": min, "max": max, "mean": mean, "median": median, "sum": sum, "count": len}
-_EACH = {
+_REDUCE: dict[str, Callable[[list[float]], float]] = {
+    "min": min,
+    "max": max,
+    "mean": mean,
+    "median": median,
+    "sum": sum,
+    "count": len,
+}
+_EACH: dict[str, Callable[[float], float]] = {
     "percent": lambda x: 100 * x,
     "per cent more": lambda x: 100 * (x - 1),
     "milli": lambda x: 1e3 * x,

@@ -80,7 +80,7 @@ def regressor_latex(regressor: str) -> str:
     r"""A regressor such as ``u*abs(r)*dr`` in LaTeX, ``u \left|r\right| \delta_{r}``."""
     parts = []
     for factor in regressor.split("*"):
-        function, inner, bare, power = _FACTOR.fullmatch(factor.strip()).groups()
+        function, inner, bare, power = _FACTOR.fullmatch(factor.strip()).groups()  # type: ignore[union-attr]  # a regressor of a set is parsed
         symbol = _symbol_latex(inner or bare)
         shape = {"abs": r"\left|%s\right|", "sgn": r"\mathrm{sgn}(%s)"}.get(function, "%s") % symbol
         parts.append(f"{shape}^{{{power}}}" if power else shape)

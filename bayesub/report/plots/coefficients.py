@@ -115,7 +115,7 @@ def limits(
 def _draw_estimate(panel, rows, estimate, values, limits) -> None:
     """The solutions (n_solutions, n_rows) of a baseline; triangles point to those beyond the limits."""
     search = estimate.method == "SQP"
-    n, low, high = len(values), *limits
+    n, (low, high) = len(values), limits
     colour, marker, size = (style.SQP, "o", 3.4) if search else (style.LINEAR, "X", 5.0)
     word = f"SQP from {counted(n, 'start')}" if search else f"{estimate.method}, no noise"
     shifts = np.linspace(-0.25, 0.25, n) if n > 1 else np.array([0.3])
@@ -167,7 +167,7 @@ def draw_runs(path: Paths, rows: Sequence[tuple[str, Mapping[str, dict]]], runs:
     with style.figure(path, 8.4 * n_panels, (0.14 + 0.1 * len(runs)) * length + 1.3) as figure:
         panels = figure.subplots(1, 2 * n_panels, squeeze=False, width_ratios=[2.2, 1.0] * n_panels)[0]
         for k in range(n_panels):
-            _draw_runs(*panels[2 * k : 2 * k + 2], rows[k * length : (k + 1) * length], runs, length)
+            _draw_runs(panels[2 * k], panels[2 * k + 1], rows[k * length : (k + 1) * length], runs, length)
         handles, words = panels[0].get_legend_handles_labels()
         columns = style.legend_columns(words, figure.get_figwidth())
         figure.legend(handles, words, loc="outside upper center", ncols=columns, fontsize=8)
@@ -197,8 +197,8 @@ def _draw_runs(left, right, rows, labels, length) -> None:
     for axis in (left, right):
         axis.set_ylim(length - 0.5, -0.5)
         axis.grid(axis="y", visible=False)
-        for y in range(len(rows) - 1):
-            axis.axhline(y + 0.5, color="#E6E6E6", lw=0.6)
+        for k in range(len(rows) - 1):
+            axis.axhline(k + 0.5, color="#E6E6E6", lw=0.6)
     left.set_yticks(range(len(rows)), [name for name, _ in rows])
     right.set_yticks([])
     left.set(xlim=limits, xlabel="ratio; grey: 90 % of the prior")

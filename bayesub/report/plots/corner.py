@@ -44,7 +44,7 @@ _BINS = 25  # of a marginal
 _LINE = 0.02  # of a panel: what is narrower is drawn as a thick line
 _PALE = "#A9CDE4"
 MARKS = {"orange dots": ("o", style.SQP), "green crosses": ("X", style.LINEAR), "yellow squares": ("s", style.WEAK)}
-_CIRCLE = style.PRIOR_LINE | {"lw": 0.9}  # the edge that holds 90 % of the prior of any two
+_CIRCLE: dict[str, Any] = style.PRIOR_LINE | {"lw": 0.9}  # the edge that holds 90 % of the prior of any two
 _RADIUS = np.sqrt(-2.0 * np.log(1.0 - SHARES[-1]))  # of the circle that holds this share of two standard normals
 
 

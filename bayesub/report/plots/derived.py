@@ -32,19 +32,18 @@ def draw(
     heights = [0.26 * len(rows) + 0.5] * bool(rows) + [2.7] * bool(panels)
     with style.figure(path, 7.4, sum(heights) + 0.45) as figure:
         parts = list(np.ravel(figure.subfigures(len(heights), 1, height_ratios=heights)))
-        handles = None
+        panel = None  # whose legend is that of the figure
         if rows:
             panel = parts[0].subplots()
             _intervals(panel, rows, word)
-            handles = panel.get_legend_handles_labels()
         if panels:
             for axis, name in zip(parts[-1].subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
                 if name == "spiral":
                     _spiral(axis, *spiral)
                 else:
                     _roots(axis, roots[name], f"roots of {_PLANES[name]}")
-                handles = handles or axis.get_legend_handles_labels()
-        figure.legend(*handles, loc="outside upper center", ncols=4, fontsize=8.5)
+                panel = panel or axis
+        figure.legend(*panel.get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=8.5)
 
 
 def _intervals(panel, rows, word) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from bayesub.report.plots.style import Paths
 X, Y, Z = positions("x", "y", "z")
 BEYOND = 50.0  # per cent of a limit beyond it, where the axis ends
 _ROW = 0.145  # inches of a coefficient
-_LIMIT = {"color": style.SQP, "lw": 1.0, "ls": "--"}
+_LIMIT: dict[str, Any] = {"color": style.SQP, "lw": 1.0, "ls": "--"}
 
 
 def draw_manoeuvre(

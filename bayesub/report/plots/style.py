@@ -22,13 +22,13 @@ WEAK = "#E69F00"
 NULL = "#CC79A7"
 VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 CYCLE = (POSTERIOR, LINEAR, SQP, NULL, WEAK)
-PRIOR_LINE = {"color": "#777777", "lw": 1.0, "ls": "--"}
+PRIOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 1.0, "ls": "--"}
 NAMES = 10.0  # size of the names of coefficients
 
 _COLOURS, _EXACT = 256, 64  # of a PNG, and those among them that keep their value
 _PARSERS: dict[str, Any] = {}  # one for all PNGs: what one has set in a size the next need not parse
 _COMPRESSION = 8  # level 9 takes twice as long and saves a twentieth
-_SETTINGS = {
+_SETTINGS: dict[Any, Any] = {
     "font.size": 9.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -170,12 +170,12 @@ def quantise(picture: Image.Image) -> Image.Image:
     are, so that the gradient of a colour bar has no steps.
     """
     picture = picture.convert("RGB")
-    counts = sorted(picture.getcolors(picture.width * picture.height), reverse=True)
+    counts = sorted(picture.getcolors(picture.width * picture.height) or [], reverse=True)
     colours = np.array([colour for _, colour in counts], dtype=np.uint8)
     palette, places = colours[:_COLOURS], np.arange(len(colours))
     if len(colours) > _COLOURS:
         others = Image.fromarray(colours[None, _EXACT:]).quantize(_COLOURS - _EXACT, dither=Image.Dither.NONE)
-        palette = np.vstack([colours[:_EXACT], np.reshape(others.getpalette(), (-1, 3)).astype(np.uint8)])
+        palette = np.vstack([colours[:_EXACT], np.reshape(others.getpalette() or [], (-1, 3)).astype(np.uint8)])
         places[_EXACT:] = _EXACT + np.asarray(others)[0]
     table = np.empty(1 << 24, dtype=np.uint8)  # place in the palette of each colour there is
     table[_code(colours)] = places
