@@ -130,8 +130,12 @@ def typical_ranges(equations: EquationSet) -> np.ndarray:
 
 def negative(equations: EquationSet) -> dict[str, list[str]]:
     """Coefficients that are negative because their force takes energy from a boat that moves ahead, by kind."""
-    kinds = {"drag": _is_drag, "damping": _is_damping, "added mass": _is_diagonal_added_mass}
-    return {kind: [term.name for term in equations.terms if of_kind(term)] for kind, of_kind in kinds.items()}
+    terms = equations.terms
+    return {
+        "drag": [term.name for term in terms if _is_drag(term)],
+        "damping": [term.name for term in terms if _is_damping(term)],
+        "added mass": [term.name for term in terms if term.regressor == ACCELERATIONS[AXES.index(term.axis)]],
+    }
 
 
 def _is_drag(term: Term) -> bool:
@@ -162,10 +166,6 @@ def _is_of_second_order(term: Term) -> bool:
     """
     across = {*VELOCITIES, "nu"} - AHEAD
     return sum(power for symbol, power, _ in term.parsed.canonical if symbol in across) >= 2
-
-
-def _is_diagonal_added_mass(term: Term) -> bool:
-    return term.regressor == ACCELERATIONS[AXES.index(term.axis)]
 
 
 def sizes_and_signs(boat: Vehicle) -> Examination:

@@ -212,7 +212,13 @@ def sentences(numbers: dict) -> dict[str, str]:
         return {}
     texts = [(trial["name"], "; ".join(map(_axis_text, trial["axes"]))) for trial in numbers["trials"]]
     parts = [f"{name}: {text}." if name else f"{text}." for name, text in texts]
-    return {"disturbance": " ".join([*parts, _process_sentence(numbers)]), "missing_terms": _terms_sentence(numbers)}
+    terms = " ".join(_followed_sentence(one) for one in numbers["followed"])
+    if numbers["regressors_tried"] and not terms:
+        terms = (
+            f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "
+            f"{100 * numbers['false_alarms']:g} % false alarms in all)."
+        )
+    return {"disturbance": " ".join([*parts, _process_sentence(numbers)]), "missing_terms": terms}
 
 
 def _axis_text(row) -> str:
@@ -255,17 +261,6 @@ def _interval(number, unit) -> str:
         f"{number['median']:.2g} {unit} ({number['q5']:.2g} to {number['q95']:.2g}, prior "
         f"{number['prior_q5']:.2g} to {number['prior_q95']:.2g})"
     )
-
-
-def _terms_sentence(numbers) -> str:
-    if not numbers["regressors_tried"]:
-        return ""
-    if not numbers["followed"]:
-        return (
-            f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "
-            f"{100 * numbers['false_alarms']:g} % false alarms in all)."
-        )
-    return " ".join(_followed_sentence(one) for one in numbers["followed"])
 
 
 def _followed_sentence(one) -> str:

@@ -45,6 +45,8 @@ def collect(
     n = problem.n_coefficients
     dimensional = any(term.unit for term in problem.equations.terms)
     rows = _parameters(problem, summary, conflicts.power_scaling(problem, posterior, summary.bulk_ess))
+    standardised = (summary.draws - summary.prior_mean) / summary.prior_sd
+    null_rows = spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
     coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
     return {
         "vehicle": problem.vehicle.name,
@@ -66,7 +68,7 @@ def collect(
         },
         "ranks": {axis: rank.summary() for axis, rank in null_space.ranks.items()},
         "null_directions": null_changes(null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))),
-        "null_contraction": _null_contraction(spectrum, summary),
+        "null_contraction": np.std(standardised @ null_rows.T, axis=0).tolist(),
         "normality": normality.of_posterior(summary.part(np.arange(n))).to_json(),
         "trade_offs": coefficient_pairs,
         "nuisance_trade_offs": nuisance_pairs,
@@ -143,13 +145,6 @@ def _cost(posterior) -> dict:
 def _chi_squares(problem, parameters) -> list[float]:
     """Chi-square per reading of each member of parameters (n_batch, n_params), with the total sd of every channel."""
     return np.mean(((problem.predicted(parameters) - problem.readings) / problem.sds) ** 2, axis=1).tolist()
-
-
-def _null_contraction(spectrum, posterior) -> list[float]:
-    """Posterior sd over prior sd along each null direction of the spectrum."""
-    standardised = (posterior.draws - posterior.prior_mean) / posterior.prior_sd
-    null_rows = spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
-    return np.std(standardised @ null_rows.T, axis=0).tolist()
 
 
 def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], list[dict]]:

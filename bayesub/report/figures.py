@@ -67,12 +67,16 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     yield from _corners(results, reference, word)
     yield _ranks(sample, equations)
     if results.residuals:
+        suspects = listed(list(results.criticism.suspects), "")
+        orange = (
+            f"Orange: what does not fit, {suspects}." if suspects else "A channel that does not fit would be orange."
+        )
         yield ReportFigure(
             "criticism",
             "Quantile residuals at draws from the posterior, standard normal and independent if the model is right. "
             "Left, against time at one draw, diamonds where they are beyond the axis. Middle, correlation of readings "
             "so many intervals apart. Right, histogram of the probability of what is below each reading. Between the "
-            "dashed lines are 99 % of what a right model makes, of each bar by itself. " + _orange(results.criticism),
+            "dashed lines are 99 % of what a right model makes, of each bar by itself. " + orange,
             lambda path: fit.draw(path, results.criticism, results.residuals, results.times),
         )
     if results.derived.values:
@@ -152,13 +156,6 @@ def _untouched(problem, sample) -> str:
     return (
         f"{n} of {len(contraction)} posteriors are at least {100 * UNTOUCHED:.0f} % as wide as their priors{of_them}."
     )
-
-
-def _orange(criticism) -> str:
-    """The channels that do not fit."""
-    if not criticism.suspects:
-        return "A channel that does not fit would be orange."
-    return f"Orange: what does not fit, {listed(list(criticism.suspects))}."
 
 
 def _strongest(sample, chosen) -> str:

@@ -16,15 +16,8 @@ from typing import Any
 
 _ROLE = re.compile(r":\w+:`~?([^`]+)`")
 _WORD = re.compile(r"\w+")
-_REDUCE: dict[str, Callable[[list[float]], float]] = {
-    "min": min,
-    "max": max,
-    "mean": mean,
-    "median": median,
-    "sum": sum,
-    "count": len,
-}
-_EACH: dict[str, Callable[[float], float]] = {
+_REDUCE: dict[str, Callable] = {"min": min, "max": max, "mean": mean, "median": median, "sum": sum, "count": len}
+_EACH: dict[str, Callable] = {
     "percent": lambda x: 100 * x,
     "per cent more": lambda x: 100 * (x - 1),
     "milli": lambda x: 1e3 * x,

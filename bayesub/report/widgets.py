@@ -96,11 +96,11 @@ def _pairs(results, reference, word: str) -> dict:
     prior = np.transpose([problem.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES]) / divisors[:, None]
     strong, _ = posterior.strong_block(sample.names, sample.correlation)
     rows, columns = np.tril_indices(len(sample.names), -1)
-    units = {term.name: term.unit for term in problem.equations.terms}
+    own = {t.name: f"{t.name} ({t.unit})" if t.unit else t.name for t in problem.equations.terms}
     return {
         "names": list(sample.names),
         "labels": [
-            f"{name} / {word}" if ratio else _labelled(name, units)
+            f"{name} / {word}" if ratio else own.get(name) or with_unit(name)
             for name, ratio in zip(sample.names, is_ratio, strict=True)
         ],
         "strong": [sample.names.index(name) for name in strong],
@@ -109,12 +109,6 @@ def _pairs(results, reference, word: str) -> dict:
         "prior": _rounded(np.sort(prior)),
         "draws": [pack(values) for values in (sample.draws[some] / divisors).T],
     }
-
-
-def _labelled(name: str, units: dict) -> str:
-    if name not in units:
-        return with_unit(name)
-    return f"{name} ({units[name]})" if units[name] else name
 
 
 def _trials(results, *, synthetic: bool) -> Iterator[dict]:
