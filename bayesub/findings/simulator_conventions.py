@@ -137,8 +137,7 @@ def _scalars(boat: Boat) -> dict[str, Any]:
 def mss(vehicle: Vehicle, known: Known, source: str) -> str:
     """A Matlab script that makes a struct `vehicle` with the names of npsauv.m.
 
-    `known`: of some of its coefficients; the others have the values of the vehicle; `source`: where they come from, in
-    words.
+    `source`: where the coefficients come from, in words.
     """
     boat = Boat(vehicle, known)
     rows, others = _counterparts(boat)

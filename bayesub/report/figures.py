@@ -67,10 +67,9 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     yield from _corners(results, reference, word)
     yield _ranks(sample, equations)
     if results.residuals:
-        suspects = listed(list(results.criticism.suspects), "")
-        orange = (
-            f"Orange: what does not fit, {suspects}." if suspects else "A channel that does not fit would be orange."
-        )
+        orange = "A channel that does not fit would be orange."
+        if results.criticism.suspects:
+            orange = f"Orange: what does not fit, {listed(list(results.criticism.suspects))}."
         yield ReportFigure(
             "criticism",
             "Quantile residuals at draws from the posterior, standard normal and independent if the model is right. "

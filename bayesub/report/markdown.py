@@ -73,9 +73,8 @@ class StudyPage:
         tables = "\n".join(self.tables).strip()
         parts = [f"# {self.name.replace('_', ' ').capitalize()}", f"**{escaped(self.question)}**"]
         parts += [escaped(self.background)] if self.background else []
-        parts += [f"**Claim.** {escaped(self.claim)}"] if self.claim else []
-        parts += [f"**Verdict.** {escaped(self.verdict)}"] if self.verdict else []
-        parts += [f"**Answer.** {escaped(self.answer)}"] if self.answer else []
+        topics = {"Claim": self.claim, "Verdict": self.verdict, "Answer": self.answer}
+        parts += [f"**{word}.** {escaped(text)}" for word, text in topics.items() if text]
         parts += ["## Figures"] if self.pictures else []
         for file, caption in self.pictures.items():
             parts += [f"![{alternative(caption)}]({file})", f"*{file.rpartition('.')[0]}.* {escaped(caption)}"]
@@ -123,19 +122,11 @@ def fill(text: str, numbers: dict) -> str:
 
 
 def evaluate(numbers: dict, what: str) -> str:
-    """What a path with operations and format stands for.
+    """What a path in the numbers of a study stands for, with operations and format, apart by semicolons.
 
-    Parameters
-    ----------
-    what : str
-        Path, operations and format, apart by semicolons. Operations reduce all numbers (``min``, ``max``, ``mean``,
-        ``median``, ``sum``, ``count``), or those of each path (``each median``, ``each share below 1e-3``), change them
-        (``percent``, ``milli``, ..), or choose among them (``below 1e-6``, ``above 3``).
-
-    Raises
-    ------
-    KeyError
-        If the path leads nowhere, or to null.
+    Operations reduce all numbers (``min``, ``max``, ``mean``, ``median``, ``sum``, ``count``), or those of each path
+    (``each median``, ``each share below 1e-3``), change them (``percent``, ``milli``, ..), or choose among them
+    (``below 1e-6``, ``above 3``). KeyError if the path leads nowhere, or to null.
     """
     where, *operations, form = (part.strip() for part in what.split(";"))
     paths = [one.strip().split("/") for one in where.split("&")]

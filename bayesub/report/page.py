@@ -56,16 +56,9 @@ def draw_all(figures: Iterable[ReportFigure], folder: Path, *, pdf: bool = False
 
 
 def fill(template: str, pictures: Mapping[str, tuple[str, bytes]], /, **values) -> str:
-    """The page of a template of this folder.
+    """The page of a template of this folder, which extends ``page.html`` and has names that `values` stand for.
 
-    Parameters
-    ----------
-    template : str
-        Which extends ``page.html``.
-    pictures : mapping
-        Name of a figure -> its caption and its PNG or SVG, of :func:`draw_all`.
-    **values
-        What the other names in the template stand for.
+    `pictures` are those of :func:`draw_all`: name of a figure -> its caption and its PNG or SVG.
     """
     shared = Drawings()
     placed = {name: shared.place(*picture) for name, picture in pictures.items()}

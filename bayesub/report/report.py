@@ -155,14 +155,8 @@ def markdown_page(
         )
         for row in numbers["parameters"] + numbers["nuisance"]
     ]
-    heads = (
-        "name",
-        reference_word(numbers),
-        "prior, mean ± sd",
-        "posterior, mean ± sd",
-        "posterior / prior sd",
-        "hangs on",
-    )
+    word = reference_word(numbers)
+    heads = ("name", word, "prior, mean ± sd", "posterior, mean ± sd", "posterior / prior sd", "hangs on")
     page = StudyPage(
         name=numbers["name"],
         question=numbers["question"] or f"What does the trial say of {numbers['vehicle']}?",

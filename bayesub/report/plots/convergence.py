@@ -8,7 +8,7 @@ import numpy as np
 
 from bayesub.inference.checks.convergence import rank_histograms, rank_spread
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import labels
+from bayesub.report.plots.coefficients import RUNS, labels
 from bayesub.report.plots.style import Equations, Paths
 
 if TYPE_CHECKING:  # it loads a sampler
@@ -19,7 +19,6 @@ SHOWN = 3  # parameters
 MEANS = 75  # of each ensemble at most
 DEVIATION = 2.5758  # standard deviations that hold 99 % of a normal
 _LINES = ("-", "--", "-.", ":")
-_COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK, style.READINGS)
 _ERRORS = np.linspace(-5.0, 5.0, 41)  # bins of differences
 _KINDS = (("mean_z", "means"), ("sd_z", "sds"), ("correlation_z", "correlations"))
 
@@ -52,7 +51,7 @@ def draw_ranks(path: Paths, posterior: Posterior, equations: Equations) -> None:
     n = chain.shape[1] // together
     means = chain[:, : n * together].reshape(len(chain), n, -1, len(members)).mean(axis=2)
     steps = kept.thin * together * (np.arange(n) + 0.5)
-    styles = [{"color": _COLOURS[k % 6], "ls": _LINES[k % 4], "lw": 1.0} for k in range(len(chain))]
+    styles = [{"color": RUNS[k % 6], "ls": _LINES[k % 4], "lw": 1.0} for k in range(len(chain))]
     edges, names = np.linspace(0.0, 1.0, BINS + 1), labels([posterior.names[k] for k in members], equations)
     with style.figure(path, 8.0, 0.8 + 1.1 * len(members)) as figure:
         rows = figure.subplots(len(members), 2, squeeze=False, sharex="col", width_ratios=[1.5, 1.0])

@@ -163,7 +163,11 @@ def draw_directions(
             _draw_reference(axis, panels, along(reference))
         _draw_points(axis, panels, points)
         titles = [f"{word}\nsd {style.power(sd)}" for word, sd in zip(words, draws.std(axis=0), strict=True)]
-        names = [_largest(spectrum, k, equations) for k in chosen]
+        names = []  # the two largest entries of each, one below the other
+        for k in chosen:
+            entries = list(spectrum.direction(k).items())[:2]
+            symbols = zip(entries, labels([name for name, _ in entries], equations), strict=True)
+            names.append("\n".join(f"{x:+.2f} {symbol}" for (_, x), symbol in symbols if abs(x) > 0.1))
         _label(axis, panels, names, titles, colours)
         _add_legend(axis, n, points, "" if reference is None else "truth", null=False)
 
@@ -178,13 +182,6 @@ def choose_directions(spectrum: Spectrum) -> list[tuple[str, str, list[int]]]:
     )
     some = [(kind, colour, np.linspace(a, b - 1, min(_EACH, b - a))) for kind, colour, a, b in bounds if b > a]
     return [(kind, colour, [int(k) for k in places]) for kind, colour, places in some]
-
-
-def _largest(spectrum, k: int, equations) -> str:
-    """The two largest entries of a direction, one below the other."""
-    entries = list(spectrum.direction(k).items())[:2]
-    names = labels([name for name, _ in entries], equations)
-    return "\n".join(f"{x:+.2f} {name}" for (_, x), name in zip(entries, names, strict=True) if abs(x) > 0.1)
 
 
 class _Panels:
