@@ -121,7 +121,13 @@ def check(problem: AnyProblem, title: str) -> DataCard:
         durations[trial] = part.manoeuvre.duration
         for channel in part.record.channels:
             name = f"{channel.name}[{trial}]" if trial else channel.name
-            channels.append(_channel(name, channel, whole[part.rows[channel.name]], others, factor))
+            times, steps = channel.times, np.diff(channel.times)
+            interval = float(np.median(steps)) if len(steps) else 0.0
+            gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
+            outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
+            informed = _information(_without_forces(whole[part.rows[channel.name]], others), factor)
+            column = log_files.HEADERS[channel.quantity]
+            channels.append(ChannelCard(name, column, times, interval, gaps, outliers, *informed))
     whitened = _without_forces(np.concatenate(rows), others)
     informed = _information(whitened, factor)
     steps = problem.prior.sd[others, None] * factor
@@ -129,17 +135,6 @@ def check(problem: AnyProblem, title: str) -> DataCard:
     n, names = problem.n_coefficients, tuple(problem.names[k] for k in others)
     of_zeros = zeros.together(names, covariance, problem.vehicle), zeros.advice(problem)
     return DataCard(title, problem.equations, names, n, tuple(channels), durations, *informed, *of_zeros)
-
-
-def _channel(name, channel, whitened, others, factor) -> ChannelCard:
-    times = channel.times
-    steps = np.diff(times)
-    interval = float(np.median(steps)) if len(steps) else 0.0
-    gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
-    outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
-    column = log_files.HEADERS[channel.quantity]
-    informed = _information(_without_forces(whitened, others), factor)
-    return ChannelCard(name, column, times, interval, gaps, outliers, *informed)
 
 
 def _without_forces(whitened, others) -> np.ndarray:

@@ -97,7 +97,16 @@ def sheet(comparison: Comparison, **about) -> Sheet:
     if comparison.differences:
         rows = [[key, *values.values()] for key, values in comparison.differences.items()]
         differences = [Table("What differs between the studies and the code", ["setting", *labels], rows, labels)]
-    parts: list[ReportFigure | Table] = [_runs_table(comparison), *differences, coefficients]
+    runs = numbers["runs"]
+    rows = []
+    for key in dict.fromkeys(key for run in comparison.runs for key in run.about):
+        values = ("" if run.get(key) is None else run[key] for run in runs.values())
+        rows.append([key, *(cell(value, 4) if isinstance(value, float) else str(value) for value in values)])
+    rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
+    rows.append(["converged", *("yes" if run["converged"] else "NO" for run in runs.values())])
+    rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
+    about_runs = Table("Runs", ["run", *runs], rows, list(runs))
+    parts: list[ReportFigure | Table] = [about_runs, *differences, coefficients]
     parts += [_distances_table(comparison), *others]
     if others:
         parts.append(_predictions_table(comparison))
@@ -111,19 +120,6 @@ def sheet(comparison: Comparison, **about) -> Sheet:
     question = "What do these posteriors say of the same coefficients, and of the same manoeuvre?"
     facts = {"Differences": "" if differences else "None between the studies and the code."}
     return Sheet(f"{title} compared", question, verdicts, facts, parts, **about)
-
-
-def _runs_table(comparison: Comparison) -> Table:
-    runs = comparison.numbers["runs"]
-    about = dict.fromkeys(key for run in comparison.runs for key in run.about)
-    rows = []
-    for key in about:
-        values = ("" if run.get(key) is None else run[key] for run in runs.values())
-        rows.append([key, *(cell(value, 4) if isinstance(value, float) else str(value) for value in values)])
-    rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
-    rows.append(["converged", *("yes" if run["converged"] else "NO" for run in runs.values())])
-    rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
-    return Table("Runs", ["run", *runs], rows, list(runs))
 
 
 def _distances_table(comparison: Comparison) -> Table:
