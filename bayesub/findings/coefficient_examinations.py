@@ -80,7 +80,7 @@ def inertia(boat: Vehicle) -> Examination:
                 f"the added-mass matrix is not symmetric: {values}",
                 "in ideal fluid they are equal; use one for both, or their mean",
             )
-    numbers = {
+    numbers: dict = {
         "smallest_eigenvalue_scaled": number_or_none(smallest),
         "positive_definite": bool(smallest > 0.0),
         "added_mass_differences": differences,

@@ -39,7 +39,7 @@ class ComparedRun:
         Coefficients are the same if their terms are, and what these refer to.
         """
         equations = self.vehicle.equations
-        keys = {}
+        keys: dict[tuple, int] = {}
         for k, name in enumerate(self.posterior.names):
             if name in equations.index:
                 term = equations.term(name)
@@ -160,7 +160,7 @@ class Comparison:
         }
         if shared:
             sds = {name: {label: numbers["parameters"][name][label]["sd"] for label in labels} for name in shared}
-            best = [min(of, key=lambda label, of=of: of[label]) for of in sds.values()]
+            best = [min(labels, key=of.__getitem__) for of in sds.values()]
             counts = ", ".join(f"{best.count(label)} by {label}" for label in labels)
             sentences["known"] = f"Known best (smallest sd): {counts}."
         pairs = [pair for pair in numbers["pairs"] if pair["n_shared"]]

@@ -202,7 +202,7 @@ def _null_space(judge, manoeuvres) -> NullSpace:
 
 def numbers(design: DesignedTrial) -> dict:
     """Everything that the page says, as JSON types."""
-    judge, after, given = design.judge, design.after, design.after_standard
+    judge, after, given, standard = design.judge, design.after, design.after_standard, design.standard
     found = design.searches[design.kind]
     content = {
         "vehicle": judge.vehicle.name,
@@ -218,7 +218,7 @@ def numbers(design: DesignedTrial) -> dict:
             for c in design.plan.family(design.kind).controls
         },
         "before": criteria(design.before, None),
-        "standard": None if given is None else {"manoeuvre": design.standard.name} | criteria(given, design.unique),
+        "standard": {"manoeuvre": standard.name} | criteria(given, design.unique) if given and standard else None,
         "after": criteria(after, design.structural),
         "on_boats_of_the_prior": {
             f"known_to_{100 * share:g}_percent": [information.n_known(share) for information in design.on_draws]
@@ -326,7 +326,7 @@ def sentence(design: DesignedTrial) -> str:
     known = f"Known to {100 * design.share:g} %: {after.n_known(design.share)} of {len(after.names)} coefficients"
     known += f" ({min(counts)} to {max(counts)} on boats of the prior); before the trial "
     known += f"{design.before.n_known(design.share)}"
-    if given is not None:
+    if given is not None and design.standard is not None:
         times = f", {len(design.manoeuvres)} times" if len(design.manoeuvres) > 1 else ""
         known += f"; the standard manoeuvre ({design.standard.name}, {design.standard.duration:.4g} s{times}) "
         known += f"{given.n_known(design.share)}"

@@ -140,9 +140,9 @@ def scores(problem: AnyProblem, draws: np.ndarray) -> Scores:
         columns = history.columns.reshape(len(knots.axes), -1)
         candidates, forces = _candidates(trial, values, knots)
         for candidate, line, force in zip(candidates, knots.projection(forces).T, forces.T, strict=True):
-            axis = knots.axes.index(candidate.axis)
+            k = knots.axes.index(candidate.axis)
             effect = effects.setdefault(candidate, np.zeros(problem.n_params))
-            effect[columns[axis]] = linalg.solve_triangular(factors[axis], line, lower=True)
+            effect[columns[k]] = linalg.solve_triangular(factors[k], line, lower=True)
             squares.setdefault(candidate, []).append(np.mean(force**2))
         for axis, of_axis in zip(knots.axes, columns, strict=True):
             members[axis] = np.append(members.get(axis, np.array([], dtype=int)), of_axis)

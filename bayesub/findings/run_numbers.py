@@ -147,7 +147,7 @@ def _chi_squares(problem, parameters) -> list[float]:
     return np.mean(((problem.predicted(parameters) - problem.readings) / problem.sds) ** 2, axis=1).tolist()
 
 
-def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], list[dict]]:
+def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], ...]:
     """Pairs of coefficients, and pairs with a nuisance parameter, by the size of their correlation."""
     rows, columns = np.triu_indices(len(posterior.names), 1)
     values = posterior.correlation[rows, columns]

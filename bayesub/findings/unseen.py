@@ -185,9 +185,8 @@ def _named(trial: dict) -> str:
 
 
 def _of_readings(trial: dict) -> str:
-    shares = [
-        f"{100 * trial['coverage'][key]:.0f} % within {key} bands" for key in by_percent(dict.fromkeys(INTERVALS))
-    ]
+    keys = [f"{100 * probability:g} %" for probability in INTERVALS]
+    shares = [f"{100 * trial['coverage'][key]:.0f} % within {key} bands" for key in keys]
     return f"{trial['n_readings']} readings to {trial['last_s']:.4g} s, {' and '.join(shares)}"
 
 

@@ -34,7 +34,7 @@ def actuators(boat: Vehicle) -> Examination:
 
 def _actuator_numbers(boat: Vehicle, actuator: Actuator) -> dict:
     factor = np.pi / 180.0 if actuator.unit == "deg" else 1.0
-    numbers = {"angle_deg": actuator.angle_deg} if actuator.angle_deg is not None else {}
+    numbers: dict = {"angle_deg": actuator.angle_deg} if actuator.angle_deg is not None else {}
     if np.isfinite(actuator.limit):
         numbers["limit"] = actuator.limit / factor
     shares = zip(boat.equations.controls, actuator.mixing, strict=True)

@@ -193,8 +193,8 @@ def stability(boat: Vehicle) -> Examination:
     grows = rate > GROWTH
     righted = "which does not suffice at trial speed" if grows else "which suffices at trial speed"
     planes = {
-        "horizontal_G_h": ("v", "r", "YN", "and it holds no course with the rudder amidships"),
-        "vertical_G_v": ("w", "q", "ZM", f"but for the righting moment, {righted}"),
+        "horizontal_G_h": ("v", "r", ("Y", "N"), "and it holds no course with the rudder amidships"),
+        "vertical_G_v": ("w", "q", ("Z", "M"), f"but for the righting moment, {righted}"),
     }
     less = " (less the moment of the mass)" if boat.equations.rigid_body_terms == "separate" else ""
     unstable = False

@@ -46,8 +46,8 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     for trial in problem.each_trial(results.draws):
         yield track_figure(*trial, synthetic=word == "truth")
     both = zip(problem.each_trial(results.prior_predictive), problem.each_trial(results.draws), strict=True)
-    for (*trial, before), (*_, after) in both:
-        yield from fan_figure(*trial, before, after)
+    for (name, part, before), (*_, after) in both:
+        yield from fan_figure(name, part, before, after)
     for forces in results.forces:
         yield disturbance_figure(forces)
     yield ReportFigure(
@@ -222,9 +222,9 @@ def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) ->
 def _fit(baseline: dict) -> str:
     """Whether all solutions of a baseline fit the readings, as the end of a phrase."""
     chi_squares = baseline["chi_square_per_reading"]
-    if max(chi_squares) < FITS:
-        return ", all of which fit the track"
     lowest, highest = min(chi_squares), max(chi_squares)
+    if highest < FITS:
+        return ", all of which fit the track"
     return f", which do not all fit the track (chi-square per reading {lowest:.3g} to {highest:.3g})"
 
 
@@ -257,7 +257,7 @@ def _band(problem, draws: np.ndarray) -> str:
     share = problem.predicted(draws).std(axis=0) / problem.sds
     ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
     widths = {c.name: float(np.median(s)) for c, s in zip(problem.record.channels, np.split(share, ends), strict=True)}
-    least, most = min(widths, key=widths.get), max(widths, key=widths.get)
+    least, most = min(widths, key=widths.__getitem__), max(widths, key=widths.__getitem__)
     word = "The blue band is the posterior's own uncertainty of the readings: its sd is"
     if least == most:
         return f"{word} {widths[most]:.2g} of that of the noise."

@@ -152,7 +152,7 @@ class Drawings:
     def inline(self, svg: str) -> Drawing:
         """An SVG of matplotlib's."""
         head, body = svg[svg.index("<svg") :].split(">", 1)
-        box = re.search(r'viewBox="([^"]*)"', head)[1]
+        box = re.findall(r'viewBox="([^"]*)"', head)[0]
         body = _LEFT_OUT.sub("", body.rpartition("</svg>")[0])
         body = _GLYPH.sub(self._keep, body)
         body = _USE.sub(self._use, body)

@@ -2,6 +2,7 @@
 
 import base64
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,7 @@ def pack(values: np.ndarray, kind: str = "u2") -> dict:
     return {"low": float(low), "step": float(step), "kind": kind, "codes": text}
 
 
-def _rounded(values) -> list:
+def _rounded(values) -> Any:
     """Nested lists of numbers of so many digits; what is not finite is None."""
     if np.ndim(values):
         return [_rounded(value) for value in values]

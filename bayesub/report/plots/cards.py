@@ -1,8 +1,4 @@
-"""The cards of ``bayesub check`` that are a page of figures: those of a vehicle, and of the data of a study.
-
-That of a vehicle has its turning circle, its answer to the planes, and its coefficients beside those of the built-in
-vehicles; that of data coverage in time, gaps and outliers, and what each channel informs.
-"""
+"""The cards of ``bayesub check`` that are a page of figures: those of a vehicle, and of the data of a study."""
 
 from functools import singledispatch
 from itertools import cycle

@@ -62,7 +62,7 @@ def trade_off_parameters(posterior: Posterior, n: int, null: Iterable[Mapping[st
     entries = []
     for vector in null:
         size = {names.index(name): abs(x) for name, x in vector.items() if name in names}
-        entries.append(sorted(size, key=lambda k, size=size: -size[k] / posterior.prior_sd[k]))
+        entries.append(sorted(size, key={k: -x / posterior.prior_sd[k] for k, x in size.items()}.__getitem__))
     by_rank = [[order[k] for order in entries if k < len(order)] for k in range(max(map(len, entries), default=0))]
     chosen = _filled(chosen, [(k,) for k in chain(*by_rank)], PARAMETERS)
     return np.sort(list(_filled(chosen, pairs, PARAMETERS)) or np.arange(n))
@@ -214,7 +214,7 @@ def _figure(path, n: int) -> Iterator[Axes]:
         axis.grid(visible=False)
         rows, columns = np.tril_indices(n)
         corners = np.array([(0, 0), (SIDE, 0), (SIDE, SIDE), (0, SIDE)]) + np.stack([columns, rows], 1)[:, None]
-        axis.add_collection(PolyCollection(corners, facecolors="none", edgecolors=style.TRUTH, linewidths=0.6))
+        axis.add_collection(PolyCollection(list(corners), facecolors="none", edgecolors=style.TRUTH, linewidths=0.6))
         yield axis
         axis.set(xlim=(-0.005, n - GAP + 0.005), ylim=(n - GAP + 0.005, -0.005))  # here, since contours have set them
 
@@ -255,7 +255,8 @@ def _draw_marginals(axis, draws, quantiles, colours=None) -> None:
     With `colours` the histograms are filled, and each as high as its prior: their widths compare, not their heights.
     """
     for k, (values, prior) in enumerate(zip(draws.T, quantiles.T, strict=True)):
-        edges = np.linspace(*np.quantile(values, [0.0005, 0.9995]), _BINS + 1) if colours else np.linspace(0, 1, _BINS)
+        low, high = np.quantile(values, [0.0005, 0.9995])
+        edges = np.linspace(low, high, _BINS + 1) if colours else np.linspace(0, 1, _BINS)
         heights = np.histogram(values, edges, density=True)[0]
         places, density = prior_density(prior)
         inside = (places > 0.0) & (places < 1.0)
@@ -340,7 +341,7 @@ def _hist2d() -> Any:
     """The contours of corner, without ArviZ, which corner imports for chains of ArviZ and which takes two seconds."""
     absent = "arviz" not in sys.modules
     if absent:
-        sys.modules["arviz"] = None
+        sys.modules["arviz"] = None  # type: ignore[assignment]  # so that an import of it fails
     try:
         import corner  # here, since it imports pyplot
     finally:

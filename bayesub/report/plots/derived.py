@@ -1,6 +1,7 @@
 """Quantities that follow from the coefficients, the spiral curve, and roots of small motions: prior and posterior."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,7 @@ def draw(
     heights = [0.26 * len(rows) + 0.5] * bool(rows) + [2.7] * bool(panels)
     with style.figure(path, 7.4, sum(heights) + 0.45) as figure:
         parts = list(np.ravel(figure.subfigures(len(heights), 1, height_ratios=heights)))
-        panel = None  # whose legend is that of the figure
+        panel: Any = None  # whose legend is that of the figure
         if rows:
             panel = parts[0].subplots()
             _intervals(panel, rows, word)

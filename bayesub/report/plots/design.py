@@ -34,7 +34,7 @@ def draw_manoeuvre(
     at, states = flights
     columns = list(orders)
     dives = np.nanmax(np.ptp(states[0][:, Z])) > 1e-6
-    rows = [["track", column] for column in columns]
+    rows: list = [["track", column] for column in columns]
     if dives and len(columns) == 1:
         rows = [["track", columns[0]], ["depth", columns[0]]]
     elif dives:
@@ -82,7 +82,7 @@ def draw_sds(
     standard manoeuvre if it is flown, and after the trial; `shares`: of a value, where lines are drawn.
     """
     order, n_rows = np.argsort(after, kind="stable"), -(-len(labels) // 2)
-    per_cent = [None if sds is None else 100.0 * np.asarray(sds)[order] for sds in (before, standard, after)]
+    per_cent: list = [None if sds is None else 100.0 * np.asarray(sds)[order] for sds in (before, standard, after)]
     finite = np.concatenate([sds for sds in per_cent if sds is not None])
     low, high = finite.min(), finite.max()
     with style.figure(path, 9.0, max(2.6, 1.0 + _ROW * n_rows)) as figure:

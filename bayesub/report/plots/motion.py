@@ -108,8 +108,7 @@ def _draw_bands(axis, one: Drawn, k: int, factor: float, centre) -> list[np.ndar
         axis.fill_between(motion.times, low, high, color=one.colour, alpha=_ALPHA[probability], lw=0, label=label)
         ends += [low, high]
     median = factor * (motion.median[:, k] - centre)
-    label = None if one.probabilities else one.label
-    axis.plot(motion.times, median, **one.line, label=label)
+    axis.plot(motion.times, median, **one.line, label=None if one.probabilities else one.label)
     return ends or [median]
 
 
@@ -128,8 +127,8 @@ def draw_track(path: Paths, drawn: Sequence[Drawn]) -> None:
                 _draw_region(axis, regions[probability], colour, label)
         across, along = (Y, X) if turns else (X, Z)
         for one in drawn:
-            label = None if one.probabilities else one.label
-            axis.plot(*one.motion.median[:, [across, along]].T, **one.line, label=label)
+            median = one.motion.median[:, [across, along]].T
+            axis.plot(*median, **one.line, label=None if one.probabilities else one.label)
         axis.plot(*states[0, [across, along]], "o", color=style.TRUTH, ms=4)
         if turns:
             size = np.array([np.ptp(ends) for ends in (axis.get_xlim(), axis.get_ylim())])  # m
@@ -153,7 +152,7 @@ def _draw_region(axis, region, colour, label) -> None:
     corners = region.centres[::every, None] + np.swapaxes(region.roots[::every] @ _CIRCLE, 1, 2)
     sides = np.stack([corners[:, :-1], corners[:, 1:]], axis=2)
     swept = np.concatenate([sides[:-1], sides[1:, :, ::-1]], axis=2).reshape(-1, 4, 2)
-    look = {"facecolors": [colour], "edgecolors": [colour], "linewidths": 0.3}
-    axis.add_collection(PolyCollection(corners, **look, label=label))
-    axis.add_collection(PolyCollection(swept, **look))
+    look: dict[str, Any] = {"facecolors": [colour], "edgecolors": [colour], "linewidths": 0.3}
+    axis.add_collection(PolyCollection(list(corners), **look, label=label))
+    axis.add_collection(PolyCollection(list(swept), **look))
     axis.autoscale_view()

@@ -30,7 +30,7 @@ def strong_block(names: Sequence[str], correlation: np.ndarray) -> tuple[list[st
     members = np.flatnonzero(beside.max(axis=0) >= STRONG)
     if len(names) <= FEW or len(members) < 2:
         members = np.arange(len(names))
-    return [names[k] for k in members], correlation[np.ix_(members, members)]
+    return [names[k] for k in members.tolist()], correlation[np.ix_(members, members)]
 
 
 def draw_correlation(path: Paths, posterior: Posterior, equations: Equations) -> None:

@@ -81,7 +81,7 @@ def draw(
 def without_gaps(times: np.ndarray) -> list[slice]:
     """The parts of a channel between which nothing was read for longer than GAP intervals."""
     intervals = np.diff(times)
-    ends = np.flatnonzero(intervals > GAP * np.median(intervals)) + 1 if len(intervals) else []
+    ends = (np.flatnonzero(intervals > GAP * np.median(intervals)) + 1).tolist() if len(intervals) else []
     return [slice(a, b) for a, b in pairwise([0, *ends, len(times)])]
 
 
@@ -187,7 +187,7 @@ def draw_orders(path: Paths, trials: Mapping[str, tuple[Any, Any]]) -> None:
 def _draw_forces(axis, forces):
     """Unmodelled forces and currents, one unit on the left and the others on the right, each with its label."""
     colours = cycle(style.CYCLE)
-    panels = {}
+    panels: dict[str, Axes] = {}
     for name in forces.axes:
         if unit(name) not in panels:
             panels[unit(name)] = axis.twinx() if panels else axis
