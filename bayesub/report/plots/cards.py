@@ -35,7 +35,7 @@ def is_drawn(card: object) -> bool:
 def _(card: VehicleCard, path: Paths) -> None:
     boat = card.vehicle
     with style.figure(path, 11.7, 8.3) as figure:
-        flights, below = figure.subfigures(2, 1, height_ratios=[1.0, 1.55])
+        flights, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.0, 1.55])[:, 0]
         tail = ["tail"] * any(actuator.angle_deg is not None for actuator in boat.actuators.members)  # where fins stand
         axes = flights.subplot_mosaic([["turn", "yaw", "pitch", *tail], ["turn", "speed", "depth", *tail]])
         if tail:

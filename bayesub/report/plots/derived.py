@@ -32,14 +32,14 @@ def draw(
     panels = ([] if spiral is None else ["spiral"]) + list(roots)
     heights = [0.26 * len(rows) + 0.5] * bool(rows) + [2.7] * bool(panels)
     with style.figure(path, 7.4, sum(heights) + 0.45) as figure:
-        parts = list(np.ravel(figure.subfigures(len(heights), 1, height_ratios=heights)))
+        parts = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
         panel: Any = None  # whose legend is that of the figure
         if rows:
             panel = parts[0].subplots()
             _intervals(panel, rows, word)
         if panels:
             for axis, name in zip(parts[-1].subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-                if name == "spiral":
+                if name == "spiral" and spiral is not None:
                     _spiral(axis, *spiral)
                 else:
                     _roots(axis, roots[name], f"roots of {_PLANES[name]}")
