@@ -6,4 +6,4 @@ from bayesub.model.coefficients import EQUATIONS
 from bayesub.report.plots import coefficients
 
 labels = partial(coefficients.labels, equations=EQUATIONS)
-starred = partial(coefficients.starred, equations=EQUATIONS)
+starred = partial(coefficients.star, equations=EQUATIONS)
