@@ -18,8 +18,8 @@ from operator import itemgetter
 import numpy as np
 
 import bayesub as bs
-from bayesub.plots import style
 from bayesub.report import markdown
+from bayesub.report.plots import style
 from guesses.posteriors import NORMAL_SD, Guessed, judged
 
 N_TRIALS, N_OTHERS, QUICK_TRIALS = 200, 60, 3

@@ -19,9 +19,8 @@ import numpy as np
 
 from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.plots import spectrum
 from ill_conditioning import one_case, tables
-from ill_conditioning.plots import cancellation, collinearity, contribution, profile
+from ill_conditioning.plots import cancellation, collinearity, contribution, profile, spectra
 from thesis.cases import CASES, MANOEUVRES, published
 
 QUICK_CASES = (("suboff", "horizontal"),)
@@ -68,8 +67,8 @@ def analyse(vehicle, manoeuvre, converged):
 def draw(run, numbers):
     """Spectra, contributions, regressors; directions, profiles, correlations and cancellation of each case."""
     run.page(tables.page(numbers))
-    spectra = {title: one_case.restored_spectrum(case) for title, case in numbers.items()}
-    spectrum.draw_cases(run.figure("spectra"), spectra, min(len(numbers), len(MANOEUVRES)))
+    all_spectra = {title: one_case.restored_spectrum(case) for title, case in numbers.items()}
+    spectra.draw_cases(run.figure("spectra"), all_spectra, min(len(numbers), len(MANOEUVRES)))
     for manoeuvre in MANOEUVRES:
         alike = {title.split()[0]: case for title, case in numbers.items() if title.endswith(manoeuvre)}
         if alike:
@@ -81,7 +80,7 @@ def draw(run, numbers):
     for title, case in numbers.items():
         stem, saved = stems[title], arrays[title]
         directions = one_case.restored_spectrum(case, saved)
-        spectrum.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
+        spectra.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
         profile.draw(run.figure(f"profiles_{stem}"), one_case.restored_profiles(case), EQUATIONS)
         related = one_case.restored_collinearity(case, saved)
         collinearity.draw_correlation(run.figure(f"correlation_{stem}"), related, EQUATIONS)

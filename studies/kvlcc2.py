@@ -23,8 +23,8 @@ from scipy.signal import savgol_filter
 import bayesub as bs
 from bayesub.logs import log_files
 from bayesub.model.linear_form import stacked
-from bayesub.plots import style
 from bayesub.report.markdown import columns
+from bayesub.report.plots import style
 from bayesub.study.schema.trial_log import read_trial
 from thesis.measured_motion import Motion
 

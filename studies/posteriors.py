@@ -30,8 +30,8 @@ import numpy as np
 from scipy import stats
 
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.plots import corner, style
 from bayesub.problem.distributions import Normal
+from bayesub.report.plots import corner, style
 from posteriors import plots, tables
 from posteriors.trials import DrawsOfCoefficients, compare, searches
 from thesis import cases

@@ -22,31 +22,15 @@ LONGEST = 200  # characters of a setting in a table
 
 @dataclass(frozen=True)
 class ComparedRun:
-    """A run among others.
+    """A run among others."""
 
-    Attributes
-    ----------
-    label : str
-        Unlike that of the others.
-    vehicle : Vehicle
-    posterior : Posterior
-    about : dict of str to str or float
-        What there is to say of the run: study, trial, equations, version.
-    settings : dict
-        The entries of its configuration by which runs may differ.
-    prediction : PredictedTrial or None
-        Of the common manoeuvre.
-    why_not : str
-        Why there is no prediction.
-    """
-
-    label: str
+    label: str  # unlike that of the others
     vehicle: Vehicle
     posterior: Posterior
-    about: dict
-    settings: dict
-    prediction: PredictedTrial | None = None
-    why_not: str = ""
+    about: dict  # what there is to say of the run: study, trial, equations, version
+    settings: dict  # the entries of its configuration by which runs may differ
+    prediction: PredictedTrial | None = None  # of the common manoeuvre
+    why_not: str = ""  # why there is no prediction
 
     @cached_property
     def places(self) -> dict[tuple, int]:
@@ -55,7 +39,7 @@ class ComparedRun:
         Coefficients are the same if their terms are, and what these refer to.
         """
         equations = self.vehicle.equations
-        keys = {}
+        keys: dict[tuple, int] = {}
         for k, name in enumerate(self.posterior.names):
             if name in equations.index:
                 term = equations.term(name)
@@ -91,18 +75,10 @@ class ComparedRun:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Several posteriors.
+    """Several posteriors."""
 
-    Attributes
-    ----------
-    runs : tuple of ComparedRun
-        Two at least.
-    manoeuvre : str
-        That all predict.
-    """
-
-    runs: tuple[ComparedRun, ...]
-    manoeuvre: str
+    runs: tuple[ComparedRun, ...]  # two at least
+    manoeuvre: str  # that all predict
 
     @cached_property
     def parameters(self) -> dict[str, dict[str, int]]:
@@ -128,8 +104,17 @@ class Comparison:
     @cached_property
     def numbers(self) -> dict:
         """Everything there is to say, as JSON types."""
+        runs = {}
+        for run in self.runs:
+            apart = halves(run.posterior.chain[..., list(run.places.values())])
+            runs[run.label] = run.about | {
+                "converged": run.posterior.converged,
+                "shortcomings": list(run.posterior.shortcomings),
+                "n_parameters": len(run.places),
+                "halves": apart if np.isfinite(apart) else None,
+            }
         result = {
-            "runs": {run.label: self._of_run(run) for run in self.runs},
+            "runs": runs,
             "differences": self.differences,
             "parameters": {
                 name: {run.label: run.numbers(places[run.label]) for run in self.runs if run.label in places}
@@ -144,16 +129,6 @@ class Comparison:
         }
         result["sentences"] = self._sentences(result)
         return result
-
-    def _of_run(self, run: ComparedRun) -> dict:
-        chain = run.posterior.chain[..., list(run.places.values())]
-        apart = halves(chain)
-        return run.about | {
-            "converged": run.posterior.converged,
-            "shortcomings": list(run.posterior.shortcomings),
-            "n_parameters": len(run.places),
-            "halves": apart if np.isfinite(apart) else None,
-        }
 
     @cached_property
     def differences(self) -> dict[str, dict[str, str]]:
@@ -185,7 +160,7 @@ class Comparison:
         }
         if shared:
             sds = {name: {label: numbers["parameters"][name][label]["sd"] for label in labels} for name in shared}
-            best = [min(of, key=lambda label, of=of: of[label]) for of in sds.values()]
+            best = [min(labels, key=of.__getitem__) for of in sds.values()]
             counts = ", ".join(f"{best.count(label)} by {label}" for label in labels)
             sentences["known"] = f"Known best (smallest sd): {counts}."
         pairs = [pair for pair in numbers["pairs"] if pair["n_shared"]]

@@ -1,28 +1,27 @@
-"""Where prior and data disagree, by name, and how far off the guesses are."""
+"""Prior and data: where they disagree, how far off the guesses are, and what of a posterior hangs on the prior."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from bayesub.inference.checks.conflict import find_conflict
+from bayesub.findings.set_up import AnyProblem
+from bayesub.inference.checks.conflict import SENSITIVE, find_conflict, sensitivity, sensitivity_noise
+from bayesub.inference.sampling import Posterior
 from bayesub.problem.distributions import Joint
 from bayesub.problem.shared_scale import SharedScale
 
+DRAWS, FLOWN_DRAWS = 10_000, 2000  # at most; where the log likelihood needs simulations, of forces at knots
+PRIOR, LIKELIHOOD, BOTH = "prior", "likelihood", "both"
 _EDGES = (0.05, 0.95)  # of the intervals that are quoted
 
 
-def numbers(problem, posterior) -> dict:
+def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
     """What is found, as JSON types.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-    posterior : Posterior
-        Of the parameters that are not white coordinates of histories.
+    `posterior`: of the parameters that are not white coordinates of histories.
 
-    Returns
-    -------
-    dict
-        "named", a row for each parameter about which they disagree; the "probability" of directions that are further
-        off, of "n_directions"; and "scales", a row for each unknown scale of the prior.
+    Returns "named", a row for each parameter about which they disagree; the "probability" of directions that are
+    further off, of "n_directions"; and "scales", a row for each unknown scale of the prior.
     """
     prior, names = problem.prior_of_others, posterior.names
     conflict = find_conflict(prior, posterior.draws, names)
@@ -66,7 +65,15 @@ def sentences(numbers: dict) -> dict[str, str]:
     found = numbers["conflict"]
     result = {"conflict": f"{_named(found)}{_REMEDY}"} if found["found"] else {}
     if found["scales"]:
-        result["guess"] = " ".join(_scale(row, len(found["scales"]) > 1) for row in found["scales"])
+        texts = []
+        for row in found["scales"]:
+            low, high, first, last = (100.0 * edge for edge in (*row["interval"], *row["prior"]))
+            of_which = f" of {', '.join(row['names'])}" if len(found["scales"]) > 1 else ""
+            texts.append(
+                f"The guesses{of_which} are off by {100.0 * row['median']:.0f} % (sd of the logarithm, 90 % interval "
+                f"{low:.0f} to {high:.0f} %), where the prior said {first:.0f} to {last:.0f} %."
+            )
+        result["guess"] = " ".join(texts)
     return result
 
 
@@ -90,11 +97,45 @@ def _named(found) -> str:
     return f"Prior and data disagree on {', '.join(rows)}, 90 % intervals."
 
 
-def _scale(row, many) -> str:
-    low, high = (100.0 * edge for edge in row["interval"])
-    first, last = (100.0 * edge for edge in row["prior"])
-    of_which = f" of {', '.join(row['names'])}" if many else ""
-    return (
-        f"The guesses{of_which} are off by {100.0 * row['median']:.0f} % (sd of the logarithm, 90 % interval {low:.0f} "
-        f"to {high:.0f} %), where the prior said {first:.0f} to {last:.0f} %."
-    )
+def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.ndarray) -> dict[str, np.ndarray]:
+    """Sensitivities to prior and likelihood, and what each parameter hangs on, forces at knots left out.
+
+    The prior is scaled where it is standard normal, so that a uniform one is bent and has a sensitivity too. Of forces
+    with unknown histories it is that of the process: the forces at the knots are no conclusions.
+
+    `posterior`: of all its parameters; `n_effective` (n_others,): effective draws of each parameter that is no force at
+    a knot.
+
+    Returns "prior_sensitivity" and "likelihood_sensitivity", (n_others,) numbers, and "hangs_on", (n_others,) words:
+    prior, likelihood, both, or none.
+    """
+    n = len(posterior.draws)
+    some = np.arange(0, n, max(1, n // (FLOWN_DRAWS if problem.histories else DRAWS)))
+    draws = posterior.draws[some]
+    others, prior = draws[:, problem.others], problem.prior_of_others
+    if problem.histories:
+        log_likelihood = problem.log_likelihood(draws)
+    else:
+        log_likelihood = posterior.log_prob.ravel()[some] - prior.scaled_log_density(prior.scaled(others))
+    parts = {PRIOR: -0.5 * np.sum(prior.standard(others) ** 2, axis=1), LIKELIHOOD: log_likelihood}
+    values = {name: sensitivity(others, part) for name, part in parts.items()}
+    n_effective = np.minimum(n_effective, len(some))
+    limits = {name: np.maximum(SENSITIVE, 2.0 * sensitivity_noise(part, n_effective)) for name, part in parts.items()}
+    large = {name: values[name] > limits[name] for name in parts}
+    by_prior, by_data = large[PRIOR], large[LIKELIHOOD]
+    words = np.select([by_prior & by_data, by_prior, by_data], [BOTH, PRIOR, LIKELIHOOD], "")
+    return {f"{name}_sensitivity": value for name, value in values.items()} | {"hangs_on": words}
+
+
+def sensitivity_sentence(rows: Sequence[dict]) -> str:
+    """Which parameters hang on the prior, from their rows; empty if none does."""
+    groups = {word: [row["name"] for row in rows if row["hangs_on"] == word] for word in (PRIOR, BOTH)}
+    parts = []
+    if groups[PRIOR]:
+        parts.append(f"A prior of another width would give another answer for {', '.join(groups[PRIOR])}.")
+    if groups[BOTH]:
+        parts.append(
+            f"Prior and data pull {', '.join(groups[BOTH])} to different sides: the answer is between them, and the "
+            "centre of the prior matters."
+        )
+    return " ".join(parts)

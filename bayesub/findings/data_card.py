@@ -1,10 +1,12 @@
 """The card of a study's data: what every channel covers in time, what looks wrong in it, and what it informs."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bayesub.findings import zeros
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks import convergence
 from bayesub.inference.identifiability.fisher import correlation_factor, integrated_out
 from bayesub.io.errors import InputError
@@ -18,38 +20,18 @@ NAMED = 5  # coefficients that a line names
 
 @dataclass(frozen=True)
 class ChannelCard:
-    """One channel of one trial.
+    """One channel of one trial."""
 
-    Attributes
-    ----------
-    name : str
-        That of the channel, with the trial in brackets if there are several.
-    column : str
-        In its file.
-    times : ndarray of shape (n,)
-        s.
-    interval_s : float
-        The median between two readings.
-    gaps : tuple of (float, float)
-        Start and end in s of each time without readings.
-    outliers : ndarray
-        Times in s of readings unlike their neighbours.
-    n_directions : int
-        Of parameter space in which this channel alone is sharper than the prior.
-    contraction : ndarray of shape (n_params,)
-        Posterior sd over prior sd by this channel alone, as the Fisher information at the prior centre has it.
-    """
+    name: str  # that of the channel, with the trial in brackets if there are several
+    column: str  # in its file
+    times: np.ndarray  # (n,), s
+    interval_s: float  # the median between two readings
+    gaps: tuple[tuple[float, float], ...]  # start and end in s of each time without readings
+    outliers: np.ndarray  # times in s of readings unlike their neighbours
+    n_directions: int  # of parameter space in which this channel alone is sharper than the prior
+    contraction: np.ndarray  # (n_params,), posterior over prior sd by its Fisher information at the prior centre alone
 
-    name: str
-    column: str
-    times: np.ndarray
-    interval_s: float
-    gaps: tuple[tuple[float, float], ...]
-    outliers: np.ndarray
-    n_directions: int
-    contraction: np.ndarray
-
-    def line(self, names) -> str:
+    def line(self, names: Sequence[str]) -> str:
         """The card of the channel in words, with the names (n_params,) of the parameters."""
         gaps = ", ".join(f"{start:.4g} to {end:.4g}" for start, end in self.gaps[:3]) + (" .." if self.gaps[3:] else "")
         faults = [f"{len(self.gaps)} gap{'s'[: len(self.gaps) != 1]}" + (f" ({gaps} s)" if gaps else "")]
@@ -68,42 +50,18 @@ class ChannelCard:
 
 @dataclass(frozen=True)
 class DataCard:
-    """What the data of a study are like.
+    """What the data of a study are like."""
 
-    Attributes
-    ----------
-    title : str
-        Study and vehicle.
-    equations : EquationSet
-        Of the vehicle.
-    names : tuple of str
-        The n_params parameters, forces at knots not among them.
-    n_coefficients : int
-        How many of them are coefficients; they come first.
-    channels : tuple of ChannelCard
-        Of all trials.
-    durations : dict of str to float
-        Name of a trial ("" for the only one) -> seconds covered by its controls.
-    n_directions : int
-        As that of a channel, by all of them together.
-    contraction : ndarray of shape (n_params,)
-        As that of a channel, by all of them together.
-    zeros : list of dict
-        Coefficients that are known only with zeros of actuators, as of :func:`bayesub.findings.zeros.together`.
-    advice : str
-        What the study should infer besides; empty if nothing.
-    """
-
-    title: str
-    equations: EquationSet
-    names: tuple[str, ...]
-    n_coefficients: int
-    channels: tuple[ChannelCard, ...]
-    durations: dict[str, float]
-    n_directions: int
-    contraction: np.ndarray
-    zeros: list[dict]
-    advice: str
+    title: str  # study and vehicle
+    equations: EquationSet  # of the vehicle
+    names: tuple[str, ...]  # the n_params parameters, forces at knots not among them
+    n_coefficients: int  # how many of them are coefficients; they come first
+    channels: tuple[ChannelCard, ...]  # of all trials
+    durations: dict[str, float]  # name of a trial ("" for the only one) -> seconds covered by its controls
+    n_directions: int  # as that of a channel, by all of them together
+    contraction: np.ndarray  # (n_params,), as that of a channel, by all of them together
+    zeros: list[dict]  # coefficients that are known only with zeros of actuators, by zeros.together
+    advice: str  # what the study should infer besides; empty if nothing
 
     def lines(self) -> list[str]:
         """The card in words, a line a channel, and what trades off with zeros of actuators."""
@@ -134,15 +92,10 @@ class DataCard:
         return {"channels": channels, "n_directions": self.n_directions, "contraction": together} | of_zeros
 
 
-def check(problem, title: str) -> DataCard:
+def check(problem: AnyProblem, title: str) -> DataCard:
     """The card of a problem of one trial or several, at the centre of its prior.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        With its readings.
-    title : str
-        Study and vehicle.
+    `title`: study and vehicle.
 
     Raises
     ------
@@ -168,7 +121,13 @@ def check(problem, title: str) -> DataCard:
         durations[trial] = part.manoeuvre.duration
         for channel in part.record.channels:
             name = f"{channel.name}[{trial}]" if trial else channel.name
-            channels.append(_channel(name, channel, whole[part.rows[channel.name]], others, factor))
+            times, steps = channel.times, np.diff(channel.times)
+            interval = float(np.median(steps)) if len(steps) else 0.0
+            gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
+            outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
+            informed = _information(_without_forces(whole[part.rows[channel.name]], others), factor)
+            column = log_files.HEADERS[channel.quantity]
+            channels.append(ChannelCard(name, column, times, interval, gaps, outliers, *informed))
     whitened = _without_forces(np.concatenate(rows), others)
     informed = _information(whitened, factor)
     steps = problem.prior.sd[others, None] * factor
@@ -176,17 +135,6 @@ def check(problem, title: str) -> DataCard:
     n, names = problem.n_coefficients, tuple(problem.names[k] for k in others)
     of_zeros = zeros.together(names, covariance, problem.vehicle), zeros.advice(problem)
     return DataCard(title, problem.equations, names, n, tuple(channels), durations, *informed, *of_zeros)
-
-
-def _channel(name, channel, whitened, others, factor) -> ChannelCard:
-    times = channel.times
-    steps = np.diff(times)
-    interval = float(np.median(steps)) if len(steps) else 0.0
-    gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
-    outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
-    column = log_files.HEADERS[channel.quantity]
-    informed = _information(_without_forces(whitened, others), factor)
-    return ChannelCard(name, column, times, interval, gaps, outliers, *informed)
 
 
 def _without_forces(whitened, others) -> np.ndarray:
@@ -206,7 +154,7 @@ def _information(whitened, factor) -> tuple[int, np.ndarray]:
     return int(np.count_nonzero(s > 1.0)), np.sqrt(np.clip(1.0 - gained.sum(axis=0), 0.0, 1.0))
 
 
-def outlier_candidates(times, values, sd: float) -> np.ndarray:
+def outlier_candidates(times: np.ndarray, values: np.ndarray, sd: float) -> np.ndarray:
     """Positions of single readings that are far from the cubic through the two on either side.
 
     Far is beyond what normal noise does once in a hundred channels, in standard deviations of `sd` or of the robust
@@ -214,19 +162,9 @@ def outlier_candidates(times, values, sd: float) -> np.ndarray:
     the farthest counts. Where readings are missing none is a candidate. Motion that bends between readings,
     as after a step of the rudder, makes candidates too if the sensor is that good.
 
-    Parameters
-    ----------
-    times : ndarray of shape (n,)
-        s, ascending.
-    values : ndarray of shape (n,)
-        Readings.
-    sd : float
-        Of their noise, in their unit.
+    `times` (n,): s, ascending; `values` (n,): readings; `sd`: of their noise, in their unit.
 
-    Returns
-    -------
-    ndarray of int
-        Positions among the readings.
+    Returns positions among the readings.
     """
     if len(times) < 5:
         return np.empty(0, dtype=int)

@@ -6,14 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
+from bayesub.findings.set_up import AnyProblem
 from bayesub.io.words import listed, rounded, with_unit
-from bayesub.kernels import workspace
 from bayesub.model.boats import Boats
 from bayesub.model.linear_motion import PLANES, roots
 from bayesub.model.quantities import QUANTITIES, Quantity, absence
 from bayesub.model.standard_manoeuvres import RUDDER, spiral_curve
-from bayesub.problem.joint import JointProblem
-from bayesub.problem.problem import Problem
 
 N_DRAWS = 400  # from the prior, and from the posterior
 QUANTILES = {"q5": 0.05, "q25": 0.25, "median": 0.5, "q75": 0.75, "q95": 0.95}
@@ -25,23 +23,13 @@ STABILITIES = {"straight_line_stability": "on a straight course", "vertical_stab
 
 @dataclass(frozen=True)
 class Derived:
-    """Boats of a prior and of a posterior, and what is measured of them.
+    """Boats of a prior and of a posterior, and what is measured of them."""
 
-    Attributes
-    ----------
-    reference, prior, posterior : Boats
-        The boat that ratios of coefficients refer to, and draws.
-    quantities : tuple of Quantity
-        The built-in ones, and after them those of a study.
-    planes : dict of str to str
-        Plane, or "" of quantities without one -> why nothing is measured there, or an empty text.
-    """
-
-    reference: Boats
-    prior: Boats
-    posterior: Boats
-    quantities: tuple[Quantity, ...]
-    planes: dict[str, str]
+    reference: Boats  # the boat that ratios of coefficients refer to
+    prior: Boats  # draws
+    posterior: Boats  # draws
+    quantities: tuple[Quantity, ...]  # the built-in ones, and after them those of a study
+    planes: dict[str, str]  # plane, or "" of quantities without one -> why nothing is measured there, or an empty text
 
     @cached_property
     def absent(self) -> dict[str, str]:
@@ -86,10 +74,7 @@ class Derived:
 
 
 def derive(
-    problem: Problem | JointProblem,
-    draws: np.ndarray,
-    rng: np.random.Generator,
-    quantities: Sequence[Quantity] = (),
+    problem: AnyProblem, draws: np.ndarray, rng: np.random.Generator, quantities: Sequence[Quantity] = ()
 ) -> Derived:
     """The boats of a problem's prior and of its posterior, from which quantities follow.
 
@@ -97,16 +82,8 @@ def derive(
     which are those of its file; an order is what a log would have. What is inferred of sensors, water and starts is not
     of the boat and is left out.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        What was solved.
-    draws : (n, n_params) array
-        From the posterior.
-    rng : numpy.random.Generator
-        Of the draws from the prior, and of the choice among those of the posterior.
-    quantities : sequence of Quantity
-        Besides the built-in ones.
+    `draws` (n, n_params): from the posterior; `rng`: of the draws from the prior, and of the choice among those of the
+    posterior; `quantities`: besides the built-in ones.
     """
     flown = {trial.simulator.subproblem for _, trial, _ in problem.each_trial(draws[:1])}
     chosen = draws[rng.choice(len(draws), N_DRAWS)]
@@ -114,7 +91,8 @@ def derive(
     reference, prior, posterior = (_boats(problem, some, in_six=None in flown) for some in samples)
     names = set(problem.names[: problem.n_coefficients])
     if prior.body_changes is not None:
-        names |= {key for key, changes in zip(workspace.BODY, prior.body_changes.T, strict=True) if changes.any()}
+        changes = zip(prior.vehicle.rigid_body, prior.body_changes.T, strict=True)
+        names |= {key for key, change in changes if change.any()}
     planes = {"": ""}
     for plane in prior.vehicle.equations.subproblems:
         confined = "" if flown & {None, plane} else CONFINED
@@ -143,6 +121,8 @@ def numbers(derived: Derived) -> dict:
             continue
         values = derived.values[quantity.name]
         intervals = {name: _interval(values[name]) for name in ("prior", "posterior")}
+        before, after = intervals["prior"], intervals["posterior"]
+        width = None if before["q5"] is None else before["q95"] - before["q5"] or None  # none if it has no spread
         spreads = [np.ptp(some[np.isfinite(some)]) for some in values.values() if np.isfinite(some).any()]
         (reference,) = values["reference"].tolist()
         if spreads and max(spreads) <= SAME * abs(reference) and intervals["posterior"]["share"] == 1.0:
@@ -157,7 +137,7 @@ def numbers(derived: Derived) -> dict:
                 "none": quantity.none,
                 "reference": reference if np.isfinite(reference) else None,
                 **intervals,
-                "width_ratio": _width_ratio(**intervals),
+                "width_ratio": None if width is None or after["q5"] is None else (after["q95"] - after["q5"]) / width,
             }
         )
     reasons, labels = derived.absent | same, {quantity.name: label(quantity) for quantity in derived.quantities}
@@ -192,13 +172,6 @@ def _interval(values) -> dict:
     finite = values[np.isfinite(values)]
     quantiles = np.quantile(finite, list(QUANTILES.values())).tolist() if finite.size else [None] * len(QUANTILES)
     return dict(zip(QUANTILES, quantiles, strict=True)) | {"share": finite.size / len(values)}
-
-
-def _width_ratio(prior, posterior) -> float | None:
-    """Width of the posterior's 90 % over that of the prior's."""
-    if prior["q5"] is None or posterior["q5"] is None or prior["q95"] == prior["q5"]:
-        return None
-    return (posterior["q95"] - posterior["q5"]) / (prior["q95"] - prior["q5"])
 
 
 def _quantile(values, probability) -> np.ndarray:

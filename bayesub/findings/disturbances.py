@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.findings.missing_terms import FALSE_ALARMS, FollowedRegressor, followed, scores
+from bayesub.findings.missing_terms import FALSE_ALARMS, FollowedRegressor, find_followed, scores
+from bayesub.findings.set_up import AnyProblem
 from bayesub.logs.log_files import ANGLES, positions
 from bayesub.model.disturbance import CURRENTS, DISTURBED, hull_forces, unit
 from bayesub.model.equations import AXES
@@ -27,39 +28,21 @@ _QUANTILES = {"q5": 0.05, "median": 0.5, "q95": 0.95}
 
 @dataclass(frozen=True)
 class InferredForces:
-    """The histories of one trial.
+    """The histories of one trial."""
 
-    Attributes
-    ----------
-    trial : str
-        Its name; "" for the only one.
-    times : (n_knots,) array
-        s.
-    axes : tuple of str
-    draws : (n_draws, n_axes, n_knots) array
-        N, N m, and m/s of a current.
-    factors : (n_axes, n_knots, n_knots) array
-        Of the process at the posterior mean, N and N m; a random history is a factor times a standard normal one.
-    truth : (n_axes, n_knots) array or None
-        The forces that a simulated boat felt, linear between the same knots.
-    fine_times : (n_fine,) array
-        s.
-    hull : (n_axes, n_fine) array
-        Along the posterior mean of the motion: forces of the hull, N and N m; for a current the velocity of the boat in
-        the water to the same side, m/s.
-    turning : (n_fine,) array of bool
-        Whether the boat turns faster than half of the time.
-    """
-
-    trial: str
-    times: np.ndarray
+    trial: str  # its name; "" for the only one
+    times: np.ndarray  # (n_knots,), s
     axes: tuple[str, ...]
-    draws: np.ndarray
+    draws: np.ndarray  # (n_draws, n_axes, n_knots), N, N m, and m/s of a current
+    # (n_axes, n_knots, n_knots) of the process at the posterior mean, N and N m; a random history is a factor times a
+    # standard normal one
     factors: np.ndarray
-    truth: np.ndarray | None
-    fine_times: np.ndarray
+    truth: np.ndarray | None  # (n_axes, n_knots), the forces that a simulated boat felt, linear between the same knots
+    fine_times: np.ndarray  # (n_fine,), s
+    # (n_axes, n_fine), along the posterior mean of the motion: forces of the hull, N and N m; for a current the
+    # velocity of the boat in the water to the same side, m/s
     hull: np.ndarray
-    turning: np.ndarray
+    turning: np.ndarray  # (n_fine,), whether the boat turns faster than half of the time
 
     @property
     def hull_rms(self) -> np.ndarray:
@@ -94,7 +77,7 @@ def rms(lines: np.ndarray) -> np.ndarray:
     return np.sqrt(squares(lines).mean(axis=-1))
 
 
-def inferred_forces(problem, draws: np.ndarray) -> Iterator[InferredForces]:
+def inferred_forces(problem: AnyProblem, draws: np.ndarray) -> Iterator[InferredForces]:
     """The histories of each trial that has them, of draws (n_draws, n_params) from a posterior."""
     draws = _spread(draws, _DRAWS)
     for name, trial, values in problem.each_trial(draws):
@@ -129,17 +112,10 @@ def _spread(draws, n) -> np.ndarray:
     return draws[np.linspace(0, len(draws) - 1, min(n, len(draws))).astype(int)]
 
 
-def numbers(problem, draws: np.ndarray, forces: list[InferredForces]) -> dict:
+def numbers(problem: AnyProblem, draws: np.ndarray, forces: list[InferredForces]) -> dict:
     """Everything that a report says of unmodelled forces, as JSON types; empty for a problem without any.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        What was solved.
-    draws : (n_draws, n_params) array
-        From its posterior.
-    forces : list of InferredForces
-        Of each trial.
+    `draws` (n_draws, n_params): from its posterior; `forces`: of each trial.
     """
     if not forces:
         return {}
@@ -165,7 +141,7 @@ def numbers(problem, draws: np.ndarray, forces: list[InferredForces]) -> dict:
         "trials": [{"name": one.trial, "axes": _axes(one)} for one in forces],
         "regressors_tried": len(all_scores.candidates),
         "false_alarms": FALSE_ALARMS,
-        "followed": [_followed(problem, one) for one in followed(all_scores)],
+        "followed": [_followed(problem, one) for one in find_followed(all_scores)],
         "p_value": all_scores.p_value(),
     }
 
@@ -191,7 +167,7 @@ def _axes(forces: InferredForces) -> list[dict]:
     columns = zip(forces.axes, forces.hull_rms.tolist(), forces.posterior_over_prior.tolist(), strict=True)
     for k, (axis, hull, contraction) in enumerate(columns):
         sizes, suffix = rms(forces.draws[:, k]), _suffix(axis)
-        row = {"axis": axis, f"rms_{suffix}": _quantiles(sizes)}
+        row: dict = {"axis": axis, f"rms_{suffix}": _quantiles(sizes)}
         row[f"{'boat' if axis in CURRENTS else 'hull'}_rms_{suffix}"] = hull
         row["share"] = _quantiles(sizes / hull) if hull > 0.0 and axis in AXES else None
         row["posterior_over_prior_sd"] = contraction
@@ -219,7 +195,7 @@ def _followed(problem, one: FollowedRegressor) -> dict:
     first = one.candidates[0]
     terms = []
     for candidate, factor, sd in zip(one.candidates, one.factors, one.sds, strict=True):
-        entry = {"regressor": candidate.regressor, "name": None}
+        entry: dict = {"regressor": candidate.regressor, "name": None}
         if candidate.term is not None:
             name, k = candidate.term.name, problem.equations.index[candidate.term.name]
             free = name in problem.names
@@ -233,13 +209,15 @@ def sentences(numbers: dict) -> dict[str, str]:
     """The sentences of :func:`numbers`, by topic; without numbers there is none."""
     if not numbers:
         return {}
-    parts = [_trial_sentence(trial) for trial in numbers["trials"]]
-    return {"disturbance": " ".join([*parts, _process_sentence(numbers)]), "missing_terms": _terms_sentence(numbers)}
-
-
-def _trial_sentence(trial) -> str:
-    texts = [_axis_text(row) for row in trial["axes"]]
-    return f"{trial['name'] + ': ' if trial['name'] else ''}{'; '.join(texts)}."
+    texts = [(trial["name"], "; ".join(map(_axis_text, trial["axes"]))) for trial in numbers["trials"]]
+    parts = [f"{name}: {text}." if name else f"{text}." for name, text in texts]
+    terms = " ".join(_followed_sentence(one) for one in numbers["followed"])
+    if numbers["regressors_tried"] and not terms:
+        terms = (
+            f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "
+            f"{100 * numbers['false_alarms']:g} % false alarms in all)."
+        )
+    return {"disturbance": " ".join([*parts, _process_sentence(numbers)]), "missing_terms": terms}
 
 
 def _axis_text(row) -> str:
@@ -282,17 +260,6 @@ def _interval(number, unit) -> str:
         f"{number['median']:.2g} {unit} ({number['q5']:.2g} to {number['q95']:.2g}, prior "
         f"{number['prior_q5']:.2g} to {number['prior_q95']:.2g})"
     )
-
-
-def _terms_sentence(numbers) -> str:
-    if not numbers["regressors_tried"]:
-        return ""
-    if not numbers["followed"]:
-        return (
-            f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "
-            f"{100 * numbers['false_alarms']:g} % false alarms in all)."
-        )
-    return " ".join(_followed_sentence(one) for one in numbers["followed"])
 
 
 def _followed_sentence(one) -> str:

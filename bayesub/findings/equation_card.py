@@ -14,12 +14,7 @@ _SPEEDS = {"trial": "that of the vehicle's trials", "instantaneous": "that of th
 
 @dataclass(frozen=True)
 class EquationCard:
-    """What an equation set has.
-
-    Attributes
-    ----------
-    equations : EquationSet
-    """
+    """What an equation set has."""
 
     equations: EquationSet
 

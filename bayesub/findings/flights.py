@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bayesub.findings.coefficient_examinations import number_or_none
 from bayesub.logs.log_files import VELOCITIES, positions
 from bayesub.model.boats import Boats
 from bayesub.model.linear_motion import motion_matrix, stability_index
@@ -17,31 +18,15 @@ LONGEST_S = 1e9  # for a ship length; beyond it nothing is flown
 Y, U, V, R = positions("y", "u", "v", "r")
 
 
-def number_or_none(value) -> float | None:
-    """A float, or None for what is not finite."""
-    return float(value) if np.isfinite(value) else None
-
-
 def fly(vehicle: Vehicle, lengths: float, orders: dict[str, float], subproblem: str | None) -> Trajectory | None:
     """The vehicle from straight flight, planes ordered over at once.
 
     A flight that fails is repeated with a tenth of the step, since it may be the step that failed.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        At its trial speed.
-    lengths : float
-        How far, in ship lengths travelled at that speed.
-    orders : dict of str to float
-        Column of a control -> SI units.
-    subproblem : str or None
-        Plane to which the motion is confined.
+    `vehicle`: at its trial speed; `lengths`: how far, in ship lengths travelled at that speed; `orders`: column of a
+    control -> SI units; `subproblem`: plane to which the motion is confined.
 
-    Returns
-    -------
-    Trajectory or None
-        None if a ship length takes so long or short that times or steps are no numbers.
+    None if a ship length takes so long or short that times or steps are no numbers.
     """
     scale = np.float64(vehicle.length_m) / vehicle.speed_mps
     rpm = np.float64(vehicle.rpm_per_mps) * vehicle.speed_mps
@@ -94,14 +79,7 @@ def growth(vehicle: Vehicle) -> float:
 def turning_circle(vehicle: Vehicle, states: np.ndarray, rudder: float) -> dict:
     """Measures of a turn: steady ones from its end, the tactical diameter at 180 deg of heading.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        For its length and speed.
-    states : ndarray of shape (n, 12)
-        Of the turn.
-    rudder : float
-        deg.
+    `vehicle`: for its length and speed; `states` (n, 12): of the turn; `rudder`: deg.
     """
     end, length = states[-1], vehicle.length_m
     speed, rate = np.linalg.norm(end[[U, V]]), end[R]

@@ -12,15 +12,9 @@ from bayesub.model.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class LogCard:
-    """Which columns of a log disagree.
+    """Which columns of a log disagree."""
 
-    Attributes
-    ----------
-    findings : tuple of Finding
-        One for each disagreement.
-    """
-
-    findings: tuple[consistency.Finding, ...]
+    findings: tuple[consistency.Finding, ...]  # one for each disagreement
 
     def lines(self) -> list[str]:
         """The card in words, a line a finding."""
@@ -36,16 +30,9 @@ def check(
 ) -> LogCard:
     """The card of a log.
 
-    Parameters
-    ----------
-    log : dict of str to ndarray of shape (n,)
-        Of :func:`bayesub.logs.log_files.read_log`; times need not ascend.
-    headers : sequence of str
-        The columns of its file in their order.
-    controls : sequence of str
-        Columns of a vehicle's own.
-    vehicle : Vehicle or None
-        Whose fins are taken together as rudder and stern planes.
+    `log` (n,): of :func:`bayesub.logs.log_files.read_log`; times need not ascend; `headers`: the columns of its file in
+    their order; `controls`: columns of a vehicle's own; `vehicle`: whose fins are taken together as rudder and stern
+    planes.
     """
     names = {log_files.short_name(header): header for header in headers}
     if vehicle is not None and not vehicle.actuators.direct:

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
+from bayesub.findings.set_up import AnyProblem
 from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.equations import AXES, Term
 
@@ -36,49 +37,25 @@ _DRAWS = 20_000  # of the largest score of random histories
 
 @dataclass(frozen=True)
 class Candidate:
-    """A regressor that the force on an axis may follow.
-
-    Attributes
-    ----------
-    axis : str
-    regressor : str
-        As the equations write it.
-    term : Term or None
-        Of the equations on this axis.
-    free : bool
-        Whether the coefficient of the term is inferred.
-    """
+    """A regressor that the force on an axis may follow."""
 
     axis: str
-    regressor: str
-    term: Term | None
-    free: bool = False
+    regressor: str  # as the equations write it
+    term: Term | None  # of the equations on this axis
+    free: bool = False  # whether the coefficient of the term is inferred
 
 
 @dataclass(frozen=True)
 class Scores:
-    """How well each candidate explains the histories.
+    """How well each candidate explains the histories."""
 
-    Attributes
-    ----------
-    candidates : tuple of Candidate
-        n of them.
-    values : (n,) array
-        Derivatives of the log density of the readings by the factor of each regressor.
-    information : (n, n) array
-        Of the factors.
-    covariance : (n, n) array
-        Of the values if histories are random: the information, more if what a regressor leaves of the history of its
-        axis is larger than the process, and the Monte Carlo error.
-    rms : (n,) array
-        Of each regressor along the motion, N and N m for a unit of its factor.
-    """
-
-    candidates: tuple[Candidate, ...]
-    values: np.ndarray
-    information: np.ndarray
+    candidates: tuple[Candidate, ...]  # n of them
+    values: np.ndarray  # (n,), derivatives of the log density of the readings by the factor of each regressor
+    information: np.ndarray  # (n, n) of the factors
+    # (n, n) of the values if histories are random: the information, more if what a regressor leaves of the history of
+    # its axis is larger than the process, and the Monte Carlo error
     covariance: np.ndarray
-    rms: np.ndarray
+    rms: np.ndarray  # (n,) of each regressor along the motion, N and N m for a unit of its factor
 
     @property
     def z(self) -> np.ndarray:
@@ -117,30 +94,19 @@ class Scores:
 
 @dataclass(frozen=True)
 class FollowedRegressor:
-    """A regressor that a history follows, with those that the motion does not tell apart from it.
+    """A regressor that a history follows, with those that the motion does not tell apart from it."""
 
-    Attributes
-    ----------
-    candidates : tuple of Candidate
-        Terms of the axis first, those that are held before those that are inferred, the best of them first.
-    factors, sds : tuple of float
-        By how much the coefficient of each would be off if it were the one, and the standard deviation of that.
-    rms : float
-        Of the force of the first, N or N m.
-    p_value : float
-        Probability that random histories follow any regressor so closely.
-    """
-
+    # Terms of the axis first, those that are held before those that are inferred, the best of them first
     candidates: tuple[Candidate, ...]
-    factors: tuple[float, ...]
-    sds: tuple[float, ...]
-    rms: float
-    p_value: float
+    factors: tuple[float, ...]  # by how much the coefficient of each would be off if it were the one
+    sds: tuple[float, ...]  # standard deviations of the factors
+    rms: float  # of the force of the first, N or N m
+    p_value: float  # probability that random histories follow any regressor so closely
 
 
-def followed(scores: Scores) -> list[FollowedRegressor]:
+def find_followed(scores: Scores) -> list[FollowedRegressor]:
     """The regressors that histories follow, the clearest first, each given those before it."""
-    results = []
+    results: list[FollowedRegressor] = []
     while scores.candidates and len(results) < _MOST and (p_value := scores.p_value()) <= FALSE_ALARMS:
         best = int(np.argmax(np.abs(scores.z)))
         alike = [k for k in np.argsort(-np.abs(scores.z)) if scores.alike[best, k]]
@@ -156,30 +122,27 @@ def followed(scores: Scores) -> list[FollowedRegressor]:
     return results
 
 
-def scores(problem, draws: np.ndarray) -> Scores:
+def scores(problem: AnyProblem, draws: np.ndarray) -> Scores:
     """The scores of all regressors of the equations that move.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        With histories.
-    draws : (n_draws, n_params) array
-        From its posterior, about independent.
+    `problem`: with histories; `draws` (n_draws, n_params): from its posterior, about independent.
     """
     mean, t = draws.mean(axis=0), problem.prior.standard(draws)
     chained = problem.prior.chain(problem.jacobian(mean), problem.prior.standard(mean))
     _, sizes, directions = np.linalg.svd(chained)
     sizes = np.pad(sizes, (0, problem.n_params - len(sizes)))
     trials = [(trial, values) for _, trial, values in problem.each_trial(mean) if trial.histories]
-    effects, squares, members = {}, {}, {}
+    effects: dict[Candidate, np.ndarray] = {}
+    squares: dict[Candidate, list] = {}
+    members: dict[str, np.ndarray] = {}
     for history, (trial, values) in zip(problem.histories, trials, strict=True):
         knots, (factors,) = history.disturbances.knots, history.factors(mean[None])
         columns = history.columns.reshape(len(knots.axes), -1)
         candidates, forces = _candidates(trial, values, knots)
         for candidate, line, force in zip(candidates, knots.projection(forces).T, forces.T, strict=True):
-            axis = knots.axes.index(candidate.axis)
+            k = knots.axes.index(candidate.axis)
             effect = effects.setdefault(candidate, np.zeros(problem.n_params))
-            effect[columns[axis]] = linalg.solve_triangular(factors[axis], line, lower=True)
+            effect[columns[k]] = linalg.solve_triangular(factors[k], line, lower=True)
             squares.setdefault(candidate, []).append(np.mean(force**2))
         for axis, of_axis in zip(knots.axes, columns, strict=True):
             members[axis] = np.append(members.get(axis, np.array([], dtype=int)), of_axis)

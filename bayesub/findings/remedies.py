@@ -1,22 +1,38 @@
-"""What to do if the residuals say that the model is wrong, in sentences and in the words of a study file."""
+"""What to do if residuals say that the model is wrong, in sentences and in the lines of a study file.
 
-from collections.abc import Sequence
+Of correlated residuals there are explanations, and lines that let a run infer what explains them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
-from bayesub.findings import proposals
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
-from bayesub.inference.checks.fit import OUTLIER, Criticism, expected_outliers
+from bayesub.inference.checks.fit import OUTLIER, Criticism, criticise, expected_outliers
 from bayesub.inference.sampling.sampler import SMOOTH
+from bayesub.io.words import listed
 from bayesub.logs import log_files
 from bayesub.problem import likelihoods
 from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.nuisance import CURRENTS
 
+_CLOSE, _SHARE = 3.0, 0.05  # nats, and share of its gain, by which the best must lead to be named alone
+_LOG_SD, _LOG_SD_TIME = 0.7, 0.5  # of the priors of an sd and of a correlation time about their estimates
+_WIDER = 2.0  # sd of the prior of a bias or current, over the size that was found
+_NAMES = {
+    "bias": "biases",
+    "current": "a current",
+    "coefficient": "a coefficient held at a wrong value",
+    "disturbance": "unmodelled forces",
+    "slow noise": "slow sensors",
+}
 _LISTED = 6  # channels in a sentence
 
 
-def reasons(problem, criticism: Criticism, parameters: np.ndarray) -> list[Discrepancy]:
+def explain(problem: AnyProblem, criticism: Criticism, parameters: np.ndarray) -> list[Discrepancy]:
     """Why the residuals of a problem are correlated at parameters (n_params,), best first; empty if they are not."""
     if not any("correlated" in check.faults for check in criticism.suspects.values()):
         return []
@@ -24,29 +40,24 @@ def reasons(problem, criticism: Criticism, parameters: np.ndarray) -> list[Discr
     return find_discrepancies(LeftOut(smooth), smooth.prior.standard(parameters))
 
 
-def sentence(criticism: Criticism, problem, explained: Sequence[Discrepancy] = ()) -> str:
+def advise(criticism: Criticism, problem: AnyProblem, explained: Sequence[Discrepancy] = ()) -> str:
     """Whether the model of a problem fits, and if not what is wrong with which channels and what to do about it.
 
-    Parameters
-    ----------
-    criticism : Criticism
-    problem : Problem or JointProblem
-    explained : sequence of Discrepancy
-        Of correlated residuals, best first.
+    `explained`: of correlated residuals, best first.
     """
     if not criticism.checks:
         return "Readings without noise have no residuals to judge the model by."
     chance = f"{criticism.n_tests} tests, {100 * criticism.false_alarms:g} % false alarms in all"
     if criticism.fits:
         return f"The residuals of every channel look like its noise model ({chance})."
-    suspects = {}
+    suspects: dict[str, dict] = {}
     for name, check in criticism.suspects.items():
         suspects.setdefault(check.faults[0], {})[name] = check  # the others may follow from the first
     conclusion = "The noise is smaller than its model says, and the intervals are too wide"
     if suspects.keys() != {"small"}:
         conclusion = "The model does not fit, and then the intervals are too narrow"
     if explained and "correlated" in suspects:
-        details = [f"{_neighbours(suspects.pop('correlated'))}. {proposals.sentence(explained)}"]
+        details = [f"{_neighbours(suspects.pop('correlated'))}. {look_like(explained)}"]
     else:
         details = []
     details += [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]
@@ -60,10 +71,10 @@ def _neighbours(checks):
 
 def _correlated(checks, problem):
     remedies = []
-    currents = [name for name in CURRENTS if not _inferred(name, problem)]
+    currents = [name for name in CURRENTS if not _is_free(name, problem)]
     if currents and any(problem.channels[name][0].over_ground for name in checks):
         remedies.append(f"a current ({_nuisance(currents)})")
-    biases = [f"bias_{column}" for column in _columns(checks, problem) if not _inferred(f"bias_{column}", problem)]
+    biases = [f"bias_{column}" for column in _columns(checks, problem) if not _is_free(f"bias_{column}", problem)]
     if biases:
         remedies.append(f"a bias ({_nuisance(biases)})")
     remedies.append("a coefficient held at a wrong value")
@@ -84,16 +95,10 @@ def _outliers(checks, problem):
     return f"Outliers beyond {OUTLIER:g} sd: {_listed(counts)}; give {remedy}."
 
 
-def _large(checks, problem):
-    return (
-        f"Residuals over their noise: {_sizes(checks)}; raise the sd, or give {_noise('unknown_sd', checks, problem)}."
-    )
-
-
-def _small(checks, problem):
-    return (
-        f"Residuals under their noise: {_sizes(checks)}; lower the sd, or give {_noise('unknown_sd', checks, problem)}."
-    )
+def _wrong_sd(side, remedy, checks, problem):
+    sizes = _listed({name: f"{check.chi_square_per_reading**0.5:.2g} times" for name, check in checks.items()})
+    noise = _noise("unknown_sd", checks, problem)
+    return f"Residuals {side} their noise: {sizes}; {remedy} the sd, or give {noise}."
 
 
 def _shape(checks, problem):
@@ -103,11 +108,13 @@ def _shape(checks, problem):
     )
 
 
-_SENTENCES = {"correlated": _correlated, "outliers": _outliers, "large": _large, "small": _small, "shape": _shape}
-
-
-def _sizes(checks) -> str:
-    return _listed({name: f"{check.chi_square_per_reading**0.5:.2g} times" for name, check in checks.items()})
+_SENTENCES: dict[str, Callable] = {
+    "correlated": _correlated,
+    "outliers": _outliers,
+    "large": partial(_wrong_sd, "over", "raise"),
+    "small": partial(_wrong_sd, "under", "lower"),
+    "shape": _shape,
+}
 
 
 def _listed(values: dict) -> str:
@@ -120,7 +127,7 @@ def _columns(names, problem) -> list[str]:
     return list(dict.fromkeys(log_files.HEADERS[problem.channels[name][0].quantity] for name in names))
 
 
-def _inferred(nuisance, problem) -> bool:
+def _is_free(nuisance, problem) -> bool:
     """Whether a problem infers a nuisance parameter, or that of any of its trials."""
     return any(name.partition("[")[0] == nuisance for name in problem.names)
 
@@ -131,3 +138,132 @@ def _noise(kind, names, problem) -> str:
 
 def _nuisance(names) -> str:
     return f"{', '.join(names)} in [nuisance]"
+
+
+def look_like(explanations: Sequence[Discrepancy]) -> str:
+    """What the residuals look like, by how much, and what to do; of explanations, best first and at least one."""
+    best, *others = explanations
+    if not others:
+        return f"They look as if {_words(best)} ({best.gain:.0f} nats better than by their noise); add the lines below."
+    second = others[0]
+    lead = best.gain - second.gain
+    if lead < max(_CLOSE, _SHARE * best.gain):
+        return (
+            f"They look as if {_words(best)}, or nearly as well ({lead:.0f} nats less) as if {_words(second)}; add the "
+            "lines below, which are for the first, or what the second needs."
+        )
+    return f"They look as if {_words(best)} ({lead:.0f} nats better than {_NAMES[second.kind]}); add the lines below."
+
+
+def _words(explanation) -> str:
+    names = listed(list(explanation.sizes))
+    return {
+        "bias": f"{names} were missing",
+        "current": "a current were missing",
+        "coefficient": f"{names} were held at a wrong value",
+        "disturbance": f"forces on {names} were missing",
+        "slow noise": f"the noise of {names} were slow",
+    }[explanation.kind]
+
+
+def lines_to_add(explanation: Discrepancy, problem: AnyProblem) -> str:
+    """The lines of a study file that infer what an explanation is about.
+
+    Sections that the study has already are to be joined with them.
+    """
+    return "\n".join(_LINES[explanation.kind](explanation, problem))
+
+
+def _disturbance_lines(explanation, problem):  # noqa: ARG001
+    (time,) = set(explanation.times.values())
+    sds = [f"{axis} = {_log_normal(size, _LOG_SD)}" for axis, size in explanation.sizes.items()]
+    axes = ", ".join(f'"{axis}"' for axis in explanation.sizes)
+    yield "[disturbance]"
+    yield f"axes = [{axes}]"
+    yield f"sd = {{ {', '.join(sds)} }}"
+    yield f"correlation_time_s = {_log_normal(time, _LOG_SD_TIME)}"
+
+
+def _slow_noise_lines(explanation, problem):
+    columns: dict[str, tuple] = {}
+    for name, size in explanation.sizes.items():
+        channel, _ = problem.channels[name]
+        column = log_files.HEADERS[channel.quantity]
+        sd = size * channel.total_sd / log_files.si_factor(column)
+        columns.setdefault(column, (sd, explanation.times[name]))  # of several trials the first
+    for n, (column, (sd, time)) in enumerate(columns.items()):
+        yield from [""] * (n > 0)
+        yield f"[noise.{column}]"
+        yield 'kind = "ar1"'
+        yield f"sd = {sd:.2g}"
+        yield f"correlation_time_s = {time:.2g}"
+
+
+def _bias_lines(explanation, problem):  # noqa: ARG001
+    yield "[nuisance]"
+    for name, size in explanation.sizes.items():
+        yield f"{name} = {{ mean = 0.0, sd = {_WIDER * size:.2g} }}"
+
+
+def _current_lines(explanation, problem):
+    (size,) = explanation.sizes.values()
+    yield "[nuisance]"
+    for name in CURRENTS:
+        if name not in problem.names:
+            yield f"{name} = {{ mean = 0.0, sd = {_WIDER * size:.2g} }}"
+
+
+def _coefficient_lines(explanation, problem):
+    free = {*problem.names[: problem.n_coefficients], *explanation.sizes}
+    names = ", ".join(f'"{name}"' for name in problem.equations.names if name in free)
+    yield "[free]"
+    yield f"coefficients = [{names}]"
+
+
+def _log_normal(median, log_sd) -> str:
+    return f"{{ median = {median:.2g}, log_sd = {log_sd:g} }}"
+
+
+_LINES = {
+    "bias": _bias_lines,
+    "current": _current_lines,
+    "coefficient": _coefficient_lines,
+    "disturbance": _disturbance_lines,
+    "slow noise": _slow_noise_lines,
+}
+
+
+@dataclass(frozen=True)
+class ModeFit:
+    """How the posterior mode fits."""
+
+    # Median size of the residuals over that of their noise, of the worst channel; one if the mode fits. A few outliers
+    # leave it alone
+    misfit: float = 1.0
+    channel: str = ""  # the worst channel; empty if no channel has residuals
+    # What is wrong and what to try, by topic as in a report; empty if nothing is
+    sentences: dict[str, str] = field(default_factory=dict)
+
+    def to_json(self) -> dict:
+        """Everything as JSON types."""
+        return {"misfit": self.misfit, "channel": self.channel, "sentences": self.sentences}
+
+
+def fit_of_mode(problem: AnyProblem, mode: np.ndarray, rng: np.random.Generator) -> ModeFit:
+    """The tests of the residuals at the posterior mode (n_params,), and why they are correlated if they are.
+
+    `mode` has n_params values; `rng` says where in its rounding interval a reading was.
+    """
+    residuals = problem.quantile_residuals(mode[None], rng)
+    channels = problem.channels
+    criticism = criticise(residuals, {name: channels[name][0].times for name in residuals})
+    if not criticism.checks:
+        return ModeFit()
+    channel, worst = max(criticism.checks.items(), key=lambda item: item[1].spread)
+    if criticism.fits:
+        return ModeFit(worst.spread, channel)
+    reasons = explain(problem, criticism, mode)
+    sentences = {"fit_of_the_mode": advise(criticism, problem, reasons)}
+    if reasons:
+        sentences["lines_to_add"] = lines_to_add(reasons[0], problem)
+    return ModeFit(worst.spread, channel, sentences)

@@ -6,7 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from bayesub.findings import derived, disturbances, proposals, remedies, run_numbers, set_up, unseen
+from bayesub.findings import derived, disturbances, remedies, run_numbers, set_up, unseen
+from bayesub.findings.set_up import AnyProblem
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import convergence
@@ -15,46 +16,24 @@ from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.inference.identifiability import NullSpace, Spectrum, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.model.quantities import Quantity
-from bayesub.problem.joint import JointProblem
-from bayesub.problem.problem import Problem
 
 PREDICTIVE_DRAWS = 100
-AnyProblem = Problem | JointProblem
 
 
 @dataclass(frozen=True)
 class Results:
-    """Everything that a report is about.
+    """Everything that a report is about."""
 
-    Attributes
-    ----------
-    problem : Problem or JointProblem
-        What was solved.
-    estimates : sequence of Estimate
-        By the baselines.
-    spectrum : Spectrum
-        With its null directions last.
-    posterior : Posterior
-        What was sampled.
-    check : CrossCheck or None
-        The comparison with another sampler.
-    predictions : sequence of TrialPrediction
-        Of trials that were not fitted.
-    rng : numpy.random.Generator
-        Chooses the draws at which motions and residuals are looked at, and boats of the prior; nothing else in a report
-        is random.
-    quantities : sequence of Quantity
-        That follow from the coefficients, besides the built-in ones.
-    """
-
-    problem: AnyProblem
-    estimates: Sequence[Estimate]
-    spectrum: Spectrum
-    posterior: Posterior
-    check: CrossCheck | None
+    problem: AnyProblem  # what was solved
+    estimates: Sequence[Estimate]  # by the baselines
+    spectrum: Spectrum  # with its null directions last
+    posterior: Posterior  # what was sampled
+    check: CrossCheck | None  # the comparison with another sampler
+    # Chooses the draws at which motions and residuals are looked at, and boats of the prior; nothing else in a report
+    # is random
     rng: np.random.Generator
-    predictions: Sequence[TrialPrediction] = ()
-    quantities: Sequence[Quantity] = ()
+    predictions: Sequence[TrialPrediction] = ()  # of trials that were not fitted
+    quantities: Sequence[Quantity] = ()  # that follow from the coefficients, besides the built-in ones
 
     @cached_property
     def summary(self) -> Posterior:
@@ -100,7 +79,7 @@ class Results:
     @cached_property
     def explanations(self) -> list[Discrepancy]:
         """Why residuals are correlated, best first; empty if they are not."""
-        return remedies.reasons(self.problem, self.criticism, self.posterior.best)
+        return remedies.explain(self.problem, self.criticism, self.posterior.best)
 
     @cached_property
     def null_space(self) -> NullSpace:
@@ -125,10 +104,10 @@ def numbers_of(results: Results) -> dict:
     trials = [trial for _, trial, _ in results.problem.each_trial(results.posterior.best)]
     n_logs = sum(trial.record.truth is None for trial in trials)
     numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs, len(trials)) | {
-        "fit": remedies.sentence(results.criticism, results.problem, reasons)
+        "fit": remedies.advise(results.criticism, results.problem, reasons)
     }
     if reasons:
-        numbers["verdict"]["lines_to_add"] = proposals.lines(reasons[0], results.problem)
+        numbers["verdict"]["lines_to_add"] = remedies.lines_to_add(reasons[0], results.problem)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | run_numbers.sentences(numbers)
     numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
     if not results.posterior.converged:

@@ -1,50 +1,55 @@
 """What a run found: every number that its report quotes, and the sentences that say what they mean."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bayesub.findings import conflicts, null_directions, sensitivities, set_up, zeros
+from bayesub.findings import conflicts, set_up, zeros
 from bayesub.findings.equation_card import glossary
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import normality
 from bayesub.inference.identifiability import NullSpace, Spectrum
 from bayesub.inference.sampling import Posterior
-from bayesub.io.words import counted, rounded
+from bayesub.io.words import counted, listed, rounded
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
 UNTOUCHED = 0.9  # posterior sd relative to the prior sd
 STRONG = 0.9  # correlation
 LISTED = 20  # strongest trade-offs among the numbers
 QUOTED = 8  # of them in a sentence
+LARGEST = 0.5  # relative change of the coefficient that changes most
+LEAST = 0.05  # relative change of what a sentence speaks of
+NAMED = 3  # coefficients in it beside that which changes most
 
 
 def collect(
-    problem, estimates: Sequence[Estimate], spectrum: Spectrum, posterior: Posterior, null_space: NullSpace
+    problem: AnyProblem, estimates: Sequence[Estimate], spectrum: Spectrum, posterior: Posterior, null_space: NullSpace
 ) -> dict:
     """Every number that the report quotes, as JSON types.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-        What was solved.
-    estimates : sequence of Estimate
-        By the baselines.
-    spectrum : Spectrum
-        With its null directions last.
-    posterior : Posterior
-        What was sampled.
-    null_space : NullSpace
-        That of the spectrum, axis by axis.
+    `spectrum`: with its null directions last; `null_space`: that of the spectrum, axis by axis.
     """
     summary = posterior.part(problem.others)
-    trials = [_trial(*trial) for trial in problem.each_trial(posterior.best)]
+    trials = [
+        {
+            "name": name,
+            "manoeuvre": trial.manoeuvre.name,
+            "duration_s": trial.manoeuvre.duration,
+            "n_readings": trial.record.n_readings,
+            "step_s": trial.simulator.step,
+            "chi_square_per_reading": _chi_squares(trial, best[None])[0],
+        }
+        for name, trial, best in problem.each_trial(posterior.best)
+    ]
     n = problem.n_coefficients
-    rows = _parameters(problem, summary, sensitivities.power_scaling(problem, posterior, summary.bulk_ess))
+    dimensional = any(term.unit for term in problem.equations.terms)
+    rows = _parameters(problem, summary, conflicts.power_scaling(problem, posterior, summary.bulk_ess))
+    null_rows = spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
     coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
     return {
         "vehicle": problem.vehicle.name,
-        "coefficients": _units(problem.equations),
+        "coefficients": "coefficients in their units" if dimensional else "non-dimensional coefficients",
         "glossary": glossary(problem.equations, posterior.names[:n]),
         "manoeuvre": ", ".join(trial["manoeuvre"] for trial in trials),
         "reference_is_truth": all(trial.record.truth is not None for _, trial, _ in problem.each_trial(posterior.best)),
@@ -61,12 +66,8 @@ def collect(
             "n_sharpened": spectrum.n_informed,
         },
         "ranks": {axis: rank.summary() for axis, rank in null_space.ranks.items()},
-        "null_directions": null_directions.numbers(
-            null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))
-        ),
-        "null_contraction": summary.contraction_along(
-            spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
-        ).tolist(),
+        "null_directions": null_changes(null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))),
+        "null_contraction": summary.contraction_along(null_rows).tolist(),
         "normality": normality.posterior_normality(summary.part(np.arange(n))).to_json(),
         "trade_offs": coefficient_pairs,
         "nuisance_trade_offs": nuisance_pairs,
@@ -76,12 +77,6 @@ def collect(
         "advice": zeros.advice(problem),
         "conflict": conflicts.numbers(problem, summary),
     }
-
-
-def _units(equations) -> str:
-    """What the coefficients of a set are called as a whole."""
-    dimensional = any(term.unit for term in equations.terms)
-    return "coefficients in their units" if dimensional else "non-dimensional coefficients"
 
 
 def _parameters(problem, posterior, sensitivity) -> list[dict]:
@@ -110,17 +105,6 @@ def _parameters(problem, posterior, sensitivity) -> list[dict]:
         {"name": name, "unit": units.get(name)} | dict(zip(columns, row, strict=True))
         for name, row in zip(posterior.names, values, strict=True)
     ]
-
-
-def _trial(name, problem, best) -> dict:
-    return {
-        "name": name,
-        "manoeuvre": problem.manoeuvre.name,
-        "duration_s": problem.manoeuvre.duration,
-        "n_readings": problem.record.n_readings,
-        "step_s": problem.simulator.step,
-        "chi_square_per_reading": _chi_squares(problem, best[None])[0],
-    }
 
 
 def _convergence(posterior) -> dict:
@@ -162,7 +146,7 @@ def _chi_squares(problem, parameters) -> list[float]:
     return np.mean(((problem.predicted(parameters) - problem.readings) / problem.sds) ** 2, axis=1).tolist()
 
 
-def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], list[dict]]:
+def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], ...]:
     """Pairs of coefficients, and pairs with a nuisance parameter, by the size of their correlation."""
     rows, columns = np.triu_indices(len(posterior.names), 1)
     values = posterior.correlation[rows, columns]
@@ -204,25 +188,22 @@ def _baseline(problem, estimate) -> dict:
 
 def sentences(numbers: dict) -> dict[str, str]:
     """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
-    return (
-        _answer(numbers)
-        | conflicts.sentences(numbers)
-        | _knowledge(numbers)
-        | _sensitivity(numbers)
-        | _directions(numbers)
-        | _strong_trade_offs(numbers)
-        | _normality(numbers)
-        | _zeros(numbers)
-        | _nuisance(numbers)
-        | _search(numbers)
-    )
-
-
-def _zeros(numbers) -> dict[str, str]:
+    result = _answer(numbers) | conflicts.sentences(numbers) | _knowledge(numbers)
+    if text := conflicts.sensitivity_sentence(numbers["parameters"]):
+        result["prior"] = text
+    result |= _directions(numbers) | _strong_trade_offs(numbers)
+    normal = numbers["normality"]
+    result["normality"] = f"{normal['sentence']} A vehicle file by bayesub export, which is a normal distribution, "
+    result["normality"] += "holds it." if normal["close"] else "loses that: fit the next trial together with this one."
     parts = [zeros.sentence(numbers["zeros"])] if numbers["zeros"] else []
-    if numbers["advice"]:
-        parts.append(f"{numbers['advice']}.")
-    return {"zeros": " ".join(parts)} if parts else {}
+    parts += [f"{numbers['advice']}."] if numbers["advice"] else []
+    if parts:
+        result["zeros"] = " ".join(parts)
+    if rows := numbers["nuisance"]:
+        ends = ((row["name"], *(rounded(row[q], row["sd"]) for q in ("q5", "q95"))) for row in rows)
+        intervals = ", ".join(f"{name} {low} to {high}" for name, low, high in ends)
+        result["nuisance"] = f"{intervals} (90 % intervals)."
+    return result | _search(numbers)
 
 
 def _answer(numbers) -> dict[str, str]:
@@ -258,11 +239,6 @@ def _knowledge(numbers) -> dict[str, str]:
     return result
 
 
-def _sensitivity(numbers) -> dict[str, str]:
-    text = sensitivities.sentence(numbers["parameters"])
-    return {"prior": text} if text else {}
-
-
 def _directions(numbers) -> dict[str, str]:
     n = len(numbers["parameters"]) + len(numbers["nuisance"])
     n_null, n_sharpened = map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
@@ -272,29 +248,13 @@ def _directions(numbers) -> dict[str, str]:
         f"{n - n_sharpened - n_null} to the prior; {n_null} leave the motion exactly the same, so that no sensor on "
         "this manoeuvre can tell."
     }
-    if words := null_directions.sentence(numbers["null_directions"]):
+    if words := null_sentence(numbers["null_directions"]):
         pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
         result["null"] = (
             f"The motion stays the same with changes of {words} (of their values; any multiple does as little). "
             f"Holding {', '.join(pivots)} fixed makes the rest unique."
         )
     return result
-
-
-def _normality(numbers) -> dict[str, str]:
-    """How normal the posterior of the coefficients is, and what of it the next trial can start from."""
-    found = numbers["normality"]
-    passed_on = "A vehicle file by bayesub export, which is a normal distribution, "
-    passed_on += "holds it." if found["close"] else "loses that: fit the next trial together with this one."
-    return {"normality": f"{found['sentence']} {passed_on}"}
-
-
-def _nuisance(numbers) -> dict[str, str]:
-    intervals = [
-        f"{row['name']} {rounded(row['q5'], row['sd'])} to {rounded(row['q95'], row['sd'])}"
-        for row in numbers["nuisance"]
-    ]
-    return {"nuisance": f"{', '.join(intervals)} (90 % intervals)."} if intervals else {}
 
 
 def _strong_trade_offs(numbers) -> dict[str, str]:
@@ -320,6 +280,7 @@ def _search(numbers) -> dict[str, str]:
         return {}
     search = searches[-1]
     fits = sorted({f"{fit:.3f}" for fit in search["chi_square_per_reading"]}, key=float)
+    further = [f"{end(search['further_than_guess'])}" for end in (min, max)]
     held = ""
     if names := search.get("nuisance"):
         held = f", which searches {', '.join(names)} with their priors as readings,"
@@ -330,7 +291,7 @@ def _search(numbers) -> dict[str, str]:
     return {
         "sqp": f"SQP{held} from {counted(search['n_starts'], 'start')} reaches a chi-square per reading of "
         f"{' to '.join(dict.fromkeys((fits[0], fits[-1])))}, the best draw of the posterior "
-        f"{numbers['chi_square_per_reading']:.3f}; {_range(search['further_than_guess'])} of its {search['n_params']} "
+        f"{numbers['chi_square_per_reading']:.3f}; {' to '.join(dict.fromkeys(further))} of its {search['n_params']} "
         f"coefficients end further from the {reference_word(numbers)} than the guess was."
     }
 
@@ -340,11 +301,48 @@ def reference_word(numbers: dict) -> str:
     return "truth" if numbers["reference_is_truth"] else "vehicle file"
 
 
-def _range(values) -> str:
-    return f"{min(values)}" if min(values) == max(values) else f"{min(values)} to {max(values)}"
-
-
 def combination(vector: dict[str, float], least: float = 0.0) -> str:
     """A null vector in words, such as ``+1 Yv_absnu +0.43 Yvdot ..``, entries of at least `least` in size."""
     entries = [f"{value:+.2g} {name}" for name, value in vector.items() if abs(value) >= least]
     return " ".join(entries) + (" .." if len(entries) < len(vector) else "")
+
+
+def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dict]:
+    """Of each null direction its axis and the relative changes of its coefficients, the largest of them 50 %.
+
+    The motion stays the same to round-off: a null direction is one of the linear form of the equations, so that a step
+    along it may be of any length.
+
+    `null_space`: its vectors are in coefficients; `values`: coefficient -> value where the null space was taken.
+
+    Returns ``axis``, and ``changes``: coefficient -> change over its value, largest first.
+    """
+    result = []
+    for axis, rank in null_space.ranks.items():
+        for vector in rank.null_vectors:
+            relative = {name: change / values[name] for name, change in vector.items() if values[name]}
+            order = sorted(relative, key=lambda name: -abs(relative[name]))
+            scale = LARGEST / relative[order[0]]
+            result.append({"axis": axis, "changes": {name: scale * relative[name] for name in order}})
+    return result
+
+
+def null_sentence(directions: list[dict]) -> str:
+    """What may change together; empty if nothing may."""
+    return "; ".join(f"{direction['axis']}: {_null_words(direction['changes'])}" for direction in directions)
+
+
+def _null_words(changes: Mapping[str, float]) -> str:
+    """Changes such as ``50 % of Yvdot with 21 % of Yuv and 4 others``, or of one by itself where others hardly move."""
+    some = [f"{percent(change)} of {name}" for name, change in changes.items() if abs(change) >= LEAST]
+    first, *others = some
+    if not others:
+        rest = counted(len(changes) - 1, "other")
+        return f"{first} with less than {percent(LEAST)} of {rest}" if len(changes) > 1 else first
+    named, more = others[:NAMED], len(others) - NAMED
+    return f"{first} with {listed([*named, *([counted(more, 'other')] if more > 0 else [])])}"
+
+
+def percent(share: float) -> str:
+    """A share such as -0.1342 as ``-13 %``: two digits."""
+    return f"{np.format_float_positional(100.0 * share, 2, fractional=False, trim='-')} %"

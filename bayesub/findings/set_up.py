@@ -9,17 +9,29 @@ import numpy as np
 from bayesub.io.words import powers, with_unit
 from bayesub.logs import log_files
 from bayesub.problem.distributions import WHITE, LogNormal, Normal, Prior, Uniform
+from bayesub.problem.joint import JointProblem
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, Given, Spread
+from bayesub.problem.problem import Problem
 from bayesub.sensors.record import Channel
 
+AnyProblem = Problem | JointProblem
 
-def rows(problem) -> dict[str, str]:
-    """The rows of the box that a problem (Problem or JointProblem) has by itself: title -> text."""
+
+def rows(problem: AnyProblem) -> dict[str, str]:
+    """The rows of the box that a problem has by itself: title -> text."""
     trials = {name: trial for name, trial, _ in problem.each_trial(problem.prior.mean)}
     first, vehicle = next(iter(trials.values())), problem.vehicle
     equations, one = problem.equations, len(trials) == 1
     described = vehicle.description.rstrip(".")
+    plane = f"{first.simulator.subproblem} plane only" if first.simulator.subproblem else "all six degrees of freedom"
+    step = max(trial.simulator.step for trial in trials.values())
+    unknowns = {name: prior for name, prior in problem.nuisance_priors.items() if prior is not WHITE}  # no histories
+    histories = {name: [one.disturbances.knots for one in trial.histories] for name, trial in trials.items()}
+    forces = {
+        name: "; ".join(f"unknown histories on {', '.join(one.axes)}, {len(one.times)} knots each" for one in some)
+        for name, some in histories.items()
+    }
     result = {
         "vehicle": f"{vehicle.name}{f' ({described})' if described else ''}: {vehicle.length_m:.4g} m long, "
         f"{vehicle.speed_mps:.3g} m/s at the start, water of {vehicle.water_density_kgm3:.5g} kg/m³",
@@ -27,10 +39,10 @@ def rows(problem) -> dict[str, str]:
         "sensors": "; ".join(_by_trial({name: _sensors(trial) for name, trial in trials.items()})),
         "truth": _truth(trials),
         "prior": _prior(first.spread, problem),
-        "other unknowns": "; ".join(_unknowns(problem)),
-        "equations": f"{equations.name}, {len(equations.names)} terms, {problem.n_coefficients} free"
-        f"{_plane(first)}; integrated in steps of {max(trial.simulator.step for trial in trials.values()):.3g} s",
-        "disturbances": "; ".join(_by_trial({name: _disturbance(trial) for name, trial in trials.items()})),
+        "other unknowns": "; ".join(f"{with_unit(name)}: {_distribution(prior)}" for name, prior in unknowns.items()),
+        "equations": f"{equations.name}, {len(equations.names)} terms, {problem.n_coefficients} free, {plane}; "
+        f"integrated in steps of {step:.3g} s",
+        "disturbances": "; ".join(_by_trial({name: text or "none inferred" for name, text in forces.items()})),
     }
     return {title: text for title, text in result.items() if text}
 
@@ -40,11 +52,6 @@ def _by_trial(texts: dict[str, str]) -> list[str]:
     if len(set(texts.values())) == 1:
         return [next(iter(texts.values()))]
     return [f"{name}: {text}" for name, text in texts.items()]
-
-
-def _plane(trial) -> str:
-    plane = trial.simulator.subproblem
-    return f", {plane} plane only" if plane else ", all six degrees of freedom"
 
 
 def _manoeuvre(name: str, trial) -> str:
@@ -138,12 +145,6 @@ def _spread(spread: Spread) -> str:
     return f"normal with an sd of {size}"
 
 
-def _unknowns(problem) -> list[str]:
-    """The nuisance parameters and their priors, coordinates of histories left out."""
-    priors = {name: prior for name, prior in problem.nuisance_priors.items() if prior is not WHITE}
-    return [f"{with_unit(name)}: {_distribution(prior)}" for name, prior in priors.items()]
-
-
 def _distribution(prior: Prior) -> str:
     """A prior of one parameter."""
     if isinstance(prior, Uniform):
@@ -154,18 +155,7 @@ def _distribution(prior: Prior) -> str:
     return f"{prior.mean[0]:.4g} ± {prior.sd[0]:.3g}{word}"
 
 
-def _disturbance(trial) -> str:
-    """The forces with unknown histories that a trial infers."""
-    kinds = [history.disturbances for history in trial.histories]
-    return (
-        "; ".join(
-            f"unknown histories on {', '.join(kind.knots.axes)}, {len(kind.knots.times)} knots each" for kind in kinds
-        )
-        or "none inferred"
-    )
-
-
-def dimensional(problem) -> list[dict]:
+def dimensional(problem: AnyProblem) -> list[dict]:
     """Of each free coefficient the ``factor`` that makes it dimensional, SI, and the ``si_unit`` that it then has."""
     factors, names = problem.vehicle.dimensional_factors[problem.columns], problem.names[: problem.n_coefficients]
     units = [powers(problem.equations.unit(name)) for name in names]

@@ -9,12 +9,11 @@ by its regressor; one that has no counterpart is said so in a comment of the fil
 
 import json
 from importlib import metadata
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from bayesub.io.errors import one_line
-from bayesub.kernels import workspace as at
 from bayesub.model.equations.equation_set import Term
 from bayesub.model.equations.regressors import parse
 from bayesub.model.vehicles import Vehicle, mass_matrix
@@ -44,11 +43,7 @@ class Known(Protocol):
 class Boat:
     """The numbers of a boat with means and sds of its coefficients.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-    known : Known
-        Of some coefficients; the others have the values of the vehicle.
+    `known`: of some coefficients; the others have the values of the vehicle.
     """
 
     def __init__(self, vehicle: Vehicle, known: Known):
@@ -60,11 +55,6 @@ class Boat:
         self.rigid_mass = mass_matrix(self.equations, none, vehicle.body)
         dimensional = self.xi * vehicle.dimensional_factors
         self.added_mass = mass_matrix(self.equations, dimensional, vehicle.body) - self.rigid_mass
-
-    @property
-    def body(self) -> dict[str, float]:
-        """Entries of the rigid body by name."""
-        return dict(zip(at.BODY, self.vehicle.body.tolist(), strict=True))
 
     def term(self, axis: str, regressor: str) -> Term | None:
         """The term with a regressor, whose controls are dr, ds and db; None if the equations have none."""
@@ -100,9 +90,8 @@ def _counterparts(boat: Boat) -> tuple[list[dict], list[Term]]:
     if drag is not None:
         value, sd, power = boat.prime(drag)
         taken.add(drag.name)
-        rows.append(
-            {"name": "Cd0", "value": -value, "sd": sd, "scale": f"r{power}", "regressor": "-u*u", "from": drag.name}
-        )
+        row = {"name": "Cd0", "value": -value, "sd": sd, "scale": f"r{power}", "regressor": "-u*u", "from": drag.name}
+        rows.append(row)
     others = [t for k, t in enumerate(boat.equations.terms) if t.name not in taken and boat.xi[k] != 0.0]
     return rows, others
 
@@ -120,18 +109,18 @@ def _why_not(term: Term) -> str:
 
 
 def _head(boat: Boat, source: str) -> list[str]:
-    in_coefficients = boat.equations.rigid_body_terms == "in_coefficients"
     lines = [
         f"{one_line(boat.vehicle.name)}, {source}: posterior means, bayesub {metadata.version('bayesub')}",
         f"Equations '{boat.equations.name}' of bayesub; axes of SNAME, angles in rad, SI units.",
     ]
-    if in_coefficients:
+    if boat.equations.rigid_body_terms == "in_coefficients":
         lines.append("The velocity terms of the rigid body are part of these coefficients: leave them out elsewhere.")
     return lines
 
 
-def _scalars(boat: Boat) -> dict[str, float | list[float]]:
-    body, vehicle = boat.body, boat.vehicle
+def _scalars(boat: Boat) -> dict[str, Any]:
+    vehicle = boat.vehicle
+    body = vehicle.rigid_body
     return {
         "L": vehicle.length_m,
         "rho": vehicle.water_density_kgm3,
@@ -147,20 +136,16 @@ def _scalars(boat: Boat) -> dict[str, float | list[float]]:
 def mss(vehicle: Vehicle, known: Known, source: str) -> str:
     """A Matlab script that makes a struct `vehicle` with the names of npsauv.m.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-    known : Known
-        Of some of its coefficients; the others have the values of the vehicle.
-    source : str
-        Where they come from, in words.
+    `source`: where the coefficients come from, in words.
     """
     boat = Boat(vehicle, known)
     rows, others = _counterparts(boat)
     lines = [f"% {line}" for line in _head(boat, source)]
     lines += ["% Names and scales of npsauv.m in MSS: r2 = rho/2 L^2 .. r5 = rho/2 L^5; what is not here is zero.", ""]
     lines.append(f"vehicle.name = '{one_line(vehicle.name).replace(chr(39), chr(39) * 2)}';")
-    lines += [f"vehicle.{key} = {_matlab(value)};" for key, value in _scalars(boat).items()]
+    for key, value in _scalars(boat).items():
+        text = f"[{' '.join(map(_number, value))}]" if isinstance(value, list) else _number(value)
+        lines.append(f"vehicle.{key} = {text};")
     for key, matrix in (("MRB", boat.rigid_mass), ("MA", boat.added_mass)):
         lines += [f"vehicle.{key} = [", *(f"    {' '.join(map(_number, row))}" for row in matrix.tolist()), "];"]
     lines.append("")
@@ -176,10 +161,6 @@ def mss(vehicle: Vehicle, known: Known, source: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _matlab(value) -> str:
-    return f"[{' '.join(map(_number, value))}]" if isinstance(value, list) else _number(value)
-
-
 def _number(value: float) -> str:
     """Nine digits, and no negative zero."""
     return f"{value + 0.0:.9g}"
@@ -191,7 +172,8 @@ def mss_json(vehicle: Vehicle, known: Known, source: str) -> str:
     rows, others = _counterparts(boat)
     for row in rows:
         row["sd"] = row["sd"] if np.isfinite(row["sd"]) else None
-    content = {"convention": "MSS, npsauv.m: r2 = rho/2 L^2 .. r5 = rho/2 L^5", "about": _head(boat, source)}
+    content: dict[str, Any] = {"convention": "MSS, npsauv.m: r2 = rho/2 L^2 .. r5 = rho/2 L^5"}
+    content["about"] = _head(boat, source)
     content |= {"name": vehicle.name} | _scalars(boat)
     content |= {"MRB": boat.rigid_mass.tolist(), "MA": boat.added_mass.tolist(), "coefficients": rows}
     content["without_counterpart"] = [
@@ -249,18 +231,5 @@ def pvs(vehicle: Vehicle, known: Known, source: str) -> str:
     ]
     body = [f"    {line}" for line in lines]
     rest = ["", "# Without counterpart in remus100.py:", *comments] if comments else []
-    return (
-        "\n".join(
-            [
-                *(f"# {line}".rstrip() for line in head),
-                "",
-                "import numpy as np",
-                "",
-                "",
-                "def apply(vehicle):",
-                *body,
-                *rest,
-            ]
-        )
-        + "\n"
-    )
+    imports = ["", "import numpy as np", "", "", "def apply(vehicle):"]
+    return "\n".join([*(f"# {line}".rstrip() for line in head), *imports, *body, *rest]) + "\n"

@@ -6,6 +6,7 @@ from operator import itemgetter
 
 import numpy as np
 
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks.discrepancy import inner_products
 from bayesub.io.errors import InputError
@@ -27,23 +28,16 @@ BETTER, AGREES = 3.0, 0.5  # factor by which the difference shrinks; share of th
 _SEARCHES, _SAME = 8, 0.05  # of the mode with readings taken earlier; steps from one to the next, s, that end them
 
 
-def suspect(problem, mode: np.ndarray) -> str:
+def suspect(problem: AnyProblem, mode: np.ndarray) -> str:
     """The change of a column, of a pair or of a clock after which the log would agree with the model, in words.
 
     Of columns the boat of the prior means is the judge, and of clocks a mode that is searched anew: a clock that is
     seconds off moves readings by less than the prior is wide.
 
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-    mode : (n_params,) array
-        Its mode, which does not fit.
+    `mode` (n_params,): its mode, which does not fit.
 
-    Returns
-    -------
-    str
-        Empty if no single change makes the difference at least three times as small, and of columns less than half the
-        motion.
+    Empty if no single change makes the difference at least three times as small, and of columns less than half
+    the motion.
     """
     return _column(problem) or _clock(problem, mode)
 
@@ -124,7 +118,7 @@ class _Motion:
     readings: np.ndarray
     modulo_turn: bool
 
-    def share(self, readings) -> float:
+    def share(self, readings: np.ndarray) -> float:
         """Root mean square of the difference of other readings (n,) over that of the predictions."""
         difference, motion = self.predicted - readings, self.predicted
         if self.modulo_turn:

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks.prediction import FALSE_ALARMS, INTERVALS, N_DRAWS, Prediction, given_warm_up, predict
 from bayesub.inference.sampling import Posterior
 from bayesub.io.words import with_unit
 from bayesub.logs import log_files
-from bayesub.problem.joint import JointProblem
-from bayesub.problem.problem import Problem
 from bayesub.problem.unseen import UnseenTrial
 
 POSTERIOR, MODE, SQP, PRIOR, PRIOR_MEAN = "posterior", "posterior mode", "SQP", "prior", "prior mean"
@@ -22,20 +21,11 @@ FEW = 0.7  # of the readings within 90 % bands, below which a log that is predic
 
 @dataclass(frozen=True)
 class TrialPrediction:
-    """An unseen trial as it is predicted.
-
-    Attributes
-    ----------
-    trial : UnseenTrial
-    predictions : dict of str to Prediction
-        By whom: the posterior, and what it is compared with.
-    converged : bool
-        Whether the posterior is.
-    """
+    """An unseen trial as it is predicted."""
 
     trial: UnseenTrial
-    predictions: dict[str, Prediction]
-    converged: bool
+    predictions: dict[str, Prediction]  # by whom: the posterior, and what it is compared with
+    converged: bool  # whether the posterior is
 
     @property
     def posterior(self) -> Prediction:
@@ -45,7 +35,7 @@ class TrialPrediction:
 
 def predicted_trial(
     trial: UnseenTrial,
-    fitted: Problem | JointProblem,
+    fitted: AnyProblem,
     posterior: Posterior,
     estimates: Sequence[Estimate],
     rng: np.random.Generator,
@@ -54,23 +44,14 @@ def predicted_trial(
 
     What the fitted trials do not tell is drawn given the warm-up of the trial, by each of them for itself.
 
-    Parameters
-    ----------
-    trial : UnseenTrial
-    fitted : Problem or JointProblem
-        Of the trials that were fitted.
-    posterior : Posterior
-        Of their parameters.
-    estimates : sequence of Estimate
-        Of the same trials; SQP is looked for among them.
-    rng : numpy.random.Generator
-        Chooses draws, and is the source of noise.
+    `fitted`: of the trials that were fitted; `posterior`: of their parameters; `estimates`: of the same trials; SQP is
+    looked for among them; `rng`: chooses draws, and is the source of noise.
     """
     trial = trial.with_fitted_noise(fitted, posterior.best)
-    draws = drawn(fitted, posterior, estimates, rng, number_of_draws(len(trial.problem.readings)))
+    draws = draws_by_whom(fitted, posterior, estimates, rng, number_of_draws(len(trial.problem.readings)))
     predictions = {
         name: predict(trial.problem, parameters, rng, warm_up=trial.warm_up_s).without_draws()
-        for name, parameters in flown(trial, fitted, draws, rng)
+        for name, parameters in transfer(trial, fitted, draws, rng)
     }
     return TrialPrediction(trial, predictions, posterior.converged)
 
@@ -80,18 +61,11 @@ def number_of_draws(n_numbers: int, most: int = N_DRAWS) -> int:
     return int(np.clip(MOST_READINGS // n_numbers, min(N_OTHERS, most), most))
 
 
-def drawn(
-    fitted: Problem | JointProblem,
-    posterior: Posterior,
-    estimates: Sequence[Estimate],
-    rng: np.random.Generator,
-    n: int,
+def draws_by_whom(
+    fitted: AnyProblem, posterior: Posterior, estimates: Sequence[Estimate], rng: np.random.Generator, n: int
 ) -> dict[str, np.ndarray]:
     """By whom -> draws (.., n_fitted) of the fitted parameters, `n` of posterior and prior; the others are points."""
-    draws = {
-        POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)],
-        PRIOR: fitted.prior.sample(rng, n),
-    }
+    draws = {POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)], PRIOR: fitted.prior.sample(rng, n)}
     points = {MODE: posterior.best, PRIOR_MEAN: fitted.prior.mean}
     for estimate in estimates:
         if estimate.method == SQP:
@@ -102,8 +76,8 @@ def drawn(
     return draws | {name: np.repeat(point[None], N_OTHERS, axis=0) for name, point in points.items()}
 
 
-def flown(
-    trial: UnseenTrial, fitted: Problem | JointProblem, draws: Mapping[str, np.ndarray], rng: np.random.Generator
+def transfer(
+    trial: UnseenTrial, fitted: AnyProblem, draws: Mapping[str, np.ndarray], rng: np.random.Generator
 ) -> Iterator[tuple[str, np.ndarray]]:
     """By whom, and parameters (.., n_params) of a trial: what draws do not tell is drawn given its warm-up."""
     not_fitted = trial.own(fitted)
@@ -179,14 +153,8 @@ def predicts(trials: Sequence[dict]) -> bool:
 def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str, str]:
     """What is to be said of prediction, by topic: of what was predicted, or that nothing was.
 
-    Parameters
-    ----------
-    trials : sequence of dict
-        Of :func:`numbers`.
-    n_logs : int
-        Number of logs among the fitted trials; of simulated ones nothing need be said.
-    n_trials : int
-        Number of fitted trials.
+    `trials`: of :func:`numbers`; `n_logs`: number of logs among the fitted trials; of simulated ones nothing need be
+    said; `n_trials`: number of fitted trials.
     """
     if trials:
         text = " ".join(trial["sentence"] for trial in sorted(trials, key=lambda trial: trial["predicts"]))
@@ -217,9 +185,8 @@ def _named(trial: dict) -> str:
 
 
 def _of_readings(trial: dict) -> str:
-    shares = [
-        f"{100 * trial['coverage'][key]:.0f} % within {key} bands" for key in by_percent(dict.fromkeys(INTERVALS))
-    ]
+    keys = [f"{100 * probability:g} %" for probability in INTERVALS]
+    shares = [f"{100 * trial['coverage'][key]:.0f} % within {key} bands" for key in keys]
     return f"{trial['n_readings']} readings to {trial['last_s']:.4g} s, {' and '.join(shares)}"
 
 

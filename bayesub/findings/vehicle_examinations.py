@@ -8,17 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.findings.examination import CardWarning, Examination
-from bayesub.findings.flights import fly, growth, number_or_none, stability_indices, turning_circle
+from bayesub.findings.coefficient_examinations import Examination, number_or_none
+from bayesub.findings.flights import fly, growth, stability_indices, turning_circle
 from bayesub.findings.zeros import STEADY
 from bayesub.io.words import listed
-from bayesub.kernels import workspace
 from bayesub.logs import log_files
 from bayesub.logs.log_files import positions
 from bayesub.model.equations import AXES
 from bayesub.model.linear_motion import regressor_slopes, regressors, straight
 from bayesub.model.quantities import GLIDES, absence
-from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 
 RUDDER_DEG = 15.0
@@ -39,18 +37,10 @@ THRUST = {"du", "uc", "duc"}  # those by which terms of an equation set balance 
 
 @dataclass(frozen=True)
 class Contributions:
-    """Hydrodynamic forces, or their slopes by one variable, in straight flight at the trial speed.
+    """Hydrodynamic forces, or their slopes by one variable, in straight flight at the trial speed."""
 
-    Attributes
-    ----------
-    names : dict of str to list of str
-        Axis -> coefficients that contribute, whatever their values.
-    values : dict of str to float
-        Axis -> sum, N and N m for a force, and that per unit of the variable for a slope.
-    """
-
-    names: dict[str, list[str]]
-    values: dict[str, float]
+    names: dict[str, list[str]]  # axis -> coefficients that contribute, whatever their values
+    values: dict[str, float]  # axis -> sum, N and N m for a force, and that per unit of the variable for a slope
 
     def of(self, *axes: str) -> list[str]:
         """The coefficients that contribute to some axes."""
@@ -84,7 +74,7 @@ def balance(boat: Vehicle) -> Examination:
 
     Propellers among the actuators push with the revolutions of their file.
     """
-    body = dict(zip(workspace.BODY, map(float, boat.body), strict=True))
+    body = boat.rigid_body
     pushed = boat.actuators.wrenches(boat.actuators.rest[None], None)[0, [0, 6]] @ [1.0, boat.speed_mps]
     thrusts = {
         " + ".join(branch): sum(body[key] for key in branch) * boat.speed_mps**2 + pushed
@@ -98,14 +88,14 @@ def balance(boat: Vehicle) -> Examination:
     straight = forces(boat)
     drag, symbol = -straight.values["X"], "" if pushed else _drag_symbol(boat, straight)
     ratios = [number_or_none(thrust / drag) if drag else None for thrust in thrusts.values()]
-    warnings = []
+    found = Examination({})
     if not drag:
         sums = " = ".join(thrusts)
         zero = f": {listed(straight.names['X'])} is zero" if straight.names["X"] else ""
         remedy = (
             f"set {symbol}, and {sums} = -{symbol} with it" if symbol else "set its drag, and a thrust to balance it"
         )
-        warnings.append(CardWarning(f"the boat has no drag{zero}", remedy))
+        found.warn(f"the boat has no drag{zero}", remedy)
     branches = thrusts if symbol or ratios[0] != ratios[1] else list(thrusts)[:1]  # the same without their names
     for ratio, names in zip(ratios, branches, strict=False):
         if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
@@ -118,9 +108,9 @@ def balance(boat: Vehicle) -> Examination:
                 text += f" of {drag:.4g} N"
                 remedy = "scale the thrust (b or thrust_n), or change the propeller speed to which it refers"
                 remedy = "change rpm of the propellers" if pushed else remedy
-            warnings.append(CardWarning(text, remedy))
-    both = {"above_self_propulsion": ratios[0], "below_self_propulsion": ratios[1]}
-    return Examination({"thrust_over_drag": both}, warnings)
+            found.warn(text, remedy)
+    found.numbers["thrust_over_drag"] = {"above_self_propulsion": ratios[0], "below_self_propulsion": ratios[1]}
+    return found
 
 
 def _thrust_terms(boat: Vehicle) -> list[str]:
@@ -137,30 +127,31 @@ def _drag_symbol(boat: Vehicle, straight: Contributions) -> str:
 
 
 def _flight(
-    boat: Vehicle, lengths: float, orders: dict[str, float], subproblem: str | None, what: str
-) -> tuple[Trajectory | None, np.ndarray | None, list[CardWarning]]:
-    """A flight, its states (n, 12) unless it failed, and a warning if it did."""
-    trajectory = fly(boat, lengths, orders, subproblem)
+    boat: Vehicle, lengths: float, orders: dict[str, float], subproblem: str | None, section: str, name: str, what: str
+) -> tuple[Examination, np.ndarray | None]:
+    """A section with a flight and no numbers yet, and the states (n, 12); None and a warning if the flight fails."""
+    trajectory, found = fly(boat, lengths, orders, subproblem), Examination({section: None})
     if trajectory is None:
         text = f"{what} is not simulated: a ship length at trial speed takes no sensible time"
-        return None, None, [CardWarning(text, "check the units of length_m, speed_mps and rpm_per_mps")]
+        found.warn(text, "check the units of length_m, speed_mps and rpm_per_mps")
+        return found, None
+    found.flights[name] = trajectory
     if trajectory.status[0] == "ok":
-        return trajectory, trajectory.states[0], []
+        return found, trajectory.states[0]
     end = trajectory.times[np.isnan(trajectory.states[0, :, 0]).argmax()]
     reason = {"diverged": "speeds grow without bound", "left_envelope": "pitch passes 85 degrees"}[trajectory.status[0]]
     text = f"{what} fails after {end * boat.speed_mps / boat.length_m:.2g} ship lengths: {reason}"
-    remedy = "look at the stability indices, the mass matrix and the signs of damping"
-    return trajectory, None, [CardWarning(text, remedy)]
+    found.warn(text, "look at the stability indices, the mass matrix and the signs of damping")
+    return found, None
 
 
 def straight_flight(boat: Vehicle) -> Examination:
     """Speed, depth and attitude at the end of a flight with controls amidships; of a ship speed and heading."""
     if balance(boat).skipped.get("thrust_over_drag") == GLIDES:
         return Examination({"straight_flight": None}, skipped={"straight_flight": GLIDES})
-    trajectory, states, warnings = _flight(boat, STRAIGHT, {}, None, "straight flight")
-    flights = {} if trajectory is None else {"straight": trajectory}
+    found, states = _flight(boat, STRAIGHT, {}, None, "straight_flight", "straight", "straight flight")
     if states is None:
-        return Examination({"straight_flight": None}, warnings, flights)
+        return found
     end, z = states[-1], log_files.STATES.index("z")
     ratio = number_or_none(np.linalg.norm(end[VELOCITY]) / boat.speed_mps)
     strays, angles, planar = {}, {"heading": "psi"}, boat.equations.degrees_of_freedom == 3
@@ -171,11 +162,9 @@ def straight_flight(boat: Vehicle) -> Examination:
         strays[f"{name}_deg"] = number_or_none(np.degrees(end[log_files.STATES.index(state)]))
     own = _thrust_terms(boat) if "thrust_over_drag" in balance(boat).skipped else []
     if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
-        warnings.append(
-            CardWarning(
-                f"straight flight does not hold its speed: {100 * ratio:.3g} % of it after {STRAIGHT:g} ship lengths",
-                f"look at {listed(own)}" if own else "balance thrust and drag; see the line 'thrust'",
-            )
+        found.warn(
+            f"straight flight does not hold its speed: {100 * ratio:.3g} % of it after {STRAIGHT:g} ship lengths",
+            f"look at {listed(own)}" if own else "balance thrust and drag; see the line 'thrust'",
         )
     limits = {
         "depth_change_lengths": (STRAY_LENGTHS, "ship lengths deeper"),
@@ -188,25 +177,24 @@ def straight_flight(boat: Vehicle) -> Examination:
         causes = forces(boat).of(*"ZMYNK")
         if not planar:
             causes = ["trim (weight and buoyancy, their centres)", *causes, "thrust line", "torque"]
-        warnings.append(
-            CardWarning(
-                f"with {'rudder' if planar else 'planes'} amidships the boat does not "
-                f"{'run' if planar else 'fly'} straight: {', '.join(off)} after {STRAIGHT:g} ship lengths",
-                f"look at {listed(causes, 'the forces of straight flight')}",
-            )
+        found.warn(
+            f"with {'rudder' if planar else 'planes'} amidships the boat does not "
+            f"{'run' if planar else 'fly'} straight: {', '.join(off)} after {STRAIGHT:g} ship lengths",
+            f"look at {listed(causes, 'the forces of straight flight')}",
         )
-    numbers = {"lengths": STRAIGHT, "speed_ratio": ratio, **strays}
-    return Examination({"straight_flight": numbers}, warnings, flights)
+    found.numbers["straight_flight"] = {"lengths": STRAIGHT, "speed_ratio": ratio, **strays}
+    return found
 
 
 def stability(boat: Vehicle) -> Examination:
     """Indices of stability in the planes that the equations have, and the growth of small disturbances."""
-    indices, rate, warnings = stability_indices(boat), growth(boat), []
+    indices, rate = stability_indices(boat), growth(boat)
+    found = Examination({"stability": {**indices, "growth_per_length": number_or_none(rate)}})
     grows = rate > GROWTH
     righted = "which does not suffice at trial speed" if grows else "which suffices at trial speed"
     planes = {
-        "horizontal_G_h": ("v", "r", "YN", "and it holds no course with the rudder amidships"),
-        "vertical_G_v": ("w", "q", "ZM", f"but for the righting moment, {righted}"),
+        "horizontal_G_h": ("v", "r", ("Y", "N"), "and it holds no course with the rudder amidships"),
+        "vertical_G_v": ("w", "q", ("Z", "M"), f"but for the righting moment, {righted}"),
     }
     less = " (less the moment of the mass)" if boat.equations.rigid_body_terms == "separate" else ""
     unstable = False
@@ -216,29 +204,23 @@ def stability(boat: Vehicle) -> Examination:
         symbol = key.partition("_")[2]
         damping = listed([*drift.of(force), *turning.of(moment)], "the damping derivatives")
         if index is None:
-            warnings.append(
-                CardWarning(
-                    f"{symbol} is undefined: {damping}{less} are not both negative",
-                    f"set {damping} from captive tests or a similar boat",
-                )
+            found.warn(
+                f"{symbol} is undefined: {damping}{less} are not both negative",
+                f"set {damping} from captive tests or a similar boat",
             )
         elif index <= 0.0:
             munk = listed(drift.of(moment), f"the slope of {moment} by {across}")
-            warnings.append(
-                CardWarning(
-                    f"{symbol} = {index:.2f}: straight flight is unstable {what}",
-                    f"check {munk} (the Munk moment, which stern fins reduce), and {damping}",
-                )
+            found.warn(
+                f"{symbol} = {index:.2f}: straight flight is unstable {what}",
+                f"check {munk} (the Munk moment, which stern fins reduce), and {damping}",
             )
         unstable |= index is None or index <= 0.0
     if grows and not unstable:
-        warnings.append(
-            CardWarning(
-                f"small disturbances of straight flight grow {np.exp(min(rate, 50.0)):.3g}-fold a ship length",
-                f"check {_roll_terms(boat)}the mass matrix",
-            )
+        found.warn(
+            f"small disturbances of straight flight grow {np.exp(min(rate, 50.0)):.3g}-fold a ship length",
+            f"check {_roll_terms(boat)}the mass matrix",
         )
-    return Examination({"stability": {**indices, "growth_per_length": number_or_none(rate)}}, warnings)
+    return found
 
 
 def _roll_terms(boat: Vehicle) -> str:
@@ -265,30 +247,26 @@ def turn(boat: Vehicle) -> Examination:
         return Examination({"turning_circle": None}, skipped={"turning_circle": reason})
     rudder = _angle(boat, RUDDER, RUDDER_DEG)
     orders = {RUDDER: np.radians(rudder)}
-    trajectory, states, warnings = _flight(boat, TURN, orders, "horizontal", "the turning circle")
-    flights = {} if trajectory is None else {"turn": trajectory}
+    found, states = _flight(boat, TURN, orders, "horizontal", "turning_circle", "turn", "the turning circle")
     if states is None:
-        return Examination({"turning_circle": None}, warnings, flights)
+        return found
     circle, effect = turning_circle(boat, states, rudder), slopes(boat, RUDDER)
     diameter = circle["diameter_lengths"]
     if diameter is None:
         remedy = f"set {listed(effect.of('Y', 'N'), 'coefficients of the rudder')}"
-        warnings.append(CardWarning("the boat does not answer its rudder", remedy))
+        found.warn("the boat does not answer its rudder", remedy)
     elif not DIAMETERS[0] <= diameter <= DIAMETERS[1]:
         damping = listed([*slopes(boat, "r").of("N"), *slopes(boat, "v").of("N")], "the damping in yaw")
-        warnings.append(
-            CardWarning(
-                f"with {rudder:g} deg of rudder it turns in {diameter:.3g} ship lengths, where boats need "
-                f"{DIAMETERS[0]:g} to {DIAMETERS[1]:g}",
-                f"check {listed(effect.of('N', 'Y'), 'the rudder')} (per radian), {damping}",
-            )
+        found.warn(
+            f"with {rudder:g} deg of rudder it turns in {diameter:.3g} ship lengths, where boats need "
+            f"{DIAMETERS[0]:g} to {DIAMETERS[1]:g}",
+            f"check {listed(effect.of('N', 'Y'), 'the rudder')} (per radian), {damping}",
         )
     if effect.values["Y"] * effect.values["N"] > 0.0:
         names = listed(effect.of("Y", "N"))
-        warnings.append(
-            CardWarning(f"the rudder acts ahead of the centre: {names} have the same sign", "check both signs")
-        )
-    return Examination({"turning_circle": circle}, warnings, flights)
+        found.warn(f"the rudder acts ahead of the centre: {names} have the same sign", "check both signs")
+    found.numbers["turning_circle"] = circle
+    return found
 
 
 def dive(boat: Vehicle) -> Examination:
@@ -296,16 +274,16 @@ def dive(boat: Vehicle) -> Examination:
     if reason := PLANAR if boat.equations.degrees_of_freedom == 3 else absence(boat, STERN_PLANE):
         return Examination({"stern_plane": None}, skipped={"stern_plane": reason})
     plane = _angle(boat, STERN_PLANE, PLANE_DEG)
-    trajectory, states, warnings = _flight(boat, DIVE, {STERN_PLANE: np.radians(plane)}, "vertical", "the dive")
-    flights = {} if trajectory is None else {"dive": trajectory}
+    orders = {STERN_PLANE: np.radians(plane)}
+    found, states = _flight(boat, DIVE, orders, "vertical", "stern_plane", "dive", "the dive")
     if states is None:
-        return Examination({"stern_plane": None}, warnings, flights)
+        return found
     # The planes act against straight flight, which may itself pitch.
     still = fly(boat, DIVE, {}, "vertical").states[0]
     ahead, theta, z = len(states) // 5, log_files.STATES.index("theta"), log_files.STATES.index("z")
     pitch = np.degrees(states[ahead, theta] - still[ahead, theta])
     answers = np.isfinite(pitch) and abs(pitch) > 1e-3 * plane
-    numbers = {
+    found.numbers["stern_plane"] = {
         "angle_deg": plane,
         "pitch_after_two_lengths_deg": number_or_none(pitch),
         "positive_angle_pitches": ("bow up" if pitch > 0.0 else "bow down") if answers else None,
@@ -314,41 +292,33 @@ def dive(boat: Vehicle) -> Examination:
     effect = slopes(boat, STERN_PLANE)
     names = listed(effect.of("Z", "M"), "coefficients of the stern planes")
     if not answers and np.isfinite(pitch):
-        warnings.append(CardWarning("the boat does not answer its stern planes", f"set {names}"))
+        found.warn("the boat does not answer its stern planes", f"set {names}")
     elif answers and pitch > 0.0:
-        warnings.append(
-            CardWarning(
-                "a positive stern plane pitches the bow up; manoeuvres expect bow down",
-                f"change the signs of {names} (trailing edge down is positive)",
-            )
+        found.warn(
+            "a positive stern plane pitches the bow up; manoeuvres expect bow down",
+            f"change the signs of {names} (trailing edge down is positive)",
         )
     if effect.values["Z"] * effect.values["M"] < 0.0:
-        warnings.append(
-            CardWarning(f"the stern planes act ahead of the centre: {names} differ in sign", "check both signs")
-        )
-    return Examination({"stern_plane": numbers}, warnings, flights)
+        found.warn(f"the stern planes act ahead of the centre: {names} differ in sign", "check both signs")
+    return found
 
 
 def hydrostatics(boat: Vehicle) -> Examination:
     """Buoyancy over weight, and the righting arm."""
     if boat.equations.degrees_of_freedom == 3:
         return Examination({"hydrostatics": None}, skipped={"hydrostatics": PLANAR})
-    body, warnings = dict(zip(workspace.BODY, map(float, boat.body), strict=True)), []
+    body = boat.rigid_body
     ratio, arm = body["buoyancy"] / body["weight"], body["zG"] - body["zB"]
+    numbers = {"buoyancy_over_weight": number_or_none(ratio), "BG_m": number_or_none(arm)}
+    found = Examination({"hydrostatics": numbers})
     if abs(ratio - 1.0) > SPEED_TOLERANCE:
-        warnings.append(
-            CardWarning(
-                f"buoyancy is {100 * ratio:.4g} % of the weight",
-                "check buoyancy_n; neutrally_buoyant = true equals both",
-            )
+        found.warn(
+            f"buoyancy is {100 * ratio:.4g} % of the weight", "check buoyancy_n; neutrally_buoyant = true equals both"
         )
     if not arm > 0.0:
         height = f"{-arm:.3g} m above" if arm else "at the height of"
-        warnings.append(
-            CardWarning(
-                f"no righting moment: the centre of gravity lies {height} that of buoyancy",
-                "z points down: zG of centre_of_gravity_m must exceed zB of centre_of_buoyancy_m",
-            )
+        found.warn(
+            f"no righting moment: the centre of gravity lies {height} that of buoyancy",
+            "z points down: zG of centre_of_gravity_m must exceed zB of centre_of_buoyancy_m",
         )
-    numbers = {"buoyancy_over_weight": number_or_none(ratio), "BG_m": number_or_none(arm)}
-    return Examination({"hydrostatics": numbers}, warnings)
+    return found

@@ -4,7 +4,10 @@ A rudder that stands a degree off, and coefficients such as Yuu and Nuu, push a 
 than their sum, which a study says that infers both, and may take the one for the other if it infers one of them only.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +15,9 @@ from bayesub.model.equations import AXES, EquationSet
 from bayesub.model.simulator import Simulator
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
+
+if TYPE_CHECKING:  # a vehicle is checked without problems
+    from bayesub.findings.set_up import AnyProblem
 
 STEADY = frozenset({"u", "V", "U", "du", "uc", "duc"})  # symbols of the speed of boat and propeller
 TOGETHER = 2.0  # how many times better a coefficient is known if the zeros are held: then they trade off
@@ -41,19 +47,10 @@ def biases(vehicle: Vehicle, subproblem: str | None) -> dict[str, frozenset[str]
 def equivalents(trajectory: Trajectory, parameter: str) -> tuple[dict[str, float], float]:
     """The steady coefficients that push along a motion as a unit of the bias of an actuator does.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-        Its first member.
-    parameter : str
-        Such as "bias_rudder_deg".
+    `trajectory`: its first member; `parameter`: such as "bias_rudder_deg".
 
-    Returns
-    -------
-    changes : dict of str to float
-        Coefficient -> change that is like the bias, by least squares of the forces on each axis.
-    rest : float
-        Share of the force that the coefficients do not make, root mean square, on the axis where it is largest.
+    Returns `changes`: coefficient -> change that is like the bias, by least squares of the forces on each axis; `rest`:
+    share of the force that the coefficients do not make, root mean square, on the axis where it is largest.
     """
     simulator = trajectory.simulator
     vehicle, equations = simulator.vehicle, simulator.vehicle.equations
@@ -71,7 +68,8 @@ def equivalents(trajectory: Trajectory, parameter: str) -> tuple[dict[str, float
         simulator.dimensional(trajectory.xi[0])[0],
         set(equations.active(None, None, simulator.subproblem)),
     )
-    changes, rest = {}, 0.0
+    changes: dict[str, float] = {}
+    rest = 0.0
     columns = steady(equations)
     for axis in AXES[1:]:
         of_axis = equations.columns(equations.names_of_axis(axis))
@@ -104,19 +102,11 @@ def rank_lines(trajectory: Trajectory) -> list[str]:
 def together(names: Sequence[str], covariance: np.ndarray, vehicle: Vehicle) -> list[dict]:
     """Steady coefficients that are known only with zeros of actuators.
 
-    Parameters
-    ----------
-    names : sequence of str
-        n_params parameters, those of a trial's own with its name in brackets.
-    covariance : (n_params, n_params) array
-        Of the posterior.
-    vehicle : Vehicle
+    `names`: n_params parameters, those of a trial's own with its name in brackets; `covariance` (n_params, n_params):
+    of the posterior.
 
-    Returns
-    -------
-    list of dict
-        For each such coefficient: "coefficient"; "with", zero -> factor, such that the coefficient plus the factors
-        times the zeros is known to "sd"; "alone", the sd of the coefficient itself.
+    Returns for each such coefficient: "coefficient"; "with", zero -> factor, such that the coefficient plus the factors
+    times the zeros is known to "sd"; "alone", the sd of the coefficient itself.
     """
     axes, of_terms, rows = biases(vehicle, None), steady(vehicle.equations), []
     for k, name in enumerate(names):
@@ -143,13 +133,8 @@ def sentence(rows: Sequence[Mapping]) -> str:
     return f"Known only together with the zeros of actuators: {', '.join(texts)}."
 
 
-def advice(problem) -> str:
-    """What a study of logs should infer besides steady coefficients; empty if nothing.
-
-    Parameters
-    ----------
-    problem : Problem or JointProblem
-    """
+def advice(problem: AnyProblem) -> str:
+    """What a study of logs should infer besides steady coefficients; empty if nothing."""
     trials = [trial for _, trial, _ in problem.each_trial(problem.prior.mean)]
     free = {name: axis for name, axis in steady(problem.equations).items() if name in problem.names}
     if not free or any(trial.record.truth is not None for trial in trials):

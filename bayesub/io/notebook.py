@@ -1,14 +1,16 @@
-"""Objects that show themselves in a notebook, and the registry of how they look."""
+"""Objects that show themselves in a notebook; how a class looks is registered by its name."""
 
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, singledispatch
+from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from bayesub.io.atomic import writing
 
-_GROUP = "bayesub.displays"  # entry points: modules that register how classes look
+_GROUP = "bayesub.displays"  # entry points: modules with a table DISPLAYS, name of a class -> Display
 
 
 @dataclass(frozen=True)
@@ -29,36 +31,31 @@ class Picture:
         return f"Picture of {len(self.png)} bytes; save(path) writes a PNG file"
 
 
-@singledispatch
-def draw(shown: object, path: Path) -> None:  # noqa: ARG001
-    """Draw an object to a file."""
-    raise TypeError(f"nothing draws a {type(shown).__name__}")
+class Display(NamedTuple):
+    """How the objects of a class look: in HTML, and drawn to a file."""
 
-
-@singledispatch
-def html(shown: object) -> str:
-    """An object in HTML."""
-    raise TypeError(f"nothing shows a {type(shown).__name__}")
+    html: Callable[[Any], str]
+    draw: Callable[[Any, Path], None]
 
 
 class Displayed:
-    """What Jupyter shows as a table, and what draws itself, as :func:`html` and :func:`draw` have it."""
+    """What Jupyter shows as a table, and what draws itself, as the :class:`Display` of its class has it."""
 
     def _repr_html_(self) -> str:
-        _load_displays()
-        return html(self)
+        return _display(type(self)).html(self)
 
     def plot(self) -> Picture:
         """Draw it: a picture that Jupyter shows, and whose method `save` writes it to a PNG file."""
-        _load_displays()
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"
-            draw(self, path)
+            _display(type(self)).draw(self, path)
             return Picture(path.read_bytes())
 
 
 @cache
-def _load_displays() -> None:
-    """Import what registers with the two functions, when something is first shown: it loads Matplotlib."""
-    for one in metadata.entry_points(group=_GROUP):
-        one.load()
+def _display(shown: type) -> Display:
+    """That of a class or the first of its bases that has one; the modules are imported here, and load Matplotlib."""
+    displays = {
+        name: one for entry in metadata.entry_points(group=_GROUP) for name, one in entry.load().DISPLAYS.items()
+    }
+    return next(displays[base.__name__] for base in shown.__mro__ if base.__name__ in displays)

@@ -91,6 +91,11 @@ class Vehicle(Displayed):
         return self.equations.factors(self.length_m, self.water_density_kgm3, self.speed_mps)
 
     @property
+    def rigid_body(self) -> dict[str, float]:
+        """The entries of `body` by name (:data:`bayesub.kernels.workspace.BODY`)."""
+        return dict(zip(workspace.BODY, self.body.tolist(), strict=True))
+
+    @property
     def weight_density_npm3(self) -> float:
         """Of the water, N/m^3."""
         return self.water_density_kgm3 * GRAVITY_MPS2

@@ -7,11 +7,10 @@ import numpy as np
 from bayesub.findings.comparison import Comparison
 from bayesub.findings.unseen import POSTERIOR
 from bayesub.io.words import cell, uncertain, with_unit
-from bayesub.plots import comparison as plots
-from bayesub.plots import motion as plots_of_motion
 from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
+from bayesub.report.plots import coefficients, motion
 
-MOST = len(plots.COLOURS)  # runs that can be told apart
+MOST = len(coefficients.RUNS)  # runs that can be told apart
 FURTHEST = 5  # parameters that are named of a pair
 _PRIOR_90 = 1.645  # sds of a normal prior from its mean
 
@@ -26,19 +25,19 @@ def figures(comparison: Comparison) -> list[ReportFigure]:
             "Left: 50 and 90 % of each posterior as ratios to the vehicle file of the first run that has the "
             "parameter; of what is zero there, one plus the distance to the prior mean in prior sds. Grey: 90 % of "
             "the prior, as a normal one. Right: posterior over prior sd, 1 where the data said nothing.",
-            lambda path: plots.draw(path, rows, labels),
+            lambda path: coefficients.draw_runs(path, rows, labels),
             title="Coefficients",
         )
     ]
     flown = [
         (run.label, colour, run.prediction)
-        for run, colour in zip(comparison.runs, plots.COLOURS, strict=False)
+        for run, colour in zip(comparison.runs, coefficients.RUNS, strict=False)
         if run.prediction is not None and run.prediction.motions[POSTERIOR].is_flown
     ]
     if flown:
         trials = [trial for *_, trial in flown]
         drawn = [
-            plots_of_motion.Drawn(label, colour, trial.motions[POSTERIOR], (0.9,), turn=(place, len(flown)))
+            motion.Drawn(label, colour, trial.motions[POSTERIOR], (0.9,), turn=(place, len(flown)))
             for place, (label, colour, trial) in enumerate(flown)
         ]
         orders = trials[0].readings.trial.problem.manoeuvre, trials[0].vehicle.actuators
@@ -48,14 +47,14 @@ def figures(comparison: Comparison) -> list[ReportFigure]:
                 "track",
                 "Median tracks, and where the boat is at each time with 90 % probability, by each posterior. All lines "
                 "but the first are dashed, so that each is seen where they are the same.",
-                lambda path: plots_of_motion.draw_track(path, drawn),
+                lambda path: motion.draw_track(path, drawn),
                 title=f"Where the boat is on {comparison.manoeuvre}",
             ),
             ReportFigure(
                 "states",
                 f"Medians and 90 % bands by each posterior, on the right less the median of {drawn[0].label}. Below: "
                 "the orders.",
-                lambda path: plots_of_motion.draw_states(path, drawn, drawn[0].label, states, *orders),
+                lambda path: motion.draw_states(path, drawn, drawn[0].label, states, *orders),
                 title=f"Every state on {comparison.manoeuvre}",
             ),
         ]
@@ -94,32 +93,33 @@ def sheet(comparison: Comparison, **about) -> Sheet:
             0, Verdict(False, "NOT CONVERGED:", f"{', '.join(unconverged)}. What is said of it may be wrong.")
         )
     coefficients, *others = figures(comparison)
-    differences = [_differences_table(comparison)] if comparison.differences else []
-    parts: list[ReportFigure | Table] = [_runs_table(comparison), *differences, coefficients]
+    differences = []
+    if comparison.differences:
+        rows = [[key, *values.values()] for key, values in comparison.differences.items()]
+        differences = [Table("What differs between the studies and the code", ["setting", *labels], rows, labels)]
+    runs = numbers["runs"]
+    rows = []
+    for key in dict.fromkeys(key for run in comparison.runs for key in run.about):
+        values = ("" if run.get(key) is None else run[key] for run in runs.values())
+        rows.append([key, *(cell(value, 4) if isinstance(value, float) else str(value) for value in values)])
+    rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
+    rows.append(["converged", *("yes" if run["converged"] else "NO" for run in runs.values())])
+    rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
+    about_runs = Table("Runs", ["run", *runs], rows, list(runs))
+    parts: list[ReportFigure | Table] = [about_runs, *differences, coefficients]
     parts += [_distances_table(comparison), *others]
     if others:
         parts.append(_predictions_table(comparison))
-    parts.append(_parameters_table(comparison))
+    rows = [
+        [name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}"]
+        for name, runs in numbers["parameters"].items()
+        for label, one in runs.items()
+    ]
+    parts.append(Table("Every parameter", ["parameter", "run", "mean ± sd", "posterior / prior sd"], rows, ["run"]))
     title = " and ".join([", ".join(labels[:-1]), labels[-1]])
     question = "What do these posteriors say of the same coefficients, and of the same manoeuvre?"
     facts = {"Differences": "" if differences else "None between the studies and the code."}
     return Sheet(f"{title} compared", question, verdicts, facts, parts, **about)
-
-
-def _runs_table(comparison: Comparison) -> Table:
-    runs = comparison.numbers["runs"]
-    about = dict.fromkeys(key for run in comparison.runs for key in run.about)
-    rows = [[key, *(_shown(run.get(key)) for run in runs.values())] for key in about]
-    rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
-    rows.append(["converged", *("yes" if run["converged"] else "NO" for run in runs.values())])
-    rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
-    return Table("Runs", ["run", *runs], rows, list(runs))
-
-
-def _differences_table(comparison: Comparison) -> Table:
-    labels = [run.label for run in comparison.runs]
-    rows = [[key, *values.values()] for key, values in comparison.differences.items()]
-    return Table("What differs between the studies and the code", ["setting", *labels], rows, labels)
 
 
 def _distances_table(comparison: Comparison) -> Table:
@@ -142,25 +142,12 @@ def _distances_table(comparison: Comparison) -> Table:
 def _predictions_table(comparison: Comparison) -> Table:
     flown = {label: p for label, p in comparison.numbers["predictions"].items() if p.get("is_flown")}
     rows = []
-    for label, motion in flown.items():
-        distance = motion["distance_m"][POSTERIOR]
+    for label, predicted in flown.items():
+        distance = predicted["distance_m"][POSTERIOR]
         rows += [[label, "place (m)", "", cell(distance["at_end"]), cell(distance["largest"])]]
-        for column, by in motion["states"].items():
+        for column, by in predicted["states"].items():
             values = by[POSTERIOR]
             halves_of = [cell(values[key]) for key in ("half_width_at_end", "half_width")]
             rows.append([label, with_unit(column), cell(values["median_at_end"], 4), *halves_of])
     heads = ["run", "state", "median at the end", "half of 90 % band there", "at its widest"]
     return Table(f"Predictions of {comparison.manoeuvre}", heads, rows, ["state"])
-
-
-def _parameters_table(comparison: Comparison) -> Table:
-    rows = [
-        [name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}"]
-        for name, runs in comparison.numbers["parameters"].items()
-        for label, one in runs.items()
-    ]
-    return Table("Every parameter", ["parameter", "run", "mean ± sd", "posterior / prior sd"], rows, ["run"])
-
-
-def _shown(value) -> str:
-    return cell(value, 4) if isinstance(value, float) else "" if value is None else str(value)

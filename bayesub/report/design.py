@@ -6,28 +6,26 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.findings import design_numbers
-from bayesub.findings.design_numbers import measure_label
-from bayesub.findings.designed_trial import DesignedTrial
+from bayesub.findings.designed_trial import SHARES, DesignedTrial, measure_label, numbers, search_sentences
 from bayesub.findings.run_numbers import combination
 from bayesub.io.atomic import write_text, writing
-from bayesub.plots import design as plots
-from bayesub.plots.coefficients import labels
-from bayesub.report.page import ReportFigure, drawn, filled
+from bayesub.report.page import ReportFigure, draw_all, fill
+from bayesub.report.plots import design as plots
+from bayesub.report.plots.coefficients import labels
 
 
 def write(folder: Path, design: DesignedTrial) -> dict:
     """Write ``design.json``, the figures and ``design.html`` into a folder; gives the numbers."""
-    content = design_numbers.numbers(design)
+    content = numbers(design)
     with writing(folder):
         pictures = list(figures(design))
-        page = filled(
+        page = fill(
             "design.html",
-            drawn(pictures, folder),
+            draw_all(pictures, folder),
             titles={figure.name: figure.title for figure in pictures},
             numbers=content,
             out_of_reach=[combination(vector) for vector in content["out_of_reach"]],
-            searched=design_numbers.searched(design),
+            searched=search_sentences(design),
         )
         write_text(folder / "design.json", json.dumps(content, indent=1))
         write_text(folder / "design.html", page)
@@ -56,7 +54,7 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
         "after this trial (blue) and after the standard manoeuvre (open circles). Dotted: 5, 10 and 25 %.",
         lambda path: plots.draw_sds(
             path, labels(names, design.judge.vehicle.equations), design.before.relative_sd, standard,
-            design.after.relative_sd,
+            design.after.relative_sd, SHARES,
         ),
         title="What each coefficient will be known to",
     )  # fmt: skip
@@ -67,6 +65,9 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
         lambda path: _draw_worth(path, design),
         title="What more time and other sensors would bring",
     )
+    is_count = hasattr(design.plan.goal, "share")
+    cost = f"minus a smooth count of\n{measure_label(design)}" if is_count else "cost of the best"
+    cost = "mean log of sd over that before" if design.asked else cost
     yield ReportFigure(
         "search",
         "The best of each family by the number of manoeuvres that were judged so far; the lower the better.",
@@ -74,17 +75,10 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
             path,
             {kind: found.best for kind, found in design.searches.items()},
             {kind: found.n_judgements // max(1, len(found.best)) for kind, found in design.searches.items()},
-            _cost_label(design),
+            cost,
         ),
         title="What was searched",
     )
-
-
-def _cost_label(design) -> str:
-    if design.asked:
-        return "mean log of sd over that before"
-    is_count = hasattr(design.plan.goal, "share")
-    return f"minus a smooth count of\n{measure_label(design)}" if is_count else "cost of the best"
 
 
 def _draw_worth(path, design) -> None:

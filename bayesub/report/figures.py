@@ -2,17 +2,22 @@
 
 from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from bayesub.findings import derived
+from bayesub.findings.disturbances import InferredForces
+from bayesub.findings.results import AnyProblem, Results
 from bayesub.findings.run_numbers import UNTOUCHED
-from bayesub.io.words import counted, listed
-from bayesub.plots import coefficients, corner, cross_check, fit, posterior, ranks, spectrum
-from bayesub.plots import derived as derived_plot
-from bayesub.report import trial_figures
+from bayesub.findings.unseen import SQP, TrialPrediction
+from bayesub.io.words import counted, listed, rounded
 from bayesub.report.page import ReportFigure
+from bayesub.report.plots import coefficients, convergence, corner, fit, posterior, prediction, spectrum, track
+from bayesub.report.plots import derived as derived_plot
+from bayesub.report.plots.style import Paths
 
+TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
 BASELINES = {
     "SQP": "Orange: SQP solutions{fit}. ",
@@ -21,23 +26,15 @@ BASELINES = {
 }
 
 
-def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[ReportFigure]:
+def figures(results: Results, reference: np.ndarray, word: str, baselines: list[dict]) -> Iterator[ReportFigure]:
     """The figures of a report, in no order that matters: the page says where each stands.
 
-    Parameters
-    ----------
-    results : bayesub.findings.results.Results
-        Everything that a report is about.
-    reference : ndarray of shape (n_others,)
-        Values that ratios refer to, histories of forces left out.
-    word : str
-        What they are.
-    baselines : list of dict
-        Numbers of the baselines, for what the captions say of them.
+    `reference` (n_others,): values that ratios refer to, histories of forces left out; `word`: what they are;
+    `baselines`: numbers of the baselines, for what the captions say of them.
     """
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
     equations, prior = problem.equations, problem.prior_of_others
-    yield trial_figures.orders_figure(problem, results.posterior.best)
+    yield orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
         f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior. Blue: "
@@ -47,12 +44,12 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
         lambda path: coefficients.draw(path, sample, prior, reference[:n], results.estimates, word, equations),
     )
     for trial in problem.each_trial(results.draws):
-        yield trial_figures.track_figure(*trial, synthetic=word == "truth")
+        yield track_figure(*trial, synthetic=word == "truth")
     both = zip(problem.each_trial(results.prior_predictive), problem.each_trial(results.draws), strict=True)
-    for (*trial, before), (*_, after) in both:
-        yield from trial_figures.fan_figure(*trial, before, after)
+    for (name, part, before), (*_, after) in both:
+        yield from fan_figure(name, part, before, after)
     for forces in results.forces:
-        yield trial_figures.disturbance_figure(forces)
+        yield disturbance_figure(forces)
     yield ReportFigure(
         "spectrum",
         "Singular values of the Jacobian in prior standard deviations. Above one the data are sharper than the prior; "
@@ -70,19 +67,22 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
     yield from _corners(results, reference, word)
     yield _ranks(sample, equations)
     if results.residuals:
+        orange = "A channel that does not fit would be orange."
+        if results.criticism.suspects:
+            orange = f"Orange: what does not fit, {listed(list(results.criticism.suspects))}."
         yield ReportFigure(
             "criticism",
             "Quantile residuals at draws from the posterior, standard normal and independent if the model is right. "
             "Left, against time at one draw, diamonds where they are beyond the axis. Middle, correlation of readings "
             "so many intervals apart. Right, histogram of the probability of what is below each reading. Between the "
-            "dashed lines are 99 % of what a right model makes, of each bar by itself. " + _orange(results.criticism),
+            "dashed lines are 99 % of what a right model makes, of each bar by itself. " + orange,
             lambda path: fit.draw(path, results.criticism, results.residuals, results.times),
         )
     if results.derived.values:
         yield _derived(results.derived, word)
     for unseen in results.predictions:
         if unseen.posterior.is_flown:
-            yield trial_figures.prediction_figure(unseen)
+            yield prediction_figure(unseen)
     if n < len(sample.names):
         yield ReportFigure(
             "nuisance",
@@ -96,20 +96,20 @@ def figures(results, reference, word: str, baselines: list[dict]) -> Iterator[Re
             "Differences of all means, sds and correlations by the two samplers in Monte Carlo standard errors, and "
             "the normal curve that equal posteriors make. The dashed lines hold all of them in 99 of 100 comparisons "
             "of equal posteriors.",
-            partial(cross_check.draw, check=results.check.part(sample.names)),
+            partial(convergence.draw_cross_check, check=results.check.part(sample.names)),
         )
 
 
 def _ranks(sample, equations) -> ReportFigure:
     """What stands behind the verdict on convergence."""
-    names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in ranks.worst(sample)]
+    names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in convergence.worst(sample)]
     return ReportFigure(
         "ranks",
         f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
         "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
         f"Of all bars of {len(sample.names)} parameters and {len(sample.chain)} ensembles "
-        f"{100 * ranks.outside(sample):.2g} % are beyond their grey band, up to 1 % by chance.",
-        partial(ranks.draw, posterior=sample, equations=equations),
+        f"{100 * convergence.outside(sample):.2g} % are beyond their grey band, up to 1 % by chance.",
+        partial(convergence.draw_ranks, posterior=sample, equations=equations),
     )
 
 
@@ -117,7 +117,8 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
     """Joint marginals: of the coefficients that trade off, and of directions from stiff to null."""
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
     equations, spectrum, null = problem.equations, results.spectrum, results.null_space.vectors
-    sets = {_legend(estimate): _placed(estimate, sample) for estimate in sorted(results.estimates, key=_is_no_search)}
+    estimates = sorted(results.estimates, key=lambda estimate: estimate.method != "SQP")  # searches first
+    sets = {_legend(estimate): _placed(estimate, sample) for estimate in estimates}
     points = "".join(f" {mark.capitalize()}: {label}." for mark, label in zip(corner.MARKS, sets, strict=False))
     chosen = corner.trade_off_parameters(sample, n, null)
     lines = f"Pink lines: null directions, {len(null)} in all, along which the motion stays the same. " if null else ""
@@ -156,13 +157,6 @@ def _untouched(problem, sample) -> str:
     )
 
 
-def _orange(criticism) -> str:
-    """The channels that do not fit."""
-    if not criticism.suspects:
-        return "A channel that does not fit would be orange."
-    return f"Orange: what does not fit, {listed(list(criticism.suspects))}."
-
-
 def _strongest(sample, chosen) -> str:
     """The most correlated pair of some parameters, in words."""
     some = np.abs(np.triu(sample.correlation[np.ix_(chosen, chosen)], 1))
@@ -178,11 +172,6 @@ def _null_words(n_null: int) -> str:
         return "No direction is null by the equations of motion: sensors that are good enough would see all."
     group = "The last direction is null" if n_null == 1 else f"The last {n_null} directions are null"
     return f"{group} by the equations of motion: the motion stays the same, and only the prior speaks."
-
-
-def _is_no_search(estimate) -> bool:
-    """The order of the baselines: searches first."""
-    return estimate.method != "SQP"
 
 
 def _legend(estimate) -> str:
@@ -218,7 +207,7 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
     return ReportFigure("derived", "".join(parts).strip(), lambda path: draw_derived(path, boats, found, word))
 
 
-def draw_derived(path, boats: derived.Derived, found: dict, word: str) -> None:
+def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) -> None:
     """Draw quantities that follow from the coefficients, of which the numbers are `found`."""
     rows = [
         row
@@ -233,7 +222,110 @@ def draw_derived(path, boats: derived.Derived, found: dict, word: str) -> None:
 def _fit(baseline: dict) -> str:
     """Whether all solutions of a baseline fit the readings, as the end of a phrase."""
     chi_squares = baseline["chi_square_per_reading"]
-    if max(chi_squares) < FITS:
-        return ", all of which fit the track"
     lowest, highest = min(chi_squares), max(chi_squares)
+    if highest < FITS:
+        return ", all of which fit the track"
     return f", which do not all fit the track (chi-square per reading {lowest:.3g} to {highest:.3g})"
+
+
+def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
+    """What each trial was told to do."""
+    trials = {name: (trial.manoeuvre, problem.vehicle.actuators) for name, trial, _ in problem.each_trial(parameters)}
+    some = f" of the first {track.MOST_ORDERS} of {len(trials)} trials" if len(trials) > track.MOST_ORDERS else ""
+    synthetic = all(trial.record.truth is not None for _, trial, _ in problem.each_trial(parameters))
+    source = "as the actuators follow them" if synthetic else "as the log has them"
+    return ReportFigure("orders", f"The orders{some}, {source}.", partial(track.draw_orders, trials=trials))
+
+
+def track_figure(name: str, problem: Any, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
+    """The track of a trial of name "" or several."""
+
+    def draw(path):
+        motion = problem.truth() if synthetic else None
+        track.draw(path, problem.record, problem.predicted(draws), problem.motion(draws[:TRACKS]), motion)
+
+    return ReportFigure(
+        f"track_{name}" if name else "track",
+        f"The trial {f'{name} ' if name else ''}and {min(TRACKS, len(draws))} draws from the posterior. On the right "
+        f"the readings minus the posterior mean: pure noise if the model fits. {_band(problem, draws)}",
+        draw,
+    )
+
+
+def _band(problem, draws: np.ndarray) -> str:
+    """How wide the posterior of the readings is beside their noise, by the channels where it is most and least so."""
+    share = problem.predicted(draws).std(axis=0) / problem.sds
+    ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
+    widths = {c.name: float(np.median(s)) for c, s in zip(problem.record.channels, np.split(share, ends), strict=True)}
+    least, most = min(widths, key=widths.__getitem__), max(widths, key=widths.__getitem__)
+    word = "The blue band is the posterior's own uncertainty of the readings: its sd is"
+    if least == most:
+        return f"{word} {widths[most]:.2g} of that of the noise."
+    return (
+        f"{word} {widths[least]:.2g} ({least}) to {widths[most]:.2g} ({most}) of that of the noise, medians over time."
+    )
+
+
+def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -> Iterator[ReportFigure]:
+    """A trial by draws from before and after it; no figure if most draws of the prior do not complete it."""
+    prior, posterior = problem.predicted(before), problem.predicted(after)
+    flown = np.isfinite(prior).all(axis=1)
+    if 2 * np.count_nonzero(flown) < len(prior):
+        return
+    lost = len(prior) - np.count_nonzero(flown)
+    failed = f" {lost} of {len(prior)} draws of the prior do not complete the trial and are left out." if lost else ""
+    tracks = [problem.motion(draws[:TRACKS]) for draws in (before[flown], after)]
+    record = problem.record
+    ends = np.cumsum([len(channel.times) for channel in record.channels]) - 1
+    bands = (np.quantile(draws[:, ends], [0.05, 0.95], axis=0) for draws in (prior[flown], posterior))
+    sizes = [0.5 * np.ptp(band, axis=0) for band in bands]
+    channels = zip(record.channels, *sizes, strict=True)
+    words = [_shrinks(*track.axis_label(channel), *pair) for channel, *pair in channels]
+    yield ReportFigure(
+        f"fan_{name}" if name else "fan",
+        f"The trial {f'{name} ' if name else ''}as the prior foretold it (grey) and as the posterior has it (blue): "
+        f"{TRACKS} tracks each, and bands of every channel. At its last reading half of the 90 % band shrinks: "
+        f"{', '.join(words)}.{failed}",
+        partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
+    )
+
+
+def _shrinks(label: str, factor: float, wide: float, narrow: float) -> str:
+    """How a band shrinks, of an axis with a label such as ``north (m)`` and the factor from SI to its unit."""
+    name, _, unit = label.partition(" (")
+    before, after = (rounded(factor * width, factor * width) for width in (wide, narrow))
+    return f"{name} from {before} to {after} {unit.rstrip(')')}".rstrip()
+
+
+def disturbance_figure(forces: InferredForces) -> ReportFigure:
+    """The unmodelled forces of a trial of name "" or several."""
+    trial = forces.trial
+    truth = "Black: the truth, linear between the same knots. " if forces.truth is not None else ""
+    return ReportFigure(
+        f"disturbance_{trial}" if trial else "disturbance",
+        f"Forces {f'in the trial {trial} ' if trial else ''}that the equations leave out, beside those of the hull. "
+        f"Left, median, 50 and 90 % of the posterior of the history on each axis. {truth}Right, in orange, the force "
+        "of the hull of which shares are, along the posterior mean of the motion, on its own scale. Grey: where the "
+        "boat turns faster than half of the time. A band as wide everywhere as the process itself means that the "
+        "sensors do not see the force; a history that has the shape of the hull's force or comes with the turns may be "
+        "a term that is missing or held at a wrong value.",
+        partial(track.draw_disturbance, forces=forces),
+    )
+
+
+def prediction_figure(unseen: TrialPrediction) -> ReportFigure:
+    """A trial that was not fitted, and its prediction."""
+    trial = unseen.trial
+    return ReportFigure(
+        f"prediction_{trial.name}",
+        f"The log {trial.name}, which was not fitted, and what the posterior predicts of its readings, noise included: "
+        "dark blue 50 %, light blue 90 %. Readings in the grey time say where the boat starts and what else belongs to "
+        "this log alone; no reading says anything about the coefficients. Green: the middle of the prior. "
+        f"{'Orange: SQP. ' if SQP in unseen.predictions else ''}Lines far off are cut.",
+        partial(
+            prediction.draw_unseen,
+            channels=trial.problem.record.channels,
+            predictions=unseen.predictions,
+            warm_up=trial.warm_up_s,
+        ),
+    )

@@ -1,19 +1,40 @@
-"""Tables and pages in Markdown: question, claim, answer, figures with captions, numbers, coefficients, cost, code."""
+"""Tables and pages in Markdown: question, claim, answer, figures with captions, numbers, coefficients, cost, code.
 
+A text may quote numbers, by a path in the numbers of a study, operations, and a format:
+``suboff horizontal/hold/position_m/0.1; .2f`` is that entry in two digits. Between path and format there may be
+operations, one after the other. A path has a key or an index a step; ``*`` stands for any text in a
+key, and the entry of a list of tables is chosen by its name. ``&`` joins paths.
+"""
+
+import operator
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from statistics import mean, median
+from typing import Any
 
 _ROLE = re.compile(r":\w+:`~?([^`]+)`")
 _WORD = re.compile(r"\w+")
+_REDUCE: dict[str, Callable] = {"min": min, "max": max, "mean": mean, "median": median, "sum": sum, "count": len}
+_EACH: dict[str, Callable] = {
+    "percent": lambda x: 100 * x,
+    "per cent more": lambda x: 100 * (x - 1),
+    "milli": lambda x: 1e3 * x,
+    "centi": lambda x: 1e2 * x,
+    "size": abs,
+    "hours": lambda x: x / 3600,
+}
+_TESTS = {"below": operator.lt, "above": operator.gt}
+_PLACE = re.compile(r"\{([^{}]+)\}")
 
 
-def table(header, lines) -> list[str]:
+def table(header: Sequence, lines: Iterable[Iterable]) -> list[str]:
     """The lines of a table: `header` (n,) and each of `lines` (n,) texts."""
     return [row(line) for line in (header, ["---"] * len(header), *lines)]
 
 
-def row(cells) -> str:
+def row(cells: Iterable) -> str:
     """One line of a table."""
     return "| " + " | ".join(map(str, cells)) + " |"
 
@@ -30,58 +51,30 @@ def named(results: dict[str, dict]) -> list[dict]:
 
 @dataclass(frozen=True)
 class StudyPage:
-    """What stands on the page of a study; what is empty is left out.
+    """What stands on the page of a study; what is empty is left out."""
 
-    Attributes
-    ----------
-    name : str
-        Of the study.
-    question : str
-        In one line.
-    background : str
-        Where the question comes from.
-    claim : str
-        What the study asserts.
-    verdict : str
-        What became of the claim, or of the convergence.
-    answer : str
-        With the numbers of the run.
-    pictures : mapping of str to str
-        File in the folder of the page -> caption.
-    tables : sequence of str
-        Lines of Markdown.
-    method : str
-        How the answer was found.
-    coefficients : sequence of mappings
-        What the page explains those of them by that it names: name, label, regressor and meaning of each, as
-        :func:`bayesub.findings.equation_card.glossary` has them.
-    cost : str
-        What the study takes.
-    code : str
-        What made the numbers.
-    """
-
-    name: str
-    question: str
-    background: str = ""
-    claim: str = ""
-    verdict: str = ""
-    answer: str = ""
-    pictures: Mapping[str, str] = field(default_factory=dict)
-    tables: Iterable[str] = ()
-    method: str = ""
+    name: str  # of the study
+    question: str  # in one line
+    background: str = ""  # where the question comes from
+    claim: str = ""  # what the study asserts
+    verdict: str = ""  # what became of the claim, or of the convergence
+    answer: str = ""  # with the numbers of the run
+    pictures: Mapping[str, str] = field(default_factory=dict)  # file in the folder of the page -> caption
+    tables: Iterable[str] = ()  # lines of Markdown
+    method: str = ""  # how the answer was found
+    # What the page explains those of them by that it names: name, label, regressor and meaning of each, as
+    # :func:`bayesub.findings.equation_card.glossary` has them:
     coefficients: Sequence[Mapping[str, str]] = ()
-    cost: str = ""
-    code: str = ""
+    cost: str = ""  # what the study takes
+    code: str = ""  # what made the numbers
 
     def text(self) -> str:
         """The page."""
         tables = "\n".join(self.tables).strip()
         parts = [f"# {self.name.replace('_', ' ').capitalize()}", f"**{escaped(self.question)}**"]
         parts += [escaped(self.background)] if self.background else []
-        parts += [f"**Claim.** {escaped(self.claim)}"] if self.claim else []
-        parts += [f"**Verdict.** {escaped(self.verdict)}"] if self.verdict else []
-        parts += [f"**Answer.** {escaped(self.answer)}"] if self.answer else []
+        topics = {"Claim": self.claim, "Verdict": self.verdict, "Answer": self.answer}
+        parts += [f"**{word}.** {escaped(text)}" for word, text in topics.items() if text]
         parts += ["## Figures"] if self.pictures else []
         for file, caption in self.pictures.items():
             parts += [f"![{alternative(caption)}]({file})", f"*{file.rpartition('.')[0]}.* {escaped(caption)}"]
@@ -121,3 +114,64 @@ def glossary(coefficients: Sequence[Mapping[str, str]], words: str) -> list[str]
 def symbol(label: str) -> str:
     """The label of a coefficient as mathematics in a cell of a table."""
     return label.replace("|", r"\vert ")
+
+
+def fill(text: str, numbers: dict) -> str:
+    """A text with ``{path; operations; format}`` in it; KeyError for a path that leads nowhere."""
+    return _PLACE.sub(lambda match: evaluate(numbers, " ".join(match[1].split())), text)
+
+
+def evaluate(numbers: dict, what: str) -> str:
+    """What a path in the numbers of a study stands for, with operations and format, apart by semicolons.
+
+    Operations reduce all numbers (``min``, ``max``, ``mean``, ``median``, ``sum``, ``count``), or those of each path
+    (``each median``, ``each share below 1e-3``), change them (``percent``, ``milli``, ..), or choose among them
+    (``below 1e-6``, ``above 3``). KeyError if the path leads nowhere, or to null.
+    """
+    where, *operations, form = (part.strip() for part in what.split(";"))
+    paths = [one.strip().split("/") for one in where.split("&")]
+    parts = [flat(entry) for one in paths for entry in leaves(numbers, one)]
+    if not parts:
+        raise KeyError(where)
+    for operation in operations:
+        if operation.startswith("each share "):
+            _, _, word, limit = operation.split()
+            parts = [[mean(_TESTS[word](number, float(limit)) for number in part)] for part in parts]
+        elif operation.startswith("each "):
+            parts = [[_REDUCE[operation.removeprefix("each ")](part)] for part in parts]
+        elif operation in _EACH:
+            parts = [[_EACH[operation](number) for number in part] for part in parts]
+        elif operation.split()[0] in _TESTS:
+            word, limit = operation.split()
+            parts = [[number for number in part if _TESTS[word](number, float(limit))] for part in parts]
+        else:
+            parts = [[_REDUCE[operation]([number for part in parts for number in part])]]
+    (number,) = {number for part in parts for number in part}
+    return format(number, form)
+
+
+def leaves(content: Any, path: list[str]) -> Iterator:
+    """The entries at a path, null left out."""
+    if content is None:
+        return
+    if not path:
+        yield content
+        return
+    key, *rest = path
+    if isinstance(content, list):
+        named = [entry for entry in content if isinstance(entry, dict) and entry.get("name") == key]
+        entries = content if key == "*" else named or [content[int(key)]]
+    elif "*" in key:
+        entries = [entry for name, entry in content.items() if fnmatchcase(name, key)]
+    else:
+        entries = [content[key]]
+    for entry in entries:
+        yield from leaves(entry, rest)
+
+
+def flat(content: Any) -> list[float]:
+    """The numbers in lists and tables, however deep."""
+    if isinstance(content, list | dict):
+        entries = content if isinstance(content, list) else content.values()
+        return [number for entry in entries for number in flat(entry)]
+    return [] if content is None else [content]

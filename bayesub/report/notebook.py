@@ -1,81 +1,45 @@
-"""How vehicles, trajectories, spectra, estimates and posteriors look in a notebook."""
+"""How vehicles, trajectories, spectra, estimates and posteriors look in a notebook, by the names of their classes."""
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup, escape
 
+from bayesub.findings.vehicle_card import check
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import Posterior
-from bayesub.io.notebook import draw, html
+from bayesub.io.notebook import Display
 from bayesub.io.words import rounded
-from bayesub.kernels import workspace
 from bayesub.logs.log_files import HEADERS, STATES
-from bayesub.model.trajectory import Trajectory
-from bayesub.model.vehicles import Vehicle
 from bayesub.report import page
+from bayesub.report.plots import cards, posterior, spectrum, track
 
 ENTRIES = 5  # of a direction
 DIRECTIONS = 3  # of the stiffest and of the sloppiest
 
 
-@draw.register
-def _(shown: Vehicle, path: Path) -> None:
-    from bayesub.findings.vehicle_card import check
-    from bayesub.plots import vehicle_card
-
-    vehicle_card.draw(path, check(shown))
-
-
-@draw.register
-def _(shown: Trajectory, path: Path) -> None:
-    from bayesub.plots import track
-
-    track.draw_simulated(path, shown, shown.simulator.vehicle.name)
-
-
-@draw.register
-def _(shown: Spectrum, path: Path) -> None:
-    from bayesub.plots import spectrum
-
-    spectrum.draw(path, shown)
-
-
-@draw.register
-def _(shown: Estimate, path: Path) -> None:
-    from bayesub.plots import notebook
-
-    notebook.draw_estimate(path, shown)
-
-
-@draw.register
-def _(shown: Posterior, path: Path) -> None:
-    from bayesub.plots import notebook
-
-    notebook.draw_posterior(path, shown)
-
-
-@html.register
-def _(shown: Vehicle) -> str:
+def vehicle(shown: Any) -> str:
+    """Its coefficients, folded."""
     terms = shown.equations.terms
     rows = [
         (Markup("{} <code>{}</code>").format(page.symbol(term.label), term.name), f"{value:.4g}",
          f"{sd:.2g}" if np.isfinite(sd) else "", f"{term.scale} {term.regressor}", term.meaning)
         for term, value, sd in zip(terms, shown.xi, shown.sd, strict=True)
     ]  # fmt: skip
-    mass = shown.body[workspace.MASS]
     facts = (
-        f"length {shown.length_m:g} m, mass {mass:.4g} kg, {shown.speed_mps:g} m/s at {shown.depth_m:g} m depth, water "
-        f"{shown.water_density_kgm3:g} kg/m³; equations '{shown.equations.name}' with {len(terms)} terms"
+        f"length {shown.length_m:g} m, mass {shown.rigid_body['mass']:.4g} kg, {shown.speed_mps:g} m/s at "
+        f"{shown.depth_m:g} m depth, water {shown.water_density_kgm3:g} kg/m³; equations '{shown.equations.name}' with "
+        f"{len(terms)} terms"
     )
     heads = ("coefficient", "value", "sd", "multiplies", "what it is")
-    return _page(shown.name, (shown.description, facts), _folded(f"{len(terms)} coefficients", _table(heads, rows)))
+    folded = Markup("<details><summary>{} coefficients</summary>{}</details>").format(len(terms), _table(heads, rows))
+    return _page(shown.name, (shown.description, facts), folded)
 
 
-@html.register
-def _(shown: Trajectory) -> str:
+def trajectory(shown: Any) -> str:
+    """The ends and limits of each state."""
     simulator = shown.simulator
     plane = simulator.subproblem or "six degrees of freedom"
     words, counts = np.unique(shown.status, return_counts=True)
@@ -93,8 +57,8 @@ def _(shown: Trajectory) -> str:
     return _page(f"{simulator.vehicle.name} on {simulator.manoeuvre.name} ({plane})", (facts,), _table(heads, rows))
 
 
-@html.register
-def _(shown: Spectrum) -> str:
+def directions(shown: Spectrum) -> str:
+    """The stiffest, sloppiest and null directions."""
     n = len(shown.names)
     facts = (
         f"Of {n} directions the data sharpen {shown.n_informed}, leave {n - shown.n_informed - shown.n_null} to the "
@@ -112,8 +76,8 @@ def _(shown: Spectrum) -> str:
     return _page("Spectrum", (facts,), _table(heads, rows))
 
 
-@html.register
-def _(shown: Estimate) -> str:
+def estimate(shown: Estimate) -> str:
+    """The best solution."""
     sds = np.full(len(shown.names), np.nan)
     if shown.covariance is not None:
         sds = np.sqrt(np.diag(shown.covariance))
@@ -125,8 +89,8 @@ def _(shown: Estimate) -> str:
     return _page(shown.method, (facts,), _table(("parameter", "best", "sd"), rows))
 
 
-@html.register
-def _(shown: Posterior) -> str:
+def intervals(shown: Posterior) -> str:
+    """Every parameter, and whether the posterior has converged."""
     verdict = "Converged." if shown.converged else "NOT CONVERGED: " + "; ".join(shown.shortcomings)
     q5, q95 = shown.quantiles([0.05, 0.95])
     columns = (shown.mean, shown.sd, q5, q95, shown.contraction, shown.rhat, shown.bulk_ess)
@@ -158,5 +122,10 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence]) -> Markup:
     return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
 
 
-def _folded(summary: str, body: Markup) -> Markup:
-    return Markup("<details><summary>{}</summary>{}</details>").format(summary, body)
+DISPLAYS = {
+    "Vehicle": Display(vehicle, lambda shown, path: cards.draw(check(shown), path)),
+    "Trajectory": Display(trajectory, lambda shown, path: track.draw_simulated(path, shown)),
+    "Spectrum": Display(directions, lambda shown, path: spectrum.draw(path, shown)),
+    "Estimate": Display(estimate, lambda shown, path: posterior.draw_estimate(path, shown)),
+    "Posterior": Display(intervals, lambda shown, path: posterior.draw_intervals(path, shown)),
+}

@@ -1,67 +1,68 @@
-"""Self-contained pages in HTML: all extend ``page.html``, hold their figures, and ask nothing of the network."""
+"""Self-contained pages in HTML: all extend ``page.html``, hold their figures, and ask nothing of the network.
 
+A figure is a PNG, or the SVG of matplotlib with fewer digits, and with one set of glyphs and styles for all of a page.
+"""
+
+import base64
 import re
+import tempfile
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import metadata
 from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
 from markupsafe import Markup
 
 from bayesub.io import templates
 from bayesub.io.atomic import write_text
-from bayesub.report import drawings
 
 PLACE = '<nav aria-label="Contents"></nav>'
 _HEADING = re.compile(r"<h2>(.*?)</h2>")
 _GREEK = {"delta": "δ", "nu": "ν", "eta": "η"}
 
+_LEFT_OUT = re.compile(r"<metadata>.*?</metadata>|<style.*?</style>|<!--.*?-->", re.DOTALL)
+_GLYPH = re.compile(r'<path id="([^"]+)" d="([^"]*)" transform="scale\(0\.015625\)"/>')
+_USE = re.compile(r'<use xlink:href="#([^"]+)"(?: transform="translate\((\S+) (\S+)\)")?')
+_EMPTY = re.compile(r"<(g|defs)[^>]*(/>|></\1>)")
+_NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
+
+_PIXELS = 150 / 72  # of a point, those of a PNG
+_DENSER = 5.0  # an SVG of matplotlib's over what is left of it here, at most
+
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """One figure of a page.
+    """One figure of a page."""
 
-    Attributes
-    ----------
-    name : str
-        Of its files, without suffix.
-    caption : str
-        What it shows, in sentences of which the first stands for the figure where it cannot be seen.
-    draw : callable
-        Draws it to one path or a list of paths.
-    title : str
-        What stands above it; empty where the page says it.
-    """
-
-    name: str
-    caption: str
-    draw: Callable[[Path | list[Path]], None]
-    title: str = ""
+    name: str  # of its files, without suffix
+    caption: str  # what it shows, in sentences of which the first stands for the figure where it cannot be seen
+    draw: Callable[[Path | list[Path]], None]  # draws it to one path or a list of paths
+    title: str = ""  # what stands above it; empty where the page says it
 
 
-def drawn(figures: Iterable[ReportFigure], folder: Path, *, pdf: bool = False) -> dict[str, tuple[str, bytes]]:
+def draw_all(figures: Iterable[ReportFigure], folder: Path, *, pdf: bool = False) -> dict[str, tuple[str, bytes]]:
     """Draw figures into files of a folder, PDFs too if asked; name -> caption, and what a page shows, PNG or SVG."""
-    suffixes = (".png", ".pdf") if pdf else (".png",)
-    return {figure.name: (figure.caption, drawings.drawn(figure, folder, suffixes)) for figure in figures}
+    pictures = {}
+    with tempfile.TemporaryDirectory() as scratch:
+        for figure in figures:
+            svg = Path(scratch) / f"{figure.name}.svg"
+            png, *others = (folder / f"{figure.name}{suffix}" for suffix in ([".png", ".pdf"] if pdf else [".png"]))
+            figure.draw([png, *others, svg])
+            pictures[figure.name] = figure.caption, smaller(png.read_bytes(), svg.read_bytes())
+    return pictures
 
 
-def filled(template: str, pictures: Mapping[str, tuple[str, bytes]], /, **values) -> str:
-    """The page of a template of this folder.
+def fill(template: str, pictures: Mapping[str, tuple[str, bytes]], /, **values) -> str:
+    """The page of a template of this folder, which extends ``page.html`` and has names that `values` stand for.
 
-    Parameters
-    ----------
-    template : str
-        Which extends ``page.html``.
-    pictures : mapping
-        Name of a figure -> its caption and its PNG or SVG, of :func:`drawn`.
-    **values
-        What the other names in the template stand for.
+    `pictures` are those of :func:`draw_all`: name of a figure -> its caption and its PNG or SVG.
     """
-    shared = drawings.Shared()
-    placed = {name: shared.placed(*picture) for name, picture in pictures.items()}
-    about = {"pictures": placed, "glyphs": shared.shared, "version": metadata.version("bayesub")}
+    shared = Drawings()
+    placed = {name: shared.place(*picture) for name, picture in pictures.items()}
+    about = {"pictures": placed, "glyphs": shared.common, "version": metadata.version("bayesub")}
     return templates.fill("bayesub.report", template, **about, **values)
 
 
@@ -76,70 +77,44 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a page.
-
-    Attributes
-    ----------
-    title : str
-    heads : sequence of str
-        n of them.
-    rows : sequence
-        Of n texts each.
-    words : sequence of str
-        Heads of the columns that are words, not numbers.
-    text : str
-        What stands above it.
-    """
+    """A table of a page."""
 
     title: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    words: Sequence[str] = ()
-    text: str = ""
+    heads: Sequence[str]  # n of them
+    rows: Sequence[Sequence[str]]  # of n texts each
+    words: Sequence[str] = ()  # heads of the columns that are words, not numbers
+    text: str = ""  # what stands above it
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A page.
-
-    Attributes
-    ----------
-    title, question : str
-    verdicts : sequence of Verdict
-    facts : mapping of str to str
-        Word -> sentence; empty ones are left out.
-    parts : sequence of ReportFigure or Table
-        In the order of the page.
-    commit : str
-        Of the sources.
-    seed : int
-    """
+    """A page."""
 
     title: str
     question: str
     verdicts: Sequence[Verdict]
-    facts: Mapping[str, str] = field(default_factory=dict)
-    parts: Sequence[ReportFigure | Table] = ()
-    commit: str = "unknown"
+    facts: Mapping[str, str] = field(default_factory=dict)  # word -> sentence; empty ones are left out
+    parts: Sequence[ReportFigure | Table] = ()  # in the order of the page
+    commit: str = "unknown"  # of the sources
     seed: int = 0
 
     def write(self, file: Path, *, pdf: bool = False) -> None:
         """Write the page, and its figures beside it; of them PDFs too if asked."""
-        pictures = drawn((part for part in self.parts if isinstance(part, ReportFigure)), file.parent, pdf=pdf)
-        write_text(file, filled("sheet.html", pictures, sheet=self))
+        pictures = draw_all((part for part in self.parts if isinstance(part, ReportFigure)), file.parent, pdf=pdf)
+        write_text(file, fill("sheet.html", pictures, sheet=self))
 
 
 def with_contents(page: str) -> str:
     """A page whose headings ``<h2>`` have names to link to, and are listed at :data:`PLACE`."""
     entries = {}
 
-    def named(match: re.Match) -> str:
+    def name_heading(match: re.Match) -> str:
         words = re.sub(r"[^a-z0-9]+", "-", Markup(match[1]).striptags().lower()).strip("-")
         name = next(one for k in count(1) if (one := words if k == 1 else f"{words}-{k}") not in entries)
         entries[name] = match[1]
         return f'<h2 id="{name}">{match[1]}</h2>'
 
-    page = _HEADING.sub(named, page)
+    page = _HEADING.sub(name_heading, page)
     items = "".join(f'<li><a href="#{name}">{title}</a></li>' for name, title in entries.items())
     return page.replace(PLACE, f"{PLACE.removesuffix('</nav>')}<ol>{items}</ol></nav>", 1)
 
@@ -150,3 +125,99 @@ def symbol(label: str) -> Markup:
     text = re.sub(r"\\([a-z]+)", lambda match: _GREEK.get(match[1], match[1]), text).replace("'", "\u2032")
     letter, _, subscript = unicodedata.normalize("NFC", text).partition("_")
     return Markup("<i>{}</i><sub>{}</sub>").format(letter, re.sub(r"[{}_ ]", "", subscript))
+
+
+class Drawing(NamedTuple):
+    """What stands in the element of an SVG: its view box, its width in pixels, and its content."""
+
+    box: str
+    width: int
+    content: Markup
+
+
+class Drawings:
+    """The drawings of one page, and what they share."""
+
+    def __init__(self) -> None:
+        self._glyphs: dict[str, tuple[str, str]] = {}
+        self._styles: dict[str, str] = {}
+        self._n_drawings = 0
+
+    def place(self, caption: str, image: bytes) -> dict:
+        """A picture as the templates take it: a PNG as ``data``, or an SVG as ``drawing``."""
+        if image.startswith(b"<"):
+            return {"caption": caption, "data": "", "drawing": self.inline(image.decode("utf-8"))}
+        return {"caption": caption, "data": base64.b64encode(image).decode("ascii"), "drawing": None}
+
+    def inline(self, svg: str) -> Drawing:
+        """An SVG of matplotlib's."""
+        head, body = svg[svg.index("<svg") :].split(">", 1)
+        box = re.findall(r'viewBox="([^"]*)"', head)[0]
+        body = _LEFT_OUT.sub("", body.rpartition("</svg>")[0])
+        body = _GLYPH.sub(self._keep, body)
+        body = _USE.sub(self._use, body)
+        body = re.sub(r'style="([^"]*)"', self._style, body).replace("xlink:href", "href")
+        body = re.sub(r'\bd="([^"]*)"', lambda match: f'd="{_path(match[1])}"', body)
+        body = re.sub(r'translate\([^)]*\)|\b(?:x|y|width|height)="[^"]*"', lambda match: _round(match[0]), body)
+        body = self._own_names(body)
+        body = re.sub(r">\s+<", "><", body)
+        while (shorter := _EMPTY.sub("", body)) != body:
+            body = shorter
+        return Drawing(_round(box), round(float(box.split()[2]) * _PIXELS), Markup(body.strip()))
+
+    @property
+    def common(self) -> Markup:
+        """What a page with drawings has once, before them."""
+        glyphs = "".join(
+            f'<path id="{name}" d="{_path(path)}" transform="scale(.015625)"/>' for name, path in self._glyphs.values()
+        )
+        rules = "".join(f".{name}{{{style}}}" for style, name in self._styles.items())
+        content = f"<style>{rules}</style><defs>{glyphs}</defs>"
+        return Markup(f'<svg class="glyphs" aria-hidden="true">{content}</svg>' if self._n_drawings else "")
+
+    def _keep(self, match) -> str:
+        self._glyphs.setdefault(match[1], (f"c{len(self._glyphs)}", match[2]))
+        return ""
+
+    def _use(self, match) -> str:
+        """A glyph, or a marker of this drawing."""
+        if match[1] not in self._glyphs:
+            return match[0]
+        moved = zip("xy", match.groups(default="0")[1:], strict=True)
+        place = "".join(f' {axis}="{value}"' for axis, value in moved if value != "0")
+        return f'<use xlink:href="#{self._glyphs[match[1]][0]}"{place}'
+
+    def _style(self, match) -> str:
+        style = re.sub(r"\s*([:;,])\s*", r"\1", match[1]).strip("; ")
+        return f'class="{self._styles.setdefault(style, f"s{len(self._styles)}")}"'
+
+    def _own_names(self, body: str) -> str:
+        """Names of clips and markers that no other drawing has; those that nothing refers to are left out."""
+        self._n_drawings += 1
+        wanted = [name for name in dict.fromkeys(re.findall(r' id="([^"]*)"', body)) if f"#{name}" in body]
+        own = {name: f"d{self._n_drawings}-{k}" for k, name in enumerate(wanted)}
+        body = re.sub(r' id="([^"]*)"', lambda match: f' id="{own[match[1]]}"' if match[1] in own else "", body)
+        return re.sub(r"#([\w-]+)", lambda match: f"#{own.get(match[1], match[1])}", body)
+
+
+def smaller(png: bytes, svg: bytes) -> bytes:
+    """That of two pictures which takes less of a page, glyphs and styles that drawings share not counted."""
+    most = 4 * len(png) // 3
+    if len(svg) > _DENSER * most or len(Drawings().inline(svg.decode("utf-8")).content) > most:
+        return png
+    return svg
+
+
+def _round(text: str) -> str:
+    """A text whose numbers have one digit after the point, a tenth of a point being a seven hundredth of an inch."""
+    return _NUMBER.sub(lambda match: f"{round(float(match[0]), 1) + 0.0:g}", text)
+
+
+def _path(text: str) -> str:
+    """The commands of a path in few letters; a command that repeats stands once."""
+    parts, last = [], ""
+    for command, values in re.findall(r"([A-Za-z])([^A-Za-z]*)", _round(text)):
+        values = " ".join(values.split())
+        parts.append(f" {values}" if command == last and command in "LQC" else command + values)
+        last = command
+    return "".join(parts).replace(" -", "-")

@@ -1,7 +1,7 @@
 """Tables of a posterior for papers: a row a parameter, in Markdown and in LaTeX; digits follow the sd."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -9,13 +9,14 @@ from bayesub.inference.sampling import Posterior
 from bayesub.io import words
 from bayesub.report import page
 from bayesub.report.markdown import table
+from bayesub.report.plots.style import Equations
 
 HEADS = ("regressor", "prior", "posterior", "90 % interval", "sd / prior sd")
 _PLAIN = range(-2, 4)  # powers of ten of numbers that are written without one
 _FACTOR = re.compile(r"(?:(abs|sgn)\((\w+)\)|(\w+?))(?:\^(-?\d+))?")
 
 
-def rounded(values, sd: float) -> tuple[list[str], int]:
+def rounded(values: Sequence[float] | np.ndarray, sd: float) -> tuple[list[str], int]:
     """Texts of values (n,) to two digits of an sd, and the power of ten by which they are to be multiplied."""
     size = max(float(np.abs(values).max()), sd)
     power = int(np.floor(np.log10(size))) if size > 0.0 else 0
@@ -23,25 +24,25 @@ def rounded(values, sd: float) -> tuple[list[str], int]:
     return [words.rounded(value / 10.0**power, sd / 10.0**power) for value in values], power
 
 
-def markdown(posterior: Posterior, equations) -> str:
+def markdown(posterior: Posterior, equations: Equations) -> str:
     """The table in Markdown; `equations` is the set whose coefficients they are."""
     lines = []
     for term, name, *numbers in _rows(posterior, equations):
         symbol = name if term is None else f"{page.symbol(term.label)} `{name}`".replace("|", "&#124;")
         lines.append(
-            (symbol, "" if term is None else f"{term.scale} · {term.regressor}", *_cells(numbers, "± ", _power))
+            (symbol, "" if term is None else f"{term.scale} · {term.regressor}", *_cells(numbers, "± ", "e{}"))
         )
     return "\n".join(table(("parameter", *HEADS), lines)) + "\n"
 
 
-def latex(posterior: Posterior, equations) -> str:
+def latex(posterior: Posterior, equations: Equations) -> str:
     """The table in LaTeX, which needs the package booktabs; `equations` as of :func:`markdown`."""
     heads = " & ".join(("", *HEADS)).replace("%", r"\%").replace("regressor", "multiplies")
     lines = [r"% \usepackage{booktabs}", r"\begin{tabular}{llrrrr}", r"\toprule", rf"{heads} \\", r"\midrule"]
     for term, name, *numbers in _rows(posterior, equations):
         symbol = rf"\texttt{{{name}}}".replace("_", r"\_") if term is None else term.label
         what = "" if term is None else f"${_factor_latex(term)}\\,{regressor_latex(term.regressor)}$"
-        lines.append(" & ".join((symbol, what, *_cells(numbers, r"\pm ", _power_latex, "$"))) + r" \\")
+        lines.append(" & ".join((symbol, what, *_cells(numbers, r"\pm ", r" \times 10^{{{}}}", "$"))) + r" \\")
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"]) + "\n"
 
 
@@ -64,16 +65,8 @@ def _cells(numbers, plus_minus, power_text, quote="") -> list[str]:
     ):
         texts, power = rounded(values, width)
         text = join.join(texts)
-        cells.append(f"{quote}{f'({text}){power_text(power)}' if power else text}{quote}")
+        cells.append(f"{quote}{f'({text}){power_text.format(power)}' if power else text}{quote}")
     return [*cells, f"{contraction:.2g}"]
-
-
-def _power(power: int) -> str:
-    return f"e{power}"
-
-
-def _power_latex(power: int) -> str:
-    return rf" \times 10^{{{power}}}"
 
 
 def _factor_latex(term) -> str:
@@ -87,7 +80,7 @@ def regressor_latex(regressor: str) -> str:
     r"""A regressor such as ``u*abs(r)*dr`` in LaTeX, ``u \left|r\right| \delta_{r}``."""
     parts = []
     for factor in regressor.split("*"):
-        function, inner, bare, power = _FACTOR.fullmatch(factor.strip()).groups()
+        function, inner, bare, power = _FACTOR.fullmatch(factor.strip()).groups()  # type: ignore[union-attr]  # a regressor of a set is parsed
         symbol = _symbol_latex(inner or bare)
         shape = {"abs": r"\left|%s\right|", "sgn": r"\mathrm{sgn}(%s)"}.get(function, "%s") % symbol
         parts.append(f"{shape}^{{{power}}}" if power else shape)

@@ -3,10 +3,9 @@
 from bayesub.findings.predicted_trial import PredictedTrial
 from bayesub.findings.unseen import POSTERIOR, PRIOR, SQP
 from bayesub.io.words import cell, with_unit
-from bayesub.plots import motion as plots
-from bayesub.plots import prediction as plot_of_readings
-from bayesub.plots import style
 from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
+from bayesub.report.plots import motion, style
+from bayesub.report.plots import prediction as plots
 
 _GREY = "#808080"
 
@@ -20,10 +19,10 @@ def figures(prediction: PredictedTrial) -> list[ReportFigure]:
     looks = {PRIOR: (_GREY, (0.9,)), SQP: (style.SQP, ())}
     others = [(by, look) for by, look in looks.items() if by in flown]
     drawn = [
-        plots.Drawn(by, colour, flown[by], bands, is_framed=False, turn=(0, 1) if bands else (1, 2))
+        motion.Drawn(by, colour, flown[by], bands, is_framed=False, turn=(0, 1) if bands else (1, 2))
         for by, (colour, bands) in others
     ]
-    drawn.append(plots.Drawn(POSTERIOR, style.POSTERIOR, flown[POSTERIOR]))
+    drawn.append(motion.Drawn(POSTERIOR, style.POSTERIOR, flown[POSTERIOR]))
     lines, dashes = (" Orange: SQP.", " Orange, dashed: SQP.") if SQP in flown else ("", "")
     words = "Blue: 50 and 90 % of the posterior, and its median. Grey: 90 % of the prior, and its median."
     problem, warm_up = trial.problem, trial.warm_up_s
@@ -32,14 +31,14 @@ def figures(prediction: PredictedTrial) -> list[ReportFigure]:
             "track",
             f"Track, starting at the dot. {words} Within a band is the boat at each time with that probability."
             f"{dashes}",
-            lambda path: plots.draw_track(path, drawn),
+            lambda path: motion.draw_track(path, drawn),
             title="Where the boat is",
         ),
         ReportFigure(
             "states",
             f"States over the ground against time, and these less the median of the posterior. {words}{dashes} "
             "Below: the orders.",
-            lambda path: plots.draw_states(
+            lambda path: motion.draw_states(
                 path, drawn, POSTERIOR, prediction.states, problem.manoeuvre, prediction.vehicle.actuators, warm_up
             ),
             title="Every state",
@@ -53,7 +52,7 @@ def figures(prediction: PredictedTrial) -> list[ReportFigure]:
                 "readings",
                 "Readings (black) and the bands that are to hold 50 and 90 % of them, on the right less the mean "
                 f"prediction. Green: the middle of the prior.{lines}",
-                lambda path: plot_of_readings.draw(path, channels, predictions, warm_up),
+                lambda path: plots.draw_unseen(path, channels, predictions, warm_up),
                 title="Readings that were held back",
             )
         )
@@ -97,8 +96,7 @@ def _states_table(states: dict) -> Table:
     heads += ["SQP: largest distance to the median"] if SQP in first else []
     rows = []
     for column, by in states.items():
-        row = [with_unit(column)]
-        row += [cell(by[POSTERIOR]["median_at_end"], 4)]
+        row = [with_unit(column), cell(by[POSTERIOR]["median_at_end"], 4)]
         row += [cell(by[POSTERIOR][key]) for key in ("half_width_at_end", "half_width")]
         row += [cell(by[PRIOR][key]) for key in ("half_width_at_end", "half_width")] if PRIOR in by else []
         row += [cell(by[SQP]["off"])] if SQP in by else []

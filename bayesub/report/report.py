@@ -2,14 +2,14 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
-from typing import Protocol
 
-from bayesub.findings import derived, null_directions
+from bayesub.findings import derived
 from bayesub.findings.equation_card import glossary
 from bayesub.findings.results import AnyProblem, Quantity, Results, numbers_of
-from bayesub.findings.run_numbers import reference_word
+from bayesub.findings.run_numbers import percent, reference_word
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
@@ -23,12 +23,17 @@ from bayesub.report.figures import figures
 from bayesub.report.markdown import StudyPage, table
 
 
-class ReportedStudy(Protocol):
+@dataclass(frozen=True)
+class ReportedStudy:
     """What a report says of the study that asked."""
 
     name: str
     question: str
-    seed: int
+    seed: int = 0
+    seconds: Mapping[str, float] = field(default_factory=dict)  # stage -> wall time, for the table of costs
+    commit: str | None = None  # of the sources, for the foot of the page
+    # What made the run, such as versions and date, for the set-up at the top of the page: title -> text
+    origin: Mapping[str, str] = field(default_factory=dict)
 
 
 def write_report(
@@ -39,13 +44,10 @@ def write_report(
     posterior: Posterior,
     *,
     study: ReportedStudy | None = None,
-    seconds: Mapping[str, float] | None = None,
     check: CrossCheck | None = None,
     predictions: Sequence[TrialPrediction] = (),
     quantities: Sequence[Quantity] = (),
     pdf: bool = False,
-    commit: str | None = None,
-    origin: Mapping[str, str] | None = None,
 ) -> dict:
     """Write ``numbers.json``, the figures, ``report.html`` and ``report.md`` into a folder.
 
@@ -64,10 +66,8 @@ def write_report(
         From :func:`bayesub.inference.identifiability.fisher`.
     posterior : Posterior
         From :func:`bayesub.sample`.
-    study : object with name, question and seed, optional
+    study : ReportedStudy, optional
         The study that asked.
-    seconds : mapping, optional
-        Stage -> wall time, for the table of costs.
     check : CrossCheck, optional
         From :func:`bayesub.cross_check`.
     predictions : sequence of TrialPrediction
@@ -76,10 +76,6 @@ def write_report(
         That follow from the coefficients, besides the built-in ones (:mod:`bayesub.model.quantities`).
     pdf : bool
         Whether every figure is saved as PDF too, beside the PNG.
-    commit : str, optional
-        Of the sources, for the foot of the page.
-    origin : mapping, optional
-        What made the run, for the set-up at the top of the page, such as versions and date: title -> text.
 
     Returns
     -------
@@ -91,23 +87,22 @@ def write_report(
     InputError
         If the folder cannot be written to.
     """
-    rng = seeds.generator(study.seed if study else 0, seeds.REPORT)
+    asked = study or ReportedStudy(problem.vehicle.name, "")
+    rng = seeds.generator(asked.seed, seeds.REPORT)
     results = Results(problem, estimates, spectrum, posterior, check, rng, predictions, quantities)
     numbers = numbers_of(results)
-    numbers["name"] = study.name if study else problem.vehicle.name
-    numbers["question"] = study.question if study else ""
-    numbers["seconds"] = dict(seconds or {})
-    numbers["set_up"] |= ({"seed": str(study.seed)} if study else {}) | dict(origin or {})
+    numbers |= {"name": asked.name, "question": asked.question, "seconds": dict(asked.seconds)}
+    numbers["set_up"] |= ({"seed": str(asked.seed)} if study else {}) | dict(asked.origin)
     reference, word = problem.reference[problem.others], reference_word(numbers)
     folder = Path(folder)
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        pictures = pages.drawn(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
+        pictures = pages.draw_all(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         live = widgets.content(results, numbers, reference, word)
-        write_text(folder / "report.html", page(numbers, pictures, commit, live))
+        write_text(folder / "report.html", page(numbers, pictures, asked.commit, live))
         captions = {f"{name}.png": caption for name, (caption, _) in pictures.items()}
-        write_text(folder / "report.md", markdown_page(numbers, captions, glossary(problem.equations), commit))
+        write_text(folder / "report.md", markdown_page(numbers, captions, glossary(problem.equations), asked.commit))
     return numbers
 
 
@@ -116,18 +111,11 @@ def page(
 ) -> str:
     """The page of a report, HTML.
 
-    Parameters
-    ----------
-    numbers : dict
-        The content of ``numbers.json``.
-    pictures : mapping
-        Name of a figure -> its caption and its PNG or SVG.
-    commit : str, optional
-        Of the sources, for the foot of the page.
-    live : dict, optional
-        What :func:`bayesub.report.widgets.content` gives; without it the page has figures that stand still.
+    `numbers`: the content of ``numbers.json``; `pictures`: name of a figure -> its caption and its PNG or SVG;
+    `commit`: of the sources, for the foot of the page; `live`: what :func:`bayesub.report.widgets.content` gives,
+    without which the page has figures that stand still.
     """
-    text = pages.filled(
+    text = pages.fill(
         "report.html",
         pictures,
         numbers=numbers,
@@ -137,7 +125,7 @@ def page(
         rounded=rounded,
         uncertain=uncertain,
         powers=powers,
-        percent=null_directions.percent,
+        percent=percent,
         symbol=pages.symbol,
         commit=commit,
     )
@@ -145,42 +133,17 @@ def page(
 
 
 def markdown_page(
-    numbers: dict,
-    captions: Mapping[str, str],
-    coefficients: Sequence[Mapping[str, str]],
-    commit: str | None = None,
+    numbers: dict, captions: Mapping[str, str], coefficients: Sequence[Mapping[str, str]], commit: str | None = None
 ) -> str:
     """The short page of a report, Markdown, for folders that are read where HTML is not shown.
 
-    Parameters
-    ----------
-    numbers : dict
-        The content of ``numbers.json``.
-    captions : mapping
-        File of a figure -> caption.
-    coefficients : sequence of mappings
-        Of the equation set, as :func:`bayesub.findings.equation_card.glossary` has them.
-    commit : str, optional
-        Of the sources.
+    `numbers`: the content of ``numbers.json``; `captions`: file of a figure -> caption; `coefficients`: of the equation
+    set, as :func:`bayesub.findings.equation_card.glossary` has them; `commit`: of the sources.
     """
     verdict, convergence, cost = numbers["verdict"], numbers["convergence"], numbers["cost"]
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
-    topics = (
-        "jumps",
-        "prediction",
-        "derived",
-        "conflict",
-        "guess",
-        "disturbance",
-        "prior",
-        "directions",
-        "null",
-        "trade_offs",
-        "normality",
-        "sqp",
-        "cross_check",
-    )
+    topics = "jumps prediction derived conflict guess disturbance prior directions null trade_offs normality sqp"
     rows = [
         (
             f"`{row['name']}`",
@@ -192,14 +155,8 @@ def markdown_page(
         )
         for row in numbers["parameters"] + numbers["nuisance"]
     ]
-    heads = (
-        "name",
-        reference_word(numbers),
-        "prior, mean ± sd",
-        "posterior, mean ± sd",
-        "posterior / prior sd",
-        "hangs on",
-    )
+    word = reference_word(numbers)
+    heads = ("name", word, "prior, mean ± sd", "posterior, mean ± sd", "posterior / prior sd", "hangs on")
     page = StudyPage(
         name=numbers["name"],
         question=numbers["question"] or f"What does the trial say of {numbers['vehicle']}?",
@@ -208,7 +165,7 @@ def markdown_page(
         answer=verdict["answer"],
         pictures=captions,
         tables=[*table(("set-up", ""), numbers["set_up"].items()), "", *table(heads, rows)],
-        method="\n\n".join(verdict[topic] for topic in topics if verdict.get(topic)),
+        method="\n\n".join(verdict[topic] for topic in (*topics.split(), "cross_check") if verdict.get(topic)),
         coefficients=coefficients,
         cost=f"{cost['evaluations']} simulations, {cost['jacobians']} Jacobians, {cost['sampling_seconds']:.0f} s.",
         code=f"Made by bayesub {metadata.version('bayesub')}{f', commit {commit}' if commit else ''}.",

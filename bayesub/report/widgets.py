@@ -2,13 +2,15 @@
 
 import base64
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
+from bayesub.findings.results import Results
 from bayesub.io.words import with_unit
-from bayesub.plots import coefficients, posterior
-from bayesub.plots.track import STRAIGHT, X, Y, Z, labelled
 from bayesub.report import page
+from bayesub.report.plots import coefficients, posterior
+from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label
 
 DRAWS = 400  # of the posterior, in the scatter of a pair
 READINGS = 30_000  # of all trials; of more, every second, third ..
@@ -16,19 +18,10 @@ TRACKS, PLACES = 10, 250  # draws whose track is drawn, and points of each
 _DIGITS = 7  # of numbers
 
 
-def content(results, numbers: dict, reference, word: str) -> dict:
+def content(results: Results, numbers: dict, reference: np.ndarray, word: str) -> dict:
     """What the scripts of a page read.
 
-    Parameters
-    ----------
-    results : bayesub.findings.results.Results
-        Everything that the report is about.
-    numbers : dict
-        The content of ``numbers.json``.
-    reference : ndarray of shape (n_others,)
-        Values that ratios refer to, histories of forces left out.
-    word : str
-        What they are.
+    `reference` (n_others,): values that ratios refer to, histories of forces left out; `word`: what they are.
     """
     return {
         "word": word,
@@ -38,7 +31,7 @@ def content(results, numbers: dict, reference, word: str) -> dict:
     }
 
 
-def packed(values, kind: str = "u2") -> dict:
+def pack(values: np.ndarray, kind: str = "u2") -> dict:
     """Values (n,) as unsigned integers of a `kind`, from the least to the largest, in base64; the last code is nan.
 
     An error of rounding is at most the range over 131,068, or with ``u4`` over 8.6e9.
@@ -53,7 +46,7 @@ def packed(values, kind: str = "u2") -> dict:
     return {"low": float(low), "step": float(step), "kind": kind, "codes": text}
 
 
-def _rounded(values) -> list:
+def _rounded(values) -> Any:
     """Nested lists of numbers of so many digits; what is not finite is None."""
     if np.ndim(values):
         return [_rounded(value) for value in values]
@@ -104,25 +97,19 @@ def _pairs(results, reference, word: str) -> dict:
     prior = np.transpose([problem.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES]) / divisors[:, None]
     strong, _ = posterior.strong_block(sample.names, sample.correlation)
     rows, columns = np.tril_indices(len(sample.names), -1)
-    units = {term.name: term.unit for term in problem.equations.terms}
+    own = {t.name: f"{t.name} ({t.unit})" if t.unit else t.name for t in problem.equations.terms}
     return {
         "names": list(sample.names),
         "labels": [
-            f"{name} / {word}" if ratio else _labelled(name, units)
+            f"{name} / {word}" if ratio else own.get(name) or with_unit(name)
             for name, ratio in zip(sample.names, is_ratio, strict=True)
         ],
         "strong": [sample.names.index(name) for name in strong],
         "hundredths": np.rint(100 * sample.correlation[rows, columns]).astype(int).tolist(),
         "reference": _rounded(reference / divisors),
         "prior": _rounded(np.sort(prior)),
-        "draws": [packed(values) for values in (sample.draws[some] / divisors).T],
+        "draws": [pack(values) for values in (sample.draws[some] / divisors).T],
     }
-
-
-def _labelled(name: str, units: dict) -> str:
-    if name not in units:
-        return with_unit(name)
-    return f"{name} ({units[name]})" if units[name] else name
 
 
 def _trials(results, *, synthetic: bool) -> Iterator[dict]:
@@ -142,7 +129,7 @@ def _trials(results, *, synthetic: bool) -> Iterator[dict]:
 
 def _channel(channel, predicted, truth, part, stride: int) -> dict:
     """Readings minus posterior mean, the posterior's own band and the truth, in the unit of the axis."""
-    label, factor = labelled(channel)
+    label, factor = axis_label(channel)
     predicted = factor * predicted[:, part][:, ::stride]
     centre = predicted.mean(axis=0)
     low, high = np.quantile(predicted - centre, [0.05, 0.95], axis=0)
@@ -152,8 +139,8 @@ def _channel(channel, predicted, truth, part, stride: int) -> dict:
     return {
         "label": label,
         "sd": float(factor * channel.total_sd),
-        "times": packed(channel.times[::stride], "u4"),
-        "lines": {name: packed(values) for name, values in lines.items()},
+        "times": pack(channel.times[::stride], "u4"),
+        "lines": {name: pack(values) for name, values in lines.items()},
     }
 
 
@@ -167,11 +154,11 @@ def _path(record, tracks, truth) -> dict:
     readings = None
     if set(wanted) <= by_state.keys():
         _, *both = np.intersect1d(*(by_state[state].times for state in wanted), return_indices=True)
-        readings = [packed(by_state[s].values[k]) for s, k in zip(wanted, both, strict=True)]
+        readings = [pack(by_state[s].values[k]) for s, k in zip(wanted, both, strict=True)]
     return {
         "labels": names,
         "downwards": not above,
-        "draws": [[packed(track[some, column]) for column in (across, up)] for track in tracks],
+        "draws": [[pack(track[some, column]) for column in (across, up)] for track in tracks],
         "readings": readings,
-        "truth": None if truth is None else [packed(truth[some, column]) for column in (across, up)],
+        "truth": None if truth is None else [pack(truth[some, column]) for column in (across, up)],
     }

@@ -3,8 +3,8 @@
 import numpy as np
 
 from bayesub.model.equations import EquationSet
-from bayesub.plots import style
-from bayesub.plots.coefficients import labels
+from bayesub.report.plots import style
+from bayesub.report.plots.coefficients import labels
 
 COLUMNS = 6
 BINS = 20
@@ -33,7 +33,7 @@ def draw_ecdf(path, quantities: dict, limits, equations: EquationSet) -> None:
     Parameters
     ----------
     path
-        One or several, as :func:`bayesub.plots.style.figure` takes them.
+        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
     quantities
         Name -> ECDF (n_draws,).
     limits
@@ -59,7 +59,7 @@ def draw_histograms(path, quantities: dict, n_draws: int, expected, equations: E
     Parameters
     ----------
     path
-        One or several, as :func:`bayesub.plots.style.figure` takes them.
+        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
     quantities
         Name -> ranks (n_trials,).
     n_draws

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 BINS = 10  # of ranks
 COLOURS = {

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 LABELS = {
     "CD0": "parasite drag",

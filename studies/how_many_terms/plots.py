@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 _COLOURS = (style.POSTERIOR, style.LINEAR, style.WEAK, style.SQP)
 _DEEPEST = 60.0  # nats

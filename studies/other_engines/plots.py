@@ -1,6 +1,6 @@
 """What engines cost on the same problems."""
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 from other_engines.samplers import OURS, rivals
 from sampler.plots import AT_LEAST
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 COLOURS = {"booth": style.POSTERIOR, "remus": style.SQP, "abkowitz": style.NULL, "feldman": style.LINEAR}
 LIGHT = ("#FFFFFF", "#F7E3EE", "#E9C4D8", "#D9A0C0", "#CC79A7", "#B85D90")  # 0 to 5 null dimensions

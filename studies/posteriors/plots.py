@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.ticker import NullFormatter
 
 from bayesub.model.coefficients import NAMES
-from bayesub.plots import style
-from bayesub.plots.coefficients import intervals, ratios
-from bayesub.plots.posterior import strong_block
+from bayesub.report.plots import style
+from bayesub.report.plots.coefficients import intervals, ratios
+from bayesub.report.plots.posterior import strong_block
 from thesis.plots.labels import labels, starred
 
 _ROW = 28  # coefficients a row
@@ -24,7 +24,7 @@ def draw_coefficients(path, names, quantiles, prior, reference, groups, converge
     ----------
     path : one file or several
     names : (n_coefficients,)
-    quantiles : (5, n_coefficients) of the posterior, those of :data:`bayesub.plots.coefficients.QUANTILES`
+    quantiles : (5, n_coefficients) of the posterior, those of :data:`bayesub.report.plots.coefficients.QUANTILES`
     prior : of the coefficients
     reference : (n_coefficients,) values that count as one
     groups : (label, sets (n, n_coefficients), marker, colour), each drawn beside the others
@@ -68,7 +68,7 @@ def draw_contraction(path, cases: dict[str, dict[str, float]]) -> None:
     Parameters
     ----------
     path
-        One or several, as :func:`bayesub.plots.style.figure` takes them.
+        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
     cases
         Case -> coefficient -> contraction.
     """

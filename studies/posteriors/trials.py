@@ -7,9 +7,9 @@ from scipy import linalg
 
 from bayesub.inference.identifiability import Spectrum, fisher
 from bayesub.inference.sampling import Posterior
-from bayesub.plots.coefficients import QUANTILES
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
+from bayesub.report.plots.coefficients import QUANTILES
 from thesis import cases
 
 N_DRAWS = 4000  # of the posterior, whose fit is computed

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 KINDS = {  # key -> label and colour, from the most to the least accurate
     "simulation": ("simulation accuracy: 0.1 s, controls held", style.TRUTH),
@@ -55,7 +55,7 @@ def draw_distributions(path, errors: dict[str, dict[str, np.ndarray]], scales: d
     Parameters
     ----------
     path
-        One or several, as :func:`bayesub.plots.style.figure` takes them.
+        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
     errors
         Vehicle -> kind -> (n_manoeuvres,) m, not a number where the simulation failed.
     scales

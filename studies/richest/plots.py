@@ -5,7 +5,7 @@ import numpy as np
 from bayesub.io.words import with_unit
 from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.model.vehicles import load_vehicle
-from bayesub.plots import style
+from bayesub.report.plots import style
 from richest.appraisal import SHARE
 from richest.floor import REASONS, SHARPER
 from richest.tables import best_standard

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 WORDS = {"rounded": "rounding interval", "normal": "normal noise", "linear": "linear least squares"}
 _COLOURS = {"rounded": style.POSTERIOR, "normal": style.SQP, "linear": style.LINEAR}

@@ -1,6 +1,6 @@
 """Simulations an effective sample, by problem and sampler."""
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 AT_LEAST = "$\\rightarrow$"  # the marker of what has not got there
 _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 _SYMBOLS = {"phi": r"$\phi$ (rad)", "theta": r"$\theta$ (rad)", "psi": r"$\psi$ (rad)"}
 _UNITS = {"x": "m", "y": "m", "z": "m", "u": "m/s", "v": "m/s", "w": "m/s", "p": "rad/s", "q": "rad/s", "r": "rad/s"}

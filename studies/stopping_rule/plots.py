@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.ticker import LogLocator
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 
 def draw_one_search(path, costs, n_coefficients) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 _PLANES = (("rudder_deg", 1, style.POSTERIOR), ("stern_plane_deg", 3, style.SQP))
 _COLUMNS = {"horizontal": "horizontal", "vertical": "vertical", "coupled": "coupled", "random:1": "random, first 200 s"}

@@ -1,6 +1,7 @@
 """Accuracy of the simulation against its time step (thesis Tables 4 and 5)."""
 
-from bayesub.plots import style
+from bayesub.report.plots import style
+from thesis.plots.floors import above_floor
 
 _FLOOR_M = 1e-9
 
@@ -24,7 +25,7 @@ def draw(path, numbers, steps, published) -> None:
                     for convention, line, word in (("hold", "-", "held"), ("linear", "--", "interpolated")):
                         look = {"marker": "o", "ms": 4, "color": style.VEHICLES[vehicle]}
                         errors = list(result[convention]["position_m"].values())
-                        errors = style.above_floor(panel, steps, errors, _FLOOR_M, style.VEHICLES[vehicle])
+                        errors = above_floor(panel, steps, errors, _FLOOR_M, style.VEHICLES[vehicle])
                         panel.loglog(steps, errors, line, label=f"{vehicle}, {word}", **look)
             for step, errors in points.items():
                 label = "thesis, three boats" if step == "0.1" else None

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bayesub.inference.identifiability.rank import ACCURACY
-from bayesub.plots import style
+from bayesub.report.plots import style
 from thesis.plots.labels import labels
 
 FLOOR = 1e-17  # of the axis of singular values

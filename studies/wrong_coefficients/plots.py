@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bayesub.plots import style
+from bayesub.report.plots import style
 
 _LOOKS = ((style.READINGS, "o"), (style.POSTERIOR, "^"), (style.TRUTH, "D"), (style.WEAK, "s"), (style.SQP, "v"))
 
@@ -15,7 +15,7 @@ def draw(path, numbers) -> None:
     Parameters
     ----------
     path
-        One or several, as :func:`bayesub.plots.style.figure` takes them.
+        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
     numbers
         Vehicle -> kind of sets -> outcome, as ``studies/wrong_coefficients.py`` returns it.
     """

@@ -7,7 +7,7 @@ import bayesub as bs
 from bayesub.findings import data_card
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.priors import normal, relative_normal
-from bayesub.report import cards
+from bayesub.report.plots import cards
 from bayesub.sensors import Track, modified
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur")

@@ -92,7 +92,7 @@ def test_random_histories_follow_no_regressor_more_often_than_said(scored, rng):
 
 def test_terms_are_named_one_after_the_other_with_those_that_look_alike(scored, rng):
     size = Forces().scale
-    found = missing_terms.followed(scored([0.0, 7.0 * size, -9.0 * size, 0.0], rng)[1])
+    found = missing_terms.find_followed(scored([0.0, 7.0 * size, -9.0 * size, 0.0], rng)[1])
     assert [one.candidates[0].term.name for one in found] == ["Yuu_dr", "Yv_absnu"]
     assert [c.regressor for c in found[0].candidates] == [TERMS["Yuu_dr"].regressor, "r*r"]
     assert abs(found[0].factors[0] + 9.0 * size) < 4.0 * found[0].sds[0]
@@ -108,7 +108,7 @@ def test_what_a_free_coefficient_takes_up_is_no_missing_term(monkeypatch, rng):
     toy = Forces(np.linalg.cholesky(toy.marginal) @ rng.standard_normal(len(toy.matrix)))
     scores = missing_terms.scores(toy, toy.draws(rng, 50))
     assert 1.0 / np.sqrt(scores.information[0, 0]) > 0.99  # as uncertain as the coefficient was before
-    assert not missing_terms.followed(scores)
+    assert not missing_terms.find_followed(scores)
 
 
 def test_a_history_larger_than_its_process_raises_no_alarm(scored, rng):
@@ -138,7 +138,7 @@ def test_a_boat_that_lacks_a_term_has_it_named(missing, names):
     estimate = gauss_newton(marginal)
     others = estimate.values + rng.standard_normal((60, marginal.n_params)) @ np.linalg.cholesky(estimate.covariance).T
     _, draws = marginal.density(problem, others, rng.standard_normal((60, len(marginal.white))))
-    found = missing_terms.followed(missing_terms.scores(problem, draws[np.isfinite(draws).all(axis=1)]))
+    found = missing_terms.find_followed(missing_terms.scores(problem, draws[np.isfinite(draws).all(axis=1)]))
     assert names <= {c.term.name for one in found for c in one.candidates if c.term}
     assert bool(found) == bool(names)
     assert all(not found[0].candidates[0].free for _ in names)  # the term that is held, before free ones like it

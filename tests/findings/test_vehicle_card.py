@@ -14,16 +14,16 @@ from support import refusals
 from support.fins import PORT, STARBOARD, fins, with_actuators
 
 import bayesub as bs
+from bayesub.findings import coefficient_examinations
 from bayesub.findings.coefficient_examinations import negative, pairs, sizes_and_signs, typical_ranges
 from bayesub.findings.flights import fly, growth, stability_indices, turning_circle
-from bayesub.findings.vehicle_card import check
-from bayesub.findings.vehicle_examinations import balance, dive, slopes, turn
+from bayesub.findings.vehicle_card import actuators, check
+from bayesub.findings.vehicle_examinations import balance, dive, slopes, straight_flight, turn
 from bayesub.io import toml_files
 from bayesub.kernels import workspace
 from bayesub.logs.log_files import VELOCITIES
 from bayesub.model.coefficients import EQUATIONS, INDEX, NAMES
-from bayesub.plots import style
-from bayesub.plots import vehicle_card as vehicle_plot
+from bayesub.report.plots import cards, style
 from bayesub.study.new import files
 
 
@@ -218,7 +218,7 @@ def test_absurd_coefficients(values, tmp_path_factory):
 
 @pytest.mark.parametrize(("name", "value"), [("Yvdot", 1e100), ("Nur", 5e-324), ("Muu_ds", -1e3)])
 def test_absurd_boats_can_be_drawn(suboff, tmp_path, name, value):
-    vehicle_plot.draw(tmp_path / "card.png", check(changed(suboff, **{name: value})))
+    cards.draw(check(changed(suboff, **{name: value})), tmp_path / "card.png")
     assert (tmp_path / "card.png").stat().st_size > 20_000
 
 
@@ -308,11 +308,16 @@ def test_coefficients_that_take_energy_are_found_by_their_regressors():
 def test_every_built_in_vehicle_is_drawn_beside_another(suboff, tmp_path, monkeypatch):
     """A fourth boat counts in the warnings and in the picture: nothing names the three."""
     files = toml_files.built_in("vehicles")
-    monkeypatch.setattr(vehicle_plot, "built_in", lambda _: files | {"fourth": files["npsauv"]})
-    names = []
-    monkeypatch.setattr(vehicle_plot, "load_vehicle", lambda name: names.append(name) or bs.load_vehicle("npsauv"))
-    vehicle_plot.draw(tmp_path / "card.png", check(suboff))
-    assert set(names) == {*files, "fourth"} - {"suboff"}
+    built_in, names = toml_files.built_in, []
+    more = {"vehicles": {"fourth": files["npsauv"]}}
+    monkeypatch.setattr(toml_files, "built_in", lambda kind: built_in(kind) | more.get(kind, {}))
+    monkeypatch.setattr(
+        coefficient_examinations, "load_vehicle", lambda name: names.append(name) or bs.load_vehicle("npsauv")
+    )
+    card = check(suboff)
+    names.clear()
+    cards.draw(card, tmp_path / "card.png")
+    assert set(names) == {*files, "fourth"}
 
 
 @pytest.mark.parametrize("name", ["suboff", "remus100", "mariner", "npsauv_crossflow"])
@@ -420,7 +425,7 @@ def test_cards_of_other_sets_are_drawn(name, n_panels, tmp_path, monkeypatch):
     figures = []
     make = style.Figure
     monkeypatch.setattr(style, "Figure", lambda **options: figures.append(make(**options)) or figures[-1])
-    vehicle_plot.draw(tmp_path / "card.png", check(bs.load_vehicle(name)))
+    cards.draw(check(bs.load_vehicle(name)), tmp_path / "card.png")
     below = figures[0].subfigs[1]
     shown = [axis for axis in below.axes if axis.axison]
     assert len(shown) == n_panels
@@ -438,3 +443,27 @@ def test_propellers_that_push_too_little_are_one_warning(boat, vehicle_with):
     (warning,) = card.warnings
     assert "times the drag of" in warning.text
     assert warning.remedy == "change rpm of the propellers"
+
+
+def test_card_of_a_glider_says_what_ballast_and_water_do():
+    """A newton of lift, a denser water and a bar of pressure, with the boat on even keel."""
+    glider = bs.load_vehicle("slocum_comet")
+    numbers = actuators(glider).numbers
+    assert numbers["actuators"]["ballast_n"]["forces"] == {"Z": -1.0}
+    volume = 70.0 / 1004.0
+    assert numbers["actuators"]["density_anomaly_kgm3"]["forces"]["Z"] == pytest.approx(-9.81 * volume)
+    assert numbers["actuators"]["pressure_bar"]["forces"]["Z"] == pytest.approx(70.0 * 9.81 * 5e-5)
+    lines = check(glider).lines()
+    assert f"  {'ballast_n':<17} 1 N make Z -1 N" in lines
+    assert any(
+        line.split()[:5] == ["density_anomaly_kgm3", "1", "kg/m3", "make", "Z"] and " -0.68" in line for line in lines
+    )
+
+
+def test_a_glider_has_no_thrust_to_balance():
+    """It is driven by its weight: neither thrust nor a straight flight on even keel is looked at."""
+    glider = bs.load_vehicle("slocum_comet")
+    for examine in (balance, straight_flight):
+        examination = examine(glider)
+        assert not examination.warnings
+        assert set(examination.skipped.values()) == {"the boat has no thrust and is driven by its weight"}

@@ -2,7 +2,7 @@
 
 ``0.69<!--n time_step: suboff horizontal/hold/position_m/0.1; .2f-->`` is right if that entry of
 ``figures/time_step/numbers.json``, formatted so, is 0.69; paths and operations are those of
-:mod:`bayesub.report.quoted`.
+:mod:`bayesub.report.markdown`.
 ``<!--n given-->`` marks a number that is no result but a choice, such as the level of an interval.
 """
 
@@ -11,7 +11,7 @@ import re
 from functools import cache
 from pathlib import Path
 
-from bayesub.report import quoted
+from bayesub.report import markdown
 
 ROOT = Path(__file__).parents[2]
 MARKER = re.compile(r"(?P<shown>[-+\d.,e]*\d)(?P<unit>[ %a-z]*)<!--n (?P<what>.*?)-->", re.DOTALL)
@@ -27,7 +27,7 @@ def numbers(study: str) -> dict:
 def evaluate(what: str) -> str:
     """What a marker stands for, formatted."""
     study, _, where = what.partition(":")
-    return quoted.evaluate(numbers(study.strip()), where)
+    return markdown.evaluate(numbers(study.strip()), where)
 
 
 def markers(text: str) -> list[tuple[str, str]]:

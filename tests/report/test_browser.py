@@ -18,8 +18,9 @@ import bayesub as bs
 from bayesub.findings import derived
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
-from bayesub.plots import style
-from bayesub.report import drawings, report
+from bayesub.report import report
+from bayesub.report.page import Drawings
+from bayesub.report.plots import style
 
 pytestmark = pytest.mark.browser
 
@@ -270,10 +271,10 @@ def test_a_drawing_looks_as_matplotlib_drew_it(browser, tmp_path):
         axis.plot(np.linspace(0.0, 6.0, 40), np.sin(np.linspace(0.0, 6.0, 40)), "o--", color=style.SQP)
         axis.fill_between([0.0, 6.0], -0.5, 0.5, color=style.PRIOR, alpha=0.5)
         axis.set(xlabel=r"$N'_{\dot v}$ (m)", ylim=(-0.8, 0.9), title="residual of 12,345 readings")
-    sheet = drawings.Shared()
-    drawing = sheet.inlined((tmp_path / "whole.svg").read_text())
+    sheet = Drawings()
+    drawing = sheet.inline((tmp_path / "whole.svg").read_text())
     own = f'<svg class="drawing" viewBox="{drawing.box}" width="{drawing.width}">{drawing.content}</svg>'
-    shared = str(sheet.shared)
+    shared = str(sheet.common)
     bare = re.sub("<defs>.*</defs>", "", shared)
     rules = (Path(report.__file__).parent / "style.css").read_text()
     seen = {}

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from bayesub.plots import style
-from bayesub.report import drawings
+from bayesub.report.page import Drawings, smaller
+from bayesub.report.plots import style
 
 
 def pictures(folder, n_points):
@@ -27,7 +27,7 @@ def few(tmp_path):
 
 
 def test_a_drawing_is_a_fraction_of_matplotlibs_and_has_its_box(few):
-    drawing = drawings.Shared().inlined(few[1].decode())
+    drawing = Drawings().inline(few[1].decode())
     assert len(drawing.content) < 0.5 * len(few[1])
     assert drawing.box == "0 0 288 216"
     assert drawing.width == 600
@@ -37,25 +37,25 @@ def test_a_drawing_is_a_fraction_of_matplotlibs_and_has_its_box(few):
 
 def test_names_are_met_and_are_those_of_one_drawing(few):
     """The same figure twice on a page: each has its own clips and markers, both have the glyphs of the sheet."""
-    sheet = drawings.Shared()
-    contents = [sheet.inlined(few[1].decode()).content for _ in range(2)]
-    page = sheet.shared + contents[0] + contents[1]
+    sheet = Drawings()
+    contents = [sheet.inline(few[1].decode()).content for _ in range(2)]
+    page = sheet.common + contents[0] + contents[1]
     names = re.findall(r' id="([^"]+)"', page)
     assert len(names) == len(set(names)) > 20
     assert set(re.findall(r"#([\w-]+)[\")]", page)) <= set(names)
     classes = set(re.findall(r'class="(s\d+)"', "".join(contents)))
-    assert classes == set(re.findall(r"\.(s\d+)\{", sheet.shared))
-    assert sheet.shared.count("<path") > 15  # letters
-    assert not drawings.Shared().shared
+    assert classes == set(re.findall(r"\.(s\d+)\{", sheet.common))
+    assert sheet.common.count("<path") > 15  # letters
+    assert not Drawings().common
 
 
 def test_the_smaller_picture_is_chosen(few, tmp_path):
-    assert drawings.smaller(*few) == few[1]
+    assert smaller(*few) == few[1]
     many = pictures(tmp_path, 3000)
-    assert drawings.smaller(*many) == many[0]
-    sheet = drawings.Shared()
-    assert sheet.placed("What.", many[0])["drawing"] is None
-    assert sheet.placed("What.", few[1])["data"] == ""
+    assert smaller(*many) == many[0]
+    sheet = Drawings()
+    assert sheet.place("What.", many[0])["drawing"] is None
+    assert sheet.place("What.", few[1])["data"] == ""
 
 
 def test_a_figure_is_drawn_twice_alike(tmp_path, few):
@@ -66,7 +66,7 @@ def test_a_figure_is_drawn_twice_alike(tmp_path, few):
 def test_places_are_right_to_half_a_tenth_of_a_point(few):
     """The markers, in matplotlib's digits and in those of the page."""
     exact = re.findall(r'<use xlink:href="#m[^"]*" x="([^"]+)" y="([^"]+)" style="fill: #1f77b4', few[1].decode())
-    content = drawings.Shared().inlined(few[1].decode()).content
+    content = Drawings().inline(few[1].decode()).content
     short = re.findall(r'<use href="#d1-\d+" x="([^"]+)" y="([^"]+)"', content)
     found = [
         point for point in short if np.abs(np.array(exact, float) - np.array(point, float)).max(axis=1).min() < 0.0501

@@ -7,8 +7,7 @@ import pytest
 
 import bayesub as bs
 from bayesub.findings import unseen
-from bayesub.findings.predicted_motion import STATES, predicted_motion
-from bayesub.findings.predicted_trial import PredictedTrial
+from bayesub.findings.predicted_trial import STATES, PredictedTrial, predicted_motion
 from bayesub.findings.unseen import POSTERIOR, PRIOR
 from bayesub.inference.sampling.posterior import Posterior
 from bayesub.problem.unseen import UnseenTrial

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bayesub.report import quoted
+from bayesub.report import markdown
 
 NUMBERS = {
     "cases": {
@@ -32,11 +32,11 @@ NUMBERS = {
     ],
 )
 def test_what_stands_for_a_number(what, text):
-    assert quoted.evaluate(NUMBERS, what) == text
+    assert markdown.evaluate(NUMBERS, what) == text
 
 
 def test_a_text_is_filled_across_lines_and_a_path_to_nothing_is_an_error():
-    assert quoted.filled("It is {m; milli;\n.1f} mm of {rows/Xuu/sd; .0f} m.", NUMBERS) == "It is 12.3 mm of 2 m."
+    assert markdown.fill("It is {m; milli;\n.1f} mm of {rows/Xuu/sd; .0f} m.", NUMBERS) == "It is 12.3 mm of 2 m."
     for path in ("none; .0f", "not reached; .0f", "not reached/0; .0f", "cases/d*/errors; max; .0f"):
         with pytest.raises(KeyError):
-            quoted.evaluate(NUMBERS, path)
+            markdown.evaluate(NUMBERS, path)

@@ -17,12 +17,12 @@ from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks import convergence
 from bayesub.inference.checks import fit as criticism
 from bayesub.io.words import powers
-from bayesub.plots import fit as criticism_plot
-from bayesub.plots import ranks
 from bayesub.problem import likelihoods
 from bayesub.problem.joint import JointProblem
 from bayesub.report import report
 from bayesub.report.figures import figures
+from bayesub.report.plots import convergence as ranks
+from bayesub.report.plots import fit as criticism_plot
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr")
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=2.0, channels=("x", "y", "yaw"))
@@ -43,7 +43,7 @@ def sentence(problem, at=None):
     at = gauss_newton(problem).values if at is None else at
     residuals = problem.quantile_residuals(at, np.random.default_rng(2))
     times = {name: problem.channels[name][0].times for name in residuals}
-    return remedies.sentence(criticism.criticise(residuals, times), problem)
+    return remedies.advise(criticism.criticise(residuals, times), problem)
 
 
 @pytest.fixture(scope="module")

@@ -46,7 +46,7 @@ def content(results, numbers):
 def test_packed_values_are_right_to_half_a_step(kind, rng):
     values = 1e3 + rng.standard_normal(500)
     values[7] = np.nan
-    found, bits = unpacked(widgets.packed(values, kind)), 8 * int(kind[1])
+    found, bits = unpacked(widgets.pack(values, kind)), 8 * int(kind[1])
     error = np.abs(found - values)
     assert np.isnan(error[7])
     assert np.nanmax(error) <= 0.5001 * np.ptp(values[~np.isnan(values)]) / (2**bits - 2) + 1e-12
@@ -54,8 +54,8 @@ def test_packed_values_are_right_to_half_a_step(kind, rng):
 
 
 def test_constant_and_missing_values_can_be_packed():
-    assert unpacked(widgets.packed([3.0, 3.0])).tolist() == [3.0, 3.0]
-    assert np.isnan(unpacked(widgets.packed([np.nan]))).all()
+    assert unpacked(widgets.pack([3.0, 3.0])).tolist() == [3.0, 3.0]
+    assert np.isnan(unpacked(widgets.pack([np.nan]))).all()
 
 
 def test_correlations_below_the_diagonal_are_those_of_the_draws(results, content):

@@ -6,8 +6,8 @@ import pytest
 from support.small_study import leave_empty
 
 from bayesub.findings import derived
-from bayesub.plots import style
 from bayesub.report import report
+from bayesub.report.plots import style
 
 
 @pytest.fixture

@@ -9,8 +9,12 @@ from typing import Any
 import numpy as np
 
 from bayesub.findings import unseen
-from bayesub.findings.predicted_motion import predicted_motion, table
-from bayesub.findings.predicted_trial import PredictedTrial, readings_table
+from bayesub.findings.predicted_trial import (
+    PredictedTrial,
+    motion_table,
+    predicted_motion,
+    readings_table,
+)
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.checks.prediction import N_DRAWS, predict
 from bayesub.io import toml_files
@@ -124,7 +128,7 @@ def predict_by_run(
         numbers = trial.numbers | {"seed": request.seed, "unread_columns": list(posed.unread)}
         chosen = {by: trial.motions[by] for by in (unseen.POSTERIOR, unseen.PRIOR, unseen.SQP) if by in trial.motions}
         bands = {by: one for by, one in chosen.items() if one.is_flown or by == unseen.POSTERIOR}
-        tables = {"states.csv": table(bands, trial.states)}
+        tables = {"states.csv": motion_table(bands, trial.states)}
         if trial.readings.predictions:
             tables["readings.csv"] = readings_table(trial.readings)
         sheet = prediction_page.sheet(trial, commit=config["commit"], seed=request.seed)
@@ -161,9 +165,9 @@ def predicted_by(
     problem, motions, predictions = trial.problem, {}, {}
     n_numbers = max(len(problem.readings), 12 * len(problem.simulator.times))
     n = unseen.number_of_draws(n_numbers, draws)
-    by_whom = unseen.drawn(fitted, posterior, run.estimates, rng, n)
+    by_whom = unseen.draws_by_whom(fitted, posterior, run.estimates, rng, n)
     by_whom = {name: some for name, some in by_whom.items() if by is None or name in by}
-    for name, parameters in unseen.flown(trial, fitted, by_whom, rng):
+    for name, parameters in unseen.transfer(trial, fitted, by_whom, rng):
         progress.stage(f"fly by the {name}")
         states = []
         for k in range(0, len(parameters), BATCH):

@@ -35,7 +35,7 @@ Examined = tuple[str, Card | None]
 
 def draw_card(cards: Iterable[Card | None], path: Path) -> None:
     """Draw the card of the one vehicle or study among those of files; InputError if there is none, or more."""
-    from bayesub.report import cards as drawn  # here, since it imports matplotlib
+    from bayesub.report.plots import cards as drawn  # here, since it imports matplotlib
 
     chosen = [card for card in cards if drawn.is_drawn(card)]
     if len(chosen) != 1:

@@ -79,10 +79,10 @@ def simulate(
         record = observe(trajectory, parts, rng, current_mps=instruments.truth.current_mps)
         record.save(output, trajectory)
     if plot is not None:
-        from bayesub.plots import track
+        from bayesub.report.plots import track
 
         with drawing(plot):
-            track.draw_simulated(plot, trajectory, boat.name)
+            track.draw_simulated(plot, trajectory)
     status, step = trajectory.status[0], trajectory.simulator.step
     flight = f"{boat.name} on {history.name} ({_freedom(trajectory)})"
     return f"{len(trajectory.times)} times, {flight}, step {step:g} s, {forces}{status}", status == "ok"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bayesub.findings.mode_fit import fit_of_mode
+from bayesub.findings.remedies import fit_of_mode
 from bayesub.findings.unseen import TrialPrediction, predicted_trial, predicts
 from bayesub.inference import baselines, identifiability
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
@@ -22,7 +22,7 @@ from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
-from bayesub.report.report import write_report
+from bayesub.report.report import ReportedStudy, write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
 from bayesub.study.run.prepare import Setup
@@ -180,20 +180,18 @@ def conclude(
     predictions = _predictions(setup, folder, estimates, posterior)
     spectrum = identifiability.fisher(setup.problem, posterior.best)
     taken = seconds.get("all before the report", sum(seconds.values()))
+    made = origin(saved_config(folder) or {}) | {"time taken": duration(taken)}
     numbers = write_report(
         folder,
         setup.problem,
         estimates,
         spectrum,
         posterior,
-        study=study,
-        seconds=seconds,
+        study=ReportedStudy(study.name, study.question, study.seed, seconds, context.commit, made),
         check=check,
         predictions=predictions,
         quantities=setup.quantities,
         pdf=context.pdf,
-        commit=context.commit,
-        origin=origin(saved_config(folder) or {}) | {"time taken": duration(taken)},
     )
     return StudyResult(
         name=study.name,

@@ -10,7 +10,7 @@ from bayesub.findings.equation_card import glossary
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.model.equations import load_equations
-from bayesub.report import quoted
+from bayesub.report import markdown
 from bayesub.report.markdown import StudyPage
 
 PARTS = ("Question", "Claim", "Cost")  # of a docstring, each beginning a line
@@ -23,7 +23,7 @@ def write(
 
     ``FIGURES`` of the script is name or pattern -> caption, in the order of the page, ``GLOSSARY`` the equation set
     whose coefficients the page explains, and ``ANSWER`` the answer in a sentence or two, with places for numbers as
-    :func:`bayesub.report.quoted.filled` takes them. Tables are lines of Markdown; `failed` is the sentence of the claim
+    :func:`bayesub.report.markdown.fill` takes them. Tables are lines of Markdown; `failed` is the sentence of the claim
     that failed.
     """
     first, parts, rest = docstring_parts(module.__doc__ or "")
@@ -49,7 +49,7 @@ def write(
 def answer(text: str, numbers: dict, *, quick: bool) -> str:
     """The answer with its numbers; of a small version, which may lack some, that it is left to the full one."""
     try:
-        return quoted.filled(" ".join(text.split()), numbers)
+        return markdown.fill(" ".join(text.split()), numbers)
     except KeyError as error:
         if quick:
             return "Only the full version of the study has all numbers of the answer."

@@ -3,8 +3,8 @@
 import numpy as np
 
 from bayesub.model.equations import EquationSet
-from bayesub.plots import style
-from bayesub.plots.coefficients import labels
+from bayesub.report.plots import style
+from bayesub.report.plots.coefficients import labels
 
 MAX_TERMS = 5  # terms in colour; the rest are grey
 MAX_POINTS = 1500
@@ -17,7 +17,7 @@ def draw(path, times, cancellations: dict, equations: EquationSet) -> None:
     Parameters
     ----------
     path
-        One or several, as :func:`bayesub.plots.style.figure` takes them.
+        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
     times
         (n_samples,) of the samples, s.
     cancellations

@@ -5,9 +5,9 @@ import re
 import numpy as np
 
 from bayesub.model.equations import EquationSet
-from bayesub.plots import style
-from bayesub.plots.coefficients import labels
-from bayesub.plots.posterior import strong_block
+from bayesub.report.plots import style
+from bayesub.report.plots.coefficients import labels
+from bayesub.report.plots.posterior import strong_block
 
 MAX_COLUMNS = 3
 MAX_POINTS = 1500
@@ -45,7 +45,7 @@ def draw_scatter(path, systems: dict, pairs, equations: EquationSet) -> None:
     Parameters
     ----------
     path
-        One or several, as :func:`bayesub.plots.style.figure` takes them.
+        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
     systems
         Title -> one axis of the linear form, a column of panels each.
     pairs

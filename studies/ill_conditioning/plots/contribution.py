@@ -3,8 +3,8 @@
 import numpy as np
 
 from bayesub.model.equations import EquationSet
-from bayesub.plots import style
-from bayesub.plots.coefficients import labels
+from bayesub.report.plots import style
+from bayesub.report.plots.coefficients import labels
 
 
 def draw(path, contributions: dict, accuracies: dict[str, float], equations: EquationSet) -> None:
@@ -13,7 +13,7 @@ def draw(path, contributions: dict, accuracies: dict[str, float], equations: Equ
     Parameters
     ----------
     path
-        One or several, as :func:`bayesub.plots.style.figure` takes them.
+        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
     contributions
         Title -> Contribution.
     accuracies

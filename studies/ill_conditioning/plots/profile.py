@@ -4,8 +4,8 @@ import numpy as np
 
 from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.equations import EquationSet
-from bayesub.plots import style
-from bayesub.plots.coefficients import labels
+from bayesub.report.plots import style
+from bayesub.report.plots.coefficients import labels
 
 TOP = 8.0
 SHARPER = 1000.0

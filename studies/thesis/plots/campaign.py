@@ -5,7 +5,8 @@ A case is a dictionary of JSON types as :func:`thesis.optimisers.compare` gives 
 
 import numpy as np
 
-from bayesub.plots import style
+from bayesub.report.plots import style
+from thesis.plots.floors import above_floor
 from thesis.plots.labels import labels
 
 _ROW = 40  # coefficients a row
@@ -91,7 +92,7 @@ def draw_accuracy(path, cases) -> None:
             for k, (method, colour, text) in enumerate(methods):
                 errors = np.array(case["errors"][method], dtype=float)  # none: not a number
                 x = n + 0.2 * (k - 1.5) + np.linspace(-0.06, 0.06, len(errors))
-                errors = style.above_floor(axis, x, errors, _FLOOR, colour)
+                errors = above_floor(axis, x, errors, _FLOOR, colour)
                 axis.semilogy(x, errors, "o", ms=2.2, mew=0, color=colour, label=text if n == 0 else None)
         axis.axhline(0.1, color=style.TRUTH, lw=0.7, ls="--", label="starts")
         axis.set_xticks(range(len(cases)), [case.replace(" ", "\n") for case in cases])

@@ -3,7 +3,7 @@
 from functools import partial
 
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.plots import coefficients
+from bayesub.report.plots import coefficients
 
 labels = partial(coefficients.labels, equations=EQUATIONS)
-starred = partial(coefficients.starred, equations=EQUATIONS)
+starred = partial(coefficients.star, equations=EQUATIONS)

@@ -13,8 +13,8 @@ from bayesub.inference.checks import convergence
 from bayesub.inference.sampling import nuts as module
 from bayesub.inference.sampling.moments import Moments
 from bayesub.inference.sampling.posterior import STANDARD
-from bayesub.plots import cross_check as plot
 from bayesub.problem.priors import Normal
+from bayesub.report.plots.convergence import draw_cross_check
 
 
 def ensemble(problem, rng, n_steps=400):
@@ -93,7 +93,7 @@ def test_it_is_saved_and_drawn(problem, rng, tmp_path):
     again = module.CrossCheck.from_json(check.to_json())
     assert again.sentence == check.sentence
     np.testing.assert_array_equal(again.correlation_z, check.correlation_z)
-    plot.draw(tmp_path / "check.png", check)
+    draw_cross_check(tmp_path / "check.png", check)
     assert (tmp_path / "check.png").stat().st_size > 5000
 
 

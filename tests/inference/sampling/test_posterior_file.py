@@ -108,7 +108,7 @@ posterior.to_arviz()
     script = """
 import numpy as np
 from matplotlib.figure import Figure
-from bayesub.plots.corner import draw_joint
+from bayesub.report.plots.corner import draw_joint
 draw_joint(Figure().subplots(), np.random.default_rng(1).uniform(size=(500, 2)))
 """
     assert output(script, tmp_path / "corner") == (0, "", "")

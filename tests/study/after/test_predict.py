@@ -13,7 +13,7 @@ from support.fins import weaker
 
 import bayesub as bs
 from bayesub.model.simulator import OF_MANOEUVRE, Simulator
-from bayesub.report import drawings
+from bayesub.report import page
 from bayesub.study.after.finished_run import finished_run
 from bayesub.study.after.predict import _flown
 from bayesub.study.run.prepare import prepare
@@ -29,12 +29,15 @@ COARSE = (*FEW, "--sample", 2)
 def quick(request, monkeypatch):
     """Figures are drawn in tests that ask for `unrendered`; in the others their files are empty."""
 
-    def drawn(figure, folder, _):
-        (folder / f"{figure.name}.png").touch()
-        return b'<svg viewBox="0 0 1 1"></svg>'
+    def draw_all(figures, folder, **_):
+        pictures = {}
+        for figure in figures:
+            (folder / f"{figure.name}.png").touch()
+            pictures[figure.name] = figure.caption, b'<svg viewBox="0 0 1 1"></svg>'
+        return pictures
 
     if "unrendered" not in request.fixturenames:
-        monkeypatch.setattr(drawings, "drawn", drawn)
+        monkeypatch.setattr(page, "draw_all", draw_all)
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from support import small_study
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.findings.mode_fit import fit_of_mode
+from bayesub.findings.remedies import fit_of_mode
 from bayesub.findings.suspect_columns import suspect
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.sampling.posterior import Posterior

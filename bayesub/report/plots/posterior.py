@@ -1,0 +1,119 @@
+"""Correlations of a posterior, its nuisance parameters, and intervals of all parameters by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from bayesub.io.words import with_unit
+from bayesub.report.plots import style
+from bayesub.report.plots.coefficients import PRIOR_PROBABILITIES, QUANTILES, borders, labels, prior_density
+from bayesub.report.plots.style import Equations, Paths, Prior
+
+if TYPE_CHECKING:  # they load a sampler and searches
+    from bayesub.inference.baselines import Estimate
+    from bayesub.inference.sampling import Posterior
+
+STRONG = 0.3  # correlation of what is drawn
+FEW = 6  # parameters that are all drawn
+ROWS = 60  # that can be read below each other
+_LEFT, _RIGHT, _BOTTOM, _TOP, _ROW = 1.6, 0.1, 0.5, 0.35, 0.22  # inches, of a figure of rows
+
+
+def strong_block(names: Sequence[str], correlation: np.ndarray) -> tuple[list[str], np.ndarray]:
+    """The parameters with a correlation of STRONG and more, and their matrix (n, n); all of a few."""
+    beside = np.abs(correlation - np.diag(np.diag(correlation)))
+    members = np.flatnonzero(beside.max(axis=0) >= STRONG)
+    if len(names) <= FEW or len(members) < 2:
+        members = np.arange(len(names))
+    return [names[k] for k in members.tolist()], correlation[np.ix_(members, members)]
+
+
+def draw_correlation(path: Paths, posterior: Posterior, equations: Equations) -> None:
+    """Heat map of the posterior correlations of parameters that have strong ones; `equations` are the coefficients'."""
+    names, correlation = strong_block(posterior.names, posterior.correlation)
+    n = len(names)
+    size = max(4.5, 0.27 * n + 1.6)
+    margins = (0.75, 0.7, 0.75, 0.1) if all(name in equations.index for name in names) else None
+    with style.figure(path, size + 0.8, size, margins) as figure:
+        axis = figure.subplots()
+        image = axis.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
+        words = labels(names, equations)
+        axis.set_xticks(range(n), words, rotation=90, fontsize=style.NAMES)
+        axis.set_yticks(range(n), words, fontsize=style.NAMES)
+        axis.grid(visible=False)
+        axis.spines[:].set_visible(False)
+        for k in borders(names, equations):
+            axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
+            axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
+        figure.colorbar(image, ax=axis, shrink=0.8, fraction=0.04, pad=0.03, label="posterior correlation")
+
+
+def draw_nuisance(path: Paths, posterior: Posterior, prior: Prior, reference: np.ndarray, n_coefficients: int) -> None:
+    """A panel each for the parameters after the coefficients: posterior, prior and reference (n_params,)."""
+    nuisances = range(n_coefficients, len(posterior.names))
+    n_columns = min(4, len(nuisances))
+    n_rows = -(-len(nuisances) // n_columns)
+    quantiles = np.array([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
+    with style.figure(path, 2.6 * n_columns + 0.2, 1.9 * n_rows + 0.5) as figure:
+        panels = figure.subplots(n_rows, n_columns, squeeze=False).ravel()
+        for panel, k in zip(panels, nuisances, strict=False):
+            panel.hist(posterior.draws[:, k], 60, density=True, color=style.POSTERIOR, label="posterior")
+            limits, (places, density) = panel.get_xlim(), prior_density(quantiles[:, k])
+            panel.plot(places, density, **style.PRIOR_LINE, label="prior")
+            panel.set_xlim(limits)
+            panel.set_ylim(0, max(panel.get_ylim()[1], 1.1 * density.max()))
+            panel.axvline(reference[k], color=style.SQP, lw=1.0, label="reference")
+            panel.set_xlabel(with_unit(posterior.names[k]))
+            panel.set_yticks([])
+            panel.ticklabel_format(axis="x", useOffset=False, scilimits=(-3, 4), useMathText=True)
+            panel.locator_params(axis="x", nbins=4)
+        for panel in panels[len(nuisances) :]:
+            panel.set_visible(False)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
+
+
+def draw_intervals(path: Paths, posterior: Posterior) -> None:
+    """90 and 50 % intervals of the parameters, in standard deviations of the prior from its mean."""
+    quantiles = (posterior.quantiles(QUANTILES) - posterior.prior_mean) / posterior.prior_sd
+    with _rows(path, posterior.names) as axis:
+        n = len(axis.get_yticks())
+        axis.axvspan(-1.645, 1.645, color="0.92", zorder=0, label="prior, 90 %")
+        for low, high, width in ((0, 4, 1.5), (1, 3, 4.5)):
+            axis.hlines(range(n), quantiles[low, :n], quantiles[high, :n], color=style.POSTERIOR, lw=width)
+        axis.plot(quantiles[2, :n], range(n), "o", ms=4, mfc="white", color=style.POSTERIOR, label="posterior")
+        axis.set_xlabel("standard deviations of the prior, from its mean")
+
+
+def draw_estimate(path: Paths, estimate: Estimate) -> None:
+    """The solutions from all starts over the best one, with its sds if it has any, of what is not zero there."""
+    kept = np.flatnonzero(np.isfinite(estimate.values) & (estimate.values != 0.0))
+    ratios = estimate.solutions[:, kept] / estimate.values[kept]
+    with _rows(path, [estimate.names[k] for k in kept]) as axis:
+        n = len(axis.get_yticks())
+        axis.axvline(1.0, color="0.7", lw=0.8)
+        for solution in ratios[:0:-1]:
+            axis.plot(solution[:n], range(n), "o", ms=4, mfc="none", color=style.SQP)
+        if estimate.covariance is not None:
+            sds = np.sqrt(np.diag(estimate.covariance))[kept] / np.abs(estimate.values[kept])
+            axis.hlines(range(n), 1.0 - sds[:n], 1.0 + sds[:n], color=style.SQP, lw=1.0)
+        axis.plot(ratios[0, :n], range(n), "o", ms=4.5, color=style.SQP, label=f"best of {len(ratios)}")
+        axis.set_xlabel("solution over the best one")
+
+
+@contextmanager
+def _rows(path, names) -> Iterator[Axes]:
+    """The axes of a figure with a row for each of the first names, with a legend above if something has a label."""
+    names = names[:ROWS]
+    height = _BOTTOM + _TOP + _ROW * max(len(names), 2)
+    with style.figure(path, 6.5, height, (_LEFT, _RIGHT, _BOTTOM, _TOP)) as figure:
+        axis = figure.subplots()
+        axis.set_yticks(range(len(names)), [style.plain(name) for name in names])
+        axis.set_ylim(len(names) - 0.4, -0.6)
+        yield axis
+        if axis.get_legend_handles_labels()[0]:
+            axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=8, borderaxespad=0.1)

@@ -1,0 +1,190 @@
+"""One look for all figures: colours that colour-blind readers tell apart (Okabe & Ito 2008), sizes for a page."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
+
+TRUTH = "#000000"
+POSTERIOR = "#0072B2"
+SQP = "#D55E00"
+LINEAR = "#009E73"
+PRIOR = "#C8C8C8"
+READINGS = "#56B4E9"
+WEAK = "#E69F00"
+NULL = "#CC79A7"
+VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
+CYCLE = (POSTERIOR, LINEAR, SQP, NULL, WEAK)
+PRIOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 1.0, "ls": "--"}
+NAMES = 10.0  # size of the names of coefficients
+
+_COLOURS, _EXACT = 256, 64  # of a PNG, and those among them that keep their value
+_PARSERS: dict[str, Any] = {}  # one for all PNGs: what one has set in a size the next need not parse
+_COMPRESSION = 8  # level 9 takes twice as long and saves a twentieth
+_SETTINGS: dict[Any, Any] = {
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "grid.color": "#E6E6E6",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "figure.dpi": 150,
+    "savefig.dpi": 150,
+    "svg.hashsalt": "bayesub",  # names within an SVG that are the same in every run
+}
+
+Paths = str | Path | Sequence[Path]  # where a figure is drawn: to one file, or to several of different formats
+
+
+class Equations(Protocol):
+    """What figures need of an equation set."""
+
+    @property
+    def index(self) -> Mapping[str, int]:
+        """Name of a coefficient -> its place."""
+
+    def label(self, name: str) -> str:
+        """Its label in LaTeX."""
+
+    def term(self, name: str) -> Any:
+        """Its term, which has an axis."""
+
+
+class Prior(Protocol):
+    """What figures need of a prior of n_params parameters."""
+
+    @property
+    def sd(self) -> np.ndarray:
+        """(n_params,)."""
+
+    def quantiles(self, probability: Any) -> np.ndarray:
+        """(n_params,)."""
+
+
+def legend_column(labels: Sequence[str]) -> float:
+    """Width of a column of a legend of size 8, inches."""
+    return 0.55 + 0.065 * max(map(len, labels))
+
+
+def legend_columns(labels: Sequence[str], width: float) -> int:
+    """How many columns of a legend fit a figure of that width, inches: four at most."""
+    return min(4, max(1, int(width / legend_column(labels))))
+
+
+def plain(text: str) -> str:
+    """A text of a user's, none of which is a formula."""
+    return text.replace("$", r"\$")
+
+
+def power(value: float) -> str:
+    """A number in one or two digits; a small or large one with a power of ten, for a figure."""
+    if value == 0.0 or 0.01 <= abs(value) < 1000.0:
+        return f"{value:.2g}"
+    mantissa, exponent = f"{value:.0e}".split("e")
+    return rf"${mantissa}\times10^{{{int(exponent)}}}$"
+
+
+def show_whole(axis: Axes, values: np.ndarray) -> None:
+    """Vertical limits that show all finite values; a line far off is cut."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    margin = 0.06 * (high - low) or 1.0
+    axis.set_ylim(low - margin, high + margin)
+
+
+def shade_warm_up(axis: Axes, warm_up: float) -> None:
+    """Grey ground from zero to `warm_up`, s, if there is one."""
+    if warm_up:
+        axis.axvspan(0.0, warm_up, color=PRIOR, alpha=0.4, lw=0)
+
+
+def write_beside(axis: Axes, rows: Sequence[int] | np.ndarray, words: Sequence[str], title: str) -> None:
+    """A word at the right of each row, and what they are."""
+    right = axis.secondary_yaxis("right")
+    right.set_yticks(rows, words, fontsize=8)
+    right.tick_params(length=0)
+    right.spines[:].set_visible(False)
+    right.set_ylabel(title, fontsize=8)
+
+
+def look_from_above(axis: Axes, start: np.ndarray) -> None:
+    """Axes of a track from above, with a dot where it starts, east and north in m."""
+    axis.plot(*start, "o", color=TRUTH, ms=4)
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.set(xlabel="east (m)", ylabel="north (m)")
+
+
+@contextmanager
+def figure(path: Paths, width: float, height: float, margins: Sequence[float] | None = None) -> Iterator[Figure]:
+    """A figure that is rendered when the block ends without an error, and saved to each path.
+
+    Parameters
+    ----------
+    path
+        The suffix of each says its format.
+    width, height
+        Inches.
+    margins
+        Left, right, bottom and top of the axes, in inches, where the sizes of labels are known beforehand. By default
+        they are measured, which takes as long as drawing.
+    """
+    with mpl.rc_context(_SETTINGS):
+        drawing = Figure(figsize=(width, height), layout="constrained" if margins is None else None)
+        if margins is not None:
+            left, right, bottom, top = margins
+            drawing.subplots_adjust(left / width, bottom / height, 1.0 - right / width, 1.0 - top / height)
+        yield drawing
+        save(drawing, path)
+
+
+def save(drawing: Figure, path: Paths) -> None:
+    """Save a figure in each format; axes are laid out once, and a PNG is drawn once and stored with a palette.
+
+    ``Figure.savefig`` would draw a PNG twice, the first time for the layout alone.
+    """
+    for file in [path] if isinstance(path, str | Path) else path:
+        if Path(file).suffix.lower() != ".png":
+            drawing.savefig(file, metadata={"Date": None} if Path(file).suffix.lower() == ".svg" else None)
+        else:
+            canvas = FigureCanvasAgg(drawing)
+            renderer = canvas.get_renderer()
+            renderer.mathtext_parser = _PARSERS.setdefault("agg", renderer.mathtext_parser)
+            canvas.draw()
+            quantise(Image.fromarray(np.asarray(canvas.buffer_rgba()))).save(file, compress_level=_COMPRESSION)
+        drawing.set_layout_engine("none")  # the other formats keep the places
+
+
+def quantise(picture: Image.Image) -> Image.Image:
+    """A picture with a palette of 256 colours, a third of the size of one in full colour.
+
+    The commonest colours keep their value. The others are divided by how much they differ and not by how common they
+    are, so that the gradient of a colour bar has no steps.
+    """
+    picture = picture.convert("RGB")
+    counts = sorted(picture.getcolors(picture.width * picture.height) or [], reverse=True)
+    colours = np.array([colour for _, colour in counts], dtype=np.uint8)
+    palette, places = colours[:_COLOURS], np.arange(len(colours))
+    if len(colours) > _COLOURS:
+        others = Image.fromarray(colours[None, _EXACT:]).quantize(_COLOURS - _EXACT, dither=Image.Dither.NONE)
+        palette = np.vstack([colours[:_EXACT], np.reshape(others.getpalette() or [], (-1, 3)).astype(np.uint8)])
+        places[_EXACT:] = _EXACT + np.asarray(others)[0]
+    table = np.empty(1 << 24, dtype=np.uint8)  # place in the palette of each colour there is
+    table[_code(colours)] = places
+    result = Image.fromarray(table[_code(np.asarray(picture))])
+    result.putpalette(palette.tobytes())
+    return result
+
+
+def _code(colours: np.ndarray) -> np.ndarray:
+    """One number for each colour (.., 3)."""
+    red, green, blue = np.moveaxis(colours.astype(np.uint32), -1, 0)
+    return (red << 16) | (green << 8) | blue

@@ -1,0 +1,256 @@
+"""A trial: its track and orders, the residuals of its readings, and the forces that the equations leave out."""
+
+from collections.abc import Mapping
+from itertools import cycle, pairwise
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from bayesub.findings.disturbances import CURRENTS, InferredForces, unit
+from bayesub.io.words import with_unit
+from bayesub.logs import log_files
+from bayesub.logs.log_files import positions
+from bayesub.report.plots import style
+from bayesub.report.plots.style import Paths
+
+X, Y, Z, PHI, THETA = positions("x", "y", "z", "phi", "theta")
+VELOCITY = positions("u", "v", "w")
+STRAIGHT = 1e-3  # of its length: a track that moves less to the side is not drawn from above
+GAP = 5.0  # intervals without a reading
+MOST_ORDERS = 6  # trials whose orders are drawn
+_BANDS = ((0.05, 0.95, 0.25), (0.25, 0.75, 0.45))  # quantiles of inferred forces, and how dark
+_NAMES = {"x": "north", "y": "east", "z": "depth"}
+
+
+def draw(
+    path: Paths,
+    record: Any,
+    predicted: np.ndarray,
+    tracks: np.ndarray,
+    truth: tuple[np.ndarray, np.ndarray] | None = None,
+) -> None:
+    """Track from above, and below it from aside if the boat dives; the residual of every channel against time.
+
+    `record`: the readings; `predicted`: (n_draws, n_readings) noise-free readings of draws from the posterior, SI
+    units; `tracks`: (n_draws, n_times, 12) states over the ground of some draws; `truth`: true readings (n_readings,)
+    and states (n_times, 12), or None.
+    """
+    channels = record.channels
+    true_readings, true_track = truth if truth is not None else (None, None)
+    dives = np.ptp(tracks[0, :, Z]) > 0.01 * np.ptp(tracks[0][:, [X, Y]], axis=0).max()
+    last = max(channel.times[-1] for channel in channels)
+    below = len(channels) if not dives else -(-len(channels) // 2)
+    turns = np.ptp(tracks[0, :, Y]) > STRAIGHT * np.ptp(tracks[0, :, X]) or not dives
+    places = ["from above" if k < below and turns else "from aside" for k in range(len(channels))]
+    rows = [[place, channel.name] for place, channel in zip(places, channels, strict=True)]
+    with style.figure(path, 9.0, max(4.6, 1.25 * len(channels))) as figure:
+        axes = figure.subplot_mosaic(rows, width_ratios=[1.0, 1.15], empty_sentinel="")
+        if "from above" in axes:
+            _draw_path(axes["from above"], record, tracks, true_track)
+        if "from aside" in axes:
+            _draw_depth(axes["from aside"], tracks, true_track)
+        ends = np.cumsum([len(channel.times) for channel in channels])
+        for channel, end in zip(channels, ends, strict=True):
+            part = slice(end - len(channel.times), end)
+            name, factor = axis_label(channel)
+            axis, centre = axes[channel.name], predicted[:, part].mean(axis=0)
+            sd = factor * channel.total_sd
+            axis.axhspan(-2 * sd, 2 * sd, color=style.PRIOR, alpha=0.4, lw=0)
+            residual = factor * (channel.values - centre)
+            axis.plot(channel.times, residual, ".", ms=2.0, color=style.READINGS, label="reading")
+            low, high = np.quantile(factor * (predicted[:, part] - centre), [0.05, 0.95], axis=0)
+            off = None if true_readings is None else factor * (true_readings[part] - centre)
+            for k, some in enumerate(without_gaps(channel.times)):
+                first = k == 0
+                band = {"color": style.POSTERIOR, "lw": 0, "label": "90 % of the posterior" if first else None}
+                axis.fill_between(channel.times[some], low[some], high[some], **band)
+                if off is not None:
+                    line = {"color": style.TRUTH, "lw": 0.8, "label": "truth" if first else None}
+                    axis.plot(channel.times[some], off[some], **line)
+            axis.set_ylabel(name)
+            axis.set_ylim(-4.2 * sd, 4.2 * sd)
+            axis.set_xlim(-0.02 * last, 1.02 * last)
+            axis.tick_params(labelbottom=channel is channels[-1])
+        axes[channels[0].name].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
+        axes[channels[-1].name].set_xlabel("time (s)")
+        words = axes[channels[0].name].get_legend_handles_labels()
+        axes[places[0]].legend(*words, loc="best", fontsize=8, markerscale=3)
+
+
+def without_gaps(times: np.ndarray) -> list[slice]:
+    """The parts of a channel between which nothing was read for longer than GAP intervals."""
+    intervals = np.diff(times)
+    ends = (np.flatnonzero(intervals > GAP * np.median(intervals)) + 1).tolist() if len(intervals) else []
+    return [slice(a, b) for a, b in pairwise([0, *ends, len(times)])]
+
+
+def axis_label(channel: Any) -> tuple[str, float]:
+    """Name and unit for an axis, and the factor from SI to the unit."""
+    header = log_files.HEADERS[channel.quantity]
+    label = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
+    return with_unit(label), 1.0 / log_files.si_factor(header)
+
+
+def _draw_path(axis, record, tracks, truth):
+    by_state = {channel.state: channel for channel in record.channels}
+    if {"x", "y"} <= by_state.keys():
+        _, *both = np.intersect1d(by_state["x"].times, by_state["y"].times, return_indices=True)
+        x, y = (by_state[state].values[places] for state, places in zip("xy", both, strict=True))
+        axis.plot(y, x, ".", ms=2.5, color=style.READINGS)
+    axis.plot(tracks[:20, :, Y].T, tracks[:20, :, X].T, color=style.POSTERIOR, lw=1.2)
+    if truth is not None:
+        axis.plot(truth[:, Y], truth[:, X], color=style.TRUTH, lw=0.8)
+    style.look_from_above(axis, tracks[0, 0, [Y, X]])
+    axis.set_title("track from above, starting at the dot", fontsize=9)
+
+
+def _draw_depth(axis, tracks, truth):
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tracks[0][:, [X, Y]], axis=0), axis=1))])
+    axis.plot(way, tracks[:20, :, Z].T, color=style.POSTERIOR, lw=1.2)
+    if truth is not None:
+        axis.plot(way, truth[:, Z], color=style.TRUTH, lw=0.8)
+    axis.invert_yaxis()
+    axis.set_xlabel("way over the ground (m)")
+    axis.set_ylabel("depth (m)")
+
+
+def draw_simulated(path: Paths, trajectory: Any) -> None:
+    """One simulated trial: the track from above, depth and pitch, speed, the controls, and unmodelled forces if any."""
+    times, states = trajectory.times, trajectory.states[0]
+    forces = trajectory.simulator.forces
+    panels = ["depth", "pitch", "speed", "planes"] + ["forces"] * (forces is not None)
+    with style.figure(path, 9.0, 1.25 * len(panels)) as figure:
+        axes = figure.subplot_mosaic([["track", panel] for panel in panels], width_ratios=[1.0, 1.2])
+        axes["track"].plot(states[:, Y], states[:, X], color=style.POSTERIOR)
+        style.look_from_above(axes["track"], states[0, [Y, X]])
+        axes["track"].set_title(f"{style.plain(trajectory.simulator.vehicle.name)}: track from above")
+        axes["depth"].plot(times, states[:, Z], color=style.POSTERIOR)
+        axes["depth"].set_ylabel("depth (m)")
+        axes["depth"].invert_yaxis()
+        for column, label, colour in ((PHI, "roll", style.SQP), (THETA, "pitch", style.POSTERIOR)):
+            axes["pitch"].plot(times, np.degrees(states[:, column]), color=colour, label=label)
+        axes["pitch"].set_ylabel("angle (deg)")
+        axes["speed"].plot(times, np.linalg.norm(states[:, VELOCITY], axis=1), color=style.POSTERIOR)
+        axes["speed"].set_ylabel("speed (m/s)")
+        simulator = trajectory.simulator
+        draw_actuators(axes["planes"], simulator.vehicle.actuators, simulator.manoeuvre, times, trajectory.log)
+        if forces is not None:
+            _draw_forces(axes["forces"], forces)
+        axes[panels[-1]].set_xlabel("time (s)")
+        for key in ("pitch", *panels[3:]):
+            if axes[key].get_legend_handles_labels()[0]:
+                axes[key].legend(loc="lower right", bbox_to_anchor=(1.0, 0.95), borderaxespad=0.0, fontsize=8, ncols=3)
+        for key in panels[:-1]:
+            axes[key].tick_params(labelbottom=False)
+
+
+def draw_actuators(
+    axis: Axes, actuators: Any, manoeuvre: Any, times: np.ndarray, log: Mapping[str, np.ndarray]
+) -> None:
+    """The actuators that move: angles in degrees; forces and revolutions as parts of their largest, on the right.
+
+    `actuators`: of the vehicle; `manoeuvre`: says which histories are commands; `times`: (n,) s; `log`: short name ->
+    (n,) history, SI units.
+    """
+    colours = cycle(style.CYCLE)
+    histories = [log[manoeuvre.logged(short)] for short in actuators.shorts]
+    entries = list(zip(actuators.columns, histories, colours, strict=False))
+    for column, values, colour in entries:
+        if column.endswith("_deg") and np.any(values):
+            label = column.removesuffix("_deg").replace("_", " ")
+            axis.plot(times, np.degrees(values), color=colour, label=label)
+    axis.set_ylabel("plane (deg)")
+    others = [entry for entry in entries if not entry[0].endswith("_deg") and np.ptp(entry[1]) > 0.0]
+    if others:
+        right = axis.twinx()
+        right.set_ylabel("of the largest")
+        for column, values, colour in others:
+            largest = np.abs(values).max()
+            right.plot(times, values / largest, color=colour)
+            axis.plot([], [], color=colour, label=f"{with_unit(column)} / {largest:.3g}")
+
+
+def draw_orders(path: Paths, trials: Mapping[str, tuple[Any, Any]]) -> None:
+    """The orders of rudder, planes and propeller, a panel for each trial: its manoeuvre, and actuators."""
+    shown = dict(list(trials.items())[:MOST_ORDERS])
+    with style.figure(path, 5.2, 0.5 + 1.5 * len(shown)) as figure:
+        panels = figure.subplots(len(shown), 1, squeeze=False)[:, 0]
+        for panel, (name, (manoeuvre, actuators)) in zip(panels, shown.items(), strict=True):
+            draw_actuators(panel, actuators, manoeuvre, manoeuvre.times, manoeuvre.log)
+            panel.set_title(style.plain(f"{name}: {manoeuvre.name}" if name else manoeuvre.name), fontsize=9)
+            if panel.get_legend_handles_labels()[0]:
+                panel.legend(fontsize=8, ncols=3, loc="best")
+        panels[-1].set_xlabel("time (s)")
+
+
+def _draw_forces(axis, forces):
+    """Unmodelled forces and currents, one unit on the left and the others on the right, each with its label."""
+    colours = cycle(style.CYCLE)
+    panels: dict[str, Axes] = {}
+    for name in forces.axes:
+        if unit(name) not in panels:
+            panels[unit(name)] = axis.twinx() if panels else axis
+    for k, (kind, panel) in enumerate(panels.items()):
+        panel.set_ylabel({"N": "force (N)", "N m": "moment (N m)", "m/s": "current (m/s)"}[kind])
+        if k:
+            panel.grid(False)
+            panel.spines["right"].set_position(("axes", 1.0 + 0.16 * (k - 1)))
+    for name, history, colour in zip(forces.axes, forces.values.T, colours, strict=False):
+        panels[unit(name)].plot(forces.times, history, color=colour, lw=0.8)
+        axis.plot([], [], color=colour, label=name)
+
+
+def draw_disturbance(path: Paths, forces: InferredForces) -> None:
+    """A row for each disturbed axis: the inferred history on the left, the force of the hull on the right.
+
+    Of a current the velocity of the boat in the water is on the right.
+    """
+    n_axes = len(forces.axes)
+    margins = (0.85, 0.15, 0.5, 0.62)
+    with style.figure(path, 9.0, 1.2 + 1.75 * n_axes, margins) as figure:
+        rows = figure.subplots(
+            n_axes, 2, squeeze=False, sharex=True, width_ratios=[1.7, 1.0], gridspec_kw={"wspace": 0.24, "hspace": 0.14}
+        )
+        for column in rows.T:
+            figure.align_ylabels(column)
+        for k, (axis, (left, right)) in enumerate(zip(forces.axes, rows, strict=True)):
+            for panel in (left, right):
+                _shade(panel, forces)
+                panel.axhline(0.0, color=style.TRUTH, lw=0.5)
+                panel.set_ylabel(f"{axis} ({unit(axis)})")
+                panel.margins(x=0.01)
+                panel.locator_params(axis="y", nbins=5)
+            _draw_history(left, forces, k)
+            left.locator_params(axis="x", nbins=10)
+            right.locator_params(axis="x", nbins=5)
+            right.plot(forces.fine_times, forces.hull[k], color=style.SQP, lw=1.0)
+        currents = [axis in CURRENTS for axis in forces.axes]
+        forced = not all(currents)
+        left = " or ".join(["unmodelled force"] * forced + ["current"] * any(currents))
+        right = " or ".join(["force of the hull"] * forced + ["velocity in the water"] * any(currents))
+        rows[0, 0].set_title(left, fontsize=9)
+        rows[0, 1].set_title(f"{right}, on its own scale", fontsize=9)
+        for panel in rows[-1]:
+            panel.set_xlabel("time (s)")
+        figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="upper center", ncols=5, fontsize=8)
+
+
+def _shade(panel, forces):
+    """Grey where the boat turns fast."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], forces.turning, [False]]).astype(int)))
+    ends = np.append(forces.fine_times, forces.times[-1])
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        label = "turning faster than half of the time" if begin == edges[0] else None
+        panel.axvspan(ends[begin], ends[end], color=style.PRIOR, alpha=0.4, lw=0, label=label)
+
+
+def _draw_history(panel, forces, k):
+    draws = forces.draws[:, k]
+    for low, high, alpha in _BANDS:
+        lower, upper = np.quantile(draws, [low, high], axis=0)
+        label = f"{100 * (high - low):.0f} %"
+        panel.fill_between(forces.times, lower, upper, color=style.POSTERIOR, alpha=alpha, lw=0, label=label)
+    panel.plot(forces.times, np.median(draws, axis=0), color=style.POSTERIOR, lw=1.2, label="median")
+    if forces.truth is not None:
+        panel.plot(forces.times, forces.truth[k], color=style.TRUTH, lw=0.8, label="truth")

@@ -1,0 +1,75 @@
+"""What hangs on the prior, of toys whose posterior is known, and what is said of it."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support.toys import Linear
+
+from bayesub.findings import conflicts
+from bayesub.inference.sampling.posterior import Posterior
+from bayesub.problem.distributions import Joint, LogNormal, Normal, Uniform
+
+NAMES = ("unseen", "known", "pulled")
+
+
+def told(prior, slopes, readings, rng, histories=()):
+    """Words and numbers of the posterior of readings of each parameter by itself; draws by weights of a wide grid."""
+    toy = Linear(np.diag(slopes), np.array(readings), Normal(prior.mean, prior.sd))
+    toy.prior, toy.histories, toy.others, toy.prior_of_others = prior, histories, np.arange(3), prior
+    columns = []
+    for k in range(3):
+        t = rng.standard_normal((200_000, 3))
+        weights = np.exp(-0.5 * (prior.parameters(t)[:, k] * slopes[k] - readings[k]) ** 2)
+        columns.append(t[rng.choice(len(t), 8000, p=weights / weights.sum()), k])
+    draws = prior.parameters(np.stack(columns, axis=1))
+    log_prob = prior.scaled_log_density(prior.scaled(draws)) + toy.log_likelihood(draws)
+    shape = (4, 100, 20)
+    posterior = Posterior(
+        NAMES, draws.reshape(*shape, 3), log_prob.reshape(shape), prior.mean, prior.sd, 0, 0.5, 1, 1.0, {}
+    )
+    return conflicts.power_scaling(toy, posterior, np.full(3, 8000.0)), toy
+
+
+@pytest.mark.parametrize("first", ["normal", "uniform"])
+def test_a_parameter_hangs_on_what_speaks(first, rng):
+    """Also of a uniform prior: a power of it is the same, so that it is scaled where it is standard normal."""
+    unseen = {"normal": Normal(np.ones(1), np.ones(1)), "uniform": Uniform(np.zeros(1), np.ones(1))}[first]
+    others = LogNormal(np.array([2.0]), np.array([0.3])), Normal(np.zeros(1), np.ones(1))
+    prior = Joint((unseen, *others), tuple(np.array([k]) for k in range(3)))
+    found, toy = told(prior, [0.0, 50.0, 1.0], [0.0, 110.0, 3.0], rng)
+    assert list(found["hangs_on"]) == ["prior", "likelihood", "both"]
+    assert found["prior_sensitivity"][0] == pytest.approx(0.075, rel=0.25 if first == "normal" else 0.6)
+    assert found["likelihood_sensitivity"][0] < 0.02
+    assert found["prior_sensitivity"][1] < 0.05
+    toy_costs = toy.costs.simulations
+    assert toy_costs == 8000  # those of the test: the log likelihood is that of the posterior
+
+
+def test_forces_at_knots_need_the_likelihood_of_the_readings(rng):
+    """Of few draws, for they are simulated."""
+    prior = Joint((Normal(np.zeros(3), np.ones(3)),), (np.arange(3),))
+    found, toy = told(prior, [0.0, 50.0, 1.0], [0.0, 20.0, 3.0], rng, histories=(SimpleNamespace(),))
+    assert toy.costs.simulations == 8000 + conflicts.FLOWN_DRAWS
+    assert list(found["hangs_on"]) == ["prior", "likelihood", "both"]
+
+
+def test_few_effective_draws_do_not_say_what_they_do_not_know(rng):
+    """A parameter that has kept its prior is not named if a hundred draws of many others could show as much."""
+    prior = Joint((Normal(np.zeros(40), np.ones(40)),), (np.arange(40),))
+    draws = rng.standard_normal((4, 5, 20, 40))
+    log_prob = prior.scaled_log_density(draws)
+    posterior = Posterior(tuple("c" * 40), draws, log_prob, prior.mean, prior.sd, 0, 0.5, 1, 1.0, {})
+    problem = SimpleNamespace(histories=(), others=np.arange(40), prior_of_others=prior)
+    words = {n: list(conflicts.power_scaling(problem, posterior, np.full(40, n))["hangs_on"]) for n in (20.0, 400.0)}
+    assert words[20.0].count("prior") < 4
+    assert words[400.0].count("prior") > 10
+
+
+def test_the_sentence_names_what_hangs_on_the_prior():
+    rows = [{"name": name, "hangs_on": word} for name, word in zip(NAMES, ("prior", "likelihood", "both"), strict=True)]
+    text = conflicts.sensitivity_sentence(rows)
+    assert "another answer for unseen." in text
+    assert "pull pulled to different sides" in text
+    assert "known" not in text
+    assert conflicts.sensitivity_sentence(rows[1:2]) == ""
