@@ -63,7 +63,8 @@ def source_rows(paths: list[Path]) -> list[tuple[str, object]]:
                 classes.append((sum(isinstance(n, ast.FunctionDef) for n in node.body), f"{path}:{node.name}"))
             elif isinstance(node, ast.FunctionDef):
                 given = node.args
-                count = len(given.posonlyargs + given.args + given.kwonlyargs)
+                names = [a.arg for a in given.posonlyargs + given.args + given.kwonlyargs]
+                count = len([name for name in names if name not in ("self", "cls")])
                 if count > PARAMETERS and path.parts[1] != "kernels":
                     wide.append(f"{path}:{node.name} {count}")
                 if node.name.startswith("_") and not node.name.startswith("__"):

@@ -84,7 +84,7 @@ def signal_lines(log: "VehicleLog") -> list[str]:
     import numpy as np
 
     lines = [f"{log.path}: {len(log.signals)} signals"]
-    rows = [("signal", "unit", "readings", "a second", "from", "to s", "smallest", "largest")]
+    rows: list[tuple[str, ...]] = [("signal", "unit", "readings", "a second", "from", "to s", "smallest", "largest")]
     zero = log.begin if log.begin > EPOCH else 0.0
     for name, signal in log.signals.items():
         values = signal.values[np.isfinite(signal.values)]

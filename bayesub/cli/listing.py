@@ -91,4 +91,5 @@ def completion(context: click.Context, shell: str) -> None:
     For bash and zsh append it to ~/.bashrc or ~/.zshrc, for fish write it to ~/.config/fish/completions/bayesub.fish.
     """
     make = shell_completion.get_completion_class(shell)
+    assert make is not None  # the shells of the argument are those that click knows
     click.echo(make(context.find_root().command, {}, "bayesub", "_BAYESUB_COMPLETE").source())

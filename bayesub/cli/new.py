@@ -93,11 +93,11 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
         raise InputError(text, "missing" if data is None else "conflict", "--data")
     path = output or Path(f"{name}.toml")
     boat = load_vehicle(vehicle)
-    if manoeuvre is not None:
+    if data is not None:
+        text = of_log(name, path, vehicle, data)
+    elif manoeuvre is not None:
         load_manoeuvre(manoeuvre, boat)
         text = simulated(name, path, vehicle, manoeuvre)
-    else:
-        text = of_log(name, path, vehicle, data)
     _write(path, text, f"look through it, then bayesub check {path} --card card.png")
 
 

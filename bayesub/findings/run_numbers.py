@@ -1,6 +1,7 @@
 """What a run found: every number that its report quotes, and the sentences that say what they mean."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,7 @@ def collect(
     `spectrum`: with its null directions last; `null_space`: that of the spectrum, axis by axis.
     """
     summary = posterior.part(problem.others)
-    trials = [
+    trials: list[dict[str, Any]] = [
         {
             "name": name,
             "manoeuvre": trial.manoeuvre.name,
@@ -45,6 +46,7 @@ def collect(
     n = problem.n_coefficients
     dimensional = any(term.unit for term in problem.equations.terms)
     rows = _parameters(problem, summary, conflicts.power_scaling(problem, posterior, summary.bulk_ess))
+    assert spectrum.values is not None  # of a posterior it has them
     null_rows = spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
     coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
     return {

@@ -75,7 +75,7 @@ def _noise(channel: Channel, noise: Noise) -> str:
     """The noise of a channel as it is modelled, in the unit of its column."""
     header = log_files.HEADERS[channel.quantity]
     unit, factor = with_unit(header).partition("(")[2].rstrip(")"), 1.0 / log_files.si_factor(header)
-    values = {field.name: getattr(noise, field.name) for field in fields(noise)}
+    values = {field.name: getattr(noise, field.name) for field in fields(noise)}  # type: ignore[arg-type]  # all are dataclasses
     parts = [noise.words] if noise.words else []
     if "sd" in values:
         parts.append(f"sd {factor * values['sd']:.3g} {unit}".rstrip())
@@ -133,7 +133,8 @@ def _prior(spread: CoefficientPrior, problem) -> str:
     return f"{_spread(spread)} {about}" if np.isfinite(off).all() else _spread(spread)
 
 
-def _spread(spread: Spread) -> str:
+def _spread(spread: CoefficientPrior) -> str:
+    assert isinstance(spread, Spread)  # the other kind is given one by one
     size = f"{100.0 * spread.spread:.3g} %"
     if spread.kind == "uniform":
         return f"uniform within {size}"

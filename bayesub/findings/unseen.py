@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -98,7 +99,7 @@ def numbers(predictions: Sequence[TrialPrediction]) -> list[dict]:
 def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
     trial, posterior = prediction.trial, prediction.posterior
     problem = trial.problem
-    result = {
+    result: dict[str, Any] = {
         "name": trial.name,
         "kind": "left out" if trial.is_left_out else "check",
         "log": problem.manoeuvre.name,

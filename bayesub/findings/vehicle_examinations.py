@@ -279,7 +279,9 @@ def dive(boat: Vehicle) -> Examination:
     if states is None:
         return found
     # The planes act against straight flight, which may itself pitch.
-    still = fly(boat, DIVE, {}, "vertical").states[0]
+    straight = fly(boat, DIVE, {}, "vertical")
+    assert straight is not None  # as the flight above
+    still = straight.states[0]
     ahead, theta, z = len(states) // 5, log_files.STATES.index("theta"), log_files.STATES.index("z")
     pitch = np.degrees(states[ahead, theta] - still[ahead, theta])
     answers = np.isfinite(pitch) and abs(pitch) > 1e-3 * plane

@@ -48,14 +48,20 @@ class Displayed:
         """Draw it: a picture that Jupyter shows, and whose method `save` writes it to a PNG file."""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"
-            _display(type(self)).draw(self, path)
+            _display(self.__class__).draw(self, path)
             return Picture(path.read_bytes())
 
 
 @cache
+def _displays() -> dict[str, Display]:
+    """Name of a class -> its display; the modules are imported here, and load Matplotlib."""
+    return {name: one for entry in metadata.entry_points(group=_GROUP) for name, one in entry.load().DISPLAYS.items()}
+
+
 def _display(shown: type) -> Display:
-    """That of a class or the first of its bases that has one; the modules are imported here, and load Matplotlib."""
-    displays = {
-        name: one for entry in metadata.entry_points(group=_GROUP) for name, one in entry.load().DISPLAYS.items()
-    }
-    return next(displays[base.__name__] for base in shown.__mro__ if base.__name__ in displays)
+    """That of a class or the first of its bases that has one."""
+    displays = _displays()
+    for base in shown.__mro__:
+        if base.__name__ in displays:
+            return displays[base.__name__]
+    raise TypeError(f"nothing shows a {shown.__name__}")

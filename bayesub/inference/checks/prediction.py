@@ -206,7 +206,11 @@ def predict(
 
 
 def given_warm_up(
-    problem: TrialInference, parameters: np.ndarray, rng: np.random.Generator, own: Sequence[int], warm_up: float
+    problem: TrialInference,
+    parameters: np.ndarray,
+    rng: np.random.Generator,
+    own: Sequence[int] | np.ndarray,
+    warm_up: float,
 ) -> np.ndarray:
     """Parameters (n, n_params) with `own` ones drawn given the readings until `warm_up`; arguments as of predict.
 

@@ -82,15 +82,15 @@ def draw_sds(
     standard manoeuvre if it is flown, and after the trial; `shares`: of a value, where lines are drawn.
     """
     order, n_rows = np.argsort(after, kind="stable"), -(-len(labels) // 2)
-    per_cent: list = [None if sds is None else 100.0 * np.asarray(sds)[order] for sds in (before, standard, after)]
+    per_cent: list[Any] = [None if sds is None else 100.0 * np.asarray(sds)[order] for sds in (before, standard, after)]
     finite = np.concatenate([sds for sds in per_cent if sds is not None])
     low, high = finite.min(), finite.max()
     with style.figure(path, 9.0, max(2.6, 1.0 + _ROW * n_rows)) as figure:
         panels = figure.subplots(1, 2 if len(labels) > 1 else 1, sharex=True, squeeze=False)[0]
         for k, panel in enumerate(panels):
             part = slice(k * n_rows, (k + 1) * n_rows)
-            prior, flown, sds = (None if values is None else values[part] for values in per_cent)
-            places = np.arange(len(sds))
+            prior, flown, sds = [None if values is None else values[part] for values in per_cent]
+            places = np.arange(len(sds))  # type: ignore[arg-type]  # the sds after the trial are there
             panel.hlines(places, sds, prior, color=style.PRIOR, lw=2.0)
             panel.plot(prior, places, "|", color="#808080", ms=6, mew=1.4, label="before the trial")
             if flown is not None:

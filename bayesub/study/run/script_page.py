@@ -78,9 +78,8 @@ def captioned(files: list[str], captions: Mapping[str, str]) -> dict[str, str]:
     left, result = dict.fromkeys(files), {}
     for pattern, caption in captions.items():
         expression = re.compile(translate(f"{pattern}.png").replace(".*", "(.*)"))
-        for file in [file for file in left if expression.match(file)]:
-            groups = [group.replace("_", " ") for group in expression.match(file).groups()]
-            result[file] = caption.format(*groups)
+        for file, match in [(file, match) for file in left if (match := expression.match(file))]:
+            result[file] = caption.format(*(group.replace("_", " ") for group in match.groups()))
             del left[file]
     return result | {file: f"{file.rpartition('.')[0].replace('_', ' ').capitalize()}." for file in left}
 
