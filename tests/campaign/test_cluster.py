@@ -91,7 +91,7 @@ def other_sources(tmp_path):
     """A folder with a bayesub of which one number is another."""
     ignored = shutil.ignore_patterns("__pycache__", "manual", "*.csv.gz")
     shutil.copytree(PACKAGE, tmp_path / "bayesub", ignore=ignored)
-    file = tmp_path / "bayesub" / "model" / "water.py"
+    file = tmp_path / "bayesub" / "model" / "trajectory.py"
     file.write_text(file.read_text() + "\nSALINITY = 36.0\n")
     return tmp_path
 

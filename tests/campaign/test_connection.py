@@ -36,7 +36,7 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.inference.baselines import sqp
-from bayesub.design import families, goals, judge, limits
+from bayesub.design import families, information, judge, limits
 from bayesub.design.search import Cost, search
 from thesis import cases
 from bayesub.study.run.script import load
@@ -73,7 +73,7 @@ def designed(run):
     sensors = bs.sensors.Track(0.5, 0.1, 5.0, ("x", "y", "yaw"))
     judged = judge.Judge(boat, (sensors,), ("Xuu", "Yuv"), subproblem="horizontal", step_s=2.0)
     within = limits.Range(boat, limit, boat.xi[None], "horizontal", 2.0)
-    cost = Cost(judged, within, (family,), goals.d_optimality)
+    cost = Cost(judged, within, (family,), information.d_optimality)
     best = search(cost, np.random.default_rng(1), n_judgements=10, start=np.zeros(4), mapped=run.executor.map)
     return {{"numbers": best.numbers.tolist(), "cost": best.cost}}
 

@@ -210,15 +210,15 @@ def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub,
     assert status == 0
     assert "no log left out; run again with --resume --leave-out" in out.splitlines()[-2]
 
-    names, sample = [], leave_out.sample
+    names, sample = [], leave_out.sample_posterior
 
-    def counted(problem, **given):
+    def counted(setup, problem, rng, **given):
         names.append(tuple(problem.problems))
         if len(names) == 2:
             raise KeyboardInterrupt
-        return sample(problem, **given)
+        return sample(setup, problem, rng, **given)
 
-    monkeypatch.setattr(leave_out, "sample", counted)
+    monkeypatch.setattr(leave_out, "sample_posterior", counted)
     monkeypatch.setattr(executors, "local", executors.Serial)  # other processes do not count
     assert bayesub("run", study, "-o", run, "--resume", "--leave-out")[0] == 130
     status, out, err = bayesub("run", study, "-o", run, "--resume", "--leave-out")
