@@ -105,8 +105,10 @@ def sources_change(saved: dict, config: dict) -> str:
     """Which sources that compute are others than those that made a run; empty if all are the same."""
     if saved.get("sources_sha256") == config["sources_sha256"]:
         return ""
-    before, now = saved.get("sources", {}), config["sources"]
-    rooms = ", ".join(sorted(room for room in before | now if before.get(room) != now.get(room))) if before else ""
+    if "sources" not in saved:
+        return "the sources that made it were not recorded room by room"
+    before, now = saved["sources"], config["sources"]
+    rooms = ", ".join(sorted(room for room in before | now if before.get(room) != now.get(room)))
     return "the sources of bayesub have changed since" + (f" ({rooms})" if rooms else "")
 
 
@@ -153,11 +155,27 @@ def _first_difference(before: dict, after: dict) -> str:
 @functools.cache
 def commit() -> str:
     """The commit of the source tree that is running, or "unknown" for an installed package."""
-    folder = Path(__file__).parent
-    if not (folder.parent.parent / ".git").exists():
-        return "unknown"
-    command = ["git", "-C", os.fspath(folder), "describe", "--always", "--dirty", "--abbrev=12"]
+    return _git("describe", "--always", "--dirty", "--abbrev=12") or "unknown"
+
+
+def commit_flaw(commit: str) -> str:
+    """Why nobody can have the sources of a run again by its commit; empty if one can, or if it cannot be told here."""
+    if commit.endswith("-dirty"):
+        return f"made of changes that were not committed ({commit})"
+    if _git("rev-parse", "--is-shallow-repository") != "false":  # no checkout, or one without its history
+        return ""
+    if commit in ("", "unknown"):
+        return "made of no commit that is known"
+    return "" if _git("cat-file", "-t", f"{commit}^{{commit}}") else f"commit {commit} is not in the repository"
+
+
+def _git(*arguments: str) -> str:
+    """What git says of the source tree that is running; empty for an installed package, and if git fails."""
+    root = Path(__file__).parents[2]
+    if not (root / ".git").exists():
+        return ""
     try:
+        command = ["git", "-C", os.fspath(root), *arguments]
         return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
     except (OSError, subprocess.SubprocessError):
-        return "unknown"
+        return ""

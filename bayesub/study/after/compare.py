@@ -20,7 +20,18 @@ from bayesub.study.run.run_folder import open_folder
 
 PAGE = "comparison.html"
 USUAL = "zigzag_20_20"  # manoeuvre, if the first run is of a log
-_UNTOLD = ("begun", "question", "quick", "files_sha256", "name", "vehicle", "manoeuvre", "data", "commit")  # elsewhere
+_UNTOLD = (
+    "begun",
+    "sources",
+    "question",
+    "quick",
+    "files_sha256",
+    "name",
+    "vehicle",
+    "manoeuvre",
+    "data",
+    "commit",
+)  # elsewhere
 _DIGITS = 12  # of digests
 
 

@@ -4,17 +4,19 @@ import json
 import re
 import shutil
 import signal
+import tomllib
 from pathlib import Path
 
 import numba
 import pytest
+import tomli_w
 from support.pages import Page
 from support.refusals import refused
 
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.io.terminal import SILENT
-from bayesub.study import sources
+from bayesub.study import provenance, sources
 from bayesub.study.after.finished_run import redraw
 from bayesub.study.run import runs
 from bayesub.study.run.result import load_result
@@ -410,6 +412,45 @@ def test_what_computes_makes_runs_stale(package):
         now = rooms_of_all()
         assert changed(before, now) == {key: {room} for key in who}, what
         before = now
+
+
+def test_list_says_which_runs_are_current_and_why_others_are_not(only, tmp_path, capsys, monkeypatch):
+    """By sources, versions, commit and study; also of a run whose study is not there, or that has no record."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(provenance, "_git", lambda *_: "false")
+    bs.run(only / "b_holds.py", Path("figures/b_holds"))
+    saved = tomllib.loads(Path("figures/b_holds/config.toml").read_text())
+    saved["commit"] = "c0ffee"
+
+    def listed(name="b_holds", **changes):
+        Path("figures", name).mkdir(exist_ok=True)
+        Path("figures", name, "config.toml").write_text(tomli_w.dumps(saved | changes))
+        app.app.main(["list", "studies", "--json"], prog_name="bayesub", standalone_mode=False)
+        return json.loads(capsys.readouterr().out)["runs"][f"figures/{name}"]
+
+    assert listed() == "current"
+    other = {"sources_sha256": "other", "sources": saved["sources"] | {"kernels": "other", "problem": "other"}}
+    assert listed(**other) == "stale: the sources of bayesub have changed since (kernels, problem)"
+    numpy = saved["versions"]["numpy"]
+    other = {"versions": saved["versions"] | {"numpy": "1.0"}, "commit": "c0ffee-dirty"}
+    why = f"versions.numpy was '1.0' and is now '{numpy}'; made of changes that were not committed (c0ffee-dirty)"
+    assert listed(**other) == f"stale: {why}"
+    assert listed(commit="unknown") == "stale: made of no commit that is known"
+    assert listed(script_sha256="other") == "stale: the script has changed since"
+    assert listed("gone") == "stale: its study is not there"
+    saved.pop("sources")
+    old = listed(sources_sha256="other", script_sha256="other")
+    assert old == "stale: the sources that made it were not recorded room by room"
+
+
+def test_a_commit_that_is_gone_is_a_flaw(monkeypatch):
+    """Where there is a repository with its history, and it lacks it."""
+    answers = {"rev-parse": "false", "cat-file": ""}
+    monkeypatch.setattr(provenance, "_git", lambda *given: answers[given[0]])
+    assert provenance.commit_flaw("c0ffee") == "commit c0ffee is not in the repository"
+    for reply in ("true", ""):
+        answers["rev-parse"] = reply
+        assert provenance.commit_flaw("c0ffee") == provenance.commit_flaw("unknown") == ""
 
 
 def test_seconds_add_up_over_sessions(only, tmp_path, capsys):
