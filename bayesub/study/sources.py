@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bayesub.io import toml_files
 from bayesub.kernels import compiled_files
 
 PACKAGE = "bayesub"
@@ -70,7 +71,7 @@ def of_script(script: Path) -> tuple[str, dict[str, str], set[str]]:
             found[name], others = _of_file(file, script.parent)
             names |= others
         else:
-            found[name] = hashlib.sha256(file.read_bytes()).hexdigest()
+            found[name] = hashlib.sha256(_content(file)).hexdigest()
     return found.pop(""), found, names
 
 
@@ -104,7 +105,12 @@ def _files_beside(names: Iterable[str], root: Path) -> Iterator[Path]:
 
 def _of_file(file: Path, root: Path) -> tuple[str, frozenset[str]]:
     """The digest of a file below a folder from which modules are imported, and the names that it imports."""
-    return _read(file.read_bytes(), ".".join(file.parent.relative_to(root).parts))
+    return _read(_content(file), ".".join(file.parent.relative_to(root).parts))
+
+
+def _content(file: Path) -> bytes:
+    with toml_files.reading(file):
+        return file.read_bytes()
 
 
 @functools.lru_cache(maxsize=1000)
@@ -236,7 +242,7 @@ def _package() -> _Package:
 @functools.cache
 def _built_in() -> dict[str, tuple[str, str]]:
     """Kind and name of all built-in data, ``vehicles/suboff`` -> text (of logs none) and digest."""
-    found = {}
+    found: dict[str, tuple[str, str]] = {}
     for path in sorted((_ROOT / "data").rglob("*")):
         content, text = path.read_bytes() if path.suffix in (".toml", ".gz") else b"", ""
         if path.suffix == ".toml":
@@ -244,7 +250,8 @@ def _built_in() -> dict[str, tuple[str, str]]:
             content = text.encode()
         if content:
             kind, *names = path.relative_to(_ROOT / "data").parts
-            found[f"{kind}/{Path(names[0]).stem}"] = text, hashlib.sha256(content).hexdigest()
+            texts, before = found.get(name := f"{kind}/{Path(names[0]).stem}", ("", ""))
+            found[name] = texts + text, hashlib.sha256(before.encode() + content).hexdigest()
     return found
 
 

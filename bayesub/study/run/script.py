@@ -71,8 +71,9 @@ class Script:
             "question": question(self.path, functions=FUNCTIONS),
             "script": self.path.as_posix(),
         }
-        names = sources.of_script(self.path)[2]
-        return entries | digests(self.path) | environment(sources.rooms({*names, __name__}), quick=self.is_quick)
+        digest, files, names = sources.of_script(self.path)
+        rooms = sources.rooms({*names, __name__})
+        return entries | {"script_sha256": digest, "files_sha256": files} | environment(rooms, quick=self.is_quick)
 
     def copies(self) -> dict[str, Path]:
         """What a run folder keeps of the script: nothing but its place and its digests."""
@@ -99,12 +100,6 @@ def question(path: Path, *, functions: Sequence[str] = ()) -> str:
         text = f"{path}: a study script begins with a docstring that states its question"
         raise InputError(text, "missing", "docstring")
     return docstring.splitlines()[0]
-
-
-def digests(path: Path) -> dict:
-    """Entries of ``config.toml``: the digest of a script, and of each file beside it of which it consists."""
-    script, files, _ = sources.of_script(path)
-    return {"script_sha256": script, "files_sha256": files}
 
 
 class ScriptRun:
@@ -249,12 +244,12 @@ def _script_of(folder: Path, config: dict) -> Path:
     if not path.is_file():
         text = f"{folder}: there is no {path}, the script of the run; name the script with --study"
         raise InputError(text, "missing", "--study")
-    now, changed = digests(path), ""
-    if now["script_sha256"] != config["script_sha256"]:
+    (digest, files, _), changed = sources.of_script(path), ""
+    if digest != config["script_sha256"]:
         changed = str(path)
     else:
         saved = config.get("files_sha256", {})
-        changed = next((name for name, digest in now["files_sha256"].items() if saved.get(name) != digest), "")
+        changed = next((name for name, digest in files.items() if saved.get(name) != digest), "")
     if changed:
         text = f"{changed}: has changed since the run; run the study again, or name a script with --study"
         raise InputError(text, "state", "--study")
