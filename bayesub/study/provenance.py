@@ -1,7 +1,6 @@
 """What a result depends on: the study, the files that it names, the sources of bayesub, and versions."""
 
 import functools
-import hashlib
 import importlib.metadata
 import os
 import platform
@@ -11,17 +10,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from bayesub.io import toml_files
 from bayesub.study import sources
 
 PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
-CODE = (
-    "sources_sha256",
-    "sources",
-    "commit",
-    "versions",
-    "begun",
-)  # keys of config.toml that say which code made a run, and when
+CODE = ("sources_sha256", "sources", "commit", "versions", "begun")  # keys of config.toml: what code made a run, when
 COMPUTED = (*CODE, "quick_run", "files_sha256")  # keys of config.toml that a study file does not have
 INPUTS = "inputs"
 
@@ -44,7 +36,7 @@ def of_request(kind: str, options: Mapping[str, Any], files: Mapping[str, Path])
     Options stand under the key `kind`, but for those of None; files are those on which the answer depends, by name.
     """
     given = {key: _plain(value) for key, value in options.items() if value is not None}
-    digests = {name: file_digest(path) for name, path in files.items()}
+    digests = {name: sources.file_digest(path) for name, path in files.items()}
     rooms = sources.rooms([f"bayesub.study.after.{_ANSWERS[kind]}"])
     return {kind: given, "files_sha256": digests} | environment(rooms, quick=False)
 
@@ -78,12 +70,6 @@ def _versions() -> dict[str, str]:
 def code() -> dict[str, str]:
     """What two processes must have in common so that their results have the same bits: name -> version."""
     return _versions() | {"sources of bayesub": sources.digest(sources.rooms([sources.EVERYTHING]))[:12]}
-
-
-def file_digest(path: Path) -> str:
-    """The SHA-256 of a file; InputError if it cannot be read."""
-    with toml_files.reading(path), path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def copy_name(name: str, digest: str) -> str:

@@ -62,6 +62,12 @@ def rooms(roots: Iterable[str], texts: Iterable[str] | None = None) -> dict[str,
     return {room: hashlib.sha256("\n".join(parts).encode()).hexdigest()[:_DIGITS] for room, parts in found.items()}
 
 
+def file_digest(path: Path) -> str:
+    """The SHA-256 of a file; InputError if it cannot be read."""
+    with toml_files.reading(path), path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 def of_script(script: Path) -> tuple[str, dict[str, str], set[str]]:
     """The digest of a script, those of what lies beside it by name (:func:`beside`), and the names that they import."""
     found: dict[str, str] = {}
@@ -71,7 +77,7 @@ def of_script(script: Path) -> tuple[str, dict[str, str], set[str]]:
             found[name], others = _of_file(file, script.parent)
             names |= others
         else:
-            found[name] = hashlib.sha256(_content(file)).hexdigest()
+            found[name] = file_digest(file)
     return found.pop(""), found, names
 
 
@@ -105,12 +111,8 @@ def _files_beside(names: Iterable[str], root: Path) -> Iterator[Path]:
 
 def _of_file(file: Path, root: Path) -> tuple[str, frozenset[str]]:
     """The digest of a file below a folder from which modules are imported, and the names that it imports."""
-    return _read(_content(file), ".".join(file.parent.relative_to(root).parts))
-
-
-def _content(file: Path) -> bytes:
     with toml_files.reading(file):
-        return file.read_bytes()
+        return _read(file.read_bytes(), ".".join(file.parent.relative_to(root).parts))
 
 
 @functools.lru_cache(maxsize=1000)

@@ -18,7 +18,7 @@ from bayesub.model.equations import EquationSet
 from bayesub.model.equations.files import DEFAULT
 from bayesub.model.vehicles import files_of_equations
 from bayesub.study import sources
-from bayesub.study.provenance import copies, environment, file_digest
+from bayesub.study.provenance import copies, environment
 from bayesub.study.schema.disturbance_section import DisturbanceSection
 from bayesub.study.schema.prior_section import NoiseSection, PriorSection
 from bayesub.study.schema.sensor_section import ControlSection, SensorSection
@@ -301,9 +301,9 @@ class Study(TrialKeys):
 
     def _digests(self) -> dict[str, str]:
         """File that the study names, or its vehicle -> digest."""
-        digests = {name: file_digest(Path(self.path(name))) for name in self.files}
+        digests = {name: sources.file_digest(Path(self.path(name))) for name in self.files}
         equations = files_of_equations(self.vehicle, self.path)
-        return digests | {name: file_digest(Path(self.path(name))) for name in equations}
+        return digests | {name: sources.file_digest(Path(self.path(name))) for name in equations}
 
 
 def load_study(path: str | Path, *, quick: bool = False) -> Study:

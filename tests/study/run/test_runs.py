@@ -384,7 +384,14 @@ CHANGES = {  # what is changed -> file, text there, other text, room, who is sta
     "a kernel": ("kernels/mass.py", "= m * z", "= m * y", "kernels", EVERY),
     "a table of regressors": ("model/equations/regressors.py", '"p', '"q', "model", EVERY),
     "a prior": ("problem/priors.py", "4.0 **", "5.0 **", "problem", EVERY - {"script"}),
-    "draws": ("inference/checks/prediction.py", "N_DRAWS = ", "N_DRAWS = 1 + ", "inference", EVERY - {"script"}),
+    "draws of the sampler": ("inference/sampling/sampler.py", "20_000", "10_000", "inference", EVERY - {"script"}),
+    "draws of predictions": (
+        "inference/checks/prediction.py",
+        "N_DRAWS = ",
+        "N_DRAWS = 1 + ",
+        "inference",
+        EVERY - {"script"},
+    ),
     "numbers for pages": ("findings/run_numbers.py", "100.0", "1000.0", "findings", EVERY - {"script"}),
     "how numbers are kept": ("study/run/script.py", ".9g", ".8g", "study", {"script", "workers"}),
     "a boat": (
