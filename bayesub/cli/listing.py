@@ -22,12 +22,14 @@ def _kinds(_ctx, _param, incomplete: str) -> list[str]:
 @click.argument("what", default="", metavar="[equations|vehicles|manoeuvres|logs|studies]", shell_complete=_kinds)
 @click.option("--json", "as_json", is_flag=True, help="Names and descriptions as JSON, kind by kind.")
 def list_(what: str, as_json: bool) -> None:
-    """List what is built in, and the studies of the folder `studies`."""
+    """List what is built in, the studies of the folder `studies`, and which of their runs in `figures` are current."""
     if what and what not in KINDS:
         raise InputError(f"cannot list '{what}'{nearest(what, KINDS)}; expected {', '.join(KINDS)}", "unknown", what)
     listings = {"equations": _equations, "logs": _logs, "studies": _studies}
     kinds = [what] if what else KINDS
     entries = {kind: listings[kind]() if kind in listings else _built_in(kind) for kind in kinds}
+    if "studies" in kinds and (states := _runs()):
+        entries["runs"] = states
     if as_json:
         click.echo(json.dumps(entries, indent=2))
         return
@@ -69,6 +71,16 @@ def _studies() -> dict[str, str]:
 
     folder = Path("studies")
     return {str(path): _question(path) for path in runs.study_files(folder)}
+
+
+def _runs() -> dict[str, str]:
+    """Folder -> ``current``, or ``stale`` and why, of the runs in the folder `figures`."""
+    from bayesub.study.run import runs
+
+    studies = {path.stem: path for path in runs.study_files(Path("studies"))}
+    folders = [file.parent for file in sorted(Path("figures").glob("*/config.toml"))]
+    flaws = {str(folder): "; ".join(runs.flaws(folder, studies.get(folder.name)).values()) for folder in folders}
+    return {folder: f"stale: {why}" if why else "current" for folder, why in flaws.items()}
 
 
 def _question(path: Path) -> str:

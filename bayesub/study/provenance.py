@@ -1,7 +1,6 @@
 """What a result depends on: the study, the files that it names, the sources of bayesub, and versions."""
 
 import functools
-import hashlib
 import importlib.metadata
 import os
 import platform
@@ -11,22 +10,24 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from bayesub.io import toml_files
+from bayesub.study import sources
 
 PACKAGES = ("bayesub", "numpy", "scipy", "numba", "emcee", "arviz")
-CODE = ("sources_sha256", "commit", "versions", "begun")  # keys of config.toml that say which code made a run, and when
+CODE = ("sources_sha256", "sources", "commit", "versions", "begun")  # keys of config.toml: what code made a run, when
 COMPUTED = (*CODE, "quick_run", "files_sha256")  # keys of config.toml that a study file does not have
 INPUTS = "inputs"
 
-_SOURCES = (".py", ".toml", ".html", ".json")
-_NO_INFLUENCE = ("cli/", "manual/", "study/before/")  # folders of the package from which no number or figure comes
+_ANSWERS = {"design": "design", "prediction": "predict", "comparison": "compare"}  # request -> module of study.after
 
 
-def environment(*, quick: bool) -> dict:
-    """What a result depends on besides its study: entries of ``config.toml``."""
+def environment(rooms: dict[str, str], *, quick: bool) -> dict:
+    """What a result depends on besides its study: entries of ``config.toml``.
+
+    The digests of the rooms that compute are those of :func:`bayesub.study.sources.rooms`.
+    """
     begun = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-    made = {"sources_sha256": sources_digest(), "commit": commit(), "versions": _versions(), "begun": begun}
-    return {"quick_run": quick} | made
+    made = {"sources_sha256": sources.digest(rooms), "commit": commit(), "begun": begun}
+    return {"quick_run": quick} | made | {"sources": rooms, "versions": _versions()}
 
 
 def of_request(kind: str, options: Mapping[str, Any], files: Mapping[str, Path]) -> dict:
@@ -35,8 +36,9 @@ def of_request(kind: str, options: Mapping[str, Any], files: Mapping[str, Path])
     Options stand under the key `kind`, but for those of None; files are those on which the answer depends, by name.
     """
     given = {key: _plain(value) for key, value in options.items() if value is not None}
-    digests = {name: file_digest(path) for name, path in files.items()}
-    return {kind: given, "files_sha256": digests} | environment(quick=False)
+    digests = {name: sources.file_digest(path) for name, path in files.items()}
+    rooms = sources.rooms([f"bayesub.study.after.{_ANSWERS[kind]}"])
+    return {kind: given, "files_sha256": digests} | environment(rooms, quick=False)
 
 
 def _plain(value: Any) -> Any:
@@ -67,29 +69,7 @@ def _versions() -> dict[str, str]:
 @functools.cache
 def code() -> dict[str, str]:
     """What two processes must have in common so that their results have the same bits: name -> version."""
-    return _versions() | {"sources of bayesub": sources_digest()[:12]}
-
-
-@functools.cache
-def sources_digest() -> str:
-    """The SHA-256 of all sources of the package from which a number or a figure can come, with their names.
-
-    Ends of lines do not count, so that a clone on Windows has the digest of one on Linux.
-    """
-    root = Path(__file__).parent.parent
-    digest = hashlib.sha256()
-    for path in sorted(root.rglob("*"), key=lambda path: path.relative_to(root).as_posix()):
-        name = path.relative_to(root)
-        if path.suffix in _SOURCES and not name.as_posix().startswith(_NO_INFLUENCE):
-            content = path.read_bytes().replace(b"\r\n", b"\n")
-            digest.update(f"{name.as_posix()} {len(content)}\n".encode() + content)
-    return digest.hexdigest()
-
-
-def file_digest(path: Path) -> str:
-    """The SHA-256 of a file; InputError if it cannot be read."""
-    with toml_files.reading(path), path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    return _versions() | {"sources of bayesub": sources.digest(sources.rooms([sources.EVERYTHING]))[:12]}
 
 
 def copy_name(name: str, digest: str) -> str:
@@ -104,9 +84,24 @@ def copies(files: Mapping[str, Path], digests: Mapping[str, str]) -> dict[str, P
 
 def code_change(saved: dict, config: dict) -> str:
     """Why the code that made a run is not the present one, by their configs; empty if it is."""
-    if saved.get("sources_sha256") != config["sources_sha256"]:
-        return "the sources of bayesub have changed since"
-    return _first_difference(settings({"versions": saved["versions"]}), settings({"versions": config["versions"]}))
+    return sources_change(saved, config) or versions_change(saved, config)
+
+
+def sources_change(saved: dict, config: dict) -> str:
+    """Which sources that compute are others than those that made a run; empty if all are the same."""
+    if saved.get("sources_sha256") == config["sources_sha256"]:
+        return ""
+    if "sources" not in saved:
+        return "the sources that made it were not recorded room by room"
+    before, now = saved["sources"], config["sources"]
+    rooms = ", ".join(sorted(room for room in before | now if before.get(room) != now.get(room)))
+    return "the sources of bayesub have changed since" + (f" ({rooms})" if rooms else "")
+
+
+def versions_change(saved: dict, config: dict) -> str:
+    """The first version that is another than that by which a run was made; empty if all are the same."""
+    before, now = (settings({"versions": content.get("versions", {})}) for content in (saved, config))
+    return _first_difference(before, now)
 
 
 def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
@@ -146,11 +141,27 @@ def _first_difference(before: dict, after: dict) -> str:
 @functools.cache
 def commit() -> str:
     """The commit of the source tree that is running, or "unknown" for an installed package."""
-    folder = Path(__file__).parent
-    if not (folder.parent.parent / ".git").exists():
-        return "unknown"
-    command = ["git", "-C", os.fspath(folder), "describe", "--always", "--dirty", "--abbrev=12"]
+    return _git("describe", "--always", "--dirty", "--abbrev=12") or "unknown"
+
+
+def commit_flaw(commit: str) -> str:
+    """Why nobody can have the sources of a run again by its commit; empty if one can, or if it cannot be told here."""
+    if commit.endswith("-dirty"):
+        return f"made of changes that were not committed ({commit})"
+    if _git("rev-parse", "--is-shallow-repository") != "false":  # no checkout, or one without its history
+        return ""
+    if commit in ("", "unknown"):
+        return "made of no commit that is known"
+    return "" if _git("cat-file", "-t", f"{commit}^{{commit}}") else f"commit {commit} is not in the repository"
+
+
+def _git(*arguments: str) -> str:
+    """What git says of the source tree that is running; empty for an installed package, and if git fails."""
+    root = Path(__file__).parents[2]
+    if not (root / ".git").exists():
+        return ""
     try:
+        command = ["git", "-C", os.fspath(root), *arguments]
         return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
     except (OSError, subprocess.SubprocessError):
-        return "unknown"
+        return ""

@@ -89,9 +89,9 @@ def test_a_result_that_cannot_be_sent_is_a_failure(cluster):
 @pytest.fixture
 def other_sources(tmp_path):
     """A folder with a bayesub of which one number is another."""
-    ignored = shutil.ignore_patterns("__pycache__", "manual", "*.csv.gz")
+    ignored = shutil.ignore_patterns("__pycache__", "manual")
     shutil.copytree(PACKAGE, tmp_path / "bayesub", ignore=ignored)
-    file = tmp_path / "bayesub" / "model" / "trajectory.py"
+    file = tmp_path / "bayesub" / "kernels" / "mass.py"
     file.write_text(file.read_text() + "\nSALINITY = 36.0\n")
     return tmp_path
 

@@ -1,11 +1,17 @@
 """Numbers in README and manual are those of the figures."""
 
 import re
+import tomllib
+from datetime import date
 
 import pytest
 from manual.pages import PAGES, ROOT
 from manual.resolver import GIVEN, evaluate, markers
 
+from bayesub.study.run import runs
+
+FIGURES = ROOT / "figures"
+MOST_DAYS = 60  # for which a stale run may be quoted
 RESULTS = {  # the parts of pages in which every measured number has a marker
     "README.md": ("## What was found", "## Where to go on"),
     "findings.md": ("# What the studies found", None),
@@ -44,3 +50,31 @@ def test_figures_are_those_of_full_runs():
     """What markers refer to was not made with --quick."""
     for file in (ROOT / "figures").glob("*/config.toml"):
         assert "quick_run = false" in file.read_text(encoding="utf-8"), file
+
+
+def flaws(name):
+    """Why the run of a study is not what these sources make; other versions are those of whoever runs the tests."""
+    studies = {path.stem: path for path in runs.study_files(ROOT / "studies")}
+    found = runs.flaws(FIGURES / name, studies[name])
+    found.pop("versions", None)
+    return found
+
+
+def quoted():
+    """The studies that README and manual quote or link to."""
+    texts = [page.read_text(encoding="utf-8") for page in PAGES]
+    names = {name for text in texts for name in re.findall(r"figures/(\w+)/", text)}
+    names |= {what.partition(":")[0].strip() for text in texts for _, what in markers(text) if what != GIVEN}
+    return sorted(name for name in names if (FIGURES / name / "config.toml").exists())
+
+
+def test_what_is_quoted_is_of_this_code():
+    """But for what a file names, says why, and dates; it names nothing that is current, and not for long."""
+    grace = tomllib.loads((FIGURES / "stale.toml").read_text(encoding="utf-8"))
+    stale = {name: why for name in quoted() if (why := flaws(name))}
+    assert len(quoted()) > 20
+    assert {name: why for name, why in stale.items() if name not in grace} == {}
+    assert [name for name in grace if not (stale.get(name) or flaws(name))] == [], "these are current"
+    too_old = [name for name, entry in grace.items() if (date.today() - entry["date"]).days > MOST_DAYS]
+    assert too_old == [], "these have been stale for long; run them again"
+    assert all(entry["why"] for entry in grace.values())

@@ -12,6 +12,7 @@ from support.refusals import refused
 import bayesub as bs
 from bayesub.campaign import beside
 from bayesub.campaign.executors import Processes
+from bayesub.study import sources
 from bayesub.study.run import script
 
 STUDY = '''"""Are modules found?
@@ -86,7 +87,7 @@ def study(tmp_path):
 
 def test_those_that_are_imported_and_data_of_their_packages_are_files_of_a_script(study):
     names = ["mine/__init__.py", "mine/deep.py", "mine/deeper.py", "mine/tables.py", "mine/words.toml", "squares.py"]
-    assert list(script.modules(study)) == names
+    assert list(sources.beside(study)) == names
 
 
 @pytest.mark.parametrize("name", ["squares.py", "mine/deeper.py", "mine/words.toml"])
@@ -95,9 +96,11 @@ def test_a_change_of_one_makes_a_run_stale(study, tmp_path, name):
     bs.run(study, tmp_path / "run")
     (study.parent / "other.py").write_text("")
     (study.parent / "mine" / "unused.py").write_text("")
+    (study.parent / "squares.py").write_text("# a comment\n" + FILES["squares.py"].replace(" cache\n", " cache\n\n\n"))
+    study.write_text(STUDY.replace("Claim: yes", "Claim: certainly").replace("def draw", "# it\n\ndef draw"))
     bs.run(study, tmp_path / "run", resume=True)
     with (study.parent / name).open("a") as file:
-        file.write("\n")
+        file.write("\nother = 2\n")
     with refused("state", "--resume"):
         bs.run(study, tmp_path / "run", resume=True)
     config = script.Script(study).config()

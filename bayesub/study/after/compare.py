@@ -20,7 +20,8 @@ from bayesub.study.run.run_folder import open_folder
 
 PAGE = "comparison.html"
 USUAL = "zigzag_20_20"  # manoeuvre, if the first run is of a log
-_UNTOLD = ("begun", "question", "quick", "files_sha256", "name", "vehicle", "manoeuvre", "data", "commit")  # elsewhere
+# Told elsewhere:
+_UNTOLD = ("begun", "question", "quick", "files_sha256", "name", "vehicle", "manoeuvre", "data", "commit", "sources")
 _DIGITS = 12  # of digests
 
 

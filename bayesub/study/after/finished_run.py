@@ -12,7 +12,7 @@ from bayesub.inference.sampling import CrossCheck, Posterior, posterior_file
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.model.vehicles import Vehicle, load_vehicle
-from bayesub.study.provenance import COMPUTED, copy_name, file_digest
+from bayesub.study.provenance import COMPUTED, copy_name
 from bayesub.study.run import script
 from bayesub.study.run.infer import ESTIMATES, POSTERIOR, conclude
 from bayesub.study.run.prepare import Setup, prepare
@@ -21,6 +21,7 @@ from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_
 from bayesub.study.schema.sensor_section import with_columns
 from bayesub.study.schema.study_file import Study
 from bayesub.study.schema.trial_section import CheckSection
+from bayesub.study.sources import file_digest
 
 OTHERS = {"design": "design with --resume", "prediction": "predict with --force", "comparison": "compare with --force"}
 T = TypeVar("T")

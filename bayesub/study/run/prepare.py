@@ -22,12 +22,12 @@ from bayesub.problem.nuisance import find
 from bayesub.problem.problem import Problem, channel_noises
 from bayesub.problem.unseen import UnseenTrial
 from bayesub.sensors import Channel
-from bayesub.study.provenance import file_digest
 from bayesub.study.schema.prior_section import noise_models
 from bayesub.study.schema.sensor_section import with_columns
 from bayesub.study.schema.study_file import Study
 from bayesub.study.schema.trial_log import Trial
 from bayesub.study.schema.trial_section import CheckSection, TrialKeys
+from bayesub.study.sources import file_digest
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from bayesub.io import templates, toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import duration
+from bayesub.study import provenance
 from bayesub.study.run.result import FAILED, NOT_FINISHED, StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, saved_config
 
@@ -49,6 +50,31 @@ def folders(paths: Iterable[Path], output: Path) -> dict[Path, Path]:
     paths = list(paths)
     stems = [path.stem for path in paths]
     return {path: output / (path.stem if stems.count(path.stem) == 1 else path.name) for path in paths}
+
+
+def flaws(folder: Path, study: Path | None) -> dict[str, str]:
+    """Why the run of a folder is not what its study, if it is there, gives now; empty for a current run.
+
+    Of ``sources``, ``versions``, ``commit`` and ``study``, what has changed -> how; what cannot be told is left out.
+    """
+    from bayesub.study.run.run import read
+
+    try:
+        saved = saved_config(folder) or {}
+        if study is None:
+            return {"study": "its study is not there"}
+        config = read(study, quick=bool(saved.get("quick_run"))).config()
+    except InputError as error:
+        return {"study": str(error)}
+    # A run of before the record of rooms has other digests of scripts; that it is stale is certain.
+    is_comparable = "sources" in saved or "script_sha256" not in saved
+    found = {
+        "sources": provenance.sources_change(saved, config),
+        "versions": provenance.versions_change(saved, config),
+        "commit": provenance.commit_flaw(saved.get("commit", "")),
+        "study": provenance.study_change(saved, config) if is_comparable else "",
+    }
+    return {what: text for what, text in found.items() if text}
 
 
 def write_index(output: Path, results: Iterable[StudyResult] = ()) -> Path:

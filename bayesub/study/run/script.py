@@ -33,7 +33,8 @@ from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
-from bayesub.study.provenance import environment, file_digest
+from bayesub.study import sources
+from bayesub.study.provenance import environment
 from bayesub.study.run import script_page
 from bayesub.study.run.result import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED, StudyResult
 from bayesub.study.run.run_folder import RunContext
@@ -70,7 +71,9 @@ class Script:
             "question": question(self.path, functions=FUNCTIONS),
             "script": self.path.as_posix(),
         }
-        return entries | digests(self.path) | environment(quick=self.is_quick)
+        digest, files, names = sources.of_script(self.path)
+        rooms = sources.rooms({*names, __name__})
+        return entries | {"script_sha256": digest, "files_sha256": files} | environment(rooms, quick=self.is_quick)
 
     def copies(self) -> dict[str, Path]:
         """What a run folder keeps of the script: nothing but its place and its digests."""
@@ -97,53 +100,6 @@ def question(path: Path, *, functions: Sequence[str] = ()) -> str:
         text = f"{path}: a study script begins with a docstring that states its question"
         raise InputError(text, "missing", "docstring")
     return docstring.splitlines()[0]
-
-
-def digests(path: Path) -> dict:
-    """Entries of ``config.toml``: the SHA-256 of a script, and of each file beside it of which it consists."""
-    files = {name: file_digest(file) for name, file in modules(path).items()}
-    return {"script_sha256": file_digest(path), "files_sha256": files}
-
-
-def modules(script: Path) -> dict[str, Path]:
-    """Name from the folder of the script -> file, of all modules that it imports directly or through others.
-
-    Of a package all data count, and of its modules those that are imported. Files are read, not run.
-    """
-    root, found, waiting = script.parent, set(), [script]
-    while waiting:
-        file = waiting.pop()
-        for other in _imported(file, root):
-            if other not in found:
-                found.add(other)
-                waiting.append(other)
-    folders = {module.parent for module in found} - {root}
-    found |= {file for folder in folders for file in folder.iterdir() if file.suffix in (".csv", ".json", ".toml")}
-    return {file.relative_to(root).as_posix(): file for file in sorted(found)}
-
-
-def _imported(file: Path, root: Path) -> Iterator[Path]:
-    """The modules below `root` that the imports of a file name, with the packages in which they are."""
-    try:
-        tree = ast.parse(toml_files.read_text(file))
-    except (SyntaxError, ValueError):  # of which the import will complain
-        return
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            package = file.parent.relative_to(root).parts
-            above = package[: len(package) - node.level + 1] if node.level else ()
-            module = ".".join([*above, *filter(None, [node.module])])
-            names = [module, *(f"{module}.{alias.name}".lstrip(".") for alias in node.names)]
-        else:
-            continue
-        for name in names:
-            parts = name.split(".")
-            for k in range(1, len(parts) + 1):
-                place = root.joinpath(*parts[:k])  # a package comes before a module of its name, as in an import
-                files = (place / "__init__.py", place.with_name(f"{place.name}.py"))
-                yield from [file for file in files if file.is_file()][:1]
 
 
 class ScriptRun:
@@ -288,12 +244,12 @@ def _script_of(folder: Path, config: dict) -> Path:
     if not path.is_file():
         text = f"{folder}: there is no {path}, the script of the run; name the script with --study"
         raise InputError(text, "missing", "--study")
-    now, changed = digests(path), ""
-    if now["script_sha256"] != config["script_sha256"]:
+    (digest, files, _), changed = sources.of_script(path), ""
+    if digest != config["script_sha256"]:
         changed = str(path)
     else:
         saved = config.get("files_sha256", {})
-        changed = next((name for name, digest in now["files_sha256"].items() if saved.get(name) != digest), "")
+        changed = next((name for name, digest in files.items() if saved.get(name) != digest), "")
     if changed:
         text = f"{changed}: has changed since the run; run the study again, or name a script with --study"
         raise InputError(text, "state", "--study")

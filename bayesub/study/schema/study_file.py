@@ -1,6 +1,7 @@
 """The content of a study file, section by section, and quantities of its own: a Python function of boats each."""
 
 import importlib.util
+import json
 import re
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -14,8 +15,10 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
+from bayesub.model.equations.files import DEFAULT
 from bayesub.model.vehicles import files_of_equations
-from bayesub.study.provenance import copies, environment, file_digest
+from bayesub.study import sources
+from bayesub.study.provenance import copies, environment
 from bayesub.study.schema.disturbance_section import DisturbanceSection
 from bayesub.study.schema.prior_section import NoiseSection, PriorSection
 from bayesub.study.schema.sensor_section import ControlSection, SensorSection
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
     from bayesub.model.boats import Boats
     from bayesub.model.quantities import Quantity
     from bayesub.model.vehicles import Vehicle
+
+_COMPUTE = ("bayesub.study.run.infer", "bayesub.study.run.prepare")  # what makes the numbers of a study in TOML
 
 
 class DerivedSection(Section):
@@ -284,7 +289,10 @@ class Study(TrialKeys):
     def config(self) -> dict:
         """The study with every default, its paths as in the study file, and what else its result depends on."""
         content = self.model_dump(exclude_none=True, mode="json")
-        return content | {"files_sha256": self._digests()} | environment(quick=self.is_quick)
+        digests = self._digests()
+        tables = [toml_files.read_text(Path(self.path(name))) for name in digests if name.endswith(".toml")]
+        rooms = sources.rooms(_COMPUTE, [json.dumps(content), DEFAULT, *tables])
+        return content | {"files_sha256": digests} | environment(rooms, quick=self.is_quick)
 
     def copies(self) -> dict[str, Path]:
         """What a run folder keeps of the files that the study and its vehicle name: place in the folder -> file."""
@@ -293,9 +301,9 @@ class Study(TrialKeys):
 
     def _digests(self) -> dict[str, str]:
         """File that the study names, or its vehicle -> digest."""
-        digests = {name: file_digest(Path(self.path(name))) for name in self.files}
+        digests = {name: sources.file_digest(Path(self.path(name))) for name in self.files}
         equations = files_of_equations(self.vehicle, self.path)
-        return digests | {name: file_digest(Path(self.path(name))) for name in equations}
+        return digests | {name: sources.file_digest(Path(self.path(name))) for name in equations}
 
 
 def load_study(path: str | Path, *, quick: bool = False) -> Study:

@@ -278,7 +278,7 @@ def test_folders_that_hold_no_finished_run_are_one_line(run, tmp_path, bayesub, 
     (spoiled["bare"] / "posterior.nc").unlink()
     (spoiled["odd"] / "posterior.nc").write_bytes(b"no draws")
     for name, old, new in (
-        ("old", "sources_sha256", "sources"),
+        ("old", "sources_sha256", "source"),
         ("script", "sources_sha256", "script_sha256"),
         ("keys", "dt_s", "dt_seconds"),
     ):

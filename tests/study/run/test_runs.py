@@ -4,17 +4,19 @@ import json
 import re
 import shutil
 import signal
+import tomllib
 from pathlib import Path
 
 import numba
 import pytest
+import tomli_w
 from support.pages import Page
 from support.refusals import refused
 
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.io.terminal import SILENT
-from bayesub.study import provenance
+from bayesub.study import provenance, sources
 from bayesub.study.after.finished_run import redraw
 from bayesub.study.run import runs
 from bayesub.study.run.result import load_result
@@ -288,7 +290,7 @@ def test_what_is_stale_runs_again_and_says_why(only, tmp_path, capsys, monkeypat
     run(only, "-o", out, capsys=capsys)
     (out / "b_holds" / "mark").touch()
     with monkeypatch.context() as changed:
-        changed.setattr(provenance, "sources_digest", lambda: "other")
+        changed.setattr(sources, "digest", lambda _: "other")
         _, text = run(only, "-o", out, "--keep-stale", capsys=capsys)
         assert "left as it is, though stale (the sources of bayesub have changed since): CLAIM HOLDS" in text
         assert (out / "b_holds" / "mark").exists()
@@ -320,24 +322,142 @@ def test_a_run_of_other_versions_or_without_digest_is_stale(only, tmp_path, caps
     assert "sources_sha256" in config.read_text()
 
 
-def test_the_digest_of_the_sources_knows_what_can_change_a_result(tmp_path, monkeypatch):
-    """A kernel, a table and a template count, a page of the manual, a command and the ends of lines do not."""
-    package = tmp_path / "bayesub"
-    shutil.copytree(Path(bs.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(provenance, "__file__", str(package / "study" / "provenance.py"))
-    digest = provenance.sources_digest.__wrapped__
-    before = digest()
-    assert before == provenance.sources_digest()
-    for name in ("cli/app.py", "manual/notes.md", "plots/notes.md"):
-        (package / name).parent.mkdir(exist_ok=True)
-        (package / name).write_text("other")
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A copy of the package, of which the digests are taken."""
+    folder = tmp_path / "bayesub"
+    shutil.copytree(Path(bs.__file__).parent, folder, ignore=shutil.ignore_patterns("__pycache__", "manual"))
+    monkeypatch.setattr(sources, "_ROOT", folder)
+    monkeypatch.setattr(sources.compiled_files, "save", lambda *_: None)
+    kept = sources._package, sources._built_in
+    for function in kept:
+        function.cache_clear()
+    yield folder
+    for function in kept:
+        function.cache_clear()
+
+
+def rooms_of_all():
+    """Rooms of a study of suboff, of one of the built-in log, of a script that simulates, and of all that computes."""
+    roots = ["bayesub.study.run.infer", "bayesub.study.run.prepare"]
+    boat, log = (sources.rooms(roots, [text]) for text in ('vehicle = "suboff"', 'data = "slocum_comet"'))
+    script = sources.rooms(["bayesub.simulate", "bayesub.study.run.script"])
+    return {"boat": boat, "log": log, "script": script, "workers": sources.rooms([sources.EVERYTHING])}
+
+
+def changed(before, now):
+    """Who is stale, by which rooms."""
+    return {
+        name: {room for room in rooms | now[name] if rooms.get(room) != now[name].get(room)}
+        for name, rooms in before.items()
+        if rooms != now[name]
+    }
+
+
+def edit(file, old, new):
+    """Replace a text that is in a file once at least."""
+    text = file.read_text(encoding="utf-8")
+    assert old in text, file
+    file.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def test_sentences_and_pages_make_no_run_stale(package):
+    """A docstring, a comment, layout, ends of lines, a sentence of a page, a template, a style, a command, a list of
+    files, what type checkers read, and a comment in a file of data."""
+    before = rooms_of_all()
+    edit(package / "kernels" / "mass.py", '"""', '"""Said otherwise. ')
+    edit(package / "kernels" / "integrate.py", "\nimport ", "\n# a comment\n\n\nimport ")
     (package / "__init__.py").write_bytes((package / "__init__.py").read_bytes().replace(b"\n", b"\r\n"))
-    assert digest() == before
-    for name in ("kernels/mass.py", "data/vehicles/suboff.toml", "report/report.html"):
-        with (package / name).open("a") as file:
-            file.write(" ")
-        assert digest() != before
-        before = digest()
+    edit(package / "report" / "report.py", '"report.html"', '"other.html"')
+    for name in ("report/report.html", "report/style.css", "report/widgets.js", "data/vehicles/suboff.toml"):
+        (package / name).write_text((package / name).read_text(encoding="utf-8") + "\n# other\n", encoding="utf-8")
+    (package / "cli" / "app.py").write_text("other = 1")
+    edit(package / "study" / "run" / "run.py", "if TYPE_CHECKING:", "if TYPE_CHECKING:\n    import other")
+    (package / "data" / "vehicles" / "README.md").write_text("other")
+    sources._package.cache_clear()
+    sources._built_in.cache_clear()
+    assert rooms_of_all() == before
+
+
+EVERY = {"boat", "log", "script", "workers"}
+CHANGES = {  # what is changed -> file, text there, other text, room, who is stale
+    "a kernel": ("kernels/mass.py", "= m * z", "= m * y", "kernels", EVERY),
+    "a table of regressors": ("model/equations/regressors.py", '"p', '"q', "model", EVERY),
+    "a prior": ("problem/priors.py", "4.0 **", "5.0 **", "problem", EVERY - {"script"}),
+    "draws of the sampler": ("inference/sampling/sampler.py", "20_000", "10_000", "inference", EVERY - {"script"}),
+    "draws of predictions": (
+        "inference/checks/prediction.py",
+        "N_DRAWS = ",
+        "N_DRAWS = 1 + ",
+        "inference",
+        EVERY - {"script"},
+    ),
+    "numbers for pages": ("findings/run_numbers.py", "100.0", "1000.0", "findings", EVERY - {"script"}),
+    "how numbers are kept": ("study/run/script.py", ".9g", ".8g", "study", {"script", "workers"}),
+    "a boat": (
+        "data/vehicles/suboff.toml",
+        "mass_kg = ",
+        "mass_kg = 1",
+        "data/vehicles",
+        {"boat", "script", "workers"},
+    ),
+    "another boat": ("data/vehicles/auv690.toml", "mass_kg = ", "mass_kg = 1", "data/vehicles", {"script", "workers"}),
+    "an equation set": ("data/equations/glider.toml", 'title = "', 'title = "A ', "data/equations", EVERY - {"boat"}),
+    "a log": ("data/logs/slocum_comet/log.csv.gz", None, None, "data/logs", EVERY - {"boat"}),
+}
+
+
+def test_what_computes_makes_runs_stale(package):
+    """Of those who use it, wherever in their imports it is, and the room is named."""
+    before = rooms_of_all()
+    for what, (name, old, new, room, who) in CHANGES.items():
+        if old is None:
+            (package / name).write_bytes((package / name).read_bytes() + b"\0")
+        else:
+            edit(package / name, old, new)
+        (sources._built_in if name.startswith("data") else sources._package).cache_clear()
+        now = rooms_of_all()
+        assert changed(before, now) == {key: {room} for key in who}, what
+        before = now
+
+
+def test_list_says_which_runs_are_current_and_why_others_are_not(only, tmp_path, capsys, monkeypatch):
+    """By sources, versions, commit and study; also of a run whose study is not there, or that has no record."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(provenance, "_git", lambda *_: "false")
+    bs.run(only / "b_holds.py", Path("figures/b_holds"))
+    saved = tomllib.loads(Path("figures/b_holds/config.toml").read_text())
+    saved["commit"] = "c0ffee"
+
+    def listed(name="b_holds", **changes):
+        Path("figures", name).mkdir(exist_ok=True)
+        Path("figures", name, "config.toml").write_text(tomli_w.dumps(saved | changes))
+        app.app.main(["list", "studies", "--json"], prog_name="bayesub", standalone_mode=False)
+        return json.loads(capsys.readouterr().out)["runs"][f"figures/{name}"]
+
+    assert listed() == "current"
+    other = {"sources_sha256": "other", "sources": saved["sources"] | {"kernels": "other", "problem": "other"}}
+    assert listed(**other) == "stale: the sources of bayesub have changed since (kernels, problem)"
+    numpy = saved["versions"]["numpy"]
+    other = {"versions": saved["versions"] | {"numpy": "1.0"}, "commit": "c0ffee-dirty"}
+    why = f"versions.numpy was '1.0' and is now '{numpy}'; made of changes that were not committed (c0ffee-dirty)"
+    assert listed(**other) == f"stale: {why}"
+    assert listed(commit="unknown") == "stale: made of no commit that is known"
+    assert listed(script_sha256="other") == "stale: the script has changed since"
+    assert listed("gone") == "stale: its study is not there"
+    saved.pop("sources")
+    old = listed(sources_sha256="other", script_sha256="other")
+    assert old == "stale: the sources that made it were not recorded room by room"
+
+
+def test_a_commit_that_is_gone_is_a_flaw(monkeypatch):
+    """Where there is a repository with its history, and it lacks it."""
+    answers = {"rev-parse": "false", "cat-file": ""}
+    monkeypatch.setattr(provenance, "_git", lambda *given: answers[given[0]])
+    assert provenance.commit_flaw("c0ffee") == "commit c0ffee is not in the repository"
+    for reply in ("true", ""):
+        answers["rev-parse"] = reply
+        assert provenance.commit_flaw("c0ffee") == provenance.commit_flaw("unknown") == ""
 
 
 def test_seconds_add_up_over_sessions(only, tmp_path, capsys):
