@@ -8,6 +8,7 @@ import numpy as np
 
 from bayesub.findings import unseen
 from bayesub.findings.unseen import POSTERIOR, PRIOR, SQP, TrialPrediction
+from bayesub.findings.verdicts import DOES_NOT_PREDICT, FITS, NOT_FLOWN, worst
 from bayesub.inference.checks.prediction import INTERVALS, LEAST_FLOWN, band
 from bayesub.io.words import cell
 from bayesub.logs.log_files import HEADERS, STATES, positions, si_factor
@@ -154,6 +155,7 @@ class PredictedTrial:
     readings: TrialPrediction  # the trial; of a manoeuvre without predictions
     held: tuple[str, ...] = ()  # coefficients that act and that the run does not infer
     shortcomings: tuple[str, ...] = ()  # why the posterior has not converged; empty if it has
+    verdict: str = FITS  # on the run (:data:`bayesub.findings.verdicts.STATUS`)
     current_mps: tuple[float, float] | None = None  # north and east, if it was given
 
     @property
@@ -178,6 +180,7 @@ class PredictedTrial:
             "name": self.name,
             "converged": not self.shortcomings,
             "shortcomings": list(self.shortcomings),
+            "verdict": self.verdict,
             "held": list(self.held),
             "motion": motion,
             "predictions": [],
@@ -192,6 +195,11 @@ class PredictedTrial:
                 scores = flown.pop(POSTERIOR).crps
                 log["crps_over"] = {by: unseen.mean_ratio(scores, one.crps) for by, one in flown.items()}
             result["predictions"] = [log]
+        wrong = {
+            NOT_FLOWN: not motion["is_flown"],
+            DOES_NOT_PREDICT: not all(log["predicts"] for log in result["predictions"]),
+        }
+        result["outcome"] = worst([self.verdict, *(words for words, is_wrong in wrong.items() if is_wrong)])
         result["sentences"] = self._sentences(result)
         return result
 

@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
+from bayesub.findings.verdicts import NOT_CONVERGED, STATUS, in_words, worst
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.sampling import CrossCheck, Posterior, posterior_file
 from bayesub.io import toml_files
@@ -33,9 +34,20 @@ class FinishedRun:
     folder: Path
     config: dict  # the content of its ``config.toml``
     study: Study  # whose files are the copies in the folder
-    verdict: str  # on the run (:class:`bayesub.study.run.result.StudyResult`)
+    judged: str  # verdict when it ended (:class:`bayesub.study.run.result.StudyResult`)
     posterior: Posterior
     estimates: tuple[Estimate, ...]  # by the baselines
+
+    @cached_property
+    def verdict(self) -> str:
+        """On the run as its folder is now (:data:`bayesub.findings.verdicts.STATUS`)."""
+        return self.judged if self.posterior.converged else worst([self.judged, NOT_CONVERGED])
+
+    @property
+    def doubt(self) -> str:
+        """What is wrong with the run, by its verdict; empty if nothing."""
+        reasons = self.posterior.shortcomings if self.verdict == NOT_CONVERGED else ()
+        return in_words(self.verdict, reasons) if STATUS[self.verdict] else ""
 
     @cached_property
     def vehicle(self) -> Vehicle:
@@ -144,8 +156,10 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
         raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study", "conflict", "--study")
     else:
         result = _redraw(folder, config, pdf)
-    saved = load_result(folder)
-    return result if saved is None else replace(result, seconds=saved.seconds)
+    if (saved := load_result(folder)) is not None:
+        result = replace(result, seconds=saved.seconds)
+        result.save()
+    return result
 
 
 def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:

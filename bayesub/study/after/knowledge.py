@@ -187,8 +187,8 @@ def _head(run: FinishedRun, knowledge: Knowledge) -> list[str]:
         '[prior] kind = "vehicle" of another study starts from it. The digits are needed, where combinations are known '
         "far better than coefficients. What the trial could not tell is as wide here as its prior made it."
     ]
-    if not posterior.converged:
-        lines.insert(0, f"NOT CONVERGED: {'; '.join(posterior.shortcomings)}")
+    if run.doubt:
+        lines.insert(0, run.doubt)
     if others:
         some = listed([*others[:6], *([f"{len(others) - 6} more"] if len(others) > 6 else [])])
         lines.append(f"Integrated out: {some}. What two trials share of these is not passed on: fit both together.")

@@ -180,7 +180,7 @@ def predicted_by(
         if posed.has_readings:
             predictions[name] = predict(problem, parameters, rng, warm_up=trial.warm_up_s).without_draws()
     readings = TrialPrediction(trial, predictions, posterior.converged)
-    about = posed.held, tuple(posterior.shortcomings), posed.current_mps
+    about = posed.held, tuple(posterior.shortcomings), run.verdict, posed.current_mps
     return PredictedTrial(run.study.name, posed.setup.vehicle, motions, readings, *about)
 
 

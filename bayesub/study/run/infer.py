@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bayesub.findings.remedies import fit_of_mode
-from bayesub.findings.unseen import TrialPrediction, predicted_trial, predicts
+from bayesub.findings.unseen import TrialPrediction, predicted_trial
+from bayesub.findings.verdicts import MEANING
 from bayesub.inference import baselines, identifiability
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.inference.sampling import cross_check as compare_with_nuts
@@ -26,7 +27,7 @@ from bayesub.report.report import ReportedStudy, write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
 from bayesub.study.run.prepare import Setup
-from bayesub.study.run.result import StudyResult, verdict_on
+from bayesub.study.run.result import StudyResult
 from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
 
 if TYPE_CHECKING:
@@ -196,8 +197,9 @@ def conclude(
     return StudyResult(
         name=study.name,
         question=study.question,
-        verdict=verdict_on(posterior, check, predictions_hold=predicts(numbers["predictions"])),
+        verdict=numbers["outcome"],
         folder=str(folder),
+        text=MEANING.get(numbers["outcome"], ""),
         sentences=numbers["verdict"],
         shortcomings=tuple(posterior.shortcomings),
     )

@@ -8,12 +8,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bayesub.findings.verdicts import FAILED
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, error_source, one_line
 from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import SILENT, Progress, say
 from bayesub.study.provenance import code, code_change, commit, study_change
-from bayesub.study.run.result import FAILED, RESULT, StudyResult, load_result
+from bayesub.study.run.result import RESULT, StudyResult, load_result
 from bayesub.study.run.run_folder import CROSS_CHECK, STOPPING, RunContext, TimedProgress, open_folder, saved_config
 from bayesub.study.schema.study_file import Study, load_study
 
