@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -174,7 +175,7 @@ class PredictedTrial:
     def numbers(self) -> dict:
         """Everything there is to say, as JSON types."""
         motion = motion_numbers(self.motions, self.states, POSTERIOR, (POSTERIOR, PRIOR))
-        result = {
+        result: dict[str, Any] = {
             "run": self.run,
             "vehicle": self.vehicle.name,
             "name": self.name,
@@ -252,7 +253,8 @@ def _of_motion(motion: dict, name: str) -> str:
     if SQP in next(iter(states.values())):
         off = max(states[HEADERS[name]][SQP]["off"] for name in "xyz" if HEADERS[name] in states)
         text += f"; SQP is off the median by up to {cell(off, 2)} m"
-    return text + "."
+    failed = motion["failed_draws"][POSTERIOR]
+    return f"{text}.{unseen.not_flown(failed, motion['draws'][POSTERIOR] + failed, name)}"
 
 
 def readings_table(prediction: TrialPrediction) -> Mapping[str, np.ndarray]:

@@ -118,5 +118,6 @@ def numbers_of(results: Results) -> dict:
     if results.check is not None:
         numbers["cross_check"] = results.check.to_json()
         numbers["verdict"]["cross_check"] = results.check.sentence
-    numbers["outcome"] = verdicts.verdict_on(numbers)
+    verdict = verdicts.verdict_on(numbers)
+    numbers["outcome"] = {"verdict": verdict, "status": verdicts.STATUS[verdict]}
     return numbers

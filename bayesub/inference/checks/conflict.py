@@ -112,4 +112,5 @@ def _distance(widths, p, q):
     """
     middle = 0.5 * (p + q)
     divergence = np.sum(widths * (special.rel_entr(p, middle) + special.rel_entr(q, middle)), axis=0) / np.log(2.0)
-    return np.sqrt(np.maximum(divergence, 0.0) / np.sum(widths * (p + q), axis=0))
+    spread = np.sum(widths * (p + q), axis=0)  # none of what never moves
+    return np.sqrt(np.maximum(divergence, 0.0) / np.where(spread > 0.0, spread, 1.0))

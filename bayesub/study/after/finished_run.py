@@ -1,11 +1,9 @@
 """A finished run, as other commands take it up: its study, posterior and estimates read back, its page made again."""
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
 
 from bayesub.findings.verdicts import NOT_CONVERGED, STATUS, in_words, worst
 from bayesub.inference.baselines import Estimate
@@ -15,7 +13,7 @@ from bayesub.io.errors import InputError, error_source
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.study.provenance import COMPUTED, copy_name, file_digest
 from bayesub.study.run import script
-from bayesub.study.run.infer import ESTIMATES, POSTERIOR, conclude
+from bayesub.study.run.infer import ESTIMATES, POSTERIOR, conclude, read_back, saved_estimates
 from bayesub.study.run.prepare import Setup, prepare
 from bayesub.study.run.result import StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_config
@@ -24,7 +22,6 @@ from bayesub.study.schema.study_file import Study
 from bayesub.study.schema.trial_section import CheckSection
 
 OTHERS = {"design": "design with --resume", "prediction": "predict with --force", "comparison": "compare with --force"}
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -106,20 +103,6 @@ def config_of_study(folder: Path, advice: str = "give the folder of the run of a
         if key in config:
             raise InputError(f"{folder}: is a {key}; {advice.format(command)}", "state", key)
     return config
-
-
-def saved_estimates(folder: Path) -> tuple[Estimate, ...]:
-    """What the baselines of a run have found; InputError for a damaged file."""
-    return read_back(folder / ESTIMATES, lambda content: tuple(map(Estimate.from_json, content)))
-
-
-def read_back(file: Path, made: Callable[[Any], T]) -> T:
-    """What is made of the JSON of a file in a run folder; InputError for a damaged one."""
-    try:
-        return made(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        text = f"{file.parent}: {file.name} is damaged ({error}); run the study again"
-        raise InputError(text, "format", file.name) from None
 
 
 def saved_study(folder: Path, config: dict) -> Study:

@@ -5,7 +5,8 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.inference.checks.prediction import chi_squares, laplace, leave_one_out
+from bayesub.findings.unseen import leave_one_out
+from bayesub.inference.checks.prediction import chi_squares, laplace
 from bayesub.problem.joint import JointProblem
 
 FREE = ("Xuu", "Yuv", "Yuu_dr", "Nuv", "Nuu_dr", "Nur")
@@ -47,9 +48,9 @@ def test_a_right_model_predicts_as_well_as_it_says(tracks, suboff):
 
 
 def test_a_current_that_one_trial_had_shows(tracks, suboff, rng):
-    """Left out, that trial is not what the others predict, by the smallest p-value that 200 replicates can give."""
+    """Left out, that trial is not what the others predict, by the smallest p-value that 400 replicates can give."""
     found = leave_one_out(posed(tracks, suboff, 1, adrift="zigzag_20_20"), rng)["zigzag_20_20"]
-    assert found.p_value == pytest.approx(1 / 201)
+    assert found.p_value == pytest.approx(1 / 401)
     assert found.chi_square_per_reading > 3
 
 
