@@ -10,6 +10,7 @@ from support import refusals, small_study
 
 import bayesub as bs
 from bayesub.campaign import executors
+from bayesub.findings.verdicts import STATUS, in_words
 from bayesub.inference.sampling import posterior_file
 from bayesub.logs import log_files
 from bayesub.study.after.finished_run import redraw
@@ -163,7 +164,7 @@ def test_a_run_predicts_and_says_so_at_the_end(bayesub, folder, draw_only):
     assert status == 0, err
     *_, prediction, verdict = out.splitlines()
     assert prediction.startswith("prediction: other is predicted: ")
-    assert verdict == "CONVERGED"
+    assert verdict == "CONVERGED AND FITS"
     numbers = json.loads((run / "numbers.json").read_text())
     (other,) = numbers["predictions"]
     assert other["predicts"]
@@ -185,7 +186,7 @@ def test_a_fit_that_is_accepted_and_does_not_predict_ends_with_that_verdict(baye
     log_files.write_log(folder / "other.csv", log)
     status, out, _ = bayesub("run", folder / "study.toml", "-o", folder / "run")
     *_, prediction, verdict = out.splitlines()
-    assert (status, verdict) == (1, "DOES NOT PREDICT")
+    assert (status, verdict) == (STATUS["does not predict"], in_words("does not predict"))
     assert prediction.startswith("prediction: other is NOT PREDICTED: ")
     assert "fit: The residuals of every channel look like" in out
     page = (folder / "run" / "report.html").read_text()
@@ -210,7 +211,7 @@ def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub,
     assert status == 0
     assert "no log left out; run again with --resume --leave-out" in out.splitlines()[-2]
 
-    names, sample = [], leave_out.sample
+    names, sample = [], infer.sample
 
     def counted(problem, **given):
         names.append(tuple(problem.problems))
@@ -218,7 +219,7 @@ def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub,
             raise KeyboardInterrupt
         return sample(problem, **given)
 
-    monkeypatch.setattr(leave_out, "sample", counted)
+    monkeypatch.setattr(infer, "sample", counted)
     monkeypatch.setattr(executors, "local", executors.Serial)  # other processes do not count
     assert bayesub("run", study, "-o", run, "--resume", "--leave-out")[0] == 130
     status, out, err = bayesub("run", study, "-o", run, "--resume", "--leave-out")
