@@ -203,11 +203,6 @@ def mean_ratio(first: Mapping[str, float], second: Mapping[str, float]) -> float
     return float(np.exp(np.mean([np.log(first[name] / second[name]) for name in first])))
 
 
-def predicts(trials: Sequence[dict]) -> bool:
-    """Whether every trial is predicted, of :func:`numbers`; true if there is none."""
-    return all(trial["predicts"] for trial in trials)
-
-
 def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str, str]:
     """What is to be said of prediction, by topic: of what was predicted, or that nothing was.
 
@@ -219,7 +214,7 @@ def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str
         n_left_out = sum(trial["kind"] == "left out" for trial in trials)
         if 0 < n_left_out < n_trials:
             text += f" Of {n_trials} trials {n_left_out} have been left out."
-        if not predicts(trials):
+        if not all(trial["predicts"] for trial in trials):
             text += (
                 " The coefficients hold for the fitted log at best, whatever its residuals say: fit both together "
                 "([[trials]]), or look for what differs between them (a zero of the rudder: bias_rudder_deg)."

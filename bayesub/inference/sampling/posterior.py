@@ -204,7 +204,7 @@ class Posterior(Convergence, Displayed):
     @cached_property
     def correlation(self) -> np.ndarray:
         """(n_params, n_params) posterior correlation matrix; a parameter that never moves is correlated with none."""
-        deviations = self.draws - self.mean
+        deviations = np.where(self._still, 0.0, self.draws - self.mean)
         lengths = np.linalg.norm(deviations, axis=0)
         unit = deviations / np.where(lengths > 0.0, lengths, 1.0)
         correlation = np.clip(unit.T @ unit, -1.0, 1.0)
@@ -214,8 +214,11 @@ class Posterior(Convergence, Displayed):
     @property
     def constants(self) -> tuple[str, ...]:
         """Parameters that have the same value in all draws."""
-        same = np.ptp(self.draws, axis=0) == 0.0
-        return tuple(name for name, is_same in zip(self.names, same, strict=True) if is_same)
+        return tuple(name for name, is_still in zip(self.names, self._still, strict=True) if is_still)
+
+    @property
+    def _still(self) -> np.ndarray:
+        return np.ptp(self.draws, axis=0) == 0.0  # of a constant the sd is that of rounding
 
     def quantiles(self, probabilities: Sequence[float]) -> np.ndarray:
         """(n_probabilities, n_params)."""

@@ -92,7 +92,7 @@ def covariance_of_draws(names: Sequence[str], draws: np.ndarray) -> np.ndarray:
     """
     covariance = np.atleast_2d(np.cov(draws.T))
     sd = np.sqrt(np.diag(covariance))
-    for name in (name for name, one in zip(names, sd, strict=True) if not one > 0.0):
+    for name in (name for name, spread in zip(names, np.ptp(draws, axis=0), strict=True) if not spread > 0.0):
         raise InputError(f"posterior: all draws of '{name}' are the same; sample it again", "data", name)
     if np.linalg.eigvalsh(covariance / np.outer(sd, sd))[0] >= SMALLEST:
         return covariance
