@@ -12,6 +12,7 @@ import bayesub as bs
 from bayesub.campaign import executors
 from bayesub.findings.verdicts import STATUS, in_words
 from bayesub.inference.sampling import posterior_file
+from bayesub.io import seeds
 from bayesub.logs import log_files
 from bayesub.study.after.finished_run import redraw
 from bayesub.study.run import infer, leave_out
@@ -211,15 +212,15 @@ def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub,
     assert status == 0
     assert "no log left out; run again with --resume --leave-out" in out.splitlines()[-2]
 
-    names, sample = [], infer.sample
+    names, sample = [], leave_out.sample_posterior
 
-    def counted(problem, **given):
+    def counted(setup, problem, rng, **given):
         names.append(tuple(problem.problems))
         if len(names) == 2:
             raise KeyboardInterrupt
-        return sample(problem, **given)
+        return sample(setup, problem, rng, **given)
 
-    monkeypatch.setattr(infer, "sample", counted)
+    monkeypatch.setattr(leave_out, "sample_posterior", counted)
     monkeypatch.setattr(executors, "local", executors.Serial)  # other processes do not count
     assert bayesub("run", study, "-o", run, "--resume", "--leave-out")[0] == 130
     status, out, err = bayesub("run", study, "-o", run, "--resume", "--leave-out")
@@ -232,6 +233,11 @@ def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub,
     assert [(one["name"], one["kind"]) for one in predictions] == [(name, "left out") for name in LOGS[:2]]
     redraw(run)
     assert json.loads((run / "numbers.json").read_text())["predictions"] == predictions
+    setup = prepare(load_study(study))
+    posteriors = {tuple(problem.problems): one for problem, one in leave_out.posteriors(setup, run).values()}
+    rng = setup.generator(seeds.PREDICTIONS)
+    found = bs.leave_one_out(setup.problem, rng, draw=lambda others, *_: posteriors[tuple(others.problems)])
+    assert [found[one["name"]].p_value for one in predictions] == [one["p_value"] for one in predictions]
 
 
 def test_a_fit_that_fails_without_a_trial_is_told_and_the_others_go_on(folder, monkeypatch):
