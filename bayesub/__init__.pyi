@@ -16,7 +16,7 @@ from .problem.disturbances import UnknownDisturbance
 from .problem.problem import Problem
 from .problem.joint import JointProblem
 from .inference import baselines, identifiability
-from .inference.checks.prediction import leave_one_out
+from .findings.unseen import leave_one_out
 from .inference.sampling import CrossCheck, Criteria, Posterior, cross_check, sample
 from .report.report import write_report
 from .study.after.export import export

@@ -56,7 +56,9 @@ def main() -> None:
     except InputError as error:
         complain(str(error), BAD_INPUT)
     except click.ClickException as error:
-        complain(f"{error.format_message()}; see bayesub --help", BAD_INPUT)
+        context = getattr(error, "ctx", None)
+        command = context.command_path if context else "bayesub"
+        complain(f"{error.format_message().rstrip('.')}; see {command} --help", BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
         complain("interrupted before anything was done; run the same command again", INTERRUPTED)
 

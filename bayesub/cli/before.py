@@ -10,8 +10,9 @@ from rich.table import Table
 
 from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
 from bayesub.cli.arguments import subproblem as subproblem_option
+from bayesub.findings.verdicts import NOT_FLOWN, STATUS
 from bayesub.io import toml_files
-from bayesub.io.terminal import FAILED, complain, console, say
+from bayesub.io.terminal import complain, console, say
 
 if TYPE_CHECKING:
     from bayesub.model.vehicles import Vehicle
@@ -94,7 +95,7 @@ def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None,
     sentence, is_whole = simulate(vehicle, manoeuvre, output, **options, **plane(subproblem))
     say(f"{output}: {sentence}")
     if not is_whole:
-        raise click.exceptions.Exit(FAILED)
+        raise click.exceptions.Exit(STATUS[NOT_FLOWN])
 
 
 @click.command(epilog="Example: bayesub rank suboff horizontal --json")
@@ -112,7 +113,7 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
 
     ranked = rank(vehicle, manoeuvre, **plane(subproblem))
     if not ranked.ranks:
-        complain(ranked.title, FAILED)
+        complain(ranked.title, STATUS[NOT_FLOWN])
     if as_json:
         click.echo(json.dumps({axis: r.summary() for axis, r in ranked.ranks.items()}, indent=2))
         return

@@ -7,8 +7,8 @@ import click
 
 from bayesub.cli.arguments import MANOEUVRE, PATH, of_predictions, page_folder, pdf_option, plane
 from bayesub.cli.arguments import subproblem as subproblem_option
-from bayesub.cli.run import tell
-from bayesub.io.terminal import FAILED, Bars, say
+from bayesub.cli.run import end, tell
+from bayesub.io.terminal import Bars, say
 
 FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json", "pvs")
 
@@ -28,8 +28,7 @@ def report(folder: Path, pdf: bool, study: Path | None) -> None:
 
     result = redraw(folder, study=study, pdf=pdf)
     tell(result)
-    if not result.good:
-        raise click.exceptions.Exit(FAILED)
+    end(result.verdict)
 
 
 @click.command(epilog="Example: bayesub export runs/quickstart -o known.toml")
@@ -45,7 +44,7 @@ def export(run: Path, output: Path, wanted: str | None) -> None:
     takes as its prior. .csv, .nc (ArviZ) and .parquet are draws, .tex and .md a table. .m and .json are coefficients as
     Fossen's MSS names them, .py what his PythonVehicleSimulator takes.
 
-    Exit status 1 if the posterior has not converged.
+    The exit status is that of the verdict on the run.
     """
     from bayesub.study.after import export as exports
     from bayesub.study.after.knowledge import normality_of
@@ -56,10 +55,9 @@ def export(run: Path, output: Path, wanted: str | None) -> None:
     kind = exports.FORMATS[exports.format_of(output, wanted)]
     say(f"{output}: {kind.meaning}, of {finished.vehicle.name} by the study '{finished.study.name}'")
     say(normality_of(finished).sentence)
-    for shortcoming in finished.posterior.shortcomings:
-        say(f"NOT CONVERGED: {shortcoming}")
-    if not finished.posterior.converged:
-        raise click.exceptions.Exit(FAILED)
+    if finished.doubt:
+        say(finished.doubt)
+    end(finished.verdict)
 
 
 @click.command(epilog="Example: bayesub predict runs/quickstart zigzag_20_20 -o predicted")
@@ -101,8 +99,10 @@ def predict(
     predicted with its readings held back, but for those of a warm-up, from which start and current are taken; the
     prediction is then judged by them, beside SQP and the prior.
 
-    Exit status 1 if the posterior has not converged, or does not predict the log or complete the manoeuvre.
+    The exit status is that of the verdict on the run, or that of a log which is not predicted or a manoeuvre which the
+    boat does not complete.
     """
+    from bayesub.findings.verdicts import STATUS, in_words
     from bayesub.study.after.predict import PAGE, Request, predict_by_run
 
     if (current_north_mps, current_east_mps) != (None, None):
@@ -113,11 +113,11 @@ def predict(
     if numbers["unread_columns"]:
         say(f"not read: {', '.join(numbers['unread_columns'])}; the run has no sensor of these, --sensors names others")
     _tell(numbers, output / PAGE)
-    for shortcoming in numbers["shortcomings"]:
-        say(f"NOT CONVERGED: {shortcoming}")
-    predicts = numbers["motion"]["is_flown"] and all(log["predicts"] for log in numbers["predictions"])
-    if not (numbers["converged"] and predicts):
-        raise click.exceptions.Exit(FAILED)
+    for verdict in dict.fromkeys((numbers["verdict"], numbers["outcome"])):
+        if STATUS[verdict]:
+            of_run = f" ({run})" if verdict == numbers["verdict"] else ""
+            say(in_words(verdict, numbers["shortcomings"] if of_run else ()) + of_run)
+    end(numbers["outcome"])
 
 
 @click.command(epilog="Example: bayesub compare runs/quickstart runs/longer -o compared")
@@ -136,18 +136,19 @@ def compare(runs: tuple[Path, ...], output: Path, **options: Any) -> None:
     The runs may be of other vehicles, manoeuvres, sensors, equation sets or versions of bayesub; coefficients are
     compared where their terms are the same.
 
-    Exit status 1 if a posterior has not converged.
+    The exit status is that of the gravest verdict on a run.
     """
+    from bayesub.findings.verdicts import STATUS, worst
     from bayesub.study.after.compare import PAGE
     from bayesub.study.after.compare import compare as compare_runs
 
     with Bars() as bars:
         numbers = compare_runs(runs, output, **options, progress=bars)
     _tell(numbers, output / PAGE)
-    unconverged = [label for label, run in numbers["runs"].items() if not run["converged"]]
-    if unconverged:
-        say(f"NOT CONVERGED: {', '.join(unconverged)}")
-        raise click.exceptions.Exit(FAILED)
+    for label, run in numbers["runs"].items():
+        if STATUS[run["verdict"]]:
+            say(f"{run['verdict'].upper()}: {label}")
+    end(worst(run["verdict"] for run in numbers["runs"].values()))
 
 
 def _tell(numbers: dict[str, Any], page: Path) -> None:

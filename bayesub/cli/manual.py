@@ -61,11 +61,13 @@ def _topics(_ctx, _param, incomplete: str) -> list[str]:
 @click.argument("topic", default="", metavar="[TOPIC]", shell_complete=_topics)
 @click.option("--path", "show_path", is_flag=True, help="Print where the page is instead; without TOPIC, the folder.")
 def manual(topic: str, show_path: bool) -> None:
-    """List the pages of the manual, or show the page TOPIC in the pager.
+    """List the pages of the manual, or show the page TOPIC in the pager; the beginning of its name is enough.
 
     If the output is not a terminal the page is printed as Markdown.
     """
     by_topic = pages()
+    begun = [name for name in by_topic if name.startswith(topic)]
+    topic = begun[0] if topic and topic not in by_topic and len(begun) == 1 else topic
     if topic and topic not in by_topic:
         text = f"the manual has no page '{topic}'{nearest(topic, by_topic)}; bayesub manual lists all {len(by_topic)}"
         raise InputError(text, "unknown", topic)

@@ -9,7 +9,7 @@ import click
 
 from bayesub.cli.arguments import PATH, dask_option, pdf_option
 from bayesub.io.errors import InputError
-from bayesub.io.terminal import FAILED, INTERRUPTED, Bars, complain, console, duration, say
+from bayesub.io.terminal import INTERRUPTED, Bars, complain, console, duration, say
 
 if TYPE_CHECKING:
     from bayesub.study.run.result import StudyResult
@@ -44,9 +44,11 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, **options: 
     if the sources of bayesub, the versions of its libraries, the study or a file that it names have changed since; it
     is run again. DIR/index.html lists the runs.
 
-    Exit status 1 if a posterior has not converged, a cross-check does not agree, a log that was not fitted is not
-    predicted, or a claim does not hold.
+    The last line is the verdict, which has an exit status of its own (bayesub manual commands): 0 only if the posterior
+    has converged and fits, agrees with its cross-check, its prior and the logs that it predicts, or if the claims hold.
+    Of a FOLDER it is the gravest.
     """
+    from bayesub.findings.verdicts import worst
     from bayesub.study.run.run import RunInterrupted, executor_of
 
     if options["force"] and (options["resume"] or options["keep_stale"]):
@@ -66,8 +68,7 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, **options: 
         complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
     if as_json:
         click.echo(json.dumps([result.to_json() for result in results], indent=2))
-    if not all(result.good for result in results):
-        raise click.exceptions.Exit(FAILED)
+    end(worst(result.verdict for result in results))
 
 
 def _run_file(file: Path, output: Path | None, options: dict[str, bool], executor) -> "StudyResult":
@@ -84,17 +85,28 @@ def _run_file(file: Path, output: Path | None, options: dict[str, bool], executo
 
 def tell(result: "StudyResult") -> None:
     """Say what came of a run; what was predicted and the verdict come last."""
+    from bayesub.findings.verdicts import in_words
+
     for shortcoming in result.shortcomings:
-        say(f"not converged: {shortcoming}")
+        say(f"{result.verdict}: {shortcoming}")
     sentences = dict(result.sentences)
     prediction = sentences.pop("prediction", "")
     for topic, sentence in sentences.items():
         gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
-        say(f"{topic.replace('_', ' ')}:{gap}{sentence}")
+        unusable = " (not to be used)" if topic == "answer" and not result.good else ""
+        say(f"{topic.replace('_', ' ')}{unusable}:{gap}{sentence}")
     say(f"report: {result.report}" if result.report else f"figures and numbers: {result.folder}")
     if prediction:
         say(f"prediction: {prediction}")
-    say(result.verdict.upper() + (f": {result.text}" if result.text else ""))
+    say(in_words(result.verdict, [result.text] if result.text else []))
+
+
+def end(verdict: str) -> None:
+    """End the command with the status of a verdict, if it is not a good one."""
+    from bayesub.findings.verdicts import STATUS
+
+    if STATUS[verdict]:
+        raise click.exceptions.Exit(STATUS[verdict])
 
 
 def _run_folder(source: Path, output: Path, options: dict[str, bool], executor) -> list["StudyResult"]:

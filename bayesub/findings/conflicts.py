@@ -29,6 +29,8 @@ def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
     places = [names.index(name) for name in conflict.named]
     return {
         "found": conflict.disagree,
+        "refuted": conflict.refuted,
+        "p_value": conflict.p_value,
         "named": [
             {
                 "name": names[k],

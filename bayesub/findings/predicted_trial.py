@@ -3,11 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from bayesub.findings import unseen
 from bayesub.findings.unseen import POSTERIOR, PRIOR, SQP, TrialPrediction
+from bayesub.findings.verdicts import DOES_NOT_PREDICT, FITS, NOT_FLOWN, worst
 from bayesub.inference.checks.prediction import INTERVALS, LEAST_FLOWN, band
 from bayesub.io.words import cell
 from bayesub.logs.log_files import HEADERS, STATES, positions, si_factor
@@ -154,6 +156,7 @@ class PredictedTrial:
     readings: TrialPrediction  # the trial; of a manoeuvre without predictions
     held: tuple[str, ...] = ()  # coefficients that act and that the run does not infer
     shortcomings: tuple[str, ...] = ()  # why the posterior has not converged; empty if it has
+    verdict: str = FITS  # on the run (:data:`bayesub.findings.verdicts.STATUS`)
     current_mps: tuple[float, float] | None = None  # north and east, if it was given
 
     @property
@@ -172,12 +175,13 @@ class PredictedTrial:
     def numbers(self) -> dict:
         """Everything there is to say, as JSON types."""
         motion = motion_numbers(self.motions, self.states, POSTERIOR, (POSTERIOR, PRIOR))
-        result = {
+        result: dict[str, Any] = {
             "run": self.run,
             "vehicle": self.vehicle.name,
             "name": self.name,
             "converged": not self.shortcomings,
             "shortcomings": list(self.shortcomings),
+            "verdict": self.verdict,
             "held": list(self.held),
             "motion": motion,
             "predictions": [],
@@ -192,6 +196,11 @@ class PredictedTrial:
                 scores = flown.pop(POSTERIOR).crps
                 log["crps_over"] = {by: unseen.mean_ratio(scores, one.crps) for by, one in flown.items()}
             result["predictions"] = [log]
+        wrong = {
+            NOT_FLOWN: not motion["is_flown"],
+            DOES_NOT_PREDICT: not all(log["predicts"] for log in result["predictions"]),
+        }
+        result["outcome"] = worst([self.verdict, *(words for words, is_wrong in wrong.items() if is_wrong)])
         result["sentences"] = self._sentences(result)
         return result
 
@@ -244,7 +253,8 @@ def _of_motion(motion: dict, name: str) -> str:
     if SQP in next(iter(states.values())):
         off = max(states[HEADERS[name]][SQP]["off"] for name in "xyz" if HEADERS[name] in states)
         text += f"; SQP is off the median by up to {cell(off, 2)} m"
-    return text + "."
+    failed = motion["failed_draws"][POSTERIOR]
+    return f"{text}.{unseen.not_flown(failed, motion['draws'][POSTERIOR] + failed, name)}"
 
 
 def readings_table(prediction: TrialPrediction) -> Mapping[str, np.ndarray]:

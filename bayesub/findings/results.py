@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayesub.findings import derived, disturbances, remedies, run_numbers, set_up, unseen
+from bayesub.findings import derived, disturbances, remedies, run_numbers, set_up, unseen, verdicts
 from bayesub.findings.set_up import AnyProblem
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
@@ -118,4 +118,6 @@ def numbers_of(results: Results) -> dict:
     if results.check is not None:
         numbers["cross_check"] = results.check.to_json()
         numbers["verdict"]["cross_check"] = results.check.sentence
+    verdict = verdicts.verdict_on(numbers)
+    numbers["outcome"] = {"verdict": verdict, "status": verdicts.STATUS[verdict]}
     return numbers

@@ -1,6 +1,6 @@
 """How a posterior predicts logs that were not fitted, beside other estimates: numbers, sentences, a verdict."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,11 +8,20 @@ import numpy as np
 
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
-from bayesub.inference.checks.prediction import FALSE_ALARMS, INTERVALS, N_DRAWS, Prediction, given_warm_up, predict
+from bayesub.inference.checks.prediction import (
+    FALSE_ALARMS,
+    INTERVALS,
+    N_DRAWS,
+    Prediction,
+    given_warm_up,
+    laplace,
+    predict,
+)
 from bayesub.inference.sampling import Posterior
 from bayesub.io.words import with_unit
 from bayesub.logs import log_files
-from bayesub.problem.unseen import UnseenTrial
+from bayesub.problem.joint import JointProblem
+from bayesub.problem.unseen import UnseenTrial, left_out
 
 POSTERIOR, MODE, SQP, PRIOR, PRIOR_MEAN = "posterior", "posterior mode", "SQP", "prior", "prior mean"
 N_OTHERS = 200  # draws of an estimate that the posterior is compared with
@@ -49,12 +58,58 @@ def predicted_trial(
     looked for among them; `rng`: chooses draws, and is the source of noise.
     """
     trial = trial.with_fitted_noise(fitted, posterior.best)
-    draws = draws_by_whom(fitted, posterior, estimates, rng, number_of_draws(len(trial.problem.readings)))
+    n = number_of_draws(len(trial.problem.readings))
+    draws = draws_by_whom(fitted, posterior, estimates, rng, n)  # and those of the posterior are predicted by first
     predictions = {
         name: predict(trial.problem, parameters, rng, warm_up=trial.warm_up_s).without_draws()
         for name, parameters in transfer(trial, fitted, draws, rng)
     }
     return TrialPrediction(trial, predictions, posterior.converged)
+
+
+def leave_one_out(
+    joint: JointProblem,
+    rng: np.random.Generator,
+    *,
+    draw: Callable[[JointProblem, np.random.Generator, int], np.ndarray | Posterior] | None = None,
+    n_draws: int | None = None,
+) -> dict[str, Prediction]:
+    """Predict each trial of several from the others, as ``bayesub run --leave-out`` does.
+
+    What the others do not tell of a trial, such as start and current, comes from its warm-up, after which it is judged;
+    coefficients that no other trial has free come from their prior.
+
+    Parameters
+    ----------
+    joint : of two trials or more
+    rng : each trial has a child of it, in their order, as the source of draws and noise
+    draw : function of the problem of the others, of a generator and a number n that returns their posterior, or
+        (n, n_params) draws of it; by default :func:`bayesub.inference.checks.prediction.laplace`, which is quick and,
+        far along directions in which the posterior bends, too wide
+    n_draws : of each prediction; by default as many as :func:`predicted_trial` takes
+
+    Returns
+    -------
+    dict of str to Prediction
+        By trial.
+
+    Raises
+    ------
+    InputError
+        For one trial, and for a trial that is too short to be judged after its warm-up.
+    """
+    predictions = {}
+    for (name, trial), own in zip(left_out(joint).items(), rng.spawn(len(joint.problems)), strict=True):
+        others, n = joint.without(name), n_draws or number_of_draws(len(trial.problem.readings))
+        found = (draw or laplace)(others, own, n)
+        if isinstance(found, Posterior):
+            known, best = found.draws[own.choice(len(found.draws), n)], found.best
+        else:
+            known, best = found, found[np.argmax(others.log_prob(found))]
+        trial = trial.with_fitted_noise(others, best)
+        ((_, parameters),) = transfer(trial, others, [(POSTERIOR, known)], own)
+        predictions[name] = predict(trial.problem, parameters, own, warm_up=trial.warm_up_s)
+    return predictions
 
 
 def number_of_draws(n_numbers: int, most: int = N_DRAWS) -> int:
@@ -64,9 +119,10 @@ def number_of_draws(n_numbers: int, most: int = N_DRAWS) -> int:
 
 def draws_by_whom(
     fitted: AnyProblem, posterior: Posterior, estimates: Sequence[Estimate], rng: np.random.Generator, n: int
-) -> dict[str, np.ndarray]:
-    """By whom -> draws (.., n_fitted) of the fitted parameters, `n` of posterior and prior; the others are points."""
-    draws = {POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)], PRIOR: fitted.prior.sample(rng, n)}
+) -> Iterator[tuple[str, np.ndarray]]:
+    """By whom, and draws (.., n_fitted) of the fitted parameters, `n` of posterior and prior; the others are points."""
+    yield POSTERIOR, posterior.draws[rng.choice(len(posterior.draws), n)]
+    yield PRIOR, fitted.prior.sample(rng, n)
     points = {MODE: posterior.best, PRIOR_MEAN: fitted.prior.mean}
     for estimate in estimates:
         if estimate.method == SQP:
@@ -74,15 +130,15 @@ def draws_by_whom(
             known = {name: k for k, name in enumerate(estimate.names) if name in fitted.names}
             places = [fitted.names.index(name) for name in known]
             points[SQP][places] = estimate.values[list(known.values())]
-    return draws | {name: np.repeat(point[None], N_OTHERS, axis=0) for name, point in points.items()}
+    yield from ((name, np.repeat(point[None], N_OTHERS, axis=0)) for name, point in points.items())
 
 
 def transfer(
-    trial: UnseenTrial, fitted: AnyProblem, draws: Mapping[str, np.ndarray], rng: np.random.Generator
+    trial: UnseenTrial, fitted: AnyProblem, draws: Iterable[tuple[str, np.ndarray]], rng: np.random.Generator
 ) -> Iterator[tuple[str, np.ndarray]]:
     """By whom, and parameters (.., n_params) of a trial: what draws do not tell is drawn given its warm-up."""
     not_fitted = trial.own(fitted)
-    for name, some in draws.items():
+    for name, some in draws:
         parameters = trial.transferred(fitted, some, rng)
         yield name, given_warm_up(trial.problem, parameters, rng, not_fitted, trial.warm_up_s)
 
@@ -108,6 +164,7 @@ def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
         "last_s": float(problem.times.max()),
         "n_readings": posterior.n_readings,
         "failed_draws": {name: one.n_failed for name, one in prediction.predictions.items()},
+        "n_draws": posterior.n_flown + posterior.n_failed,
         "predicts": posterior.predicts(false_alarms),
         "p_value": posterior.p_value,
         "false_alarms": false_alarms,
@@ -146,11 +203,6 @@ def mean_ratio(first: Mapping[str, float], second: Mapping[str, float]) -> float
     return float(np.exp(np.mean([np.log(first[name] / second[name]) for name in first])))
 
 
-def predicts(trials: Sequence[dict]) -> bool:
-    """Whether every trial is predicted, of :func:`numbers`; true if there is none."""
-    return all(trial["predicts"] for trial in trials)
-
-
 def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str, str]:
     """What is to be said of prediction, by topic: of what was predicted, or that nothing was.
 
@@ -162,7 +214,7 @@ def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str
         n_left_out = sum(trial["kind"] == "left out" for trial in trials)
         if 0 < n_left_out < n_trials:
             text += f" Of {n_trials} trials {n_left_out} have been left out."
-        if not predicts(trials):
+        if not all(trial["predicts"] for trial in trials):
             text += (
                 " The coefficients hold for the fitted log at best, whatever its residuals say: fit both together "
                 "([[trials]]), or look for what differs between them (a zero of the rudder: bias_rudder_deg)."
@@ -199,17 +251,33 @@ def _success(trial: dict) -> str:
     unconverged = "" if trial["converged"] else " (by draws that have not converged)"
     in_doubt = trial["p_value"] < FALSE_ALARMS or trial["coverage"]["90 %"] < FEW
     word = "is in doubt, its errors are rare but possible" if in_doubt else "is predicted"
-    return f"{_named(trial)} {word}{unconverged}: {_of_readings(trial)} (p {trial['p_value']:.2g}){against}."
+    return (
+        f"{_named(trial)} {word}{unconverged}: {_of_readings(trial)} (p {trial['p_value']:.2g}){against}.{_lost(trial)}"
+    )
 
 
 def _failure(trial: dict) -> str:
     if not trial["channels"]:
-        return f"{_named(trial)} is NOT PREDICTED: with most draws of the posterior the boat does not complete it."
+        return (
+            f"{_named(trial)} is NOT PREDICTED: with {trial['failed_draws'][POSTERIOR]} of {trial['n_draws']} draws of "
+            "the posterior the boat does not complete it."
+        )
     channel = trial["channels"][trial["worst"]]
     unit = with_unit(channel["column"]).partition("(")[2].rstrip(")")
     others = ", ".join(f"{by} {value:.2g}" for by, value in channel["rms"].items() if by != POSTERIOR)
     return (
         f"{_named(trial)} is NOT PREDICTED: {trial['worst']} is off by {channel['rms'][POSTERIOR]:.2g} {unit} rms "
         f"({others}), and its 90 % bands are +-{channel['half_width']:.2g} {unit}; {_of_readings(trial)} "
-        f"(p {trial['p_value']:.2g})."
+        f"(p {trial['p_value']:.2g}).{_lost(trial)}"
     )
+
+
+def _lost(trial: dict) -> str:
+    return not_flown(trial["failed_draws"][POSTERIOR], trial["n_draws"], _named(trial))
+
+
+def not_flown(n_failed: int, n: int, what: str) -> str:
+    """What to say of draws of the posterior with which the boat does not complete a trial; empty if there are none."""
+    if not n_failed:
+        return ""
+    return f" With {n_failed} of {n} draws of the posterior the boat does not complete {what}; they are left out."

@@ -299,14 +299,3 @@ class TrialInference(Sampled, Protocol):
 
     def replicated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(n_batch, n_readings) readings that parameters (n_batch, n_params) could have made."""
-
-
-class TrialsInference(Sampled, Protocol):
-    """Several trials that share parameters, of which one can be left out."""
-
-    @property
-    def problems(self) -> Mapping[str, TrialInference]:
-        """Name of a trial -> its problem; a parameter of the same name is the same."""
-
-    def without(self, trial: str) -> "TrialsInference":
-        """The problem of all other trials."""

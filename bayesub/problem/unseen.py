@@ -4,10 +4,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bayesub.io.errors import InputError
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.likelihoods import Normal, UnknownSd
 from bayesub.problem.nuisance import of_boat
 from bayesub.problem.trial_problem import TrialProblem
+
+WARM_UP_LENGTHS = 4.0  # ship lengths travelled at the trial speed
+WARM_UP_READINGS = 8  # of each channel, in the median, in a warm-up
+JUDGED_READINGS = 10  # at least, after it
+LONGEST_WARM_UP = 0.5  # of the time of the readings
 
 
 @dataclass(frozen=True)
@@ -91,3 +97,38 @@ class UnseenTrial:
                 names = [f"{name}[{trial}]" if trial else name for trial in trials]
             sources[k] = [fitted.names.index(source) for source in names if source in fitted.names]
         return sources
+
+
+def warm_up(problem: TrialProblem, warm_up_s: float | None = None) -> float:
+    """Length of the warm-up of a log, s.
+
+    Raises InputError for a log of which too little is left.
+    """
+    if warm_up_s is None:
+        channels = problem.record.channels
+        lengths = WARM_UP_LENGTHS * problem.vehicle.length_m / problem.vehicle.speed_mps
+        dense = np.median([channel.times[:WARM_UP_READINGS][-1] for channel in channels])
+        warm_up_s = float(max(lengths, dense))
+    last, n_left = problem.times.max(), np.count_nonzero(problem.times > warm_up_s)
+    if n_left < JUDGED_READINGS or warm_up_s > LONGEST_WARM_UP * last:
+        raise InputError(
+            f"is too short to be predicted: of {last:.4g} s the warm-up takes {warm_up_s:.4g} s, which leaves {n_left} "
+            "readings; give a longer log or a shorter warm_up_s",
+            "data",
+            "warm_up_s",
+        )
+    return warm_up_s
+
+
+def left_out(joint: JointProblem) -> dict[str, UnseenTrial]:
+    """Each trial of several, to be predicted by the others; InputError for one that is too short."""
+    trials = {}
+    for name, problem in joint.problems.items():
+        trial = UnseenTrial(name, problem, 0.0, is_left_out=True)
+        if len(trial.own(joint.without(name))):
+            try:
+                trial = replace(trial, warm_up_s=warm_up(problem))
+            except InputError as error:
+                raise error.within(f"trial '{name}'") from None
+        trials[name] = trial
+    return trials

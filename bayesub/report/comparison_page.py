@@ -6,6 +6,7 @@ import numpy as np
 
 from bayesub.findings.comparison import Comparison
 from bayesub.findings.unseen import POSTERIOR
+from bayesub.findings.verdicts import STATUS
 from bayesub.io.words import cell, uncertain, with_unit
 from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
 from bayesub.report.plots import coefficients, motion
@@ -86,12 +87,10 @@ def _ratios(comparison: Comparison, places: Mapping[str, int]) -> dict[str, dict
 def sheet(comparison: Comparison, **about) -> Sheet:
     """The page; `about` are commit and seed."""
     numbers, labels = comparison.numbers, [run.label for run in comparison.runs]
-    unconverged = [label for label, run in numbers["runs"].items() if not run["converged"]]
+    in_doubt = [f"{label} {run['verdict'].upper()}" for label, run in numbers["runs"].items() if STATUS[run["verdict"]]]
     verdicts = [Verdict(True, "Compared.", " ".join(numbers["sentences"].values()))]
-    if unconverged:
-        verdicts.insert(
-            0, Verdict(False, "NOT CONVERGED:", f"{', '.join(unconverged)}. What is said of it may be wrong.")
-        )
+    if in_doubt:
+        verdicts.insert(0, Verdict(False, "IN DOUBT:", f"{', '.join(in_doubt)}. What is said of it may be wrong."))
     coefficients, *others = figures(comparison)
     differences = []
     if comparison.differences:
@@ -103,7 +102,6 @@ def sheet(comparison: Comparison, **about) -> Sheet:
         values = ("" if run.get(key) is None else run[key] for run in runs.values())
         rows.append([key, *(cell(value, 4) if isinstance(value, float) else str(value) for value in values)])
     rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
-    rows.append(["converged", *("yes" if run["converged"] else "NO" for run in runs.values())])
     rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
     about_runs = Table("Runs", ["run", *runs], rows, list(runs))
     parts: list[ReportFigure | Table] = [about_runs, *differences, coefficients]

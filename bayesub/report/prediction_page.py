@@ -2,6 +2,7 @@
 
 from bayesub.findings.predicted_trial import PredictedTrial
 from bayesub.findings.unseen import POSTERIOR, PRIOR, SQP
+from bayesub.findings.verdicts import STATUS, in_words
 from bayesub.io.words import cell, with_unit
 from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
 from bayesub.report.plots import motion, style
@@ -66,8 +67,9 @@ def sheet(prediction: PredictedTrial, **about) -> Sheet:
     verdicts = [Verdict(numbers["motion"]["is_flown"], "Motion.", sentences["motion"])]
     if prediction.held:
         verdicts.append(Verdict(False, "TOO NARROW.", sentences["held"]))
-    if prediction.shortcomings:
-        verdicts.insert(0, Verdict(False, "NOT CONVERGED.", f"The bands may be wrong: {prediction.shortcomings[0]}"))
+    if STATUS[prediction.verdict]:
+        doubt = in_words(prediction.verdict, prediction.shortcomings)
+        verdicts.insert(0, Verdict(False, "The bands may be wrong.", f"They are of a run that is {doubt}."))
     for log in numbers["predictions"]:
         word = "Predicts." if log["predicts"] else "DOES NOT PREDICT."
         verdicts.insert(0, Verdict(log["predicts"], word, sentences["prediction"]))

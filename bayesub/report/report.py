@@ -11,6 +11,7 @@ from bayesub.findings.equation_card import glossary
 from bayesub.findings.results import AnyProblem, Quantity, Results, numbers_of
 from bayesub.findings.run_numbers import percent, reference_word
 from bayesub.findings.unseen import TrialPrediction
+from bayesub.findings.verdicts import in_words
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
@@ -119,6 +120,7 @@ def page(
         "report.html",
         pictures,
         numbers=numbers,
+        outcome=in_words(numbers["outcome"]["verdict"]),
         widgets=live,
         word=reference_word(numbers),
         interval=derived.in_words,
@@ -161,8 +163,8 @@ def markdown_page(
         name=numbers["name"],
         question=numbers["question"] or f"What does the trial say of {numbers['vehicle']}?",
         background=f"{numbers['vehicle']}, {numbers['manoeuvre']}: {numbers['n_readings']} readings.",
-        verdict=f"{converged} {verdict['fit']}",
-        answer=verdict["answer"],
+        verdict=f"**{in_words(numbers['outcome']['verdict'])}.** {converged} {verdict['fit']}",
+        answer=("Not to be used. " if numbers["outcome"]["status"] else "") + verdict["answer"],
         pictures=captions,
         tables=[*table(("set-up", ""), numbers["set_up"].items()), "", *table(heads, rows)],
         method="\n\n".join(verdict[topic] for topic in (*topics.split(), "cross_check") if verdict.get(topic)),

@@ -4,17 +4,17 @@ import warnings
 
 import numpy as np
 
-from bayesub.inference.interface import TrialsInference
+from bayesub.problem.joint import JointProblem
 
 TRUSTED = 0.7  # shape of the tail of importance weights up to which they are (Vehtari et al. 2017)
 
 
-def reweighted(joint: TrialsInference, draws: np.ndarray, trial: str) -> tuple[np.ndarray, float]:
+def reweighted(joint: JointProblem, draws: np.ndarray, trial: str) -> tuple[np.ndarray, float]:
     """Weights that make draws of a posterior such of all other trials, smoothed (PSIS), and whether to trust them.
 
     Parameters
     ----------
-    joint : TrialsInference
+    joint : JointProblem
         Of all trials.
     draws : (n, n_params) array
         Of its posterior.

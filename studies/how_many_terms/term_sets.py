@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.findings.unseen import leave_one_out
 from bayesub.inference.baselines import gauss_newton
-from bayesub.inference.checks.prediction import laplace, leave_one_out
+from bayesub.inference.checks.prediction import laplace
 from bayesub.inference.sampling import sample
 from bayesub.model.coefficients import NAMES, SUBPROBLEMS
 from bayesub.model.manoeuvres import load_manoeuvre

@@ -45,6 +45,19 @@ def test_every_command_explains_itself_with_an_example(path, command):
     assert all(p.help for p in command.params if isinstance(p, click.Option))
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["report"], "bayesub: Missing argument 'DIR'; see bayesub report --help\n"),
+        (["new", "vehicle"], "bayesub: Missing argument 'NAME'; see bayesub new vehicle --help\n"),
+        (["nosuch"], "bayesub: No such command 'nosuch'; see bayesub --help\n"),
+    ],
+)
+def test_an_error_of_a_command_names_its_help(bayesub, words, said):
+    status, out, err = bayesub(*words)
+    assert (status, out, err) == (2, "", said)
+
+
 def completed(*words):
     """What bash would offer for the last of the words; the word "file" where it offers files."""
     found = BashComplete(app.app, {}, "bayesub", "_BAYESUB_COMPLETE").get_completions(list(words[:-1]), words[-1])

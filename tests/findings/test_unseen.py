@@ -1,6 +1,7 @@
 """What is said of logs that were not fitted."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,7 +40,6 @@ def test_the_truth_predicts_and_a_wrong_set_that_is_sure_of_itself_does_not(prob
     right, wrong = numbers
     assert right["predicts"]
     assert not wrong["predicts"]
-    assert not unseen.predicts(numbers)
     assert right["crps_over_prior"] < 0.5
     assert right["channels"]["yaw"]["rms"]["posterior"] == pytest.approx(0.1, rel=0.3)
     assert right["false_alarms"] == pytest.approx(0.025)
@@ -47,6 +47,21 @@ def test_the_truth_predicts_and_a_wrong_set_that_is_sure_of_itself_does_not(prob
     assert text.startswith("third is NOT PREDICTED: ")
     assert "second is predicted" in text
     assert "whatever its residuals say" in text
+
+
+def test_draws_that_do_not_fly_the_log_are_counted_in_the_words(problem):
+    """Of a prediction that holds and of one that does not."""
+    (one,) = unseen.numbers([predicted(problem, problem.reference, 0.01)])
+    assert one["n_draws"] > one["failed_draws"]["posterior"] == 0
+    assert "does not complete" not in one["sentence"]
+    prediction = predicted(problem, problem.reference, 0.01)
+    some = replace(prediction.posterior, n_failed=7)
+    vars(some).update({key: value for key, value in vars(prediction.posterior).items() if key not in vars(some)})
+    predictions = prediction.predictions | {"posterior": some}
+    (one,) = unseen.numbers([replace(prediction, predictions=predictions)])
+    lost = f"With 7 of {one['n_draws']} draws of the posterior the boat does not complete second; they are left out."
+    assert one["sentence"].endswith(lost)
+    assert unseen._failure(one).endswith(lost)
 
 
 def test_trials_that_have_not_been_left_out_are_counted(problem):

@@ -65,6 +65,7 @@ def test_the_path_of_a_page(bayesub):
 
 
 def test_an_unknown_topic_is_one_line_with_a_suggestion(bayesub):
+    assert bayesub("manual", "priors") == bayesub("manual", "priors-and-noise")  # a beginning is enough
     status, out, err = bayesub("manual", "modl")
     assert (status, out, err.count("\n")) == (2, "", 1)
     refusals.check(bayesub.error, "unknown", "modl")

@@ -12,6 +12,7 @@ from support.pages import Page
 import bayesub as bs
 from bayesub.findings import conflicts, remedies, run_numbers
 from bayesub.findings.results import PREDICTIVE_DRAWS, Results, numbers_of
+from bayesub.findings.verdicts import STATUS
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks import convergence
@@ -270,6 +271,19 @@ def test_every_table_sorts_and_scrolls_by_itself(page):
         rows = rows.split("</tbody>")[0].split("<tr>")[1:]
         assert rows
         assert {row.count("<td") for row in rows} == {heads.count("<th ")}
+
+
+def test_the_verdict_leads_and_a_misfit_stands_before_the_answer(numbers, page):
+    """The answer is marked as not to be used."""
+    assert page.index("CONVERGED AND FITS") < page.index("<strong>Answer.") < page.index("<strong>Converged.")
+    misfit = numbers | {"criticism": numbers["criticism"] | {"fits": False}}
+    misfit |= {"outcome": {"verdict": "does not fit", "status": STATUS["does not fit"]}}
+    doubted = page_of(misfit)
+    places = [doubted.index(words) for words in ("DOES NOT FIT", "Model in doubt.", "<strong>Answer, not to be used.")]
+    assert places == sorted(places)
+    text = report.markdown_page(misfit, {}, ())
+    assert "**DOES NOT FIT: " in text
+    assert "**Answer.** Not to be used. Of " in text
 
 
 def test_every_text_is_escaped(numbers, page):

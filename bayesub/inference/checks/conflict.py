@@ -26,7 +26,8 @@ from scipy import special, stats
 
 from bayesub.inference.interface import InferencePrior
 
-FALSE_ALARMS = 0.01  # probability that anything is said where the prior is right: half for the sum, half for the names
+# Probabilities that anything is said, and that the prior is called refuted, where it is right
+FALSE_ALARMS, REFUTED = 0.01, 1e-4
 CONTRACTED = 0.8  # posterior sd over prior sd below which the data have a say
 POWERS = (0.99, 1.01)
 SENSITIVE = 0.05  # from which a distribution hangs on prior or likelihood (Kallioinen et al. 2024)
@@ -41,11 +42,18 @@ class Conflict:
     named: dict[str, float]
     probability: float  # of directions further off than these, all together, if the prior is right
     n_directions: int  # that the data have contracted
+    # Of the whole: half for the names (Bonferroni), half for the sum. At most as often small as it says, if it is right
+    p_value: float
 
     @property
     def disagree(self) -> bool:
         """Whether prior and data disagree."""
-        return bool(self.named) or self.probability < 0.5 * FALSE_ALARMS
+        return self.p_value < FALSE_ALARMS
+
+    @property
+    def refuted(self) -> bool:
+        """Whether they disagree so far that the posterior is not to be used before the prior has been looked at."""
+        return self.p_value < REFUTED
 
 
 def find_conflict(prior: InferencePrior, draws: np.ndarray, names: Sequence[str]) -> Conflict:
@@ -62,9 +70,11 @@ def find_conflict(prior: InferencePrior, draws: np.ndarray, names: Sequence[str]
     left = np.einsum("ij,jk,ik->i", own, covariance, own)
     known = np.flatnonzero(left < CONTRACTED**2)
     z = (own @ mean)[known] / np.sqrt(1.0 - left[known])
-    limit = stats.norm.isf(0.25 * FALSE_ALARMS / max(len(known), 1))
-    order = [k for k in np.argsort(-np.abs(z)) if abs(z[k]) > limit]
-    return Conflict({names[known[k]]: float(z[k]) for k in order}, probability, int(np.count_nonzero(seen)))
+    of_each = 2.0 * max(len(known), 1) * stats.norm.sf(np.abs(z))
+    order = [k for k in np.argsort(of_each) if of_each[k] < 0.5 * FALSE_ALARMS]
+    p_value = min(1.0, 2.0 * float(min([probability, *of_each])))
+    named = {names[known[k]]: float(z[k]) for k in order}
+    return Conflict(named, probability, int(np.count_nonzero(seen)), p_value)
 
 
 def sensitivity(draws: np.ndarray, log_density: np.ndarray) -> np.ndarray:
@@ -102,4 +112,5 @@ def _distance(widths, p, q):
     """
     middle = 0.5 * (p + q)
     divergence = np.sum(widths * (special.rel_entr(p, middle) + special.rel_entr(q, middle)), axis=0) / np.log(2.0)
-    return np.sqrt(np.maximum(divergence, 0.0) / np.sum(widths * (p + q), axis=0))
+    spread = np.sum(widths * (p + q), axis=0)  # none of what never moves
+    return np.sqrt(np.maximum(divergence, 0.0) / np.where(spread > 0.0, spread, 1.0))

@@ -52,7 +52,8 @@ def rank_spread(n_effective: float | np.ndarray, n_ensembles: int, n_bins: int) 
 def rhat(chain: np.ndarray, scores: np.ndarray | None = None) -> np.ndarray:
     """(n_params,) rank-normalised split R-hat, the larger of its bulk and folded versions (Vehtari et al. 2021).
 
-    Each ensemble is split into its first and second half in time; all walkers of a half count as one chain.
+    Each ensemble is split into its first and second half in time; all walkers of a half count as one chain. It is
+    infinite for a parameter that stands still in all of them.
 
     Parameters
     ----------
@@ -70,7 +71,8 @@ def _split_rhat(chain):
     n = half * chain.shape[2]
     within = parts.var(axis=(1, 2), ddof=1).mean(axis=0)
     between = parts.mean(axis=(1, 2)).var(axis=0, ddof=1)
-    return np.sqrt((n - 1) / n + between / within)
+    moving = within > 0.0
+    return np.where(moving, np.sqrt((n - 1) / n + between / np.where(moving, within, 1.0)), np.inf)
 
 
 def autocorrelation_time(chain: np.ndarray) -> np.ndarray:
@@ -120,7 +122,8 @@ def variance_trend(chain: np.ndarray, scores: np.ndarray | None = None) -> np.nd
     squares = (rank_normalised(chain) if scores is None else scores) ** 2
     half = chain.shape[1] // 2
     change = squares[:, -half:].mean(axis=(0, 1, 2)) - squares[:, :half].mean(axis=(0, 1, 2))
-    return change / np.sqrt(4.0 * squares.var(axis=(0, 1, 2)) / ess(squares))
+    errors = np.sqrt(4.0 * squares.var(axis=(0, 1, 2)) / ess(squares))
+    return change / np.where(errors > 0.0, errors, 1.0)
 
 
 def threshold(n: int, false_alarms: float) -> float:

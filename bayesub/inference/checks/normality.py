@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg, special, stats
 
+_ROUND_OFF = 1e-12
 PROBABILITIES = np.array([0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95])
 CLOSE = 0.25  # standard deviations between quantiles that are those of a normal distribution for most purposes
 
@@ -85,14 +86,16 @@ def normality(names: Sequence[str], draws: np.ndarray, scale: np.ndarray, ess: f
 
 def _distances(values) -> tuple[np.ndarray, np.ndarray]:
     """Skewness (n_params,) and quantile distance (n_params,) of values (n_draws, n_params)."""
-    standard = (values - values.mean(axis=0)) / values.std(axis=0)
+    sd = values.std(axis=0)
+    standard = (values - values.mean(axis=0)) / np.where(sd > 0.0, sd, 1.0)
     quantiles = np.quantile(standard, PROBABILITIES, axis=0)
     return np.mean(standard**3, axis=0), np.abs(quantiles - special.ndtri(PROBABILITIES)[:, None]).max(axis=0)
 
 
 def pooled_sd(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """(..) root of the mean variance of draws (n, ..) and (m, ..)."""
-    return np.sqrt(0.5 * (first.var(axis=0, ddof=1) + second.var(axis=0, ddof=1)))
+    """(..) root of the mean variance of draws (n, ..) and (m, ..); one where neither moves."""
+    sd = np.sqrt(0.5 * (first.var(axis=0, ddof=1) + second.var(axis=0, ddof=1)))
+    return np.where(sd > 0.0, sd, 1.0)
 
 
 def wasserstein(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -114,7 +117,9 @@ def hellinger(first: np.ndarray, second: np.ndarray) -> float:
         1 - det(C1)^(1/4) det(C2)^(1/4) det(C)^(-1/2) exp(-(m1 - m2)' C^-1 (m1 - m2) / 8),   C = (C1 + C2) / 2.
     """
     scale = pooled_sd(first, second)
-    covariances = [np.atleast_2d(np.cov((draws / scale).T)) for draws in (first, second)]
+    # Widened by round-off, so that what draws never leave is a direction like others.
+    n = first.shape[1]
+    covariances = [np.cov((draws / scale).T).reshape(n, n) + _ROUND_OFF * np.eye(n) for draws in (first, second)]
     middle = 0.5 * sum(covariances)
     off = (first.mean(axis=0) - second.mean(axis=0)) / scale
     logs = [np.linalg.slogdet(covariance)[1] for covariance in (*covariances, middle)]

@@ -9,7 +9,7 @@ of the readings on average, and 60 % of one log now and then. Replicated reading
 p-value is the share of them, and the log, whose errors are as large. It is uniform if the posterior is right.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.identifiability.linalg import complete_svd
-from bayesub.inference.interface import Sampled, Searchable, TrialInference, TrialsInference
+from bayesub.inference.interface import Searchable, TrialInference
 
 N_DRAWS = 800
 INTERVALS = (0.5, 0.9)
@@ -26,7 +26,6 @@ LEAST_FLOWN = 20  # draws; of fewer there are no bands
 _ITERATIONS, _TOLERANCE = 30, 1e-2  # of searches; in posterior standard deviations
 _LONGEST = 1.0  # step of a coordinate, whose prior sd is one
 _SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends in searches
-N_DRAWS_LEFT_OUT = 400
 
 
 @dataclass(frozen=True)
@@ -55,9 +54,14 @@ class Prediction:
     warm_up: float = 0.0
 
     @cached_property
+    def n_flown(self) -> int:
+        """Draws whose simulation did not fail."""
+        return len(self.predicted)
+
+    @cached_property
     def is_flown(self) -> bool:
         """Whether most draws complete the log, and enough of them for bands."""
-        return len(self.predicted) >= max(LEAST_FLOWN, self.n_failed)
+        return self.n_flown >= max(LEAST_FLOWN, self.n_failed)
 
     @cached_property
     def judged(self) -> np.ndarray:
@@ -168,7 +172,7 @@ class Prediction:
 
     def without_draws(self) -> "Prediction":
         """The same prediction, computed, without its draws, which fill the memory if the log is long."""
-        names = ["is_flown", "_smallest"]
+        names = ["n_flown", "is_flown", "_smallest"]
         if self.is_flown:
             names += ["mean", "bands", "rms", "crps", "worst", "p_value"]
         values = {name: getattr(self, name) for name in names}
@@ -288,42 +292,6 @@ def chi_squares(errors: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """(n,) e'(I + A'A)^-1 e of errors e (n, n_readings) with A (n_draws, n_readings) the directions."""
     _, s, vt = np.linalg.svd(directions, full_matrices=False)
     return np.sum(errors**2, axis=1) - (errors @ vt.T) ** 2 @ (s**2 / (s**2 + 1.0))
-
-
-def leave_one_out(
-    joint: TrialsInference,
-    rng: np.random.Generator,
-    *,
-    draw: Callable[[Sampled, np.random.Generator, int], np.ndarray] | None = None,
-    n_draws: int = N_DRAWS_LEFT_OUT,
-) -> dict[str, Prediction]:
-    """Predict each trial of a :class:`bayesub.problem.joint.JointProblem` from the others.
-
-    Nuisance parameters that are the trial's own, and coefficients that no other trial has free, come from their prior.
-
-    Parameters
-    ----------
-    joint : of two trials or more
-    rng : source of the draws
-    draw : function of a problem, `rng` and a number n that returns (n, n_params) draws of its posterior; by default
-        :func:`laplace`, which is quick and, far along directions in which the posterior bends, too wide
-    n_draws : of each prediction
-
-    Returns
-    -------
-    dict of str to Prediction
-        By trial.
-    """
-    predictions = {}
-    for trial, problem in joint.problems.items():
-        others = joint.without(trial)
-        known = (draw or laplace)(others, rng, n_draws)
-        parameters = problem.prior.sample(rng, n_draws)
-        for k, name in enumerate(problem.names):
-            if name in others.names:
-                parameters[:, k] = known[:, others.names.index(name)]
-        predictions[trial] = predict(problem, parameters, rng)
-    return predictions
 
 
 def laplace(problem: Searchable, rng: np.random.Generator, n: int, start: np.ndarray | None = None) -> np.ndarray:

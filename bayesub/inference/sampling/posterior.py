@@ -203,8 +203,22 @@ class Posterior(Convergence, Displayed):
 
     @cached_property
     def correlation(self) -> np.ndarray:
-        """(n_params, n_params) posterior correlation matrix."""
-        return np.corrcoef(self.draws.T)
+        """(n_params, n_params) posterior correlation matrix; a parameter that never moves is correlated with none."""
+        deviations = np.where(self._still, 0.0, self.draws - self.mean)
+        lengths = np.linalg.norm(deviations, axis=0)
+        unit = deviations / np.where(lengths > 0.0, lengths, 1.0)
+        correlation = np.clip(unit.T @ unit, -1.0, 1.0)
+        np.fill_diagonal(correlation, 1.0)
+        return correlation
+
+    @property
+    def constants(self) -> tuple[str, ...]:
+        """Parameters that have the same value in all draws."""
+        return tuple(name for name, is_still in zip(self.names, self._still, strict=True) if is_still)
+
+    @property
+    def _still(self) -> np.ndarray:
+        return np.ptp(self.draws, axis=0) == 0.0  # of a constant the sd is that of rounding
 
     def quantiles(self, probabilities: Sequence[float]) -> np.ndarray:
         """(n_probabilities, n_params)."""
@@ -264,6 +278,8 @@ class Posterior(Convergence, Displayed):
             return (f"only {len(self.chain)} independent ensembles; at least {N_ENSEMBLES} are needed for R-hat",)
         if self.chain.shape[1] < LEAST_STEPS:
             return (f"only {self.n_steps} steps were kept; raise max_steps",)
+        if self.constants:
+            return (f"all draws of {', '.join(self.constants)} are the same; widen its prior, or hold it fixed",)
         criteria = self.criteria
         taus = self.n_steps / self.tau.max(axis=0)
         long = f"ensembles are {{:.1f}} autocorrelation times long, {criteria.taus:g} are needed"

@@ -120,6 +120,7 @@ def _compared(label: str, run: FinishedRun, posed: PosedTrial | InputError, draw
     trials = [trial.manoeuvre or trial.data for _, trial, _ in run.study.each_trial()]
     about = {
         "study": run.study.name,
+        "verdict": run.verdict,
         "vehicle": run.vehicle.name,
         "equations": run.vehicle.equations.name,
         "trials": ", ".join(Path(str(name)).name for name in trials),

@@ -16,6 +16,7 @@ from bayesub.design.limits import N_DRAWS, Limits, Range, load_limits, usual_lim
 from bayesub.design.plan import Plan, best, families, of_time, of_total, refuse_uninformed, tried
 from bayesub.design.search import Found
 from bayesub.findings.designed_trial import Asked, DesignedTrial, structural
+from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io import toml_files
 from bayesub.io.atomic import replacing, write_text
 from bayesub.io.errors import InputError, nearest
@@ -28,7 +29,6 @@ from bayesub.report import design as report
 from bayesub.study.after.finished_run import finished_run
 from bayesub.study.after.knowledge import covariance_of_draws
 from bayesub.study.provenance import CODE, copies, of_request
-from bayesub.study.run.result import NOT_CONVERGED
 from bayesub.study.run.run import interruptions
 from bayesub.study.run.run_folder import open_folder
 from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors

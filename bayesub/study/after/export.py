@@ -117,7 +117,7 @@ def export(folder: str | Path, path: str | Path, kind: str | None = None) -> Fin
     Returns
     -------
     FinishedRun
-        With the vehicle, the study and the posterior, which may not have converged (``posterior.shortcomings``).
+        With the vehicle, the study and the posterior, and what is wrong with the run (``doubt``).
 
     Raises
     ------

@@ -1,12 +1,11 @@
 """A finished run, as other commands take it up: its study, posterior and estimates read back, its page made again."""
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
 
+from bayesub.findings.verdicts import NOT_CONVERGED, STATUS, in_words, worst
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.sampling import CrossCheck, Posterior, posterior_file
 from bayesub.io import toml_files
@@ -14,7 +13,7 @@ from bayesub.io.errors import InputError, error_source
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.study.provenance import COMPUTED, copy_name
 from bayesub.study.run import script
-from bayesub.study.run.infer import ESTIMATES, POSTERIOR, conclude
+from bayesub.study.run.infer import ESTIMATES, POSTERIOR, conclude, read_back, saved_estimates
 from bayesub.study.run.prepare import Setup, prepare
 from bayesub.study.run.result import StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_config
@@ -24,7 +23,6 @@ from bayesub.study.schema.trial_section import CheckSection
 from bayesub.study.sources import file_digest
 
 OTHERS = {"design": "design with --resume", "prediction": "predict with --force", "comparison": "compare with --force"}
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -34,9 +32,20 @@ class FinishedRun:
     folder: Path
     config: dict  # the content of its ``config.toml``
     study: Study  # whose files are the copies in the folder
-    verdict: str  # on the run (:class:`bayesub.study.run.result.StudyResult`)
+    judged: str  # verdict when it ended (:class:`bayesub.study.run.result.StudyResult`)
     posterior: Posterior
     estimates: tuple[Estimate, ...]  # by the baselines
+
+    @cached_property
+    def verdict(self) -> str:
+        """On the run as its folder is now (:data:`bayesub.findings.verdicts.STATUS`)."""
+        return self.judged if self.posterior.converged else worst([self.judged, NOT_CONVERGED])
+
+    @property
+    def doubt(self) -> str:
+        """What is wrong with the run, by its verdict; empty if nothing."""
+        reasons = self.posterior.shortcomings if self.verdict == NOT_CONVERGED else ()
+        return in_words(self.verdict, reasons) if STATUS[self.verdict] else ""
 
     @cached_property
     def vehicle(self) -> Vehicle:
@@ -97,20 +106,6 @@ def config_of_study(folder: Path, advice: str = "give the folder of the run of a
     return config
 
 
-def saved_estimates(folder: Path) -> tuple[Estimate, ...]:
-    """What the baselines of a run have found; InputError for a damaged file."""
-    return read_back(folder / ESTIMATES, lambda content: tuple(map(Estimate.from_json, content)))
-
-
-def read_back(file: Path, made: Callable[[Any], T]) -> T:
-    """What is made of the JSON of a file in a run folder; InputError for a damaged one."""
-    try:
-        return made(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        text = f"{file.parent}: {file.name} is damaged ({error}); run the study again"
-        raise InputError(text, "format", file.name) from None
-
-
 def saved_study(folder: Path, config: dict) -> Study:
     """The study of a run, whose files are the copies in its folder, or for a run of before 0.2 the files themselves."""
     source = folder / CONFIG
@@ -145,8 +140,10 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
         raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study", "conflict", "--study")
     else:
         result = _redraw(folder, config, pdf)
-    saved = load_result(folder)
-    return result if saved is None else replace(result, seconds=saved.seconds)
+    if (saved := load_result(folder)) is not None:
+        result = replace(result, seconds=saved.seconds)
+        result.save()
+    return result
 
 
 def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:

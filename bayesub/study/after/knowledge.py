@@ -92,7 +92,7 @@ def covariance_of_draws(names: Sequence[str], draws: np.ndarray) -> np.ndarray:
     """
     covariance = np.atleast_2d(np.cov(draws.T))
     sd = np.sqrt(np.diag(covariance))
-    for name in (name for name, one in zip(names, sd, strict=True) if not one > 0.0):
+    for name in (name for name, spread in zip(names, np.ptp(draws, axis=0), strict=True) if not spread > 0.0):
         raise InputError(f"posterior: all draws of '{name}' are the same; sample it again", "data", name)
     if np.linalg.eigvalsh(covariance / np.outer(sd, sd))[0] >= SMALLEST:
         return covariance
@@ -187,8 +187,8 @@ def _head(run: FinishedRun, knowledge: Knowledge) -> list[str]:
         '[prior] kind = "vehicle" of another study starts from it. The digits are needed, where combinations are known '
         "far better than coefficients. What the trial could not tell is as wide here as its prior made it."
     ]
-    if not posterior.converged:
-        lines.insert(0, f"NOT CONVERGED: {'; '.join(posterior.shortcomings)}")
+    if run.doubt:
+        lines.insert(0, run.doubt)
     if others:
         some = listed([*others[:6], *([f"{len(others) - 6} more"] if len(others) > 6 else [])])
         lines.append(f"Integrated out: {some}. What two trials share of these is not passed on: fit both together.")

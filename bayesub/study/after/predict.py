@@ -165,8 +165,8 @@ def predicted_by(
     problem, motions, predictions = trial.problem, {}, {}
     n_numbers = max(len(problem.readings), 12 * len(problem.simulator.times))
     n = unseen.number_of_draws(n_numbers, draws)
-    by_whom = unseen.draws_by_whom(fitted, posterior, run.estimates, rng, n)
-    by_whom = {name: some for name, some in by_whom.items() if by is None or name in by}
+    drawn = list(unseen.draws_by_whom(fitted, posterior, run.estimates, rng, n))
+    by_whom = [(name, some) for name, some in drawn if by is None or name in by]
     for name, parameters in unseen.transfer(trial, fitted, by_whom, rng):
         progress.stage(f"fly by the {name}")
         states = []
@@ -180,7 +180,7 @@ def predicted_by(
         if posed.has_readings:
             predictions[name] = predict(problem, parameters, rng, warm_up=trial.warm_up_s).without_draws()
     readings = TrialPrediction(trial, predictions, posterior.converged)
-    about = posed.held, tuple(posterior.shortcomings), posed.current_mps
+    about = posed.held, tuple(posterior.shortcomings), run.verdict, posed.current_mps
     return PredictedTrial(run.study.name, posed.setup.vehicle, motions, readings, *about)
 
 

@@ -1,15 +1,16 @@
 """The work of a study in TOML: baselines, sampling, cross-check, predictions, report."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from bayesub.findings.remedies import fit_of_mode
-from bayesub.findings.unseen import TrialPrediction, predicted_trial, predicts
+from bayesub.findings.unseen import TrialPrediction, predicted_trial
+from bayesub.findings.verdicts import MEANING
 from bayesub.inference import baselines, identifiability
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.inference.sampling import cross_check as compare_with_nuts
@@ -22,17 +23,19 @@ from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
+from bayesub.problem.unseen import left_out
 from bayesub.report.report import ReportedStudy, write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
 from bayesub.study.run.prepare import Setup
-from bayesub.study.run.result import StudyResult, verdict_on
+from bayesub.study.run.result import StudyResult
 from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
 
 if TYPE_CHECKING:
     from bayesub.logs.series import Finding
 
 POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
+T = TypeVar("T")
 
 
 def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bool = False) -> StudyResult:
@@ -46,8 +49,8 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     for unseen in setup.unseen:
         unseen.problem.record.save(folder / f"check_{unseen.name}.csv")
     problem.predicted(np.repeat(problem.prior.mean[None], 16, axis=0))  # compiles, so that nothing below does
-    seconds = {"simulation and compilation": progress.seconds}
-    estimates = _baselines(setup, progress)
+    seconds = {"simulation and compilation": progress.seconds - progress.before}  # of this session of the run
+    estimates = _baselines(setup, context)
     seconds |= {estimate.method: estimate.seconds for estimate in estimates}
 
     progress.stage("sample the posterior")
@@ -55,7 +58,6 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     posterior = sample_posterior(setup, problem, rng, checkpoint=folder / "chain", progress=progress, examine=examine)
     seconds["sampling"] = posterior.seconds
     posterior_file.save(posterior, folder / POSTERIOR)
-    write_text(folder / ESTIMATES, json.dumps([estimate.to_json() for estimate in estimates], indent=1))
     check = None
     if cross_check:
         progress.stage("cross-check with NUTS")
@@ -122,25 +124,44 @@ def _logs(setup: Setup) -> "Iterator[tuple[Path, bool, list[Finding]]]":
         yield path, bool(section.trust_log), [one for one in findings if not unused.issuperset(one.columns)]
 
 
-def _baselines(setup: Setup, progress: Progress) -> list[baselines.Estimate]:
-    """The estimates that the study asks for."""
-    study, problem, estimates = setup.study, setup.problem, []
+def saved_estimates(folder: Path) -> tuple[baselines.Estimate, ...]:
+    """What the baselines of a run have found; InputError for a damaged file."""
+    return read_back(folder / ESTIMATES, lambda content: tuple(map(baselines.Estimate.from_json, content)))
+
+
+def read_back(file: Path, made: Callable[[Any], T]) -> T:
+    """What is made of the JSON of a file in a run folder; InputError for a damaged one."""
+    try:
+        return made(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        text = f"{file.parent}: {file.name} is damaged ({error}); run the study again"
+        raise InputError(text, "format", file.name) from None
+
+
+def _baselines(setup: Setup, context: RunContext) -> list[baselines.Estimate]:
+    """The estimates that the study asks for, kept as soon as all are there; those of an earlier session of the run."""
+    if (context.folder / ESTIMATES).exists():
+        return list(saved_estimates(context.folder))
+    estimates = list(_searched(setup, context.progress))
+    write_text(context.folder / ESTIMATES, json.dumps([estimate.to_json() for estimate in estimates], indent=1))
+    return estimates
+
+
+def _searched(setup: Setup, progress: Progress) -> Iterator[baselines.Estimate]:
+    study, problem = setup.study, setup.problem
     truths = [trial.truth for trial in setup.trials.values()]
     if study.baselines.linear_least_squares and all(truths):  # a log has no noise-free motion
         progress.stage("linear least squares")
         plain = problem.naive()
         systems = [linear_systems(truth, free=plain.names) for truth in truths]
         guess = dict(zip(plain.names, plain.prior.guess, strict=True))
-        estimates.append(
-            baselines.linear_least_squares(stacked(systems, plain.equations.names), guess).completed(guess)
-        )
+        yield baselines.linear_least_squares(stacked(systems, plain.equations.names), guess).completed(guess)
     if n_starts := study.baselines.sqp_starts:
         progress.stage("SQP")
         plain = problem.searchable()
         others = plain.names[plain.n_coefficients :]
         rng = setup.generator(seeds.SQP)
-        estimates.append(baselines.sqp(plain, rng=rng, informed=others, n_starts=n_starts, progress=progress))
-    return estimates
+        yield baselines.sqp(plain, rng=rng, informed=others, n_starts=n_starts, progress=progress)
 
 
 def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
@@ -196,8 +217,9 @@ def conclude(
     return StudyResult(
         name=study.name,
         question=study.question,
-        verdict=verdict_on(posterior, check, predictions_hold=predicts(numbers["predictions"])),
+        verdict=(verdict := numbers["outcome"]["verdict"]),
         folder=str(folder),
+        text=MEANING.get(verdict, ""),
         sentences=numbers["verdict"],
         shortcomings=tuple(posterior.shortcomings),
     )
@@ -212,7 +234,8 @@ def _predictions(
     if (folder / LEFT_OUT).is_dir():
         from bayesub.study.run import leave_out as others
 
-        left_out = others.posteriors(setup, folder)
-        trials = others.unseen_trials(setup)
-        predictions += [predicted_trial(trials[name], *fit, [], rng) for name, fit in left_out.items()]
+        trials = left_out(setup.problem)
+        rngs = dict(zip(trials, rng.spawn(len(trials)), strict=True))  # as findings.unseen.leave_one_out has them
+        fits = others.posteriors(setup, folder)
+        predictions += [predicted_trial(trials[name], *fit, [], rngs[name]) for name, fit in fits.items()]
     return predictions

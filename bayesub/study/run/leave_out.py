@@ -12,11 +12,10 @@ from bayesub.io import seeds
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import Progress
 from bayesub.problem.joint import JointProblem
-from bayesub.problem.unseen import UnseenTrial
+from bayesub.problem.unseen import left_out
 from bayesub.study.run.infer import criteria, sample_posterior
 from bayesub.study.run.prepare import Setup
 from bayesub.study.run.run_folder import LEFT_OUT, RunContext
-from bayesub.study.schema.trial_section import warm_up
 
 
 def check(setup: Setup) -> None:
@@ -24,21 +23,7 @@ def check(setup: Setup) -> None:
     if len(setup.trials) < 2:
         text = "--leave-out is for studies of several trials; of one log, name a second one to predict in [[check]]"
         raise InputError(text, "conflict", "--leave-out")
-    unseen_trials(setup)
-
-
-def unseen_trials(setup: Setup) -> dict[str, UnseenTrial]:
-    """Each trial of a study, to be predicted by the others; InputError for one that is too short."""
-    trials = {}
-    for name, problem in setup.problem.problems.items():
-        trial = UnseenTrial(name, problem, 0.0, is_left_out=True)
-        if len(trial.own(setup.problem.without(name))):
-            try:
-                trial = UnseenTrial(name, problem, warm_up(problem), is_left_out=True)
-            except InputError as error:
-                raise error.within(f"trial '{name}'") from None
-        trials[name] = trial
-    return trials
+    left_out(setup.problem)
 
 
 def fit(setup: Setup, context: RunContext) -> None:

@@ -3,19 +3,13 @@
 import json
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from bayesub.findings.verdicts import STATUS, verdict_on
 from bayesub.io.atomic import write_text
 
-if TYPE_CHECKING:
-    from bayesub.inference.sampling import CrossCheck, Posterior
-
-RESULT = "outcome.json"
-CONVERGED, NOT_CONVERGED, NOT_CONFIRMED = "converged", "not converged", "not confirmed"
-CLAIM_HOLDS, CLAIM_FAILED = "claim holds", "claim failed"
-DOES_NOT_PREDICT = "does not predict"
-FAILED, NOT_FINISHED, SKIPPED = "failed", "not finished", "skipped"
-GOOD = (CONVERGED, CLAIM_HOLDS, SKIPPED)
+RESULT, NUMBERS = "outcome.json", "numbers.json"
+_OF_OLD = "converged"  # verdict of version 0.2, which did not look at the fit
 
 
 @dataclass(frozen=True)
@@ -29,19 +23,18 @@ class StudyResult:
     question : str
         Of the study.
     verdict : str
-        "converged", "not converged", "not confirmed" (the cross-check does not agree) or "does not predict" (a log that
-        was not fitted) of a study in TOML; "claim holds", "claim failed" or "skipped" (what it needs is not there) of
-        a script; "failed" or "not finished".
+        A key of :data:`bayesub.findings.verdicts.STATUS`: "converged and fits" or what is wrong of a study in TOML;
+        "claim holds", "claim failed" or "skipped" (what it needs is not there) of a script; "failed" or "not finished".
     folder : str
         The run folder.
     seconds : float
         Of work, over all sessions of the run.
     text : str
-        The claim that failed, or why the run did or was skipped.
+        What the verdict means, the claims that failed, or why the run did or was skipped.
     sentences : dict of str to str
         What the posterior says, by topic; empty for a script.
     shortcomings : tuple of str
-        What is missing for convergence.
+        What is missing for convergence, or of a script the claims that failed.
     """
 
     name: str
@@ -56,7 +49,12 @@ class StudyResult:
     @property
     def good(self) -> bool:
         """Whether the posterior converged, agrees and predicts, as far as asked, or the claim holds or is skipped."""
-        return self.verdict in GOOD
+        return self.status == 0
+
+    @property
+    def status(self) -> int:
+        """Exit status of the command that says it."""
+        return STATUS[self.verdict]
 
     @property
     def report(self) -> Path | None:
@@ -66,7 +64,7 @@ class StudyResult:
 
     def to_json(self) -> dict[str, Any]:
         """The result as JSON types."""
-        return asdict(self) | {"good": self.good}
+        return asdict(self) | {"good": self.good, "status": self.status}
 
     def save(self) -> None:
         """Write ``outcome.json`` into the run folder: the last file of a run that came to its end."""
@@ -77,17 +75,10 @@ def load_result(folder: Path) -> StudyResult | None:
     """The result of the run in a folder, as it was saved; None if the run has not come to its end."""
     try:
         content = json.loads((folder / RESULT).read_text(encoding="utf-8"))
-        content.pop("good")
-        result = StudyResult(**content)
+        result = StudyResult(**{key: value for key, value in content.items() if key not in ("good", "status")})
+        if result.verdict == _OF_OLD:
+            result = replace(result, verdict=verdict_on(json.loads((folder / NUMBERS).read_text(encoding="utf-8"))))
+        STATUS[result.verdict]
         return replace(result, folder=str(folder), shortcomings=tuple(result.shortcomings))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return None
-
-
-def verdict_on(posterior: "Posterior", check: "CrossCheck | None" = None, *, predictions_hold: bool = True) -> str:
-    """The verdict on a posterior, on its cross-check, if there was one, and on its predictions."""
-    if not posterior.converged:
-        return NOT_CONVERGED
-    if check is not None and check.verdict != "agree":
-        return NOT_CONFIRMED
-    return CONVERGED if predictions_hold else DOES_NOT_PREDICT

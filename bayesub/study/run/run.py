@@ -1,6 +1,7 @@
 """A study goes one way: it is read, prepared once, run, and gives a result."""
 
 import errno
+import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -8,13 +9,22 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bayesub.io.atomic import reason
+from bayesub.findings.verdicts import FAILED
+from bayesub.io.atomic import reason, write_text, writing
 from bayesub.io.errors import InputError, error_source, one_line
 from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import SILENT, Progress, say
 from bayesub.study.provenance import code, code_change, commit, study_change
-from bayesub.study.run.result import FAILED, RESULT, StudyResult, load_result
-from bayesub.study.run.run_folder import CROSS_CHECK, STOPPING, RunContext, TimedProgress, open_folder, saved_config
+from bayesub.study.run.result import RESULT, StudyResult, load_result
+from bayesub.study.run.run_folder import (
+    CROSS_CHECK,
+    STOPPING,
+    TRACEBACK,
+    RunContext,
+    TimedProgress,
+    open_folder,
+    saved_config,
+)
 from bayesub.study.schema.study_file import Study, load_study
 
 if TYPE_CHECKING:
@@ -107,7 +117,8 @@ def run(
     work = _work(study, cross_check, leave_out)  # bad input shows before a folder is made
     options = {"resume": resume, "force": force, "keep_stale": keep_stale}
     with open_folder(folder, study.config(), study.copies(), **options), interruptions(folder):
-        (folder / RESULT).unlink(missing_ok=True)
+        for file in (RESULT, TRACEBACK):
+            (folder / file).unlink(missing_ok=True)
         clock = TimedProgress(folder, progress)
         result = work(RunContext(folder, pdf, clock, executor, commit()))
         clock.save()
@@ -162,7 +173,10 @@ def run_unless_done(
     except InputError as error:
         text = str(error)
     except Exception as error:
-        text = one_line(f"{file}: {type(error).__name__}: {error}")
+        text = one_line(f"{file}: {type(error).__name__}: {error}; see {folder / TRACEBACK}")
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            write_text(folder / TRACEBACK, traceback.format_exc())
     return StudyResult(file.stem, "", FAILED, str(folder), text=text), f"FAILED: {text}"
 
 

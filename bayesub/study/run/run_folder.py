@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 CONFIG = "config.toml"
 SECONDS = "seconds.json"
 CROSS_CHECK = "cross_check.json"
+TRACEBACK = "traceback.txt"  # of a study of several that failed by what is no bad input
 LEFT_OUT = "left_out"  # folder of the fits without one of the trials
 STOPPING = (  # may change before a run is resumed
     *(f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus")),
@@ -117,7 +118,7 @@ def _remedy(saved: dict, config: dict) -> str:
 
 def _content(folder: Path) -> list[Path]:
     """What is in a folder besides the traces of a run that was stopped before it began."""
-    return [path for path in folder.iterdir() if path.name != LOCK and not path.name.endswith(PARTIAL)]
+    return [path for path in folder.iterdir() if path.name not in (LOCK, TRACEBACK) and path.suffix != PARTIAL]
 
 
 class TimedProgress:

@@ -5,12 +5,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from bayesub.findings.verdicts import FAILED, NOT_FINISHED
 from bayesub.io import templates, toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import duration
 from bayesub.study import provenance
-from bayesub.study.run.result import FAILED, NOT_FINISHED, StudyResult, load_result
+from bayesub.study.run.result import StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, saved_config
 
 INDEX = "index.html"

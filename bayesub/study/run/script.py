@@ -29,6 +29,7 @@ from typing import Any
 from bayesub.campaign import beside, executors
 from bayesub.campaign.campaign import Files, Lines, as_json, complete, write_arrays
 from bayesub.campaign.executors import Executor, is_remote
+from bayesub.findings.verdicts import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
@@ -36,7 +37,7 @@ from bayesub.io.terminal import SILENT, Progress
 from bayesub.study import sources
 from bayesub.study.provenance import environment
 from bayesub.study.run import script_page
-from bayesub.study.run.result import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED, StudyResult
+from bayesub.study.run.result import StudyResult
 from bayesub.study.run.run_folder import RunContext
 
 NUMBERS = "numbers.json"
@@ -265,12 +266,15 @@ def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str
         module.draw(study, numbers)
     except MissingArrays as error:
         missing = error
-    failed = next((sentence for holds, sentence in module.claims(numbers) if not holds), None)
+    claims = list(module.claims(numbers))
+    failed = tuple(sentence for holds, sentence in claims if not holds)
     script_page.write(study.folder, config, module, numbers, study.tables, failed)
     if missing is not None:
         raise missing
-    verdict = CLAIM_HOLDS if failed is None else CLAIM_FAILED
-    return StudyResult(study.name, question, verdict, str(study.folder), text=failed or "")
+    text = f"{len(failed)} of {len(claims)}, listed above" if len(failed) > 1 else "".join(failed)
+    listed = failed if len(failed) > 1 else ()
+    verdict = CLAIM_FAILED if failed else CLAIM_HOLDS
+    return StudyResult(study.name, question, verdict, str(study.folder), text=text, shortcomings=listed)
 
 
 def _shortened(content):

@@ -1,7 +1,7 @@
 """The page of a script: what its docstring, its captions and its answer say, with the figures in the folder."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fnmatch import translate
 from pathlib import Path
 from types import ModuleType
@@ -17,14 +17,14 @@ PARTS = ("Question", "Claim", "Cost")  # of a docstring, each beginning a line
 
 
 def write(
-    folder: Path, config: dict, module: ModuleType, numbers: dict, tables: Iterable[str], failed: str | None
+    folder: Path, config: dict, module: ModuleType, numbers: dict, tables: Iterable[str], failed: Sequence[str]
 ) -> None:
     """Write ``<name>.md``, the page of a run, into its folder.
 
     ``FIGURES`` of the script is name or pattern -> caption, in the order of the page, ``GLOSSARY`` the equation set
     whose coefficients the page explains, and ``ANSWER`` the answer in a sentence or two, with places for numbers as
-    :func:`bayesub.report.markdown.fill` takes them. Tables are lines of Markdown; `failed` is the sentence of the claim
-    that failed.
+    :func:`bayesub.report.markdown.fill` takes them. Tables are lines of Markdown; `failed` are the sentences of the
+    claims that failed.
     """
     first, parts, rest = docstring_parts(module.__doc__ or "")
     equations = getattr(module, "GLOSSARY", None)
@@ -34,7 +34,7 @@ def write(
         question=first,
         background=parts["Question"],
         claim=parts["Claim"],
-        verdict="The claim holds of these numbers." if failed is None else f"The claim fails: {failed}.",
+        verdict=f"The claim fails: {'; '.join(failed)}." if failed else "The claim holds of these numbers.",
         answer=answer(getattr(module, "ANSWER", ""), numbers, quick=bool(config.get("quick_run"))),
         pictures=captioned(files, getattr(module, "FIGURES", {})),
         tables=tables,

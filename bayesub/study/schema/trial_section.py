@@ -223,12 +223,6 @@ def _prior(name: str, section: PriorOfOne) -> Prior:
     return section.build()
 
 
-WARM_UP_LENGTHS = 4.0  # ship lengths travelled at the trial speed
-WARM_UP_READINGS = 8  # of each channel, in the median, in a warm-up
-JUDGED_READINGS = 10  # at least, after it
-LONGEST_WARM_UP = 0.5  # of the time of the readings
-
-
 class CheckSection(TrialSection):
     """A log that is not fitted, or a manoeuvre to be simulated; with all keys of a trial.
 
@@ -236,7 +230,7 @@ class CheckSection(TrialSection):
     ----------
     name : unique in the study; by default that of the file
     warm_up_s : time from its start in which its readings say what the fit does not know of this log: start, current,
-        biases of sensors. By default :data:`WARM_UP_LENGTHS` ship lengths travelled, longer if they have few readings.
+        biases of sensors. By default four ship lengths travelled, longer if they have few readings.
     """
 
     name: str = pydantic.Field(default="", pattern=r"^[A-Za-z0-9_-]*$")
@@ -258,33 +252,12 @@ class CheckSection(TrialSection):
 
     def posed(self, problem: "TrialProblem", fitted: "TrialProblem | JointProblem") -> "UnseenTrial":
         """The log as a trial that the fitted ones shall predict; InputError for a log that is too short."""
-        from bayesub.problem.unseen import UnseenTrial
+        from bayesub.problem.unseen import UnseenTrial, warm_up
 
         unseen = UnseenTrial(self.name, problem, 0.0)
         if not len(unseen.own(fitted)):
             return unseen
         return UnseenTrial(self.name, problem, warm_up(problem, self.warm_up_s))
-
-
-def warm_up(problem: "TrialProblem", warm_up_s: float | None = None) -> float:
-    """Length of the warm-up of a log, s.
-
-    Raises InputError for a log of which too little is left.
-    """
-    if warm_up_s is None:
-        channels = problem.record.channels
-        lengths = WARM_UP_LENGTHS * problem.vehicle.length_m / problem.vehicle.speed_mps
-        dense = np.median([channel.times[:WARM_UP_READINGS][-1] for channel in channels])
-        warm_up_s = float(max(lengths, dense))
-    last, n_left = problem.times.max(), np.count_nonzero(problem.times > warm_up_s)
-    if n_left < JUDGED_READINGS or warm_up_s > LONGEST_WARM_UP * last:
-        raise InputError(
-            f"is too short to be predicted: of {last:.4g} s the warm-up takes {warm_up_s:.4g} s, which leaves {n_left} "
-            "readings; give a longer log or a shorter warm_up_s",
-            "data",
-            "warm_up_s",
-        )
-    return warm_up_s
 
 
 def check_names(names: Iterable[str], trials: Iterable[str]) -> None:

@@ -10,6 +10,7 @@ from scipy import special, stats
 from bayesub.inference.checks.conflict import (
     FALSE_ALARMS,
     POWERS,
+    REFUTED,
     SENSITIVE,
     find_conflict,
     sensitivity,
@@ -53,7 +54,18 @@ def test_right_priors_are_called_into_question_as_often_as_intended(kind, study,
     prior = PRIORS[kind]
     found = [find_conflict(prior, study(prior, truth), NAMES) for truth in prior.sample(rng, N_STUDIES)]
     assert sum(conflict.disagree for conflict in found) <= stats.binom.isf(0.001, N_STUDIES, FALSE_ALARMS)
+    assert sum(conflict.refuted for conflict in found) <= stats.binom.isf(0.001, N_STUDIES, REFUTED)
     assert stats.kstest([conflict.probability for conflict in found], "uniform").pvalue > 0.001
+
+
+def test_a_mild_conflict_is_named_and_does_not_refute(study):
+    """An error of four prior sds is one in 16,000, of nine coefficients one in a thousand or two; of six none."""
+    prior, truth = Normal(np.zeros(N_PARAMS), np.ones(N_PARAMS)), np.zeros(N_PARAMS)
+    for size, refuted in ((4.0, False), (6.0, True)):
+        truth[0] = size * np.sqrt(1 + STIFFNESS[0] ** -2)
+        conflict = find_conflict(prior, study(prior, truth, mixed=False), NAMES)
+        assert list(conflict.named) == ["a"]
+        assert (conflict.disagree, conflict.refuted) == (True, refuted)
 
 
 def test_what_is_wrong_is_named_and_nothing_else(study):

@@ -89,3 +89,18 @@ def test_halves_are_near_of_one_problem_and_apart_of_two(rng):
     chain[2:] += 3.0
     assert halves(chain) > 0.8
     assert np.isnan(halves(chain[:1]))
+
+
+def test_what_never_moves_has_no_distance_of_its_own(rng):
+    """Draws of a singular covariance, by a constant or by a copy: as far apart as the others say."""
+    first, second = rng.standard_normal((2, 4000, 1))
+    second += 1.0
+    for more in (np.zeros_like, np.copy):
+        one, two = (np.hstack([draws, more(draws)]) for draws in (first, second))
+        assert hellinger(one, one) == pytest.approx(0.0, abs=1e-6)
+        assert 0.0 < hellinger(one, two) <= 1.0
+    constant = np.hstack([first, np.zeros_like(first)])
+    moved = constant + np.array([1.0, 0.0])
+    assert hellinger(constant, moved) == pytest.approx(np.sqrt(1 - np.exp(-1 / 8)), abs=0.01)
+    assert not normality(("a", "b"), constant, np.ones(2), 4000.0).close
+    assert np.isfinite(wasserstein(constant, moved)).all()

@@ -37,6 +37,21 @@ def test_a_stationary_chain_is_accepted(chain):
     assert posterior(np.exp(3.0 * chain)).shortcomings == ()  # and with heavy tails, as only ranks count
 
 
+def test_a_parameter_that_never_moves_is_named(chain):
+    """It has not converged, is correlated with nothing, and leaves the numbers of the others as they are."""
+    still = chain.copy()
+    still[..., 1] = 0.3
+    one, whole = posterior(still), posterior(chain)
+    assert (one.constants, whole.constants) == (("c1",), ())
+    assert "all draws of c1 are the same" in one.shortcomings[0]
+    assert np.isinf(one.rhat[1])
+    assert one.variance_trend[1] == 0.0
+    np.testing.assert_array_equal(one.rhat[[0, 2]], whole.rhat[[0, 2]])
+    np.testing.assert_array_equal(one.correlation[1], [0.0, 1.0, 0.0])
+    np.testing.assert_allclose(whole.correlation, np.corrcoef(whole.draws.T), atol=1e-12)
+    np.testing.assert_array_equal(posterior(chain[..., :1]).correlation, [[1.0]])
+
+
 def test_one_ensemble_stuck_is_refused(chain):
     """Elsewhere, or in a part of the posterior."""
     away, narrow = chain.copy(), chain.copy()

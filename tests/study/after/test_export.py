@@ -15,6 +15,7 @@ import pytest
 from support import refusals, small_study
 
 import bayesub as bs
+from bayesub.findings.verdicts import STATUS
 from bayesub.report.parameter_tables import regressor_latex, rounded
 from bayesub.study.after.export import FORMATS
 from bayesub.study.after.finished_run import finished_run
@@ -38,9 +39,11 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     path = small_study.write(folder / "small.toml", **STUDY)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(infer, "write_report", lambda *_, **__: {"predictions": [], "verdict": {}})
+        patch.setattr(
+            infer, "write_report", lambda *_, **__: {"verdict": {}, "outcome": {"verdict": "converged and fits"}}
+        )
         result = bs.run(path, folder / "small")
-    assert result.verdict == "converged"
+    assert result.verdict == "converged and fits"
     return folder / "small"
 
 
@@ -190,14 +193,14 @@ def test_folders_that_are_no_finished_run(run, tmp_path, bayesub):
 
 
 def test_a_posterior_that_has_not_converged_is_said_so(run, tmp_path, bayesub, monkeypatch):
-    """It is written, with the reason in the file and on the last line, and the status is 1."""
+    """It is written, with the reason in the file and on the last line, and the status is that of its verdict."""
     from bayesub.study.after import export as exports
 
     finished = finished_run(run)
     short = replace(finished, posterior=replace(finished.posterior, criteria=bs.Criteria(ess=1e7)))
     monkeypatch.setattr(exports, "finished_run", lambda _: short)
     status, out, _ = bayesub("export", run, "-o", tmp_path / "known.toml")
-    assert status == 1
+    assert status == STATUS["not converged"]
     assert out.splitlines()[-1].startswith("NOT CONVERGED: ")
     assert (tmp_path / "known.toml").read_text().startswith("# NOT CONVERGED: ")
 

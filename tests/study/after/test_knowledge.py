@@ -93,7 +93,7 @@ def test_the_covariance_of_draws_has_an_inverse(rng):
     np.testing.assert_array_equal(covariance_of_draws(("a", "b"), draws), np.cov(draws.T))
     np.linalg.cholesky(covariance_of_draws(("a", "b"), draws[:, [0, 0]]))
     with refused("data", "b"):
-        covariance_of_draws(("a", "b"), draws * [1.0, 0.0])
+        covariance_of_draws(("a", "b"), draws * [1.0, 0.0] + 0.3)
 
 
 def test_what_rounding_makes_indefinite_is_widened_a_little():

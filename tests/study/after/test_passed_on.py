@@ -60,7 +60,7 @@ def run_of(one, mean, covariance, rng, n=4000):
     chain = draws.reshape(4, -1, 25, problem.n_params)
     posterior = bs.Posterior(problem.names, chain, np.zeros(chain.shape[:3]), prior.mean, prior.sd,
                              n_warmup=0, acceptance=0.5, evaluations=1, seconds=1.0, failures={})  # fmt: skip
-    return FinishedRun(Path(one.source).parent, {}, one, "", posterior, ())
+    return FinishedRun(Path(one.source).parent, {}, one, "converged and fits", posterior, ())
 
 
 def test_two_trials_in_two_steps_are_both_together(logs, rng):

@@ -12,6 +12,7 @@ from support import refusals, small_study
 from support.fins import weaker
 
 import bayesub as bs
+from bayesub.findings.verdicts import STATUS, in_words
 from bayesub.model.simulator import OF_MANOEUVRE, Simulator
 from bayesub.report import page
 from bayesub.study.after.finished_run import finished_run
@@ -166,7 +167,7 @@ def test_a_log_of_the_boat_is_predicted_and_of_another_is_not(run, log, tmp_path
     held = (judged["reading"] >= judged["q5"]) & (judged["reading"] <= judged["q95"])
     assert held.mean() == pytest.approx(said["coverage"]["90 %"], abs=2 / len(judged))
     status, out, _ = bayesub("predict", run, log("--perturb", "0.3"), "-o", tmp_path / "wrong", "--draws", 200)
-    assert status == 1
+    assert (status, out.splitlines()[-1]) == (STATUS["does not predict"], in_words("does not predict"))
     assert "NOT PREDICTED" in out
     assert "DOES NOT PREDICT" in (tmp_path / "wrong" / "prediction.html").read_text()
 
@@ -182,7 +183,7 @@ def test_readings_that_are_held_back_change_nothing(run, log, tmp_path, bayesub)
         table.loc[late, column] += 1000.0
     table.to_csv(path, index=False)
     status, out, _ = bayesub("predict", run, path, "-o", tmp_path / "two", *FEW)
-    assert (status, "NOT PREDICTED" in out) == (1, True)
+    assert (status, "NOT PREDICTED" in out) == (STATUS["does not predict"], True)
     assert (tmp_path / "one" / "states.csv").read_bytes() == (tmp_path / "two" / "states.csv").read_bytes()
     one, two = (pd.read_csv(tmp_path / name / "readings.csv").drop(columns="reading") for name in ("one", "two"))
     pd.testing.assert_frame_equal(one, two)
@@ -215,12 +216,12 @@ def test_a_control_history_keeps_to_the_plane_of_the_run(run, tmp_path, bayesub)
     assert any((tmp_path / "p" / "inputs").iterdir())
 
 
-def test_a_posterior_that_has_not_converged_predicts_with_status_1(run, tmp_path, bayesub):
+def test_a_posterior_that_has_not_converged_predicts_with_its_status(run, tmp_path, bayesub):
     short = shutil.copytree(run, tmp_path / "short")
     posterior = bs.Posterior.load(run / "posterior.nc")
     replace(posterior, criteria=bs.Criteria(ess=1e7)).save(short / "posterior.nc")
     status, out, _ = bayesub("predict", short, "zigzag_20_20", "-o", tmp_path / "p", *COARSE)
-    assert status == 1
+    assert status == STATUS["not converged"]
     assert "NOT CONVERGED: " in out.splitlines()[-1]
     assert "NOT CONVERGED" in (tmp_path / "p" / "prediction.html").read_text()
 

@@ -48,7 +48,7 @@ def test_a_study_converges_to_the_truth(bayesub, tmp_path, vehicle):
     *_, free, sharpened = CASES[vehicle]
     path, folder = study(tmp_path / "small.toml", vehicle), tmp_path / "run"
     status, out, _ = bayesub("run", path, "-o", folder)
-    assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
+    assert (status, out.splitlines()[-1]) == (0, "CONVERGED AND FITS")
     numbers = json.loads((folder / "numbers.json").read_text())
     rows = {row["name"]: row for row in numbers["parameters"]}
     for row in rows.values():  # the truth is a plausible draw: within five posterior sd

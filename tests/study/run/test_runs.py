@@ -15,6 +15,7 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.cli import app
+from bayesub.findings.verdicts import STATUS
 from bayesub.io.terminal import SILENT
 from bayesub.study import provenance, sources
 from bayesub.study.after.finished_run import redraw
@@ -119,6 +120,9 @@ def test_every_study_runs_in_order_and_one_that_fails_does_not_stop_the_others(s
     for word in words[1:]:
         places.append(out.index(word, places[-1]))
     assert "AssertionError: two\\nlines" in out
+    kept = tmp_path / "out" / "a_breaks" / "traceback.txt"
+    assert f"see {kept}" in out
+    assert 'assert False, "two' in kept.read_text()
     assert "unknown key 'sead': did you mean 'seed'?" in out
     table = out[out.index("verdict ") :].splitlines()
     assert [line.split("  ")[0] for line in table[1:5]] == ["FAILED", "CLAIM HOLDS", "CLAIM FAILED", "FAILED"]
@@ -181,7 +185,7 @@ def test_the_index_lists_runs_and_escapes_what_studies_say(studies, tmp_path, ca
     assert not page.all("b")
     assert '<script>alert(1)</script> & "this" a claim?' in page.text
     assert "not <b>this</b> time" in page.text
-    assert "1 of 4 converged or hold" in page.text
+    assert "1 of 4 converged and fit" in page.text
     assert "prefers-color-scheme: dark" in text
     assert links(page)
     assert all((tmp_path / "out" / link).exists() for link in links(page))
@@ -229,6 +233,23 @@ def test_verdicts_as_json(studies, tmp_path, capsys):
     app.console.quiet = False
 
 
+def test_all_failing_claims_are_listed_and_the_gravest_verdict_is_the_status(studies, tmp_path, capsys):
+    """Each in a line and on the page; a study that failed for a bug can be run again in its folder."""
+    (studies / "c_fails.py").write_text(FAILS + '    yield False, "nor that"\n')
+    broken = studies / "a_breaks.py"
+    status, out = run(studies / "c_fails.py", "-o", tmp_path / "run", capsys=capsys)
+    assert status == STATUS["claim failed"]
+    assert out.splitlines()[-1] == "CLAIM FAILED: 2 of 3, listed above"
+    assert {"claim failed: not <b>this</b> time", "claim failed: nor that"} <= set(out.splitlines())
+    assert "not &lt;b>this&lt;/b> time; nor that." in (tmp_path / "run/c_fails.md").read_text()
+    (studies / "d_bad.toml").unlink()
+    assert run(studies, "-o", tmp_path / "out", capsys=capsys)[0] == STATUS["failed"]
+    broken.write_text(HOLDS)
+    assert run(studies, "-o", tmp_path / "out", capsys=capsys)[0] == STATUS["claim failed"]
+    assert not (tmp_path / "out" / "a_breaks" / "traceback.txt").exists()
+    assert load_result(tmp_path / "out" / "a_breaks").status == 0
+
+
 def test_parts_in_processes_of_their_own(tmp_path, capsys):
     """They come back in order; each process has one thread, however many there are."""
     (tmp_path / "parts.py").write_text(PROCESSES)
@@ -257,7 +278,7 @@ def test_two_files_of_one_name_have_two_folders(tmp_path):
 def test_a_failed_claim_leaves_numbers_and_figures(studies, tmp_path, capsys):
     """The claim is judged last; a bug is none."""
     status, out = run(studies / "c_fails.py", "-o", tmp_path / "run", capsys=capsys)
-    assert (status, out.splitlines()[-1]) == (1, "CLAIM FAILED: not <b>this</b> time")
+    assert (status, out.splitlines()[-1]) == (STATUS["claim failed"], "CLAIM FAILED: not <b>this</b> time")
     assert json.loads((tmp_path / "run/numbers.json").read_text()) == {"answer": 42}
     page = (tmp_path / "run/c_fails.md").read_text()
     assert "\n\ndrawn\n" in page
@@ -478,7 +499,7 @@ def test_a_run_is_drawn_again_by_its_script(studies, tmp_path, capsys):
     shutil.copytree(tmp_path / "run", folder)
     (folder / "c_fails.md").unlink()
     status, out = report(folder, capsys=capsys)
-    assert (status, out.splitlines()[-1]) == (1, "CLAIM FAILED: not <b>this</b> time")
+    assert (status, out.splitlines()[-1]) == (STATUS["claim failed"], "CLAIM FAILED: not <b>this</b> time")
     assert (folder / "c_fails.md").exists()
     script = studies / "c_fails.py"
     script.write_text(script.read_text().replace("== 43", "== 42"))

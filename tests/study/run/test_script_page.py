@@ -61,14 +61,14 @@ def test_the_page_of_a_script_and_its_place_in_the_gallery(tmp_path):
         GLOSSARY="booth",
     )
     config = {"name": "mine", "script_sha256": "f" * 64, "quick_run": False, "versions": {"python": "3.11"}}
-    script_page.write(run, config, module, {"a": 2.0}, ["| x |", "| --- |"], "two is three")
+    script_page.write(run, config, module, {"a": 2.0}, ["| x |", "| --- |"], ["two is three", "four"])
     text = (run / "mine.md").read_text()
     order = (
         "# Mine",
         "**Is it so?**",
         "Somebody asked",
         "**Claim.** It is.",
-        "fails: two is three.",
+        "fails: two is three; four.",
         "**Answer.** 2.0 m.",
     )
     order += ("![First picture](b_picture.png)", "![A picture](a_picture.png)", "| x |", "`bayesub.simulate`")

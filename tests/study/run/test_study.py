@@ -14,6 +14,7 @@ from support import refusals, small_study
 from support.pages import Page
 
 import bayesub as bs
+from bayesub.findings.verdicts import STATUS, in_words
 from bayesub.inference.sampling import posterior_file
 from bayesub.io import toml_files
 from bayesub.io.terminal import Bars
@@ -23,7 +24,7 @@ from bayesub.study.run import infer
 from bayesub.study.run import prepare as preparation
 from bayesub.study.run.prepare import prepare
 from bayesub.study.run.result import load_result
-from bayesub.study.run.run_folder import open_folder, saved_config
+from bayesub.study.run.run_folder import RunContext, open_folder, saved_config
 from bayesub.study.schema.study_file import load_study
 
 QUESTION = "Is <script>alert(1)</script> & 'this' a question?"
@@ -44,7 +45,7 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
     folder = tmp_path / "run"
     status, out, _ = bayesub("run", small, "-o", folder)
     assert status == 0
-    assert out.splitlines()[-1] == "CONVERGED"
+    assert out.splitlines()[-1] == "CONVERGED AND FITS"
     config = tomllib.loads((folder / "config.toml").read_text())
     criteria = {"rhat": 1.01, "ess": 400.0, "taus": 25.0}
     assert config["sampler"] == {"n_ensembles": 4, "max_steps": 20000, "max_misfit": 4.0} | criteria
@@ -100,8 +101,7 @@ def test_an_interrupted_run_resumes_to_the_same_bits(bayesub, small, tmp_path):
     assert bayesub("run", small, "-o", tmp_path / "whole")[0] == 0
     small.write_text(longer + "max_steps = 100\n")
     status, out, _ = bayesub("run", small, "-o", tmp_path / "part")
-    assert status == 1
-    assert out.splitlines()[-1] == "NOT CONVERGED"
+    assert (status, out.splitlines()[-1]) == (STATUS["not converged"], in_words("not converged"))
     assert "NOT CONVERGED" in (tmp_path / "part" / "report.html").read_text()
     assert "not converged: " in out
     small.write_text(longer)  # the stopping rule may change
@@ -198,7 +198,7 @@ def test_simulate_says_when_a_boat_leaves_the_envelope(bayesub, tmp_path):
     times = np.linspace(0.0, 200.0, 201)
     log_files.write_log(tmp_path / "loop.csv", {"time": times, "delta_s": np.where(times > 1, -1.5, 0.0)})
     status, out, _ = bayesub("simulate", "npsauv", tmp_path / "loop.csv", "-o", tmp_path / "track.csv")
-    assert status == 1
+    assert status == STATUS["does not complete the manoeuvre"]
     assert "left_envelope" in out
 
 
@@ -223,7 +223,7 @@ def test_ctrl_c_prints_the_command_that_continues(bayesub, small, tmp_path, monk
     assert (status, err.splitlines()[-1].endswith(command)) == (130, True)
     assert len(list((folder / "chain").glob("[0-9]*.block"))) == 2  # up to the first look, and the step after it
     status, out, _ = bayesub("run", small, "-o", folder, "--resume")
-    assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
+    assert (status, out.splitlines()[-1]) == (0, "CONVERGED AND FITS")
 
 
 def test_a_folder_at_work_is_refused(bayesub, small, tmp_path):
@@ -312,7 +312,7 @@ def test_a_run_moves_and_is_drawn_again_from_what_its_folder_keeps(bayesub, stop
         (folder / name).unlink()
     (moved / "report.html").unlink()
     status, out, _ = bayesub("report", moved)
-    assert (status, out.splitlines()[-1]) == (1, "NOT CONVERGED")
+    assert (status, out.splitlines()[-1]) == (STATUS["not converged"], in_words("not converged"))
     after = json.loads((moved / "numbers.json").read_text())
     assert after == before
     assert after["manoeuvre"] == "history"
@@ -407,6 +407,28 @@ def test_a_damaged_file_of_a_run_is_named(copied):
         with refusals.refused("format", name):
             redraw(file.parent)
         file.write_text(whole)
+
+
+def test_one_coefficient_has_a_report(tmp_path):
+    """There is nothing with which it could trade off."""
+    path = small_study.write(tmp_path / "one.toml", **small_study.TINY | {"free": {"coefficients": ["Nuu_dr"]}})
+    result = small_study.run(path, tmp_path / "run")
+    assert (result.verdict, result.text) == ("converged and fits", "")
+    assert result.sentences["trade_offs"].startswith("No two coefficients are correlated")
+    saved = json.loads((tmp_path / "run" / "outcome.json").read_text())
+    assert (saved["status"], saved["good"]) == (0, True)
+    (tmp_path / "run" / "outcome.json").write_text(json.dumps(saved | {"verdict": "converged"}))  # as version 0.2 wrote
+    assert load_result(tmp_path / "run").verdict == "converged and fits"
+
+
+def test_a_search_is_not_done_twice(copied, monkeypatch):
+    """Its estimates are kept when it ends, and read by the next session of the run."""
+    folder = copied.parent / "run"
+    before = infer.saved_estimates(folder)
+    assert before
+    monkeypatch.setattr(infer.baselines, "sqp", None)
+    found = infer._baselines(prepare(load_study(copied)), RunContext(folder))
+    assert [estimate.to_json() for estimate in found] == [estimate.to_json() for estimate in before]
 
 
 def test_the_problem_is_prepared_once(stopped):

@@ -10,7 +10,9 @@ from support import refusals, small_study
 
 import bayesub as bs
 from bayesub.campaign import executors
+from bayesub.findings.verdicts import STATUS, in_words
 from bayesub.inference.sampling import posterior_file
+from bayesub.io import seeds
 from bayesub.logs import log_files
 from bayesub.study.after.finished_run import redraw
 from bayesub.study.run import infer, leave_out
@@ -163,7 +165,7 @@ def test_a_run_predicts_and_says_so_at_the_end(bayesub, folder, draw_only):
     assert status == 0, err
     *_, prediction, verdict = out.splitlines()
     assert prediction.startswith("prediction: other is predicted: ")
-    assert verdict == "CONVERGED"
+    assert verdict == "CONVERGED AND FITS"
     numbers = json.loads((run / "numbers.json").read_text())
     (other,) = numbers["predictions"]
     assert other["predicts"]
@@ -185,7 +187,7 @@ def test_a_fit_that_is_accepted_and_does_not_predict_ends_with_that_verdict(baye
     log_files.write_log(folder / "other.csv", log)
     status, out, _ = bayesub("run", folder / "study.toml", "-o", folder / "run")
     *_, prediction, verdict = out.splitlines()
-    assert (status, verdict) == (1, "DOES NOT PREDICT")
+    assert (status, verdict) == (STATUS["does not predict"], in_words("does not predict"))
     assert prediction.startswith("prediction: other is NOT PREDICTED: ")
     assert "fit: The residuals of every channel look like" in out
     page = (folder / "run" / "report.html").read_text()
@@ -231,6 +233,11 @@ def test_each_trial_is_left_out_once_and_a_run_that_was_stopped_goes_on(bayesub,
     assert [(one["name"], one["kind"]) for one in predictions] == [(name, "left out") for name in LOGS[:2]]
     redraw(run)
     assert json.loads((run / "numbers.json").read_text())["predictions"] == predictions
+    setup = prepare(load_study(study))
+    posteriors = {tuple(problem.problems): one for problem, one in leave_out.posteriors(setup, run).values()}
+    rng = setup.generator(seeds.PREDICTIONS)
+    found = bs.leave_one_out(setup.problem, rng, draw=lambda others, *_: posteriors[tuple(others.problems)])
+    assert [found[one["name"]].p_value for one in predictions] == [one["p_value"] for one in predictions]
 
 
 def test_a_fit_that_fails_without_a_trial_is_told_and_the_others_go_on(folder, monkeypatch):

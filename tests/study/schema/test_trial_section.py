@@ -41,7 +41,7 @@ def test_a_log_runs_to_a_report_about_the_vehicle_file(folder, bayesub, monkeypa
     """From another folder: the path is from the study file. No truth, no linear least squares, and no other log."""
     monkeypatch.chdir("/")
     status, out, _ = bayesub("run", folder / "log.toml", "-o", folder / "run")
-    assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
+    assert (status, out.splitlines()[-1]) == (0, "CONVERGED AND FITS")
     numbers = json.loads((folder / "run" / "numbers.json").read_text())
     assert numbers["reference_is_truth"] is False
     assert [b["method"] for b in numbers["baselines"]] == ["SQP"]
@@ -117,7 +117,7 @@ def test_the_joint_posterior_of_two_trials_is_the_product(folder, rng):
 def test_a_joint_study_reports_each_trial(folder, bayesub, draw_only):
     draw_only("track_logged", "track_zigzag")
     status, out, _ = bayesub("run", folder / "joint.toml", "-o", folder / "run")
-    assert (status, out.splitlines()[-1]) == (0, "CONVERGED")
+    assert (status, out.splitlines()[-1]) == (0, "CONVERGED AND FITS")
     numbers = json.loads((folder / "run" / "numbers.json").read_text())
     by_name = {trial["name"]: trial for trial in numbers["trials"]}
     assert list(by_name) == ["logged", "zigzag"]
