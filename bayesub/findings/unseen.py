@@ -66,7 +66,8 @@ def draws_by_whom(
     fitted: AnyProblem, posterior: Posterior, estimates: Sequence[Estimate], rng: np.random.Generator, n: int
 ) -> dict[str, np.ndarray]:
     """By whom -> draws (.., n_fitted) of the fitted parameters, `n` of posterior and prior; the others are points."""
-    draws = {POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)], PRIOR: fitted.prior.sample(rng, n)}
+    prior = posterior.known_before(fitted.prior)
+    draws = {POSTERIOR: posterior.draws[rng.choice(len(posterior.draws), n)], PRIOR: prior.sample(rng, n)}
     points = {MODE: posterior.best, PRIOR_MEAN: fitted.prior.mean}
     for estimate in estimates:
         if estimate.method == SQP:

@@ -33,14 +33,14 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     `baselines`: numbers of the baselines, for what the captions say of them.
     """
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
-    equations, prior = problem.equations, problem.prior_of_others
+    equations, prior = problem.equations, results.prior_of_others
     yield orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
         f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior. Blue: "
         "50 and 90 % of the posterior. "
         + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
-        + _untouched(problem, sample),
+        + _untouched(sample.contraction[:n]),
         lambda path: coefficients.draw(path, sample, prior, reference[:n], results.estimates, word, equations),
     )
     for trial in problem.each_trial(results.draws):
@@ -59,10 +59,10 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     whole = np.arange(len(sample.names))
     yield ReportFigure(
         "correlation",
-        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more{_strongest(sample, whole)}. "
+        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more{_strongest(results, whole)}. "
         "Strong colours off the diagonal are coefficients that trade off: the data know a combination of them better "
         "than each.",
-        partial(posterior.draw_correlation, posterior=sample, equations=equations),
+        partial(posterior.draw_correlation, names=sample.names, correlation=results.correlation, equations=equations),
     )
     yield from _corners(results, reference, word)
     yield _ranks(sample, equations)
@@ -124,12 +124,12 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
     lines = f"Pink lines: null directions, {len(null)} in all, along which the motion stays the same. " if null else ""
     yield ReportFigure(
         "corner",
-        f"Joint marginals of coefficients that trade off{_strongest(sample, chosen)}"
+        f"Joint marginals of coefficients that trade off{_strongest(results, chosen)}"
         f"{', and of those in null directions' if null else ''}, as ratios to the {word}; above each its mean and sd. "
         "A narrow slanted shape is a pair of which the data know one combination. "
         f"{lines}Black: the {word}. Dashed: the prior.{points}",
         lambda path: corner.draw(
-            path, sample, problem.prior_of_others, reference[:n], equations, chosen=chosen, null=null, word=word,
+            path, sample, results.prior_of_others, reference[:n], equations, chosen=chosen, null=null, word=word,
             sets={label: values[:, :n] for label, values in sets.items()},
         ),
     )  # fmt: skip
@@ -142,14 +142,19 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
         "is a thin line; what nobody sees is as wide as the prior (dashed: a normal of its spread)."
         f"{' Black: the truth.' if word == 'truth' else ''}{points}",
         lambda path: corner.draw_directions(
-            path, sample, spectrum, equations, reference=reference if word == "truth" else None, sets=sets
+            path,
+            sample,
+            spectrum,
+            equations,
+            before=results.null_sds,
+            sets=sets,
+            reference=reference if word == "truth" else None,
         ),
     )
 
 
-def _untouched(problem, sample) -> str:
+def _untouched(contraction) -> str:
     """Of how many coefficients the data said next to nothing."""
-    contraction = sample.contraction_given(problem.prior_of_others)[: problem.n_coefficients]
     n = np.count_nonzero(contraction >= UNTOUCHED)
     of_them = ": the data said next to nothing of them" if n else ""
     return (
@@ -157,13 +162,14 @@ def _untouched(problem, sample) -> str:
     )
 
 
-def _strongest(sample, chosen) -> str:
+def _strongest(results, chosen) -> str:
     """The most correlated pair of some parameters, in words."""
-    some = np.abs(np.triu(sample.correlation[np.ix_(chosen, chosen)], 1))
+    names, correlation = results.summary.names, results.correlation
+    some = np.abs(np.triu(correlation[np.ix_(chosen, chosen)], 1))
     if not some.any():
         return ""
     i, j = chosen[list(np.unravel_index(np.argmax(some), some.shape))]
-    return f" (most of all {sample.names[i]} with {sample.names[j]}, correlation {sample.correlation[i, j]:+.2f})"
+    return f" (most of all {names[i]} with {names[j]}, correlation {correlation[i, j]:+.2f})"
 
 
 def _null_words(n_null: int) -> str:

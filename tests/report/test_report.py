@@ -56,7 +56,7 @@ def results(problem):
     posterior = posterior_of(problem, np.random.default_rng(1))
     estimates = [bs.baselines.sqp(problem.naive(), rng=np.random.default_rng(3), n_starts=1)]
     spectrum = identifiability.fisher(problem, posterior.best)
-    return Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
+    return Results(problem, estimates, spectrum, posterior, None, 1)
 
 
 @pytest.fixture(scope="module")
@@ -315,7 +315,7 @@ def test_null_directions_are_those_of_the_equations(spiral_track):
     problem = posed(spiral_track, free=bs.coefficients.HORIZONTAL)
     posterior = posterior_of(problem, np.random.default_rng(1))
     spectrum = identifiability.fisher(problem, posterior.best)
-    results = Results(problem, [], spectrum, posterior, None, np.random.default_rng(0))
+    results = Results(problem, [], spectrum, posterior, None, 0)
     numbers = numbers_of(results)
     vectors = [vector for rank in numbers["ranks"].values() for vector in rank["null_vectors"]]
     assert numbers["spectrum"]["n_null"] == len(vectors) == len(numbers["null_contraction"]) > 0
@@ -400,7 +400,7 @@ def test_units_are_where_values_are(problem, numbers, page):
     problem = posed(bs.simulate(boat, turn, dt=0.05), **given)
     posterior = posterior_of(problem, np.random.default_rng(1))
     spectrum = identifiability.fisher(problem, posterior.best)
-    results = Results(problem, [], spectrum, posterior, None, np.random.default_rng(1))
+    results = Results(problem, [], spectrum, posterior, None, 1)
     dimensional = numbers_of(results) | {"name": "turn", "question": "", "seconds": {}}
     assert [row["unit"] for row in dimensional["parameters"]] == ["kg/m", "kg/m", "kg"]
     words = page_of(dimensional)

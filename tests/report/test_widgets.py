@@ -27,7 +27,7 @@ def results(spiral_track):
     posterior = posterior_of(problem, np.random.default_rng(1))
     estimates = [sqp(problem.naive(), rng=np.random.default_rng(3), n_starts=2)]
     spectrum = identifiability.fisher(problem, posterior.best)
-    return Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
+    return Results(problem, estimates, spectrum, posterior, None, 1)
 
 
 @pytest.fixture(scope="module")
