@@ -22,7 +22,7 @@ from bayesub.inference.interface import (
 )
 
 RANK_DRAWS = 8  # of the posterior, at which a rank is taken beside that of one point
-_LINES, _REACH, _POINTS = 400, 8.0, 161  # draws, and places on the line through each, in prior sds
+_LINES, _REACH, _POINTS = 250, np.arcsinh(50.0), 161  # draws, and places on the line through each, in prior sds
 
 
 @dataclass(frozen=True)
@@ -103,11 +103,12 @@ def kept(
     coordinates : (n_null, n_params) such that ``parameters @ coordinates.T`` counts steps along each
     """
     some = draws[np.linspace(0, len(draws) - 1, min(_LINES, len(draws))).astype(int)]
-    t = np.linspace(-_REACH, _REACH, _POINTS)
+    s = np.linspace(-_REACH, _REACH, _POINTS)
+    t = np.sinh(s)  # close to each other at a draw, and far enough for the tail of a log-normal
     moments = []
     for step, coordinate in zip(steps, coordinates, strict=True):
-        logs = prior.log_density((some[:, None] + t[:, None] * step).reshape(-1, len(step))).reshape(len(some), -1)
-        weights = np.exp(logs - logs.max(axis=1, keepdims=True))
+        logs = np.array([prior.log_density(one + t[:, None] * step) for one in some])
+        weights = np.cosh(s) * np.exp(logs - logs.max(axis=1, keepdims=True))
         weights /= weights.sum(axis=1, keepdims=True)
         shift = weights @ t
         means = some @ coordinate + shift

@@ -114,7 +114,7 @@ def draw_fit(path):
 
 
 def draw_correlation(path):
-    posterior.draw_correlation(path, POSTERIOR, EQUATIONS)
+    posterior.draw_correlation(path, POSTERIOR.names, POSTERIOR.correlation, EQUATIONS)
 
 
 def draw_corner(path):
@@ -124,7 +124,8 @@ def draw_corner(path):
 
 def draw_corner_of_directions(path):
     sets = {"SQP": REFERENCE[None]}
-    corner.draw_directions(path, POSTERIOR, SPECTRUM, EQUATIONS, reference=REFERENCE, sets=sets)
+    before = np.outer([0.0, 1.0], np.ones(len(SPECTRUM.names)))
+    corner.draw_directions(path, POSTERIOR, SPECTRUM, EQUATIONS, before=before, reference=REFERENCE, sets=sets)
 
 
 def draw_nuisance(path):
