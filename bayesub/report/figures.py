@@ -231,7 +231,9 @@ def _fit(baseline: dict) -> str:
     lowest, highest = min(chi_squares), max(chi_squares)
     if highest < FITS:
         return ", all of which fit the track"
-    return f", which do not all fit the track (chi-square per reading {lowest:.3g} to {highest:.3g})"
+    ends = " to ".join(dict.fromkeys((f"{lowest:.3g}", f"{highest:.3g}")))
+    which = "of which none fits" if lowest >= FITS else "which do not all fit"
+    return f", {which} the track (chi-square per reading {ends})"
 
 
 def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:

@@ -10,12 +10,13 @@ from bayesub.findings import run_numbers
 from bayesub.findings.results import Results
 from bayesub.io.words import with_unit
 from bayesub.report import page
+from bayesub.report.figures import TRACKS
 from bayesub.report.plots import coefficients, posterior
 from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label
 
 DRAWS = 400  # of the posterior, in the scatter of a pair
 READINGS = 30_000  # of all trials; of more, every second, third ..
-TRACKS, PLACES = 10, 250  # draws whose track is drawn, and points of each
+PLACES = 250  # points of a track
 _DIGITS = 7  # of numbers
 
 

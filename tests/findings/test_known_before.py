@@ -16,17 +16,19 @@ N = len(MIDDLE)
 RELATED = np.eye(N)  # correlations, but of the last
 RELATED[:4, :4] = 0.5 * (1.0 + np.eye(4))
 SCALES = 0.25 * 4.0 ** np.linspace(-1.0, 1.0, 65)
-ALL = np.arange(N)
+ALL, ONE = np.arange(N), np.ones(1)
 PRIORS = {
     "normal": Normal(MIDDLE, 0.25 * np.abs(MIDDLE)),
     "uniform": Uniform(MIDDLE - 0.75 * np.abs(MIDDLE), MIDDLE + 0.75 * np.abs(MIDDLE)),
     "log-normal": LogNormal(MIDDLE, np.full(N, 0.25)),
     "relative log-normal": SharedScale(MIDDLE, np.array([0.25])),
     "hierarchical": SharedScale(MIDDLE, SCALES),
-    "by axis": Joint((SharedScale(MIDDLE[[0, 2, 4]], SCALES), SharedScale(MIDDLE[[1, 3]], SCALES)), (ALL[::2], ALL[1::2])),
+    "by axis": Joint(
+        (SharedScale(MIDDLE[[0, 2, 4]], SCALES), SharedScale(MIDDLE[[1, 3]], SCALES)), (ALL[::2], ALL[1::2])
+    ),
     "given": CorrelatedNormal(MIDDLE, np.diag(0.3 * np.abs(MIDDLE)) @ np.linalg.cholesky(RELATED)),
     "mixed": Joint(
-        (SharedScale(MIDDLE[[0, 1, 4]], SCALES), Uniform(MIDDLE[[2]] - 1.0, MIDDLE[[2]] + 1.0), Normal(MIDDLE[[3]], np.ones(1))),
+        (SharedScale(MIDDLE[[0, 1, 4]], SCALES), Uniform(MIDDLE[[2]] - 1, MIDDLE[[2]] + 1), Normal(MIDDLE[[3]], ONE)),
         (ALL[[0, 1, 4]], ALL[[2]], ALL[[3]]),
     ),
 }  # fmt: skip
