@@ -245,7 +245,8 @@ def null_count(ranks: Mapping[str, Mapping[str, Any]]) -> str:
     text += " the motion exactly the same"
     shown = [(r["singular_values"][r["practical_rank"] : r["rank"]], r["singular_values"][0]) for r in ranks.values()]
     if faint := [f"{value / largest:.0e}" for values, largest in shown for value in values]:
-        text += f", and {len(faint)} by less than any instrument sees ({', '.join(faint)})"
+        change = "changes" if len(faint) == 1 else "change"
+        text += f", and {len(faint)} {change} it by less than any instrument sees ({', '.join(faint)})"
     return text
 
 
@@ -275,8 +276,7 @@ def _directions(numbers) -> dict[str, str]:
     space = "parameter" if numbers["nuisance"] else "coefficient"
     result = {
         "directions": f"Of {n} directions in {space} space the data sharpen {n_sharpened} and leave "
-        f"{n - n_sharpened - n_null} to the prior; {null_count(numbers['ranks'])}, so that no sensor on this manoeuvre "
-        "can tell."
+        f"{n - n_sharpened - n_null} to the prior; whatever the sensors, {null_count(numbers['ranks'])}."
     }
     if words := null_sentence(numbers["null_directions"]):
         pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
@@ -291,7 +291,7 @@ def _strong_trade_offs(numbers) -> dict[str, str]:
     pairs = _strong_pairs(numbers["trade_offs"])
     text = f"No two coefficients are correlated by more than {STRONG:g} in the posterior."
     if pairs:
-        text = f"{pairs} (posterior correlation)."
+        text = f"{pairs} (posterior correlation of ratios to the {reference_word(numbers)})."
     if pairs := _strong_pairs(numbers["nuisance_trade_offs"]):
         text += f" With nuisance parameters: {pairs}."
     return {"trade_offs": text}

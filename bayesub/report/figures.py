@@ -34,14 +34,18 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     """
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
     equations, prior = problem.equations, results.prior_of_others
+    wide = None if problem.prior_of_others == prior else problem.prior_of_others
+    scale = " Dashed: with the scale of the prior unknown; all else is beside the scale that was found." if wide else ""
     yield orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
-        f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior. Blue: "
+        f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior.{scale} Blue: "
         "50 and 90 % of the posterior. "
         + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
         + _untouched(sample.contraction[:n]),
-        lambda path: coefficients.draw(path, sample, prior, reference[:n], results.estimates, word, equations),
+        lambda path: coefficients.draw(
+            path, sample, prior, reference[:n], results.estimates, word, equations, wide=wide
+        ),
     )
     for trial in problem.each_trial(results.draws):
         yield track_figure(*trial, synthetic=word == "truth")
@@ -60,8 +64,8 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     yield ReportFigure(
         "correlation",
         f"Posterior correlations of all that has one of {posterior.STRONG:g} and more{_strongest(results, whole)}. "
-        "Strong colours off the diagonal are coefficients that trade off: the data know a combination of them better "
-        "than each.",
+        f"Coefficients are ratios to the {word}. Strong colours off the diagonal are coefficients that trade off: the "
+        "data know a combination of them better than each.",
         partial(posterior.draw_correlation, names=sample.names, correlation=results.correlation, equations=equations),
     )
     yield from _corners(results, reference, word)
@@ -139,7 +143,8 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
         f"The posterior along directions of coefficient space: of {n_all}, {n_stiff} are stiff, "
         f"{n_all - n_stiff - n_null} sloppy and {n_null} null; the first and the last of each kind, with their "
         "two largest entries. All panels have one scale, prior standard deviations from the prior mean. What is known "
-        "is a thin line; what nobody sees is as wide as the prior (dashed: a normal of its spread)."
+        "is a thin line; what nobody sees is as wide as the prior (dashed: a normal of its spread, along null "
+        "directions that beside what the data say of all else)."
         f"{' Black: the truth.' if word == 'truth' else ''}{points}",
         lambda path: corner.draw_directions(
             path,

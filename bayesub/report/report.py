@@ -62,7 +62,7 @@ def write_report(
     estimates : sequence of Estimate
         By the baselines; may be empty.
     spectrum : Spectrum
-        From :func:`bayesub.inference.identifiability.fisher`.
+        From :func:`bayesub.inference.identifiability.fisher`, with the draws of the posterior.
     posterior : Posterior
         From :func:`bayesub.sample`.
     study : ReportedStudy, optional
