@@ -74,7 +74,7 @@ def test_correlations_are_of_what_is_drawn_and_the_same_everywhere(results, numb
         i, j = map(sample.names.index, strongest["pair"])
         assert strongest["correlation"] == pytest.approx(drawn[i, j], abs=1e-9)
         assert strongest["correlation"] == pytest.approx(some[i, j], abs=0.1)
-    captions = {figure.name: figure.caption for figure in figures(results, results.problem.reference, "truth", [])}
+    captions = captions_of(results)
     i, j = np.unravel_index(np.argmax(np.abs(np.triu(drawn, 1))), drawn.shape)
     words = f"{sample.names[i]} with {sample.names[j]}, correlation {drawn[i, j]:+.2f}"
     assert words in captions["correlation"]
@@ -82,6 +82,22 @@ def test_correlations_are_of_what_is_drawn_and_the_same_everywhere(results, numb
     assert draws.shape == (n, widgets.DRAWS)
     values = draws * np.where(np.arange(n) < results.problem.n_coefficients, results.problem.reference, 1.0)[:, None]
     assert (np.abs(values.mean(axis=1) - sample.mean) < 5.0 * sample.sd / np.sqrt(widgets.DRAWS)).all()
+
+
+def captions_of(results, baselines=()):
+    return {f.name: f.caption for f in figures(results, results.problem.reference, "truth", baselines)}
+
+
+def test_a_caption_counts_the_tracks_that_are_drawn_and_the_searches_that_fit(results, content):
+    (trial,) = content["trials"]
+    assert f"and {len(trial['path']['draws'])} draws from the posterior" in captions_of(results)["track"]
+    for fits, words in (
+        ((70.6, 70.61), "SQP solutions, of which none fits the track (chi-square per reading 70.6)."),
+        ((1.0, 1.1), "SQP solutions, all of which fit the track."),
+        ((1.0, 3.0), "SQP solutions, which do not all fit the track (chi-square per reading 1 to 3)."),
+    ):
+        sqp = {"method": "SQP", "chi_square_per_reading": fits}
+        assert words in captions_of(results, [sqp])["coefficients"]
 
 
 def test_intervals_are_those_of_the_numbers(results, numbers, content):
