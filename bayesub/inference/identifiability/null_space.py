@@ -21,7 +21,7 @@ from bayesub.inference.interface import (
     parameter_vector,
 )
 
-RANK_DRAWS = 8  # of the posterior, at which a rank is taken beside that of one point
+RANK_DRAWS = 12  # of the posterior, at which a rank is taken beside that of one point
 _LINES, _REACH, _POINTS = 250, np.arcsinh(50.0), 161  # draws, and places on the line through each, in prior sds
 
 

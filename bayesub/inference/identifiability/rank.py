@@ -114,8 +114,7 @@ def rank(
     prefer : names to tie null vectors to where that is possible: those that an engineer would rather hold fixed
     accuracy : relative accuracy of the best readings, below which a direction is weak
     others : the systems at other coefficients. A direction that one of them shows is not null, although it may be
-        round-off in `systems` by accident, as where two speeds happen never to differ in sign; it has the singular
-        value that it has there
+        round-off in `systems` by accident, as where two speeds happen never to differ in sign
     """
     return {
         axis: _rank(system, [other[axis] for other in others if axis in other], prefer, accuracy)
@@ -143,20 +142,24 @@ def _decomposed(system) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
 
 
 def _shown_by(others, names, lengths, s, vt, threshold) -> tuple[np.ndarray, np.ndarray]:
-    """Singular values and directions, of which those that another system shows are no round-off."""
-    shown = [_decomposed(other) for other in others if other.names == names]
-    rank, n = np.count_nonzero(s > threshold), len(s)
-    ranks = [int(np.count_nonzero(values > least)) for _, values, _, least in shown]
-    if max(ranks, default=0) <= rank:
+    """Singular values and directions, of which those that another system shows are no round-off.
+
+    Such a direction has the median of its singular values in the systems that show it.
+    """
+    own, n = np.count_nonzero(s > threshold), len(s)
+    found = [(lengths, s, vt, threshold), *(_decomposed(other) for other in others if other.names == names)]
+    ranks = np.array([np.count_nonzero(values > least) for _, values, _, least in found])
+    low, high = ranks.min(), ranks.max()
+    if low == high:
         return s, vt
-    highest = [one for one, r in zip(shown, ranks, strict=True) if r == max(ranks)]
-    other_lengths, values, other_vt, least = max(highest, key=lambda one: one[1][max(ranks) - 1] / one[1][0])
+    showing = [one for one, rank in zip(found, ranks, strict=True) if rank == high]
+    s, usual = s.copy(), np.median([values / least for _, values, _, least in showing], axis=0)
+    s[low:high] = np.minimum(threshold * usual[low:high], s[low - 1])
     # Of the directions that are null here, those last that are nearest to what is null there too.
-    there = orthonormal(other_vt[max(ranks) :] / other_lengths * lengths) if max(ranks) < n else np.empty((0, n))
-    nearest = np.linalg.svd(vt[rank:] @ there.T)[0][:, ::-1]
-    s = s.copy()
-    s[rank : max(ranks)] = np.minimum(values[rank : max(ranks)] * (threshold / least), s[rank - 1])
-    return s, np.concatenate([vt[:rank], nearest.T @ vt[rank:]])
+    there_lengths, _, there_vt, _ = showing[0]
+    there = orthonormal(there_vt[high:] / there_lengths * lengths) if high < n else np.empty((0, n))
+    nearest = np.linalg.svd(vt[own:] @ there.T)[0][:, ::-1]
+    return s, np.concatenate([vt[:own], nearest.T @ vt[own:]])
 
 
 def _rank(system, others, prefer, accuracy) -> AxisRank:
