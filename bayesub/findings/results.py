@@ -57,21 +57,25 @@ class Results:
         In prior sds from the prior mean: 0 and 1, but for null directions what the prior alone makes of them beside
         what the data say of all others.
         """
-        spectrum, summary = self.spectrum, self.summary
+        spectrum, summary, null = self.spectrum, self.summary, self._null
         result = np.outer([0.0, 1.0], np.ones(len(spectrum.names)))
-        null = slice(len(spectrum.names) - spectrum.n_null, None)
-        coordinates = spectrum.coordinates[null] / spectrum.prior_sd
         steps = spectrum.directions[null] * spectrum.prior_sd
-        mean, sd = kept(self.problem.prior_of_others, summary.draws, steps, coordinates)
-        result[:, null] = mean - coordinates @ summary.prior_mean, sd
+        mean, sd = kept(self.problem.prior_of_others, summary.draws, steps, self._null_coordinates)
+        result[:, null] = mean - self._null_coordinates @ summary.prior_mean, sd
         return result
+
+    @property
+    def _null(self) -> slice:
+        return slice(len(self.spectrum.names) - self.spectrum.n_null, None)
+
+    @property
+    def _null_coordinates(self) -> np.ndarray:
+        return self.spectrum.coordinates[self._null] / self.spectrum.prior_sd
 
     @cached_property
     def null_contraction(self) -> np.ndarray:
         """(n_null,) posterior sd along each null direction over what the prior alone makes of it: 1 is right."""
-        null = slice(len(self.spectrum.names) - self.spectrum.n_null, None)
-        coordinates = self.spectrum.coordinates[null] / self.spectrum.prior_sd
-        return (self.summary.draws @ coordinates.T).std(axis=0, ddof=1) / self.null_sds[1, null]
+        return (self.summary.draws @ self._null_coordinates.T).std(axis=0, ddof=1) / self.null_sds[1, self._null]
 
     @cached_property
     def correlation(self) -> np.ndarray:
